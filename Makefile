@@ -1,0 +1,50 @@
+# make install   everything into .venv
+# make demo      install, then a robot learns to crawl and a page shows it
+# make test      an environment of its own (.venv-test), then lint, types and tests
+# make docs      the pictures of docs/images again
+#
+# PYTHON=/path/to/python3.11 (or later) chooses the interpreter.
+
+PYTHON ?= $(firstword $(foreach name,python3 python3.13 python3.12 python3.11,$(shell \
+	$(name) -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
+	&& command -v $(name))))
+EXTRAS := meshing,cholmod
+ENGINE := pyproject.toml CMakeLists.txt $(wildcard engine/*)
+
+# Our own threads share the cores with BLAS: two BLAS threads stall tens of milliseconds at random.
+export OPENBLAS_NUM_THREADS := 1
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: install demo test docs clean
+
+install: .venv/.installed
+
+demo: .venv/.installed
+	.venv/bin/pneumorph demo
+
+test: .venv-test/.installed
+	.venv-test/bin/ruff check .
+	.venv-test/bin/ruff format --check .
+	.venv-test/bin/mypy
+	.venv-test/bin/pytest
+
+docs: .venv/.installed
+	.venv/bin/python docs/make_images.py
+
+clean:
+	rm -rf .venv .venv-test .cache
+
+.venv/.installed: PACKAGE := .[$(EXTRAS)]
+.venv-test/.installed: PACKAGE := .[$(EXTRAS),development]
+
+# Runs again only where the package's requirements or the engine changed: Python sources are edited
+# in place (an editable install).
+.venv/.installed .venv-test/.installed: $(ENGINE)
+	@test -n "$(PYTHON)" || { echo "pneumorph needs Python 3.11 or later with its venv module \
+	(on Debian: apt install python3-venv); set PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@command -v c++ >/dev/null || { echo "pneumorph compiles its engine and needs a C++17 compiler \
+	(on Debian: apt install g++)" >&2; exit 1; }
+	@echo "installing into $(@D) (two to four minutes the first time)"
+	"$(PYTHON)" -m venv $(@D)
+	$(@D)/bin/python -m pip install --quiet --editable "$(PACKAGE)"
+	@touch $@
