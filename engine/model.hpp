@@ -1,0 +1,129 @@
+// What the stepper reads: reduced parts, robots made of them, settings; and what it writes: states.
+//
+// Everything here is plain data behind raw pointers, so that the kernels, which are compiled once
+// per instruction set, share no inline code of the standard library with the rest of the program.
+// Units: mm, kg, s, mN, kPa.
+#pragma once
+
+namespace pneumorph {
+
+constexpr int kLane = 16;             // elements treated side by side in the deformation stage
+constexpr int kMaximumMounts = 16;    // legs of one robot
+constexpr int kMaximumRegulators = 16;
+constexpr int kMaximumModes = 32;
+
+enum Status : unsigned char { kRunning = 0, kDiverged = 1, kSingular = 2 };
+
+// Sampled elements of one family: D = 3 for tetrahedra, D = 2 for membrane triangles.
+// The deformation gradient of an element, 3 x D in its own material frame, is affine in the modes.
+template <class Real>
+struct ElementFamily {
+  int block_count = 0;              // elements padded to a multiple of kLane
+  const Real* rest = nullptr;       // (block, 3 D, lane)
+  const Real* gradient_lanes = nullptr;  // (block, 3 D, mode, lane)
+  const Real* gradient_modes = nullptr;  // (element, 3 D, mode)
+  const Real* lambda = nullptr;     // (block, lane) weight x measure x first Lame coefficient
+  const Real* mu = nullptr;         // (block, lane) weight x measure x shear modulus
+  const Real* shear_root = nullptr;      // (element) s with D^(1/2) = s I + q 1 1^T on normal strains
+  const Real* trace_root = nullptr;      // (element) q
+};
+
+template <class Real>
+struct Part {
+  ElementFamily<Real> tetrahedra;   // D = 3
+  ElementFamily<Real> membranes;    // D = 2
+  const double* linear_stiffness = nullptr;  // (mode, mode) of the mount
+  int has_linear_stiffness = 0;
+  int cavity_count = 0;
+  const double* volume_1 = nullptr;  // (cavity, mode)
+  const double* volume_2 = nullptr;  // (cavity, mode, mode)
+  const double* volume_3 = nullptr;  // (cavity, mode, mode, mode)
+  double mass = 0;
+  double first_moment[3] = {0, 0, 0};
+  double second_moment[9] = {0};
+  const double* first_moment_modes = nullptr;       // (3, mode)
+  const double* second_moment_modes = nullptr;      // (3, 3, mode)   sum m Y_i Phi_j
+  const double* second_moment_mode_pairs = nullptr; // (3, 3, mode b, mode a)  sum m Phi_i^b Phi_j^a
+  int contact_count = 0;
+  const double* contact_points = nullptr;  // (point, 3)
+  const double* contact_modes = nullptr;   // (point, 3, mode)
+};
+
+struct Mount {
+  int part = 0;
+  double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // part frame to hub frame
+  double translation[3] = {0, 0, 0};
+  const int* regulators = nullptr;                   // (cavity)
+  int contact_offset = 0;                            // first impulse of this mount in the state
+};
+
+struct RobotModel {
+  double hub_mass = 0;
+  double hub_first_moment[3] = {0, 0, 0};    // about the hub frame's origin
+  double hub_second_moment[9] = {0};         // sum m r r^T about the origin
+  int hub_contact_count = 0;
+  const double* hub_contact_points = nullptr;  // (point, 3)
+  int mount_count = 0;
+  const Mount* mounts = nullptr;
+  int contact_count = 0;                     // hub and legs together
+};
+
+struct Settings {
+  double time_step = 0.01;           // s
+  double gravity = 9800;             // mm/s^2
+  double mass_damping = 0.1;         // 1/s
+  double stiffness_damping = 0.1;    // s
+  int published_damping = 1;         // else objective: acts on modal rates alone
+  int edge_rotations = 1;            // else polar
+  double friction = 1.2;
+  double floor_height = 0;           // mm, where contact points rest
+  double contact_margin = 1;         // mm, points nearer than this take part in the contact solve
+  double contact_tolerance = 1e-3;   // mm/s
+  int contact_sweeps = 100;
+  double pressure_rate = 150;        // kPa/s
+  double pressure_slope = 1;         // real to simulated pressure
+  double pressure_intercept = 0;     // kPa
+  double speed_limit = 1e4;          // mm/s, above it a robot counts as diverged
+  int regulator_count = 0;
+};
+
+struct RobotState {
+  double position[3];          // hub origin in the world, mm
+  double rotation[9];          // hub frame to world
+  double velocity[3];          // of the hub origin, world axes, mm/s
+  double angular_velocity[3];  // world axes, rad/s
+  double regulated[kMaximumRegulators];  // real kPa
+  double* modes;               // (mount, mode)
+  double* mode_rates;          // (mount, mode)
+  double* impulses;            // (contact point, 3) normal, x, y; mN s, also the warm start
+  unsigned char status;
+  int active_contacts;         // of the last step
+  int sweeps;                  // of the last step
+  double contact_residual;     // mm/s, of the last step
+  long long step_count, contact_total, sweep_total;  // since the counters were cleared
+  double worst_penetration;    // mm
+};
+
+constexpr int kStageCount = 6;
+// element forces and tangents, inertia and cavity, factorisation, contact set-up, friction, integration
+struct StageSeconds {
+  double seconds[kStageCount];
+};
+
+// Bytes of scratch one thread needs, and the stepping of one robot; one pair per instruction set,
+// mode count and precision.
+using AdvanceFunction = void (*)(const void* parts, const RobotModel& robot, const Settings& settings,
+                                 const double* command, long long steps, RobotState& state,
+                                 void* workspace, StageSeconds* stages);
+
+struct Kernel {
+  AdvanceFunction advance = nullptr;
+  unsigned long workspace_bytes = 0;
+};
+
+// `modes` is the padded count: 8, 16, 24 or 32. Null `advance` when this build lacks it.
+Kernel kernel_baseline(int modes, int single_precision, int contact_capacity);
+Kernel kernel_avx2(int modes, int single_precision, int contact_capacity);
+Kernel kernel_avx512(int modes, int single_precision, int contact_capacity);
+
+}  // namespace pneumorph
