@@ -1,0 +1,165 @@
+"""Put modes and weighted elements of a full-order part together into a ReducedPart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pneumorph.reduction.cavity_polynomial import cavity_polynomial
+from pneumorph.reduction.full_part import ElementGroup, FullPart
+from pneumorph.reduction.inertia import mass_integrals
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.sampled_elements import SampledElements
+
+
+@dataclass(frozen=True)
+class Cubature:
+    """Which elements of one group are integrated over, and with which weight."""
+
+    index: np.ndarray
+    """Element numbers, ascending, (sampled,)."""
+    weight: np.ndarray
+    """Non-negative weights, (sampled,)."""
+
+    @classmethod
+    def every(cls, element_count: int) -> Cubature:
+        """Every element with weight one: the unsampled model."""
+        return cls(np.arange(element_count), np.ones(element_count))
+
+    @classmethod
+    def from_weights(cls, weight: np.ndarray) -> Cubature:
+        """The elements whose entry of ``weight`` (element,) is positive."""
+        index = np.flatnonzero(weight > 0.0)
+        return cls(index, weight[index])
+
+
+def sample_elements(
+    group: ElementGroup, modes: np.ndarray, cubature: Cubature | None = None
+) -> SampledElements:
+    """Elements of a group in modal coordinates.
+
+    Args:
+        group: Elements of one kind.
+        modes: Mode shapes, (node, 3, mode).
+        cubature: Which elements and weights; every element with weight one if not given.
+    """
+    if cubature is None:
+        cubature = Cubature.every(len(group.connectivity))
+    index = cubature.index
+    element_modes = modes[group.connectivity[index]]  # (element, k, 3, mode)
+    gradients = group.material_gradients[index]  # (element, k, d)
+    scale = cubature.weight * group.measure[index]
+    return SampledElements(
+        rest=group.rest_frame[index],
+        mode_gradient=np.einsum("enim,end->eidm", element_modes, gradients, optimize=True),
+        weighted_lambda=scale * group.lame_lambda[index],
+        weighted_mu=scale * group.lame_mu[index],
+    )
+
+
+def assemble_reduced_part(
+    part: FullPart,
+    modes: np.ndarray,
+    cubatures: tuple[Cubature, ...] | None = None,
+    contact_modes: np.ndarray | None = None,
+    metadata: Mapping[str, Any] | None = None,
+) -> ReducedPart:
+    """Build the reduced part of given modes and sampled elements.
+
+    Args:
+        part: The full-order part; its groups are the tetrahedra and, optionally, one membrane.
+        modes: Mass-orthonormal mode shapes that vanish at the attachment, (node, 3, mode). They
+            are rounded to single precision first, so a saved part equals the one in memory.
+        cubatures: Sampled elements of each group; every element with unit weight if not given
+            (plain Galerkin projection).
+        contact_modes: Mode shapes at the mesh's collision points, (point, 3, mode); interpolated
+            in the tetrahedra if not given.
+        metadata: Provenance and errors to record beside the mesh digest.
+
+    Raises:
+        ValueError: Shapes disagree.
+    """
+    mesh, groups = part.mesh, tuple(part.element_groups)
+    if modes.ndim != 3 or modes.shape[:2] != mesh.nodes.shape:
+        raise ValueError(
+            f"modes must have shape (node, 3, mode) with {len(mesh.nodes)} nodes, got "
+            f"{modes.shape}; they may belong to another mesh"
+        )
+    if cubatures is None:
+        cubatures = tuple(Cubature.every(len(group.connectivity)) for group in groups)
+    if len(cubatures) != len(groups):
+        raise ValueError(
+            f"cubatures must name the sampled elements of each of the {len(groups)} element "
+            f"groups, got {len(cubatures)}"
+        )
+    modes = modes.astype(np.float32).astype(np.float64)
+    by_dimension = {
+        group.material_gradients.shape[2]: (cubature, sample_elements(group, modes, cubature))
+        for group, cubature in zip(groups, cubatures, strict=True)
+    }
+    nothing = Cubature(np.zeros(0, dtype=np.int64), np.zeros(0))
+    mode_count = modes.shape[2]
+    no_membrane = SampledElements(
+        np.zeros((0, 3, 2)), np.zeros((0, 3, 2, mode_count)), np.zeros(0), np.zeros(0)
+    )
+    solid_cubature, solid = by_dimension[3]
+    membrane_cubature, membrane = by_dimension.get(2, (nothing, no_membrane))
+
+    cavities = [
+        cavity_polynomial(mesh.nodes, mesh.surfaces[name], modes)
+        for name in sorted(mesh.surfaces)
+        if name.startswith("cavity")
+    ]
+    integrals = mass_integrals(part.node_mass, mesh.nodes, modes)
+    if contact_modes is None:
+        contact_modes = interpolate_modes(mesh.nodes, mesh.tetrahedra, modes, mesh.contact_points)
+    cube = (mode_count,) * 3
+    return ReducedPart(
+        rest_nodes=np.array(mesh.nodes, dtype=np.float64),
+        modes=modes,
+        skin=np.asarray(mesh.surfaces["skin"], dtype=np.int32),
+        tetrahedron_index=solid_cubature.index.astype(np.int32),
+        tetrahedron_weight=solid_cubature.weight,
+        tetrahedron_rest=solid.rest,
+        tetrahedron_mode_gradient=solid.mode_gradient,
+        tetrahedron_lambda=solid.weighted_lambda,
+        tetrahedron_mu=solid.weighted_mu,
+        membrane_index=membrane_cubature.index.astype(np.int32),
+        membrane_weight=membrane_cubature.weight,
+        membrane_rest=membrane.rest,
+        membrane_mode_gradient=membrane.mode_gradient,
+        membrane_lambda=membrane.weighted_lambda,
+        membrane_mu=membrane.weighted_mu,
+        linear_stiffness=np.zeros((mode_count, mode_count)),
+        cavity_volume=np.array([cavity.constant for cavity in cavities]),
+        cavity_volume_1=np.array([c.linear for c in cavities]).reshape(-1, *cube[:1]),
+        cavity_volume_2=np.array([c.quadratic for c in cavities]).reshape(-1, *cube[:2]),
+        cavity_volume_3=np.array([c.cubic for c in cavities]).reshape(-1, *cube),
+        mass=integrals.mass,
+        first_moment=integrals.first_moment,
+        first_moment_modes=integrals.first_moment_modes,
+        second_moment=integrals.second_moment,
+        second_moment_modes=integrals.second_moment_modes,
+        second_moment_mode_pairs=integrals.second_moment_mode_pairs,
+        contact_points=np.array(mesh.contact_points, dtype=np.float64).reshape(-1, 3),
+        contact_modes=contact_modes,
+        metadata={**(metadata or {}), "mesh_digest": mesh.digest()},
+    )
+
+
+def interpolate_modes(
+    nodes: np.ndarray, tetrahedra: np.ndarray, modes: np.ndarray, points: np.ndarray
+) -> np.ndarray:
+    """Mode shapes at points of the solid, (point, 3, mode), linear in the nearest tetrahedron."""
+    result = np.zeros((len(points), 3, modes.shape[2]))
+    corners = nodes[tetrahedra]
+    inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
+    for number, point in enumerate(points):
+        inner = np.einsum("eij,ej->ei", inverse, point - corners[:, 0])
+        barycentric = np.concatenate([1.0 - inner.sum(axis=1, keepdims=True), inner], axis=1)
+        nearest = int(np.argmax(barycentric.min(axis=1)))
+        result[number] = np.einsum("n,nim->im", barycentric[nearest], modes[tetrahedra[nearest]])
+    return result

@@ -1,0 +1,88 @@
+"""Static equilibrium of a reduced part held at its attachment, by Newton with load steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.sampled_elements import Rotation
+
+
+@dataclass(frozen=True)
+class StaticEquilibrium:
+    """Where the forces on a part balance, and how the search ended."""
+
+    alpha: np.ndarray
+    """Modal coordinates, (mode,)."""
+    converged: bool
+    iterations: int
+    relative_residual: float
+    """Norm of the unbalanced force over that of the largest applied one."""
+
+
+def static_equilibrium(
+    part: ReducedPart,
+    pressure_kPa: np.ndarray | float,
+    *,
+    external: np.ndarray | None = None,
+    start: np.ndarray | None = None,
+    rotation: Rotation = "edge",
+    tolerance: float = 1e-9,
+    iteration_limit: int = 200,
+) -> StaticEquilibrium:
+    """Find alpha with internal_force(alpha) + sum_c p_c dV_c/dalpha + external = 0.
+
+    Newton's method with the exact tangent, taken by central differences of the (cheap) reduced
+    force so that the derivative of the elements' rotations is included; the step is limited to
+    the size at which the elements' rotations stay in its range, which also serves as continuation.
+
+    Args:
+        part: The reduced part.
+        pressure_kPa: Pressure of each cavity, (cavity,) or one number for all.
+        external: Further constant generalised force, (mode,).
+        start: Modal coordinates to start from, zero by default.
+        rotation: Where the elements take their rotation from.
+        tolerance: Relative residual to reach.
+        iteration_limit: Newton steps at most.
+
+    Raises:
+        ValueError: A pressure is not finite.
+    """
+    pressure = np.broadcast_to(np.asarray(pressure_kPa, dtype=float), (part.cavity_count,))
+    if not np.all(np.isfinite(pressure)):
+        raise ValueError(f"pressure_kPa must be finite, got {pressure_kPa}")
+    applied = np.zeros(part.mode_count) if external is None else np.asarray(external, dtype=float)
+    alpha = np.zeros(part.mode_count) if start is None else np.array(start, dtype=float)
+    # The largest displacement a mode makes per unit of its coordinate turns mm into alpha.
+    reach = np.abs(part.modes).max(axis=(0, 1))
+    difference = 1e-4 / reach
+    residual_size = np.inf
+
+    for iteration in range(iteration_limit + 1):
+        cavities = [part.cavity(index) for index in range(part.cavity_count)]
+        load = applied + sum(
+            p * cavity.gradient(alpha) for p, cavity in zip(pressure, cavities, strict=True)
+        )
+        elastic = part.internal_force(alpha, rotation)
+        residual = elastic + load
+        scale = max(float(np.linalg.norm(load)), float(np.linalg.norm(elastic)), 1e-12)
+        residual_size = float(np.linalg.norm(residual) / scale)
+        if residual_size <= tolerance:
+            return StaticEquilibrium(alpha, True, iteration, residual_size)
+        if iteration == iteration_limit:
+            break
+        offsets = np.diag(difference)
+        forward = part.internal_force(alpha + offsets, rotation)
+        backward = part.internal_force(alpha - offsets, rotation)
+        tangent = -((forward - backward) / (2.0 * difference[:, None])).T
+        for p, cavity in zip(pressure, cavities, strict=True):
+            tangent -= p * cavity.hessian(alpha)
+        step = np.linalg.solve(tangent, residual)
+        movement = float(np.abs(part.modes @ step).max())
+        # 8 mm per step keeps a slender part's elements well below a right angle of turn.
+        alpha = alpha + step * min(1.0, 8.0 / max(movement, 1e-300))
+        if movement < 1e-10:  # [mm]; no load leaves only rounding to compare the residual with
+            return StaticEquilibrium(alpha, True, iteration + 1, residual_size)
+    return StaticEquilibrium(alpha, False, iteration_limit, residual_size)

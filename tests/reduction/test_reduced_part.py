@@ -1,0 +1,123 @@
+"""A reduced part against the finite elements it was made from."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from synthetic_part import synthetic_part, synthetic_reduced_part, vibration_modes
+
+from pneumorph.artefact import ArtefactError, save_artefact
+from pneumorph.reduction.assemble import assemble_reduced_part
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.static_equilibrium import static_equilibrium
+
+PART = synthetic_part()
+MODE_COUNT = 8
+REDUCED = synthetic_reduced_part(MODE_COUNT)
+
+
+def large_state(seed: int = 0) -> np.ndarray:
+    """Modal coordinates that move nodes by several millimetres."""
+    return np.random.default_rng(seed).normal(size=MODE_COUNT)
+
+
+@pytest.mark.parametrize("rotation", ["edge", "polar"])
+def test_every_element_with_unit_weight_is_the_galerkin_projection(rotation):
+    # Same sums in another order: rounding of about 1e-16 times the number of elements.
+    alpha = large_state()
+    x = REDUCED.positions(alpha)
+    assert np.abs(x - REDUCED.rest_nodes).max() > 5.0
+    flat = REDUCED.modes.reshape(-1, MODE_COUNT)
+
+    force = flat.T @ PART.internal_force(x, rotation).ravel()
+    reduced_force = REDUCED.internal_force(alpha, rotation)
+    assert np.abs(reduced_force - force).max() < 1e-12 * np.abs(force).max()
+
+    stiffness = flat.T @ PART.stiffness(x, rotation) @ flat
+    reduced_stiffness = REDUCED.stiffness(alpha, rotation)
+    assert np.abs(reduced_stiffness - stiffness).max() < 1e-12 * np.abs(stiffness).max()
+
+
+def test_forces_of_many_states_equal_those_of_each():
+    states = np.array([large_state(seed) for seed in range(3)])
+    together = REDUCED.internal_force(states)
+    alone = np.array([REDUCED.internal_force(state) for state in states])
+    assert np.abs(together - alone).max() < 1e-12 * np.abs(alone).max()
+
+
+def test_modes_are_mass_orthonormal_and_vanish_at_the_attachment():
+    product = np.einsum("n,nim,nik->mk", PART.node_mass, REDUCED.modes, REDUCED.modes)
+    # Stored in single precision.
+    assert np.abs(product - np.eye(MODE_COUNT)).max() < 1e-6
+    assert np.all(REDUCED.modes[PART.mesh.node_sets["attachment"]] == 0.0)
+
+
+def test_equilibrium_at_rest_is_rest_and_small_pressures_bend_in_proportion():
+    assert np.abs(static_equilibrium(REDUCED, 0.0).alpha).max() < 1e-12  # rounding
+    small = static_equilibrium(REDUCED, 1e-3)
+    twice = static_equilibrium(REDUCED, 2e-3)
+    assert small.converged
+    assert twice.converged
+    # The curvature of the response changes this by the order of the displacement, 1e-4 mm of 1 mm.
+    assert np.abs(twice.alpha - 2.0 * small.alpha).max() < 1e-3 * np.abs(small.alpha).max()
+
+
+def test_equilibrium_refuses_a_pressure_that_is_not_finite():
+    with pytest.raises(ValueError, match="pressure_kPa must be finite"):
+        static_equilibrium(REDUCED, np.nan)
+
+
+def test_equilibrium_reports_that_it_did_not_converge():
+    result = static_equilibrium(REDUCED, 50.0, iteration_limit=1)
+    assert not result.converged
+    assert result.iterations == 1
+
+
+def test_contact_points_follow_the_solid():
+    # Every contact point of the synthetic part is a node.
+    alpha = large_state()
+    moved = REDUCED.contact_points + REDUCED.contact_modes @ alpha
+    nodes = REDUCED.positions(alpha)
+    for point, position in zip(REDUCED.contact_points, moved, strict=True):
+        node = np.argmin(np.linalg.norm(REDUCED.rest_nodes - point, axis=1))
+        assert np.abs(nodes[node] - position).max() < 1e-9
+
+
+def test_saved_part_is_the_part(tmp_path):
+    loaded = ReducedPart.load(REDUCED.save(tmp_path / "part.npz"))
+    for item in dataclasses.fields(ReducedPart):
+        if item.name != "metadata":
+            assert np.array_equal(getattr(loaded, item.name), getattr(REDUCED, item.name))
+    loaded.check_mesh(PART.mesh)
+
+
+def test_another_mesh_is_refused():
+    with pytest.raises(ArtefactError, match="was made from the mesh"):
+        REDUCED.check_mesh(synthetic_part((6, 4, 4)).mesh)
+
+
+def test_another_format_version_is_refused(tmp_path):
+    path = save_artefact(tmp_path / "part.npz", "ReducedPart", 99, {}, {})
+    with pytest.raises(ArtefactError, match="format version 99"):
+        ReducedPart.load(path)
+
+
+def test_missing_arrays_are_refused(tmp_path):
+    path = save_artefact(tmp_path / "part.npz", "ReducedPart", 1, {"skin": np.zeros(3)}, {})
+    with pytest.raises(ArtefactError, match="lacks"):
+        ReducedPart.load(path)
+
+
+def test_mixed_shapes_and_negative_weights_are_refused():
+    with pytest.raises(ValueError, match="linear_stiffness must have shape"):
+        dataclasses.replace(REDUCED, linear_stiffness=np.zeros((3, 3)))
+    with pytest.raises(ValueError, match="tetrahedron_weight must not be negative"):
+        dataclasses.replace(REDUCED, tetrahedron_weight=-REDUCED.tetrahedron_weight)
+
+
+def test_modes_of_another_mesh_are_refused():
+    other = vibration_modes(synthetic_part((6, 4, 4)), 2)
+    with pytest.raises(ValueError, match="modes must have shape"):
+        assemble_reduced_part(PART, other)
