@@ -1,0 +1,242 @@
+"""Many crawling robots of different designs as one Gymnasium vector environment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from pneumorph.environment.crawling_simulator import (
+    RUNNING,
+    CrawlingSimulator,
+    RobotBuilder,
+    SimulatorFactory,
+)
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.reward import reward_terms
+from pneumorph.robot.design import Design
+
+
+class CrawlingEnvironment(VectorEnv):
+    """Robots that crawl side by side, each with its own design and its own episode.
+
+    Observation of a robot: its most recent actions, newest first and zeros at the start, then its
+    design in one-hot form (paper, appendix A): 12 + 32 numbers. The controller is open loop, so
+    nothing of the robot's motion is observed. Action: one number in [-1, 1] for each regulator,
+    held for `CrawlingTask.action_step_count` simulation steps. Reward: see `reward_terms`.
+
+    Autoreset is ``AutoresetMode.SAME_STEP``: the step that ends a robot's episode returns the
+    first observation of its next one (same design), and the last observation in
+    ``info["final_obs"]``. The simulator itself is put back only when the next step asks for it,
+    so a `reset` with new designs after the last action costs nothing twice.
+
+    A robot whose simulation fails terminates at once, with its status in ``info["status"]`` and a
+    finite reward; the others do not notice. All robots end together otherwise, as episodes have
+    the same length.
+
+    ``info`` of a step, all of shape (robot,): ``status``, ``distance_cm`` travelled since the
+    robot's episode began, ``command_kPa`` (robot, regulator) and one entry for each reward term.
+    For robots whose episode ended the same entries stand in ``info["final_info"]`` too.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 -- Gymnasium declares it as an instance variable
+        "autoreset_mode": AutoresetMode.SAME_STEP,
+        "render_modes": [],
+    }
+
+    def __init__(
+        self,
+        designs: Sequence[Design],
+        build_robot: RobotBuilder,
+        make_simulator: SimulatorFactory,
+        task: CrawlingTask | None = None,
+    ) -> None:
+        """Build the robots and their simulator.
+
+        Args:
+            designs: One design per robot, all with the same number of locations.
+            build_robot: Turns a design into a robot of the simulator.
+            make_simulator: Makes the simulator of a list of robots.
+            task: Actions, episode and pressures; None for the paper's.
+
+        Raises:
+            ValueError: No design, or a design of another hub or with an unknown regulator.
+        """
+        if not designs:
+            raise ValueError("designs is empty, expected one design per robot")
+        self.task = task or CrawlingTask()
+        self.num_envs = len(designs)
+        self.location_count = designs[0].location_count
+        self._build_robot = build_robot
+        self._robots: dict[Design, Any] = {}
+        self._accept(designs)
+        self._simulator: CrawlingSimulator = make_simulator(
+            [self._robot(design) for design in self._designs]
+        )
+
+        design_size = self.location_count * (self.task.regulator_count + 1)
+        low = np.concatenate([-np.ones(self.task.state_size), np.zeros(design_size)])
+        self.single_observation_space = gymnasium.spaces.Box(
+            low.astype(np.float32), np.float32(1.0), dtype=np.float32
+        )
+        self.single_action_space = gymnasium.spaces.Box(
+            np.float32(-1.0), np.float32(1.0), (self.task.regulator_count,), np.float32
+        )
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+
+        self._memory = np.zeros((self.num_envs, self.task.state_size), dtype=np.float32)
+        self._action_number = np.zeros(self.num_envs, dtype=np.int64)
+        self._distance_cm = np.zeros(self.num_envs)
+        self._awaits_reset = np.ones(self.num_envs, dtype=bool)
+        self._was_reset = False
+
+    @property
+    def designs(self) -> tuple[Design, ...]:
+        """Design of each robot."""
+        return self._designs
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Start a new episode of every robot.
+
+        Args:
+            seed: Kept for Gymnasium's sake: neither task nor simulator draws random numbers.
+            options: ``{"designs": [...]}`` gives every robot a new design, else it keeps its own.
+
+        Raises:
+            ValueError: An unknown option, or designs of the wrong number or kind.
+        """
+        super().reset(seed=seed)
+        unknown = set(options or {}) - {"designs"}
+        if unknown:
+            raise ValueError(
+                f"reset option {sorted(unknown)[0]!r} is unknown, expected 'designs': the design "
+                "of each robot"
+            )
+        if options and options.get("designs") is not None:
+            self._accept(options["designs"])
+            self._simulator.set_robots([self._robot(design) for design in self._designs])
+        self._begin(np.ones(self.num_envs, dtype=bool))
+        self._was_reset = True
+        return self._observation(), {}
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Hold one action of every robot for `CrawlingTask.action_step_count` steps.
+
+        Args:
+            actions: shape (robot, regulator), each from -1 to 1.
+
+        Returns:
+            Observations (robot, observation), rewards [cm] (robot,), terminations (robot,),
+            truncations (robot,), info.
+
+        Raises:
+            ValueError: An action has the wrong shape, is not finite or is out of range.
+        """
+        if not self._was_reset:
+            raise gymnasium.error.ResetNeeded("call reset before the first step")
+        actions = np.asarray(actions)
+        if actions.shape != self.action_space.shape:
+            raise ValueError(
+                f"actions has shape {actions.shape}, expected (robot, regulator) = "
+                f"{self.action_space.shape}"
+            )
+        command_kPa = self.task.pressure_kPa(actions)
+        self._settle()
+
+        start_mm = np.array(self._simulator.forward_position_mm, dtype=np.float64)
+        self._simulator.advance(command_kPa, self.task.action_step_count)
+        status = np.array(self._simulator.status, dtype=np.uint8)
+        failed = status != RUNNING
+        terms = reward_terms(self._simulator.forward_position_mm - start_mm, failed)
+        reward = np.sum(list(terms.values()), axis=0)
+
+        self._memory = np.concatenate(
+            [actions.astype(np.float32), self._memory[:, : -self.task.regulator_count]], axis=1
+        )
+        self._action_number += 1
+        self._distance_cm += terms["forward_travel_cm"]
+        time_is_up = self._action_number >= self.task.action_count
+        terminated = failed | (time_is_up & self.task.time_limit_is_terminal)
+        truncated = time_is_up & ~terminated
+
+        info: dict[str, Any] = {
+            "status": status,
+            "distance_cm": self._distance_cm.copy(),
+            "command_kPa": command_kPa,
+            **terms,
+        }
+        info |= {f"_{name}": np.ones(self.num_envs, dtype=bool) for name in tuple(info)}
+        ended = terminated | truncated
+        if ended.any():
+            info |= self._final(ended, info)
+            self._begin(ended)
+        return self._observation(), reward, terminated, truncated, info
+
+    def _final(self, ended: np.ndarray, info: dict[str, Any]) -> dict[str, Any]:
+        """Last observation and info of ended episodes, in the layout of Gymnasium's own."""
+        observation = self._observation()
+        final_observation = np.full(self.num_envs, None, dtype=object)
+        for robot in np.flatnonzero(ended):
+            final_observation[robot] = observation[robot]
+        final_info = {
+            name: ended.copy() if name.startswith("_") else value for name, value in info.items()
+        }
+        return {
+            "final_obs": final_observation,
+            "_final_obs": ended.copy(),
+            "final_info": final_info,
+            "_final_info": ended.copy(),
+        }
+
+    def _begin(self, robots: np.ndarray) -> None:
+        """Start a new episode of the robots marked in ``robots`` (robot,) bool."""
+        self._memory = np.where(robots[:, None], np.float32(0.0), self._memory)
+        self._action_number[robots] = 0
+        self._distance_cm[robots] = 0.0
+        self._awaits_reset |= robots
+
+    def _settle(self) -> None:
+        """Put back the robots that await it and let them fall on the floor at zero pressure."""
+        waiting = self._awaits_reset
+        if not waiting.any():
+            return
+        zero = np.zeros((self.num_envs, self.task.regulator_count))
+        if waiting.all():
+            self._simulator.reset()
+            self._simulator.advance(zero, self.task.settling_step_count)
+        else:
+            self._simulator.reset(active=waiting)
+            self._simulator.advance(zero, self.task.settling_step_count, active=waiting)
+        self._awaits_reset = np.zeros(self.num_envs, dtype=bool)
+
+    def _observation(self) -> np.ndarray:
+        return np.concatenate([self._memory, self._one_hot], axis=1)
+
+    def _accept(self, designs: Sequence[Design]) -> None:
+        designs = tuple(designs)
+        if len(designs) != self.num_envs:
+            raise ValueError(
+                f"got {len(designs)} designs, expected {self.num_envs}: one per robot of the batch"
+            )
+        for design in designs:
+            if design.location_count != self.location_count:
+                raise ValueError(
+                    f"design {design} has {design.location_count} locations, expected "
+                    f"{self.location_count} as the other robots have"
+                )
+        self._one_hot = np.stack([design.one_hot(self.task.regulator_count) for design in designs])
+        self._designs = designs
+
+    def _robot(self, design: Design) -> Any:
+        if design not in self._robots:
+            self._robots[design] = self._build_robot(design)
+        return self._robots[design]

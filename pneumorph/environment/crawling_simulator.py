@@ -1,0 +1,53 @@
+"""What the environment asks of a simulator of many robots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from pneumorph.robot.design import Design
+
+RUNNING = 0
+"""Status of a robot whose simulation is healthy; every other value is a failure."""
+
+RobotBuilder = Callable[[Design], Any]
+"""Turns a design into whatever its simulator calls a robot."""
+
+
+class CrawlingSimulator(Protocol):
+    """A batch of robots that advance together; a failure is a status of one robot."""
+
+    def set_robots(self, robots: Sequence[Any]) -> None:
+        """Replace every robot (same count) and reset all."""
+
+    def reset(self, active: np.ndarray | None = None) -> None:
+        """Put robots back to their initial state.
+
+        Args:
+            active: Which robots, shape (robot,) bool; None for all.
+        """
+
+    def advance(
+        self, command_kPa: np.ndarray, step_count: int, active: np.ndarray | None = None
+    ) -> None:
+        """Advance by ``step_count`` steps while a command is held.
+
+        Args:
+            command_kPa: Real pressures [kPa], shape (robot, regulator).
+            step_count: Simulation steps.
+            active: Which robots move, shape (robot,) bool; the others stand still. None for all.
+        """
+
+    @property
+    def forward_position_mm(self) -> np.ndarray:
+        """Place of each robot's tracked point along the forward axis [mm], shape (robot,)."""
+
+    @property
+    def status(self) -> np.ndarray:
+        """Status of each robot, shape (robot,) uint8; `RUNNING` or a failure."""
+
+
+SimulatorFactory = Callable[[Sequence[Any]], CrawlingSimulator]
+"""Makes a simulator of these robots."""
