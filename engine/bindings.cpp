@@ -1,26 +1,31 @@
 // The Python module `pneumorph._engine`.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include <stdexcept>
 
+#include "batch.hpp"
 #include "dense_contact.hpp"
 
 namespace nb = nanobind;
 using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using NewVector = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
+using Array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+using Mask = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using NewArray = nb::ndarray<nb::numpy, double>;
 
-static NewVector to_numpy(std::vector<double> values) {
+static NewArray to_numpy(std::vector<double> values, std::vector<size_t> shape) {
   auto* owned = new std::vector<double>(std::move(values));
   nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
-  return NewVector(owned->data(), {owned->size()}, owner);
+  return NewArray(owned->data(), shape.size(), shape.data(), owner);
 }
 
-static std::tuple<NewVector, double, int> solve_friction_contacts(Matrix delassus, Vector free_velocity,
-                                                                  double friction, Vector warm_start,
-                                                                  double tolerance, int max_sweeps) {
+static std::tuple<NewArray, double, int> solve_friction_contacts(Matrix delassus, Vector free_velocity,
+                                                                 double friction, Vector warm_start,
+                                                                 double tolerance, int max_sweeps) {
   const size_t n = free_velocity.shape(0);
   if (n % 3 != 0 || delassus.shape(0) != n || delassus.shape(1) != n || warm_start.shape(0) != n)
     throw std::invalid_argument("delassus must be (3c, 3c) and free_velocity, warm_start (3c,)");
@@ -30,8 +35,230 @@ static std::tuple<NewVector, double, int> solve_friction_contacts(Matrix delassu
     solution = pneumorph::solve_dense_contacts(delassus.data(), free_velocity.data(), int(n / 3), friction,
                                                warm_start.data(), tolerance, max_sweeps);
   }
-  return {to_numpy(std::move(solution.impulse)), solution.residual, solution.sweeps};
+  return {to_numpy(std::move(solution.impulse), {n}), solution.residual, solution.sweeps};
 }
+
+// Reads named arrays of one part, checking every shape; keeps them alive while the batch copies them.
+class PartReader {
+ public:
+  explicit PartReader(nb::dict arrays) : arrays_(arrays) {}
+
+  const double* read(const char* name, std::vector<size_t> shape) {
+    Array array = nb::cast<Array>(arrays_[name]);
+    bool same = array.ndim() == shape.size();
+    std::string expected, got;
+    for (size_t size : shape) expected += (expected.empty() ? "" : ", ") + std::to_string(size);
+    for (size_t i = 0; i < array.ndim(); ++i) {
+      got += (i ? ", " : "") + std::to_string(array.shape(i));
+      same = same && array.shape(i) == shape[i];
+    }
+    if (!same)
+      throw std::invalid_argument(std::string("part array ") + name + " has shape (" + got + "), expected (" +
+                                  expected + ")");
+    kept_.push_back(array);
+    return array.data();
+  }
+  size_t length(const char* name) { return nb::cast<Array>(arrays_[name]).shape(0); }
+  double number(const char* name) { return nb::cast<double>(arrays_[name]); }
+
+ private:
+  nb::dict arrays_;
+  std::vector<Array> kept_;
+};
+
+static pneumorph::PartInput read_part(PartReader& reader, size_t m) {
+  pneumorph::PartInput part;
+  const size_t e = reader.length("tetrahedron_lambda"), t = reader.length("membrane_lambda");
+  const size_t c = reader.length("cavity_volume_1"), p = reader.length("contact_points");
+  part.modes = int(m), part.tetrahedra = int(e), part.membranes = int(t);
+  part.cavities = int(c), part.contacts = int(p);
+  part.tetrahedron_rest = reader.read("tetrahedron_rest", {e, 3, 3});
+  part.tetrahedron_gradient = reader.read("tetrahedron_mode_gradient", {e, 3, 3, m});
+  part.tetrahedron_lambda = reader.read("tetrahedron_lambda", {e});
+  part.tetrahedron_mu = reader.read("tetrahedron_mu", {e});
+  part.membrane_rest = reader.read("membrane_rest", {t, 3, 2});
+  part.membrane_gradient = reader.read("membrane_mode_gradient", {t, 3, 2, m});
+  part.membrane_lambda = reader.read("membrane_lambda", {t});
+  part.membrane_mu = reader.read("membrane_mu", {t});
+  part.linear_stiffness = reader.read("linear_stiffness", {m, m});
+  part.volume_1 = reader.read("cavity_volume_1", {c, m});
+  part.volume_2 = reader.read("cavity_volume_2", {c, m, m});
+  part.volume_3 = reader.read("cavity_volume_3", {c, m, m, m});
+  part.mass = reader.number("mass");
+  part.first_moment = reader.read("first_moment", {3});
+  part.first_moment_modes = reader.read("first_moment_modes", {3, m});
+  part.second_moment = reader.read("second_moment", {3, 3});
+  part.second_moment_modes = reader.read("second_moment_modes", {3, 3, m});
+  part.second_moment_mode_pairs = reader.read("second_moment_mode_pairs", {3, 3, m, m});
+  part.contact_points = reader.read("contact_points", {p, 3});
+  part.contact_modes = reader.read("contact_modes", {p, 3, m});
+  return part;
+}
+
+static pneumorph::Settings read_settings(nb::dict d) {
+  pneumorph::Settings s;
+  auto number = [&](const char* name) { return nb::cast<double>(d[name]); };
+  s.time_step = number("time_step"), s.gravity = number("gravity");
+  s.mass_damping = number("mass_damping"), s.stiffness_damping = number("stiffness_damping");
+  s.published_damping = nb::cast<bool>(d["published_damping"]), s.edge_rotations = nb::cast<bool>(d["edge_rotations"]);
+  s.friction = number("friction"), s.floor_height = number("floor_height");
+  s.contact_margin = number("contact_margin"), s.contact_tolerance = number("contact_tolerance");
+  s.contact_sweeps = nb::cast<int>(d["contact_sweeps"]);
+  s.pressure_rate = number("pressure_rate"), s.pressure_slope = number("pressure_slope");
+  s.pressure_intercept = number("pressure_intercept"), s.speed_limit = number("speed_limit");
+  s.regulator_count = nb::cast<int>(d["regulator_count"]);
+  return s;
+}
+
+class PythonBatch {
+ public:
+  PythonBatch(nb::list parts, nb::dict settings, bool single_precision, std::string instruction_set)
+      : batch_(make(parts, settings, single_precision, instruction_set)) {}
+
+  // hubs: list of (mass, first_moment (3,), second_moment (3,3), contact_points (p,3)).
+  // robots: list of (hub index, [(part, rotation (3,3), translation (3,), [regulators])]).
+  void set_robots(nb::list hubs, nb::list robots) {
+    std::vector<pneumorph::HubInput> hub_inputs;
+    for (nb::handle item : hubs) {
+      auto [mass, first, second, points] = nb::cast<std::tuple<double, Vector, Matrix, Matrix>>(item);
+      pneumorph::HubInput hub;
+      hub.mass = mass;
+      for (int i = 0; i < 3; ++i) hub.first_moment[i] = first.data()[i];
+      for (int i = 0; i < 9; ++i) hub.second_moment[i] = second.data()[i];
+      hub.contact_points.assign(points.data(), points.data() + points.size());
+      hub_inputs.push_back(hub);
+    }
+    std::vector<int> hub_of_robot;
+    std::vector<std::vector<pneumorph::MountInput>> mounts;
+    for (nb::handle item : robots) {
+      auto [hub, list] = nb::cast<std::tuple<int, nb::list>>(item);
+      hub_of_robot.push_back(hub);
+      std::vector<pneumorph::MountInput> of_robot;
+      for (nb::handle entry : list) {
+        auto [part, rotation, translation, regulators] =
+            nb::cast<std::tuple<int, Matrix, Vector, std::vector<int>>>(entry);
+        pneumorph::MountInput mount;
+        mount.part = part;
+        for (int i = 0; i < 9; ++i) mount.rotation[i] = rotation.data()[i];
+        for (int i = 0; i < 3; ++i) mount.translation[i] = translation.data()[i];
+        mount.regulators = regulators;
+        of_robot.push_back(mount);
+      }
+      mounts.push_back(of_robot);
+    }
+    batch_.set_robots(hub_inputs, hub_of_robot, mounts);
+  }
+
+  void advance(Matrix command, long long steps, Mask active, int threads, bool profile) {
+    const size_t robots = batch_.robot_count(), regulators = batch_.settings().regulator_count;
+    if (command.shape(0) != robots || command.shape(1) != regulators || active.shape(0) != robots)
+      throw std::invalid_argument("command must be (robot, regulator) and active (robot,)");
+    nb::gil_scoped_release release;
+    batch_.advance(command.data(), steps, reinterpret_cast<const unsigned char*>(active.data()), threads, profile);
+  }
+
+  // One quantity of every robot; modal ones are padded with zeros to the most mounts and modes.
+  NewArray read(std::string name) {
+    const size_t robots = batch_.robot_count();
+    std::vector<double> values;
+    auto gather = [&](size_t width, auto&& value) {
+      values.reserve(robots * width);
+      for (size_t r = 0; r < robots; ++r)
+        for (size_t i = 0; i < width; ++i) values.push_back(value(batch_.state(int(r)), i));
+    };
+    using State = pneumorph::RobotState;
+    if (name == "position") return gather(3, [](State& s, size_t i) { return s.position[i]; }), to_numpy(values, {robots, 3});
+    if (name == "rotation") return gather(9, [](State& s, size_t i) { return s.rotation[i]; }), to_numpy(values, {robots, 3, 3});
+    if (name == "velocity") return gather(3, [](State& s, size_t i) { return s.velocity[i]; }), to_numpy(values, {robots, 3});
+    if (name == "angular_velocity") return gather(3, [](State& s, size_t i) { return s.angular_velocity[i]; }), to_numpy(values, {robots, 3});
+    if (name == "regulated") {
+      const size_t n = batch_.settings().regulator_count;
+      return gather(n, [](State& s, size_t i) { return s.regulated[i]; }), to_numpy(values, {robots, n});
+    }
+    const char* const scalars[] = {"status", "active_contacts", "sweeps", "contact_residual", "step_count",
+                                   "contact_total", "sweep_total", "worst_penetration"};
+    for (int which = 0; which < 8; ++which)
+      if (name == scalars[which]) {
+        gather(1, [which](State& s, size_t) -> double {
+          switch (which) {
+            case 0: return s.status;
+            case 1: return s.active_contacts;
+            case 2: return s.sweeps;
+            case 3: return s.contact_residual;
+            case 4: return double(s.step_count);
+            case 5: return double(s.contact_total);
+            case 6: return double(s.sweep_total);
+            default: return s.worst_penetration;
+          }
+        });
+        return to_numpy(values, {robots});
+      }
+    if (name == "modes" || name == "mode_rates" || name == "impulses") {
+      const bool impulses = name == "impulses";
+      size_t rows = 0, width = impulses ? 3 : batch_.padded_modes();
+      for (size_t r = 0; r < robots; ++r)
+        rows = std::max(rows, size_t(impulses ? batch_.robot(int(r)).contact_count : batch_.robot(int(r)).mount_count));
+      for (size_t r = 0; r < robots; ++r) {
+        const auto& model = batch_.robot(int(r));
+        auto& s = batch_.state(int(r));
+        const double* data = impulses ? s.impulses : (name == "modes" ? s.modes : s.mode_rates);
+        const size_t own = (impulses ? model.contact_count : model.mount_count) * width;
+        for (size_t i = 0; i < rows * width; ++i) values.push_back(i < own ? data[i] : 0.0);
+      }
+      return to_numpy(values, {robots, rows, width});
+    }
+    throw std::invalid_argument("unknown quantity '" + name + "'");
+  }
+
+  // Overwrites one quantity of one robot: position, rotation, velocity, angular_velocity, regulated,
+  // modes, mode_rates or impulses, with the robot's own number of entries.
+  void write(int robot, std::string name, Vector values) {
+    auto& s = batch_.state(checked(robot));
+    const auto& model = batch_.robot(robot);
+    const size_t modal = size_t(model.mount_count) * batch_.padded_modes();
+    struct { const char* name; double* data; size_t count; } const fields[] = {
+        {"position", s.position, 3}, {"rotation", s.rotation, 9}, {"velocity", s.velocity, 3},
+        {"angular_velocity", s.angular_velocity, 3}, {"modes", s.modes, modal}, {"mode_rates", s.mode_rates, modal},
+        {"regulated", s.regulated, size_t(batch_.settings().regulator_count)},
+        {"impulses", s.impulses, 3 * size_t(model.contact_count)}};
+    for (const auto& field : fields)
+      if (name == field.name) {
+        if (values.shape(0) != field.count)
+          throw std::invalid_argument(name + " has " + std::to_string(values.shape(0)) + " numbers, expected " +
+                                      std::to_string(field.count));
+        for (size_t i = 0; i < field.count; ++i) field.data[i] = values.data()[i];
+        return;
+      }
+    throw std::invalid_argument("unknown quantity '" + name + "'");
+  }
+
+  void reset(int robot) { batch_.reset(checked(robot)); }
+  std::vector<double> stages() const {
+    return {batch_.stages().seconds, batch_.stages().seconds + pneumorph::kStageCount};
+  }
+  void clear_counters() { batch_.clear_counters(); }
+  int padded_modes() const { return batch_.padded_modes(); }
+  std::string instruction_set() const { return batch_.instruction_set(); }
+
+ private:
+  static pneumorph::Batch make(nb::list parts, nb::dict settings, bool single_precision, const std::string& set) {
+    std::vector<PartReader> readers;
+    std::vector<pneumorph::PartInput> inputs;
+    readers.reserve(nb::len(parts));
+    for (nb::handle item : parts) {
+      readers.emplace_back(nb::cast<nb::dict>(item));
+      const size_t modes = nb::cast<Array>(nb::cast<nb::dict>(item)["linear_stiffness"]).shape(0);
+      inputs.push_back(read_part(readers.back(), modes));
+    }
+    return pneumorph::Batch(inputs, read_settings(settings), single_precision, set);
+  }
+  int checked(int robot) const {
+    if (robot < 0 || robot >= batch_.robot_count())
+      throw std::invalid_argument("robot " + std::to_string(robot) + " of " + std::to_string(batch_.robot_count()));
+    return robot;
+  }
+  pneumorph::Batch batch_;
+};
 
 NB_MODULE(_engine, module) {
   module.doc() = "Batched reduced-order stepper and contact solver.";
@@ -41,4 +268,17 @@ NB_MODULE(_engine, module) {
              "Unilateral contact with Coulomb friction over a dense Delassus operator.\n\n"
              "Rows of a contact are normal, tangent, tangent. Returns impulse [mN s] (3c,), the largest\n"
              "violated velocity [mm/s] and the number of sweeps.");
+  nb::class_<PythonBatch>(module, "Batch")
+      .def(nb::init<nb::list, nb::dict, bool, std::string>(), nb::arg("parts"), nb::arg("settings"),
+           nb::arg("single_precision"), nb::arg("instruction_set"))
+      .def("set_robots", &PythonBatch::set_robots, nb::arg("hubs"), nb::arg("robots"))
+      .def("advance", &PythonBatch::advance, nb::arg("command"), nb::arg("steps"), nb::arg("active"),
+           nb::arg("threads"), nb::arg("profile"))
+      .def("read", &PythonBatch::read, nb::arg("name"))
+      .def("write", &PythonBatch::write, nb::arg("robot"), nb::arg("name"), nb::arg("values"))
+      .def("reset", &PythonBatch::reset, nb::arg("robot"))
+      .def("stages", &PythonBatch::stages)
+      .def("clear_counters", &PythonBatch::clear_counters)
+      .def_prop_ro("padded_modes", &PythonBatch::padded_modes)
+      .def_prop_ro("instruction_set", &PythonBatch::instruction_set);
 }

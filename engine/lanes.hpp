@@ -1,0 +1,38 @@
+// A 64-byte vector of numbers, as the compiler's own vector type: one register with AVX-512, two
+// with AVX2, four with the baseline. Sums over lanes are taken in a fixed order.
+#pragma once
+
+namespace pneumorph {
+namespace PNEUMORPH_INSTRUCTION_SET {
+
+template <class Real>
+struct Lanes {
+  static constexpr int count = 64 / sizeof(Real);
+  typedef Real type __attribute__((vector_size(64)));
+  typedef Real unaligned __attribute__((vector_size(64), aligned(8)));
+};
+
+template <class Real>
+inline typename Lanes<Real>::type load(const Real* from) {
+  return *reinterpret_cast<const typename Lanes<Real>::type*>(from);
+}
+template <class Real>
+inline void store(Real* to, typename Lanes<Real>::type value) {
+  *reinterpret_cast<typename Lanes<Real>::type*>(to) = value;
+}
+template <class Real>
+inline typename Lanes<Real>::type broadcast(Real value) {
+  return typename Lanes<Real>::type{} + value;
+}
+
+inline double sum_lanes(Lanes<double>::type v) {
+  typedef double half __attribute__((vector_size(32)));
+  typedef double quarter __attribute__((vector_size(16)));
+  const half low = __builtin_shufflevector(v, v, 0, 1, 2, 3), high = __builtin_shufflevector(v, v, 4, 5, 6, 7);
+  const half h = low + high;
+  const quarter q = __builtin_shufflevector(h, h, 0, 1) + __builtin_shufflevector(h, h, 2, 3);
+  return q[0] + q[1];
+}
+
+}  // namespace PNEUMORPH_INSTRUCTION_SET
+}  // namespace pneumorph
