@@ -1,0 +1,144 @@
+"""Films of trajectories, made off-screen: several robots in one frame with scale bar and clock."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.artefact import write_atomically
+from pneumorph.report.frame_painter import FramePainter
+from pneumorph.report.scene import Actor
+
+# H.264 plays everywhere; the others are for PyAV builds without it. MPEG-4 plays in players only.
+_CODECS = ("libx264", "libopenh264", "libvpx-vp9", "mpeg4")
+
+
+@dataclass(frozen=True)
+class FilmSettings:
+    """How a film looks."""
+
+    width: int = 960
+    """Pixels across; the height follows from what must be in view."""
+    frames_per_second: int = 12
+    """Frames per second of film; a second of film is a second of the robot's time times `speed`."""
+    speed: float = 1.0
+    """Seconds of the robot's time shown in one second."""
+    azimuth_deg: float = 18.0
+    """Turn of the view about the vertical; 0 looks across the direction of travel."""
+    elevation_deg: float = 42.0
+    """Height of the viewer above the horizon; 90 is a plan view."""
+
+    def __post_init__(self) -> None:
+        if self.width < 160:
+            raise ValueError(f"width is {self.width}, expected at least 160 pixels")
+        if self.frames_per_second < 1:
+            raise ValueError(f"frames_per_second is {self.frames_per_second}, expected at least 1")
+        if self.speed <= 0:
+            raise ValueError(f"speed is {self.speed}, expected above 0")
+
+
+def write_film(
+    path: Path | str,
+    actors: Sequence[Actor],
+    settings: FilmSettings | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> Path:
+    """Film robots from the start of their trajectories to the end of the longest one.
+
+    Args:
+        path: ``.mp4`` or ``.gif``.
+        actors: The robots; see `side_by_side` for their lanes.
+        settings: Size, speed and view.
+        progress: Called with frames done, frames in all and a message.
+
+    Raises:
+        ValueError: Another suffix, or a trajectory without node positions.
+    """
+    path = Path(path)
+    settings = settings or FilmSettings()
+    if path.suffix not in (".mp4", ".gif"):
+        raise ValueError(f"film {path} ends in {path.suffix!r}, expected .mp4 or .gif")
+    painter = FramePainter(actors, settings.width, settings.azimuth_deg, settings.elevation_deg)
+    frames = _frames(painter, actors, settings, progress)
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / f"film{path.suffix}"
+        if path.suffix == ".gif":
+            _write_gif(draft, frames, settings)
+        else:
+            _write_mp4(draft, frames, painter.size, settings)
+        return write_atomically(path, lambda stream: stream.write(draft.read_bytes()))
+
+
+def write_still(
+    path: Path | str, actors: Sequence[Actor], time_s: float, settings: FilmSettings | None = None
+) -> Path:
+    """Write one frame of a film as PNG."""
+    from PIL import Image
+
+    settings = settings or FilmSettings()
+    painter = FramePainter(actors, settings.width, settings.azimuth_deg, settings.elevation_deg)
+    picture = Image.fromarray(painter.paint(time_s))
+    return write_atomically(path, lambda stream: picture.save(stream, format="png", optimize=True))
+
+
+def side_by_side(actors: Sequence[Actor], spacing_mm: float = 340.0) -> list[Actor]:
+    """Return the actors in lanes of their own, the first one farthest from the viewer."""
+    from dataclasses import replace
+
+    count = len(actors)
+    return [replace(a, lane_mm=(count - 1 - i) * spacing_mm) for i, a in enumerate(actors)]
+
+
+def _frames(
+    painter: FramePainter,
+    actors: Sequence[Actor],
+    settings: FilmSettings,
+    progress: Callable[[int, int, str], None] | None,
+) -> Iterator[np.ndarray]:
+    end = max(float(actor.trajectory.time_s[-1]) for actor in actors)
+    step = settings.speed / settings.frames_per_second
+    count = max(1, int(np.floor(end / step + 1e-9)) + 1)
+    for number in range(count):
+        if progress is not None:
+            progress(number, count, "filming")
+        yield painter.paint(number * step)
+    if progress is not None:
+        progress(count, count, "filming")
+
+
+def _write_mp4(
+    path: Path, frames: Iterator[np.ndarray], size: tuple[int, int], settings: FilmSettings
+) -> None:
+    import av
+    from av.video.stream import VideoStream
+
+    codec = next(name for name in _CODECS if name in av.codecs_available)
+    # The index stands at the front of the file, so a browser starts before it has read all of it.
+    with av.open(str(path), "w", options={"movflags": "+faststart"}) as container:
+        video = container.add_stream(codec, rate=settings.frames_per_second)
+        assert isinstance(video, VideoStream)
+        video.width, video.height = size
+        video.pix_fmt = "yuv420p"
+        if codec == "libx264":
+            video.options = {"crf": "23", "preset": "medium", "tune": "animation"}
+        for image in frames:
+            container.mux(video.encode(av.VideoFrame.from_ndarray(image, format="rgb24")))
+        container.mux(video.encode())
+
+
+def _write_gif(path: Path, frames: Iterator[np.ndarray], settings: FilmSettings) -> None:
+    from PIL import Image
+
+    pictures = [Image.fromarray(image).quantize(96, dither=Image.Dither.NONE) for image in frames]
+    pictures[0].save(
+        path,
+        format="gif",
+        save_all=True,
+        append_images=pictures[1:],
+        duration=1000 / settings.frames_per_second,
+        loop=0,
+    )

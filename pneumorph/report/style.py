@@ -1,0 +1,89 @@
+"""Colours and sizes shared by every figure, film and page.
+
+The colours are those of Okabe and Ito (2008), told apart with any common colour blindness and in
+grey print.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+REGULATOR_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+LEARNED_COLOUR = "#0072B2"
+BASELINE_COLOUR = "#E69F00"
+NEUTRAL_COLOUR = "#8A8F94"
+DISK_COLOUR = "#D9DCDF"
+INK_COLOUR = "#22272B"
+
+_STYLE: Any = {
+    "figure.dpi": 110,
+    "savefig.dpi": 200,
+    "figure.constrained_layout.use": True,
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK_COLOUR,
+    "axes.labelcolor": INK_COLOUR,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "grid.color": "#E7E9EB",
+    "grid.linewidth": 0.7,
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    # Text stays text: it can be selected, searched and edited, and the file does not change from
+    # one run to the next.
+    "svg.fonttype": "none",
+    "svg.hashsalt": "pneumorph",
+    "pdf.fonttype": 42,
+}
+
+
+def regulator_colour(regulator: int) -> str:
+    """Return the colour of regulator 1, 2, ...; the disk's for 0 (no leg)."""
+    if regulator == 0:
+        return DISK_COLOUR
+    return REGULATOR_COLOURS[(regulator - 1) % len(REGULATOR_COLOURS)]
+
+
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """Draw with the package's style and without a display, whatever the user's own settings are."""
+    import matplotlib
+
+    with matplotlib.rc_context(_STYLE):
+        yield
+
+
+def new_figure(width_inch: float = 5.2, height_inch: float = 3.0) -> Figure:
+    """Return an empty figure that needs no display and that no global list keeps alive."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width_inch, height_inch))
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save_figure(
+    figure: Figure, path: Path | str, formats: tuple[str, ...] = ("png",)
+) -> list[Path]:
+    """Save a figure beside ``path`` in each format, such as ("png", "pdf"); return the files."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    written = []
+    with figure_style():
+        for suffix in formats:
+            target = path.with_suffix(f".{suffix}")
+            # A date in the file would make each run differ from the last.
+            metadata = {"Date": None} if suffix == "svg" else None
+            figure.savefig(target, metadata=metadata)
+            written.append(target)
+    return written
