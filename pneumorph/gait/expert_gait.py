@@ -1,0 +1,67 @@
+"""The expert's gait of the paper's baseline: two sine waves, one later than the other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.gait.open_loop_gait import SAME_TIME_S
+
+BASELINE_DESIGN = "1.0.0.2.2.0.0.1"
+"""Two fore legs on regulator 1 and two hind legs on regulator 2 (paper, section IV)."""
+
+
+@dataclass(frozen=True)
+class ExpertGait:
+    """Regulator 1 follows ``A - A cos(2 pi t / T)``; regulator 2 the same, later by the phase.
+
+    Regulator 2 stays at zero before its wave begins, further regulators always. Amplitude and
+    period are the paper's (section IV); the command interval is the authors' controller's.
+    """
+
+    phase_deg: float = 110.0
+    """How much later regulator 2 is, in degrees of the period [deg]."""
+    amplitude_kPa: float = 45.0
+    """Amplitude A of the wave, whose pressures go from 0 to 2 A [kPa]."""
+    period_s: float = 4.0
+    """Period T [s]."""
+    command_interval_s: float = 0.33
+    """Time between updates of the command, which is held in between [s]; 0 follows the wave."""
+    duration_s: float = 20.0
+    """How long the gait lasts [s]."""
+    regulator_count: int = 3
+    """Number of regulators of the rig."""
+
+    def __post_init__(self) -> None:
+        if self.regulator_count < 2:
+            raise ValueError(
+                f"regulator_count is {self.regulator_count}, expected 2 or more: one wave each for "
+                "fore and hind legs"
+            )
+        for name, least in (
+            ("phase_deg", 0.0),
+            ("amplitude_kPa", 0.0),
+            ("command_interval_s", 0.0),
+            ("period_s", SAME_TIME_S),
+            ("duration_s", SAME_TIME_S),
+        ):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= least):
+                raise ValueError(f"{name} is {value}, expected a finite number, {least:g} or more")
+
+    def pressure_kPa(self, time_s: float) -> np.ndarray:
+        """Real pressure commanded at a time [kPa], shape (regulator,)."""
+        if self.command_interval_s > 0.0:
+            updates = math.floor((time_s + SAME_TIME_S) / self.command_interval_s)
+            time_s = updates * self.command_interval_s
+        pressure = np.zeros(self.regulator_count)
+        delay_s = self.phase_deg / 360.0 * self.period_s
+        pressure[:2] = self._wave(time_s), self._wave(time_s - delay_s)
+        return pressure
+
+    def _wave(self, time_s: float) -> float:
+        if time_s <= 0.0:
+            return 0.0
+        return self.amplitude_kPa * (1.0 - math.cos(2.0 * math.pi * time_s / self.period_s))

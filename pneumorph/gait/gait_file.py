@@ -1,0 +1,113 @@
+"""Gaits as plain CSV files that a spreadsheet, a regulator's script or a person can read.
+
+Comment lines (``# design: 1.0.0.2.2.0.0.1``) may say whom the gait is for. The header names the
+columns with their units, ``time_s,regulator_1_kPa,regulator_2_kPa,...``. Each row gives the real
+pressures commanded from its time until the next row's; the last row repeats the row before it and
+marks the end.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.artefact import write_atomically
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.held_gait import HeldGait
+
+_COMMENT = re.compile(r"#\s*(?P<name>\w+)\s*:\s*(?P<value>.*)")
+
+
+def write_gait(path: Path | str, gait: HeldGait, comments: Mapping[str, str] | None = None) -> Path:
+    """Write a gait; `read_gait` reads back the same numbers.
+
+    Args:
+        path: Where to write.
+        gait: The gait.
+        comments: Named remarks such as ``{"design": "1.0.0.2.2.0.0.1"}``, one line each.
+    """
+    lines = [f"# {name}: {value}" for name, value in (comments or {}).items()]
+    columns = [f"regulator_{number}_kPa" for number in range(1, gait.regulator_count + 1)]
+    lines.append(",".join(["time_s", *columns]))
+    times = [*gait.start_s, gait.duration_s]
+    for time_s, pressures in zip(times, [*gait.held_kPa, gait.held_kPa[-1]], strict=True):
+        # repr is the shortest text that reads back to the same double.
+        lines.append(",".join(repr(float(value)) for value in (time_s, *pressures)))
+    text = "\n".join(lines) + "\n"
+    return write_atomically(path, lambda stream: stream.write(text.encode()))
+
+
+def read_gait(
+    path: Path | str,
+    minimum_pressure_kPa: float = CrawlingTask.minimum_pressure_kPa,
+    maximum_pressure_kPa: float = CrawlingTask.maximum_pressure_kPa,
+) -> tuple[HeldGait, dict[str, str]]:
+    """Read a gait file.
+
+    Args:
+        path: The file.
+        minimum_pressure_kPa: Lowest real pressure that is accepted [kPa].
+        maximum_pressure_kPa: Highest real pressure that is accepted [kPa].
+
+    Returns:
+        The gait, and its comments by name.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: Not a gait file, or a pressure that is not finite or out of range.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"gait file {path} does not exist")
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    matches = [_COMMENT.match(line) for line in lines if line.startswith("#")]
+    comments = {match["name"]: match["value"].strip() for match in matches if match}
+    rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+    if not rows or not _is_header(rows[0]):
+        raise ValueError(
+            f"gait file {path} begins {','.join(rows[0]) if rows else 'with nothing'!r}, expected "
+            "the header time_s,regulator_1_kPa,regulator_2_kPa,...; the units are part of it"
+        )
+    if len(rows) < 3:
+        raise ValueError(
+            f"gait file {path} has {len(rows) - 1} rows, expected at least 2: a command and the "
+            "end of the gait"
+        )
+    table = np.array([_numbers(path, row, len(rows[0])) for row in rows[1:]])
+    if not np.array_equal(table[-1, 1:], table[-2, 1:]):
+        raise ValueError(
+            f"gait file {path} ends in a new command, expected the last row to repeat the "
+            "pressures before it and to mark the end of the gait"
+        )
+    try:
+        gait = HeldGait(
+            table[:-1, 0],
+            table[:-1, 1:],
+            float(table[-1, 0]),
+            minimum_pressure_kPa,
+            maximum_pressure_kPa,
+        )
+    except ValueError as error:
+        raise ValueError(f"gait file {path}: {error}") from error
+    return gait, comments
+
+
+def _is_header(row: list[str]) -> bool:
+    expected = ["time_s", *(f"regulator_{number}_kPa" for number in range(1, len(row)))]
+    return len(row) > 1 and [name.strip() for name in row] == expected
+
+
+def _numbers(path: Path, row: list[str], count: int) -> list[float]:
+    try:
+        numbers = [float(value) for value in row]
+    except ValueError as error:
+        raise ValueError(f"gait file {path}, row {','.join(row)!r}: {error}") from error
+    if len(numbers) != count:
+        raise ValueError(
+            f"gait file {path}, row {','.join(row)!r} has {len(numbers)} numbers, expected {count}"
+        )
+    return numbers

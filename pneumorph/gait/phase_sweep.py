@@ -1,0 +1,153 @@
+"""The paper's phase sweep: how far the expert's gait carries the baseline at each phase."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.artefact import load_artefact, save_artefact
+from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
+from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.gait.walk import Progress, walk
+from pneumorph.robot.design import Design
+from pneumorph.settings import settings_to_dict
+
+PHASE_SWEEP_VERSION = 1
+
+
+@dataclass(frozen=True)
+class PhaseSweepSettings:
+    """Which phases to try; the defaults are the paper's (section IV)."""
+
+    design: str = BASELINE_DESIGN
+    """Design that walks."""
+    first_phase_deg: float = 0.0
+    """First phase [deg]."""
+    last_phase_deg: float = 180.0
+    """Last phase, included [deg]."""
+    phase_step_deg: float = 10.0
+    """Step from one phase to the next [deg]."""
+    gait: ExpertGait = field(default_factory=ExpertGait)
+    """The gait; its phase is replaced by each of the sweep's."""
+    settling_step_count: int = 15
+    """Simulation steps at zero pressure before the gait begins."""
+    record_step_count: int = 3
+    """Simulation steps between recorded places."""
+
+    def __post_init__(self) -> None:
+        if self.phase_step_deg <= 0.0 or self.last_phase_deg < self.first_phase_deg:
+            raise ValueError(
+                f"phases from {self.first_phase_deg} to {self.last_phase_deg} in steps of "
+                f"{self.phase_step_deg} deg, expected a rising range and a positive step"
+            )
+
+    @property
+    def phases_deg(self) -> tuple[float, ...]:
+        """The phases of the sweep [deg]."""
+        count = int((self.last_phase_deg - self.first_phase_deg) / self.phase_step_deg + 1e-9) + 1
+        return tuple(self.first_phase_deg + i * self.phase_step_deg for i in range(count))
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseSweep:
+    """Travel of the baseline over the phases.
+
+    Attributes:
+        phase_deg: Phases [deg], shape (phase,).
+        distance_cm: Travel at each phase [cm], shape (phase,); NaN where the simulation failed.
+        backsliding_cm: Mean slide back per cycle [cm], shape (phase,).
+        time_s: Recorded times [s], shape (record,).
+        forward_cm: Travel over time [cm], shape (record, phase).
+        settings: What made it, as nested dictionaries.
+    """
+
+    phase_deg: np.ndarray
+    distance_cm: np.ndarray
+    backsliding_cm: np.ndarray
+    time_s: np.ndarray
+    forward_cm: np.ndarray
+    settings: dict[str, Any]
+
+    @property
+    def best(self) -> int:
+        """Place of the phase that travels furthest."""
+        return int(np.nanargmax(self.distance_cm))
+
+    @property
+    def best_phase_deg(self) -> float:
+        """Phase that travels furthest [deg]."""
+        return float(self.phase_deg[self.best])
+
+    @property
+    def best_distance_cm(self) -> float:
+        """Travel at the best phase [cm]."""
+        return float(self.distance_cm[self.best])
+
+    def save(self, path: Path | str) -> Path:
+        """Write the sweep as an npz artefact."""
+        arrays = {
+            name: getattr(self, name)
+            for name in ("phase_deg", "distance_cm", "backsliding_cm", "time_s", "forward_cm")
+        }
+        metadata = {"settings": self.settings}
+        return save_artefact(path, "PhaseSweep", PHASE_SWEEP_VERSION, arrays, metadata)
+
+    @classmethod
+    def load(cls, path: Path | str) -> PhaseSweep:
+        """Read what `save` wrote."""
+        arrays, metadata = load_artefact(path, "PhaseSweep", PHASE_SWEEP_VERSION)
+        return cls(**arrays, settings=metadata["settings"])
+
+
+def sweep_phases(
+    build_robot: RobotBuilder,
+    make_simulator: SimulatorFactory,
+    settings: PhaseSweepSettings | None = None,
+    *,
+    time_step_s: float = 0.01,
+    progress: Progress | None = None,
+) -> PhaseSweep:
+    """Walk the baseline at every phase, all phases in one batch.
+
+    Args:
+        build_robot: Turns the design into a robot.
+        make_simulator: Makes the simulator of as many robots as there are phases.
+        settings: Phases and gait; None for the paper's.
+        time_step_s: The simulator's time step [s].
+        progress: Told how far the sweep is.
+
+    Raises:
+        ValueError: Every simulation failed, or the design uses a regulator the gait does not have.
+    """
+    settings = settings or PhaseSweepSettings()
+    design = Design.parse(settings.design)
+    design.check_regulators(settings.gait.regulator_count)
+    gaits: Sequence[ExpertGait] = [
+        replace(settings.gait, phase_deg=phase) for phase in settings.phases_deg
+    ]
+    result = walk(
+        make_simulator([build_robot(design) for _ in gaits]),
+        gaits,
+        duration_s=settings.gait.duration_s,
+        time_step_s=time_step_s,
+        settling_step_count=settings.settling_step_count,
+        record_step_count=settings.record_step_count,
+        progress=progress,
+    )
+    if np.isnan(result.distance_cm).all():
+        raise ValueError(
+            f"the simulation failed at every phase of design {design}, expected at least one to "
+            "walk; the reduced parts or the simulation settings are at fault"
+        )
+    return PhaseSweep(
+        phase_deg=np.array(settings.phases_deg),
+        distance_cm=result.distance_cm,
+        backsliding_cm=result.backsliding_cm(settings.gait.period_s),
+        time_s=result.time_s,
+        forward_cm=result.forward_cm,
+        settings=settings_to_dict(settings),
+    )

@@ -1,0 +1,119 @@
+"""Drive a batch of robots, each with its own gait, and note how far they get."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from pneumorph.environment.crawling_simulator import RUNNING, CrawlingSimulator
+from pneumorph.environment.reward import MILLIMETRES_PER_CENTIMETRE
+from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
+
+Progress = Callable[[int, int, str], None]
+"""Told (done, total, message) now and then while a long loop runs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """Forward travel of a batch of robots.
+
+    Attributes:
+        time_s: Recorded times from the start of the gait [s], shape (record,); the first is 0.
+        forward_cm: Travel since then [cm], shape (record, robot); NaN once a simulation failed.
+        status: Status of each robot at the end, shape (robot,) uint8.
+    """
+
+    time_s: np.ndarray
+    forward_cm: np.ndarray
+    status: np.ndarray
+
+    @property
+    def distance_cm(self) -> np.ndarray:
+        """Travel of the whole walk [cm], shape (robot,); NaN where the simulation failed."""
+        return np.where(self.status == RUNNING, self.forward_cm[-1], np.nan)
+
+    def backsliding_cm(self, period_s: float) -> np.ndarray:
+        """Mean over whole cycles of the furthest slide back within a cycle [cm], shape (robot,).
+
+        The slide back of a cycle is ``max over t1 < t2 of x(t1) - x(t2)``, which does not depend
+        on how densely the path is recorded; the paper calls it backward displacement per step.
+
+        Raises:
+            ValueError: The walk is shorter than one period.
+        """
+        cycle_count = int(np.floor(self.time_s[-1] / period_s + 1e-6))
+        if cycle_count < 1:
+            raise ValueError(
+                f"the walk lasts {self.time_s[-1]:g} s, expected at least one period of "
+                f"{period_s:g} s"
+            )
+        slides = []
+        for cycle in range(cycle_count):
+            inside = (self.time_s >= cycle * period_s - 1e-6) & (
+                self.time_s <= (cycle + 1) * period_s + 1e-6
+            )
+            path = self.forward_cm[inside]
+            slides.append(np.max(np.maximum.accumulate(path, axis=0) - path, axis=0))
+        return np.mean(slides, axis=0)
+
+
+def walk(
+    simulator: CrawlingSimulator,
+    gaits: Sequence[OpenLoopGait],
+    *,
+    duration_s: float,
+    time_step_s: float,
+    settling_step_count: int = 15,
+    record_step_count: int = 3,
+    progress: Progress | None = None,
+) -> Walk:
+    """Reset a simulator, let its robots settle, and drive each with its gait.
+
+    Args:
+        simulator: As many robots as there are gaits.
+        gaits: One gait per robot, all for the same number of regulators.
+        duration_s: How long to walk [s].
+        time_step_s: The simulator's time step [s].
+        settling_step_count: Steps at zero pressure at the start.
+        record_step_count: Steps between recorded places.
+        progress: Told how far the walk is.
+
+    Raises:
+        ValueError: No gait, or gaits of different numbers of regulators.
+    """
+    regulators = {gait.regulator_count for gait in gaits}
+    if len(regulators) != 1:
+        raise ValueError(
+            f"gaits command {sorted(regulators)} regulators, expected the same number for all"
+        )
+    step_count = round(duration_s / time_step_s)
+    commands = np.stack([sample_commands(gait, time_step_s, step_count) for gait in gaits], axis=1)
+    simulator.reset()
+    simulator.advance(np.zeros_like(commands[0]), settling_step_count)
+    start_mm = np.array(simulator.forward_position_mm)
+    time_s, forward_mm = [0.0], [np.zeros(len(gaits))]
+    for begin, end in _held_spans(commands, record_step_count):
+        simulator.advance(commands[begin], end - begin)
+        if end % record_step_count == 0 or end == step_count:
+            time_s.append(end * time_step_s)
+            running = simulator.status == RUNNING
+            forward_mm.append(np.where(running, simulator.forward_position_mm - start_mm, np.nan))
+            if progress is not None:
+                progress(end, step_count, "walking")
+    return Walk(
+        np.array(time_s),
+        np.array(forward_mm) / MILLIMETRES_PER_CENTIMETRE,
+        np.array(simulator.status, dtype=np.uint8),
+    )
+
+
+def _held_spans(commands: np.ndarray, record_step_count: int) -> list[tuple[int, int]]:
+    """Spans of steps in which no command changes and nothing is to be recorded before the end."""
+    step_count = len(commands)
+    changes = np.flatnonzero((commands[1:] != commands[:-1]).any(axis=(1, 2))) + 1
+    bounds = np.union1d(changes, np.arange(0, step_count, record_step_count))
+    bounds = np.union1d(bounds, [0, step_count]).astype(int)
+    return [(int(begin), int(end)) for begin, end in pairwise(bounds)]

@@ -1,0 +1,52 @@
+"""A gait survives its file, and files that are no gait are refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.gait.gait_file import read_gait, write_gait
+from pneumorph.gait.held_gait import HeldGait
+
+HEADER = "time_s,regulator_1_kPa,regulator_2_kPa\n"
+
+
+def test_round_trip_is_exact(tmp_path: Path) -> None:
+    gait = HeldGait.evenly(np.random.default_rng(0).uniform(0, 90, (20, 3)), hold_s=1.0)
+    path = write_gait(tmp_path / "gait.csv", gait, {"design": "1.0.0.2.2.0.0.1"})
+    read, comments = read_gait(path)
+    np.testing.assert_array_equal(read.held_kPa, gait.held_kPa)
+    np.testing.assert_array_equal(read.start_s, gait.start_s)
+    assert read.duration_s == gait.duration_s
+    assert comments == {"design": "1.0.0.2.2.0.0.1"}
+    text = path.read_text().splitlines()
+    assert text[1] == "time_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa"
+    assert len(text) == 2 + 21
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "with nothing"),
+        ("time,p1\n0,1\n1,1\n", "units are part of it"),
+        ("0,1,2\n1,1,2\n", "expected the header"),
+        (HEADER + "0,10,20\n", "has 1 rows, expected at least 2"),
+        (HEADER + "0,10,20\n1,10\n", "has 2 numbers, expected 3"),
+        (HEADER + "0,10,twenty\n1,10,20\n", "row '0,10,twenty'"),
+        (HEADER + "0,10,nan\n1,10,nan\n", "ends in a new command"),
+        (HEADER + "0,inf,20\n1,inf,20\n", r"pressure_kPa\[0, 0\] is inf"),
+        (HEADER + "0,10,120\n1,10,120\n", r"pressure_kPa\[0, 1\] is 120\.0, .* from 0 to 90"),
+        (HEADER + "0,10,20\n1,15,20\n", "ends in a new command"),
+        (HEADER + "0,10,20\n2,5,5\n1,5,5\n", "duration_s is 1.0, expected more than 2.0"),
+    ],
+)
+def test_files_that_are_no_gait_are_refused(tmp_path: Path, content: str, message: str) -> None:
+    path = tmp_path / "bad.csv"
+    path.write_text(content)
+    with pytest.raises(ValueError, match=message):
+        read_gait(path)
+
+
+def test_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"nowhere\.csv does not exist"):
+        read_gait(tmp_path / "nowhere.csv")
