@@ -34,6 +34,7 @@ _STYLE: Any = {
     "axes.titlesize": 10,
     "axes.titlelocation": "left",
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.color": "#E7E9EB",
     "grid.linewidth": 0.7,
     "lines.linewidth": 1.6,
