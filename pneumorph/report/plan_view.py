@@ -60,8 +60,8 @@ def draw_plan_view(
         )
         if size_mm == 1.0:
             # The number says what the colour says, for grey print.
-            label = np.array([_LEG_CENTRE_MM + 12, 0.0]) @ turn.T + centre_mm
-            axes.text(*label, str(regulator), color="white", ha="center", va="center", size=8)
+            x, y = np.array([_LEG_CENTRE_MM + 12, 0.0]) @ turn.T + centre_mm
+            axes.text(x, y, str(regulator), color="white", ha="center", va="center", size=8)
     axes.add_patch(
         Circle(
             centre_mm,
