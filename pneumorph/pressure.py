@@ -1,0 +1,47 @@
+"""From the pressure asked of a real regulator to the pressure in the simulated cavity."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class PressureMap:
+    """Affine map of real to simulated pressure, p_sim = max(0, slope p_real + intercept).
+
+    It makes the simulated leg bend as the real one does (paper, appendix A); the defaults are the
+    least-squares line of the published calibration.
+    """
+
+    slope: float = 4.0785
+    """Simulated kPa per real kPa."""
+    intercept_kPa: float = -20.361
+    """Simulated pressure at zero real pressure [kPa], before it is cut off at zero."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.slope) and self.slope > 0.0):
+            raise ValueError(f"slope must be positive and finite, got {self.slope}")
+        if not math.isfinite(self.intercept_kPa):
+            raise ValueError(f"intercept_kPa must be finite, got {self.intercept_kPa}")
+
+    def simulated(self, real_kPa: np.ndarray | float) -> np.ndarray:
+        """Simulated pressure [kPa] of a real one [kPa], any shape."""
+        return np.maximum(0.0, self.slope * np.asarray(real_kPa, dtype=float) + self.intercept_kPa)
+
+
+def rate_limit(
+    regulated_kPa: np.ndarray, command_kPa: np.ndarray, rate_kPa_per_s: float, time_step_s: float
+) -> np.ndarray:
+    """Pressure after one step of a regulator that moves towards its command at a limited rate.
+
+    Args:
+        regulated_kPa: Pressure now [real kPa], (regulator,).
+        command_kPa: Pressure asked for [real kPa], (regulator,).
+        rate_kPa_per_s: Most change [kPa/s].
+        time_step_s: Time step [s].
+    """
+    most = rate_kPa_per_s * time_step_s
+    return regulated_kPa + np.clip(np.asarray(command_kPa) - regulated_kPa, -most, most)

@@ -1,0 +1,124 @@
+"""A robot: a rigid hub and reduced parts mounted on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.pose import Pose
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.design import Design
+
+
+@dataclass(frozen=True, eq=False)
+class Hub:
+    """The rigid body that parts are mounted on; its frame is the robot's frame at rest.
+
+    Args:
+        mass: Mass [kg].
+        first_moment: sum m r about the frame's origin [kg mm], (3,).
+        second_moment: sum m r r^T about the frame's origin [kg mm^2], (3, 3).
+        tracked_point: Point whose travel is rewarded [mm], (3,).
+        contact_points: Points that may touch the floor [mm], (point, 3).
+
+    Raises:
+        ValueError: The mass is not positive, or an array has the wrong shape or is not finite.
+    """
+
+    mass: float
+    first_moment: np.ndarray
+    second_moment: np.ndarray
+    tracked_point: np.ndarray
+    contact_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.mass) and self.mass > 0.0):
+            raise ValueError(f"hub mass must be positive [kg], got {self.mass}")
+        shapes = {"first_moment": (3,), "second_moment": (3, 3), "tracked_point": (3,)}
+        shapes["contact_points"] = (len(self.contact_points), 3)
+        for name, shape in shapes.items():
+            value = np.ascontiguousarray(getattr(self, name), dtype=float)
+            if value.shape != shape or not np.all(np.isfinite(value)):
+                raise ValueError(f"hub {name} must be finite of shape {shape}, got {value.shape}")
+            object.__setattr__(self, name, value)
+
+
+def hub_of_mesh(
+    mesh: Mesh, mass_kg: float, tracked_point: np.ndarray, contact_points: np.ndarray
+) -> Hub:
+    """A rigid hub with the mass of a mesh spread evenly over its nodes, as the full model has it.
+
+    Args:
+        mesh: Shape of the hub in the robot's frame.
+        mass_kg: Total mass [kg].
+        tracked_point: Point whose travel is rewarded [mm], (3,).
+        contact_points: Points that may touch the floor [mm], (point, 3).
+    """
+    node_mass = mass_kg / len(mesh.nodes)
+    return Hub(
+        mass=mass_kg,
+        first_moment=node_mass * mesh.nodes.sum(axis=0),
+        second_moment=node_mass * mesh.nodes.T @ mesh.nodes,
+        tracked_point=tracked_point,
+        contact_points=contact_points,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Mount:
+    """One part on the hub.
+
+    Args:
+        part: The reduced part, in its own frame.
+        pose: Where it sits in the robot's frame.
+        regulators: For each of the part's cavities the number of its regulator, counted from 0.
+    """
+
+    part: ReducedPart
+    pose: Pose
+    regulators: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.regulators) != self.part.cavity_count:
+            raise ValueError(
+                f"regulators has {len(self.regulators)} entries for a part of "
+                f"{self.part.cavity_count} cavities; give one regulator for each cavity"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A hub, what is mounted on it, and the design it was built from."""
+
+    hub: Hub
+    mounts: tuple[Mount, ...]
+    design: Design | None = None
+
+
+def robot_builder(
+    part: ReducedPart, hub: Hub, poses: Sequence[Pose]
+) -> Callable[[Design], Robot]:
+    """Returns a function that turns a design into a robot: one and the same part at its poses.
+
+    Args:
+        part: The leg, reduced once.
+        hub: The hub.
+        poses: Pose of the leg at each location of the design.
+    """
+
+    def build(design: Design) -> Robot:
+        if design.location_count != len(poses):
+            raise ValueError(
+                f"design {design} has {design.location_count} locations, expected {len(poses)}: "
+                "the hub was made for that many"
+            )
+        mounts = tuple(
+            Mount(part, poses[location], (regulator - 1,) * part.cavity_count)
+            for location, regulator in design.legs
+        )
+        return Robot(hub, mounts, design)
+
+    return build

@@ -1,0 +1,238 @@
+"""Many reduced robots advanced side by side: the Python face of the compiled stepper."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from enum import IntEnum
+
+import numpy as np
+
+from pneumorph import _engine
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.robot import Hub, Robot
+from pneumorph.simulation.simulation_settings import SimulationSettings
+
+STAGES = ("elements", "inertia", "factorisation", "contact_setup", "friction", "integration")
+"""What the stepper's time is spent on, in the order of a step."""
+
+_PART_ARRAYS = (
+    "tetrahedron_rest", "tetrahedron_mode_gradient", "tetrahedron_lambda", "tetrahedron_mu",
+    "membrane_rest", "membrane_mode_gradient", "membrane_lambda", "membrane_mu",
+    "linear_stiffness", "cavity_volume_1", "cavity_volume_2", "cavity_volume_3",
+    "first_moment", "first_moment_modes", "second_moment", "second_moment_modes",
+    "second_moment_mode_pairs", "contact_points", "contact_modes",
+)  # fmt: skip
+
+
+class RobotStatus(IntEnum):
+    """How a robot's simulation stands."""
+
+    RUNNING = 0
+    DIVERGED = 1
+    """Not finite, too fast, or a stiffness that is not positive definite; the robot stands still."""
+
+
+class BatchedSimulator:
+    """Robots advanced in parallel over threads, each alone: one that diverges harms no other.
+
+    The same robot gives the same bits in any batch and with any number of threads.
+    """
+
+    def __init__(
+        self, robots: Sequence[Robot], settings: SimulationSettings, thread_count: int = 0
+    ) -> None:
+        """Put robots at rest in their initial pose, with no pressure.
+
+        Args:
+            robots: The robots; parts may be shared between them.
+            settings: Physics and numerics.
+            thread_count: Threads to use; 0 takes every processor this process may run on.
+
+        Raises:
+            ValueError: No robot, an unknown regulator, or a part of too many modes.
+        """
+        self.settings = settings
+        self.thread_count = thread_count or len(os.sched_getaffinity(0))
+        self._parts: list[ReducedPart] = []
+        self.set_robots(robots)
+
+    def set_robots(self, robots: Sequence[Robot]) -> None:
+        """Replace all robots; every one starts from rest."""
+        if not robots:
+            raise ValueError("robots is empty, expected at least one robot")
+        known = {id(part): index for index, part in enumerate(self._parts)}
+        fresh: list[ReducedPart] = []
+        hubs: dict[int, tuple[int, Hub]] = {}
+        for robot in robots:
+            hubs.setdefault(id(robot.hub), (len(hubs), robot.hub))
+            for mount in robot.mounts:
+                if id(mount.part) not in known:
+                    known[id(mount.part)] = len(known)
+                    fresh.append(mount.part)
+        if fresh or not self._parts:
+            self._parts = [*self._parts, *fresh]
+            self._batch = _engine.Batch(
+                [_part_arrays(part) for part in self._parts],
+                _engine_settings(self.settings),
+                self.settings.element_precision == "single",
+                self.settings.instruction_set,
+            )
+        self._batch.set_robots(
+            [
+                (hub.mass, hub.first_moment, hub.second_moment, hub.contact_points)
+                for _, hub in hubs.values()
+            ],
+            [
+                (
+                    hubs[id(robot.hub)][0],
+                    [
+                        (
+                            known[id(mount.part)],
+                            np.ascontiguousarray(mount.pose.rotation, dtype=float),
+                            np.ascontiguousarray(mount.pose.translation, dtype=float),
+                            list(mount.regulators),
+                        )
+                        for mount in robot.mounts
+                    ],
+                )
+                for robot in robots
+            ],
+        )
+        self.robots = tuple(robots)
+        self._tracked = np.array([robot.hub.tracked_point for robot in robots])
+
+    def reset(self, active: np.ndarray | None = None) -> None:
+        """Put robots back to rest in their initial pose.
+
+        Args:
+            active: Which robots, (robot,) bool; None for all.
+        """
+        for robot in np.flatnonzero(self._mask(active)):
+            self._batch.reset(int(robot))
+
+    def advance(
+        self,
+        command_kPa: np.ndarray,
+        step_count: int,
+        active: np.ndarray | None = None,
+        profile: bool = False,
+    ) -> None:
+        """Hold a command for some time steps.
+
+        Args:
+            command_kPa: Real pressure asked of each regulator [kPa], (robot, regulator).
+            step_count: Number of time steps.
+            active: Which robots move, (robot,) bool; None for all.
+            profile: Add the time of each stage to `stage_seconds`.
+
+        Raises:
+            ValueError: Wrong shape, or a pressure that is negative or not finite.
+        """
+        command = np.ascontiguousarray(command_kPa, dtype=float)
+        shape = (len(self.robots), self.settings.regulator_count)
+        if command.shape != shape:
+            raise ValueError(
+                f"command_kPa has shape {command.shape}, expected (robot, regulator) = {shape}"
+            )
+        if not np.all(np.isfinite(command)) or np.any(command < 0.0):
+            raise ValueError(
+                "command_kPa must be finite and not negative [kPa], got "
+                f"{command[~(command >= 0.0)].ravel()[:1] or command.max()}; a regulator can only "
+                "inflate"
+            )
+        if step_count < 0:
+            raise ValueError(f"step_count must not be negative, got {step_count}")
+        self._batch.advance(command, step_count, self._mask(active), self.thread_count, profile)
+
+    def _mask(self, active: np.ndarray | None) -> np.ndarray:
+        if active is None:
+            return np.ones(len(self.robots), dtype=bool)
+        mask = np.ascontiguousarray(active, dtype=bool)
+        if mask.shape != (len(self.robots),):
+            raise ValueError(f"active has shape {mask.shape}, expected ({len(self.robots)},)")
+        return mask
+
+    def read(self, name: str) -> np.ndarray:
+        """One quantity of every robot, robot axis first.
+
+        Args:
+            name: ``position`` [mm], ``rotation``, ``velocity`` [mm/s], ``angular_velocity``
+                [rad/s] of the hub; ``modes``, ``mode_rates`` (robot, mount, mode), padded with
+                zeros; ``regulated`` [real kPa]; ``impulses`` [mN s] (robot, contact point, 3),
+                hub's points first, along z, x, y; ``active_contacts``, ``sweeps``,
+                ``contact_residual`` [mm/s] of the last step; ``step_count``, ``contact_total``,
+                ``sweep_total`` and ``worst_penetration`` [mm] since `clear_counters`.
+        """
+        values: np.ndarray = self._batch.read(name)
+        return values
+
+    def write(self, robot: int, name: str, values: np.ndarray) -> None:
+        """Overwrite position, rotation, velocity, angular_velocity, modes (mount, padded mode),
+        mode_rates, regulated or impulses of one robot."""
+        self._batch.write(robot, name, np.ascontiguousarray(values, dtype=float).ravel())
+
+    @property
+    def tracked_point_mm(self) -> np.ndarray:
+        """World position of each hub's tracked point [mm], (robot, 3)."""
+        return self.read("position") + np.einsum(
+            "rij,rj->ri", self.read("rotation"), self._tracked
+        )
+
+    @property
+    def forward_position_mm(self) -> np.ndarray:
+        """How far forward (x) each robot's tracked point is [mm], (robot,)."""
+        return self.tracked_point_mm[:, 0]
+
+    @property
+    def status(self) -> np.ndarray:
+        """`RobotStatus` of each robot, (robot,) uint8."""
+        return self.read("status").astype(np.uint8)
+
+    @property
+    def stage_seconds(self) -> dict[str, float]:
+        """Thread time of each stage since `clear_counters`, where profiling was asked for [s]."""
+        return dict(zip(STAGES, self._batch.stages(), strict=True))
+
+    def clear_counters(self) -> None:
+        """Set step, contact and sweep counters, stage times and worst penetration to zero."""
+        self._batch.clear_counters()
+
+    @property
+    def padded_mode_count(self) -> int:
+        """Modes of each mount in `read("modes")`: the most of any part, padded for the registers."""
+        return int(self._batch.padded_modes)
+
+    @property
+    def instruction_set(self) -> str:
+        """Which build of the stepper runs."""
+        return str(self._batch.instruction_set)
+
+
+def _part_arrays(part: ReducedPart) -> dict[str, object]:
+    arrays: dict[str, object] = {
+        name: np.ascontiguousarray(getattr(part, name), dtype=float) for name in _PART_ARRAYS
+    }
+    arrays["mass"] = float(part.mass)
+    return arrays
+
+
+def _engine_settings(settings: SimulationSettings) -> dict[str, float | bool | int]:
+    return {
+        "time_step": settings.time_step_s,
+        "gravity": settings.gravity_mm_per_s2,
+        "mass_damping": settings.mass_damping_per_s,
+        "stiffness_damping": settings.stiffness_damping_s,
+        "published_damping": settings.damping == "published",
+        "edge_rotations": settings.damping == "published",
+        "friction": settings.friction,
+        "floor_height": settings.floor_height_mm,
+        "contact_margin": settings.contact_margin_mm,
+        "contact_tolerance": settings.contact_tolerance_mm_per_s,
+        "contact_sweeps": settings.contact_sweeps,
+        "pressure_rate": settings.pressure_rate_kPa_per_s,
+        "pressure_slope": settings.pressure_map.slope,
+        "pressure_intercept": settings.pressure_map.intercept_kPa,
+        "speed_limit": settings.speed_limit_mm_per_s,
+        "regulator_count": settings.regulator_count,
+    }

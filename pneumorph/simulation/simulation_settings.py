@@ -1,0 +1,64 @@
+"""How robots are simulated: time step, damping, floor, pressure supply."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from pneumorph.pressure import PressureMap
+
+Damping = Literal["published", "objective"]
+
+
+@dataclass(frozen=True)
+class SimulationSettings:
+    """Physics and numerics of the reduced robots; the defaults are the published experiment's."""
+
+    time_step_s: float = 0.01
+    """Time step [s]."""
+    damping: Damping = "published"
+    """`published`: Rayleigh damping on absolute velocities with edge-based element rotations, as in
+    the paper; it resists turning an inflated leg. `objective`: on rates of deformation alone, with
+    polar rotations."""
+    mass_damping_per_s: float = 0.1
+    """Rayleigh mass coefficient [1/s]."""
+    stiffness_damping_s: float = 0.1
+    """Rayleigh stiffness coefficient [s]."""
+    gravity_mm_per_s2: float = 9800.0
+    """Gravity, along -z [mm/s^2]."""
+    friction: float = 1.2
+    """Coulomb friction coefficient of every contact."""
+    floor_height_mm: float = -12.797
+    """Height where contact points rest [mm] (floor at -13.297 and contact distance 0.5)."""
+    contact_margin_mm: float = 2.0
+    """Points nearer to the floor than this take part in the contact solve [mm]."""
+    contact_tolerance_mm_per_s: float = 1e-2
+    """The friction solver stops when no contact law is violated by more than this [mm/s]."""
+    contact_sweeps: int = 100
+    """Most Gauss-Seidel sweeps of a step."""
+    regulator_count: int = 3
+    """Number of pressure regulators."""
+    pressure_rate_kPa_per_s: float = 150.0
+    """How fast a regulator moves towards its command [real kPa/s]."""
+    pressure_map: PressureMap = PressureMap()
+    """Real to simulated pressure."""
+    speed_limit_mm_per_s: float = 1e4
+    """A robot faster than this has diverged [mm/s]."""
+    element_precision: Literal["single", "double"] = "single"
+    """Arithmetic of element forces and stiffness; everything else is double precision."""
+    instruction_set: Literal["best", "avx512", "avx2", "baseline"] = "best"
+    """Which build of the stepper to run; `best` asks the processor."""
+
+    def __post_init__(self) -> None:
+        positive = ("time_step_s", "contact_tolerance_mm_per_s", "contact_sweeps",
+                    "regulator_count", "pressure_rate_kPa_per_s", "speed_limit_mm_per_s")  # fmt: skip
+        non_negative = ("mass_damping_per_s", "stiffness_damping_s", "friction",
+                        "contact_margin_mm", "gravity_mm_per_s2")  # fmt: skip
+        for name in (*positive, *non_negative, "floor_height_mm"):
+            value = getattr(self, name)
+            if not math.isfinite(value):
+                raise ValueError(f"{name} must be finite, got {value}")
+            if name in positive and value <= 0 or name in non_negative and value < 0:
+                kind = "positive" if name in positive else "not negative"
+                raise ValueError(f"{name} must be {kind}, got {value}")
