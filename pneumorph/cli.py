@@ -1,0 +1,174 @@
+"""Command line: one verb for each step of the flow from the shape of a leg to a crawling robot."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import shutil
+import sys
+import textwrap
+import traceback
+from collections.abc import Sequence
+from dataclasses import field, make_dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+if TYPE_CHECKING:
+    from pneumorph.command.verb import CommonOptions, Verb
+
+VERBS = {
+    "mesh": "shape of a part, or a mesh file  ->  mesh with named regions",
+    "reduce": "mesh and material  ->  reduced part with its measured error",
+    "compare": "reduced beside full  ->  node errors, bend, time ratio",
+    "simulate": "design and gait  ->  trajectory, film",
+    "baseline": "the expert's gait  ->  distance at each phase",
+    "coopt": "design space and task  ->  design and gait learned together",
+    "evaluate": "learned pairs, simulated again  ->  distances, reduced or full",
+    "report": "any run folder  ->  one self-contained page",
+    "bench": "how fast the engine is on this machine",
+    "demo": "baseline, coopt and report in one go",
+}
+
+_USAGE = """\
+usage: pneumorph VERB [OPTIONS]
+
+Design pneumatic soft robots and teach them to move. Each verb reads and writes files
+of one run folder; `pneumorph VERB --help` lists its options.
+
+{verbs}
+
+A first walk:
+  pneumorph baseline --out runs/baseline          the expert's gait at every phase
+  pneumorph coopt --preset quick --out runs/quick design and gait learned together
+  pneumorph report runs/quick                     one page that shows both
+
+Every verb takes --preset, --settings FILE (JSON or TOML), --out FOLDER, --json
+(the summary alone on standard output) and --debug. Lengths are in mm, pressures in kPa,
+times in s; distances in cm."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and leave with its exit status: 0, 1 for a failure, 2 for bad usage."""
+    sys.exit(run(sys.argv[1:] if arguments is None else arguments))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command and return its exit status."""
+    # Our own threads share the cores with BLAS, and two BLAS threads stall at random; this must
+    # be said before numpy is imported.
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    if not arguments or arguments[0] in ("-h", "--help", "help"):
+        width = max(map(len, VERBS))
+        print(_USAGE.format(verbs="\n".join(f"  {v:{width}}  {t}" for v, t in VERBS.items())))
+        return 0 if arguments else 2
+    if arguments[0] == "--version":
+        from pneumorph import __version__
+
+        print(f"pneumorph {__version__}")
+        return 0
+    name = arguments[0]
+    if name not in VERBS:
+        return _fail(f"verb {name!r} is unknown, expected one of {', '.join(VERBS)}", 2)
+    debug = "--debug" in arguments
+    try:
+        return _run_verb(name, list(arguments[1:]))
+    except (ValueError, OSError, ImportError) as error:
+        if debug:
+            traceback.print_exc()
+        return _fail(str(error), 1)
+    except KeyboardInterrupt:
+        return _fail("stopped by the keyboard", 130)
+
+
+def _run_verb(name: str, arguments: list[str]) -> int:
+    from pneumorph.command.progress import Progress
+    from pneumorph.command.run_folder import RunFolder, default_folder
+    from pneumorph.settings import settings_to_dict
+
+    module = importlib.import_module(f"pneumorph.command.{name}")
+    verb: Verb[Any] = module.VERB
+    options, common = _parsed(name, verb, module.__doc__ or "", arguments)
+    folder = RunFolder(common.out or default_folder(name), name, Progress())
+    fresh = not folder.path.exists()
+    folder.save_settings(settings_to_dict(options))
+    try:
+        summary = verb.run(options, folder)
+    except BaseException:
+        if fresh:
+            folder.remove_if_only_settings()
+        raise
+    written = folder.save_summary(summary)
+    if common.json:
+        print(json.dumps(json.loads(written.read_text())))
+    else:
+        _print_summary(summary)
+    print(f"wrote {folder.path}", file=sys.stderr)
+    return 0
+
+
+def _parsed(
+    name: str, verb: Verb[Any], description: str, arguments: list[str]
+) -> tuple[Any, CommonOptions]:
+    """Return the options: preset first, then the settings file, then the flags."""
+    import tyro
+
+    from pneumorph.command.verb import CommonOptions
+    from pneumorph.settings import load_settings
+
+    default = verb.preset(_value_of("--preset", arguments))
+    file = _value_of("--settings", arguments)
+    if file is not None:
+        default = load_settings(verb.options, Path(file), default)
+    # Both groups without a prefix: --out, not --common.out.
+    flat = tyro.conf.arg(name="")
+    groups: list[Any] = [
+        ("options", Annotated[verb.options, flat], field(default=default)),
+        ("common", Annotated[CommonOptions, flat], field(default=CommonOptions())),
+    ]
+    if verb.presets:
+        names = tuple(verb.presets)
+        said = tyro.conf.arg(help="Ready settings to start from.")
+        groups.append(("preset", Annotated[Literal[names], said], field(default=names[0])))
+    parsed: Any = tyro.cli(
+        make_dataclass("Arguments", groups),
+        args=arguments,
+        prog=f"pneumorph {name}",
+        description=_wrapped(description),
+        config=(tyro.conf.FlagCreatePairsOff,),
+    )
+    return parsed.options, parsed.common
+
+
+def _wrapped(description: str) -> str:
+    """Return the paragraphs of a description wrapped to the width of the terminal."""
+    width = min(shutil.get_terminal_size().columns, 100)
+    # Indented, because tyro joins lines that begin with a letter.
+    wrapper = textwrap.TextWrapper(width, initial_indent="  ", subsequent_indent="  ")
+    paragraphs = description.strip().split("\n\n")
+    return "\n\n".join(wrapper.fill(" ".join(p.split())) for p in paragraphs)
+
+
+def _value_of(flag: str, arguments: list[str]) -> str | None:
+    """Return the value of a flag that must be known before the others can be read."""
+    for index, argument in enumerate(arguments):
+        if argument == flag and index + 1 < len(arguments):
+            return arguments[index + 1]
+        if argument.startswith(f"{flag}="):
+            return argument.split("=", 1)[1]
+    return None
+
+
+def _print_summary(summary: dict[str, Any]) -> None:
+    """Print the summary for a person: one line for each plain value."""
+    plain = {k: v for k, v in summary.items() if not isinstance(v, dict | list)}
+    width = max(map(len, plain), default=0)
+    for key, value in plain.items():
+        shown = f"{value:.4g}" if isinstance(value, float) else value
+        print(f"{key.replace('_', ' '):{width}}  {shown}")
+
+
+def _fail(message: str, status: int) -> int:
+    print(f"pneumorph: {message}", file=sys.stderr)
+    return status

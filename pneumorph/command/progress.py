@@ -1,0 +1,83 @@
+"""How far a run is and how long it still takes, on standard error."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import TextIO
+
+_PAUSE_TERMINAL_S = 0.2
+_PAUSE_LOG_S = 10.0
+
+
+class Progress:
+    """Prints one line that renews itself on a terminal, or a line now and then into a log.
+
+    It is called as ``progress(done, total, message)``. A verb of several stages names each with
+    `stage`; the time left is that of the stage.
+
+    Args:
+        stream: Where to print; standard error by default, so that JSON stays alone on the output.
+        quiet: Print nothing.
+    """
+
+    def __init__(self, stream: TextIO | None = None, quiet: bool = False) -> None:
+        self._stream = stream or sys.stderr
+        self._quiet = quiet
+        self._terminal = self._stream.isatty()
+        self._title = ""
+        self._start = self._shown = time.monotonic()
+        self._first = 0
+        self._open_line = False
+
+    def stage(self, title: str) -> None:
+        """Begin a stage; times count from here."""
+        self._end_line()
+        self._title = title
+        self._start = time.monotonic()
+        self._shown = 0.0
+        self._first = 0
+        self.say(f"{title} ...")
+
+    def say(self, text: str) -> None:
+        """Print a line of its own."""
+        if not self._quiet:
+            self._end_line()
+            print(text, file=self._stream, flush=True)
+
+    def __call__(self, done: int, total: int, message: str = "") -> None:
+        """Show that ``done`` of ``total`` are done."""
+        now = time.monotonic()
+        if self._shown == 0.0:
+            # What a resumed run did before does not tell how fast this one is.
+            self._first, self._shown = done, now
+        finished = done >= total
+        pause = _PAUSE_TERMINAL_S if self._terminal else _PAUSE_LOG_S
+        if self._quiet or (not finished and now - self._shown < pause):
+            return
+        self._shown = now
+        spent = now - self._start
+        line = (
+            f"  {message or self._title}: {100 * done / max(total, 1):3.0f} %, {clock(spent)} spent"
+        )
+        if not finished and done > self._first:
+            line += f", {clock(spent * (total - done) / (done - self._first))} left"
+        if self._terminal:
+            print(f"\r\x1b[K{line}", end="", file=self._stream, flush=True)
+            self._open_line = True
+            if finished:
+                self._end_line()
+        elif not finished or spent > pause:
+            print(line, file=self._stream, flush=True)
+
+    def _end_line(self) -> None:
+        if self._open_line:
+            print(file=self._stream, flush=True)
+            self._open_line = False
+
+
+def clock(seconds: float) -> str:
+    """Return a duration as minutes and seconds, with hours where there are any."""
+    minutes, rest = divmod(round(max(seconds, 0.0)), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

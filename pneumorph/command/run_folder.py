@@ -1,0 +1,94 @@
+"""The folder of one run: what was asked, what came out, and every file it made."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+from pneumorph.artefact import ArtefactError, write_json
+from pneumorph.command.progress import Progress
+
+SUMMARY = "summary.json"
+SETTINGS = "settings.json"
+
+
+class RunFolder:
+    """A folder that a verb writes into, with a progress display.
+
+    Args:
+        path: The folder; made with the first file.
+        verb: Name of the verb.
+        progress: Where the verb says how far it is.
+    """
+
+    def __init__(self, path: Path, verb: str, progress: Progress | None = None) -> None:
+        self.path = path
+        self.verb = verb
+        self.progress = progress or Progress(quiet=True)
+
+    def __truediv__(self, name: str) -> Path:
+        """Return the path of a file of this run; its folder exists."""
+        target = self.path / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        return target
+
+    def save_settings(self, content: dict[str, Any]) -> Path:
+        """Write the resolved settings."""
+        return write_json(self / SETTINGS, content)
+
+    def save_summary(self, content: dict[str, Any]) -> Path:
+        """Write the summary and the verb that made it; numbers that are not finite become null."""
+        return write_json(self / SUMMARY, {"verb": self.verb, **finite(content)})
+
+    def remove_if_only_settings(self) -> None:
+        """Remove the folder of a run that failed before it made anything."""
+        if [file.name for file in self.path.iterdir()] == [SETTINGS]:
+            (self.path / SETTINGS).unlink()
+            self.path.rmdir()
+
+
+def default_folder(verb: str) -> Path:
+    """Return runs/VERB-TIME, with a number behind it where that exists already."""
+    name = f"{verb}-{time.strftime('%Y%m%d-%H%M%S')}"
+    path, number = Path("runs") / name, 2
+    while path.exists():
+        path, number = Path("runs") / f"{name}-{number}", number + 1
+    return path
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """Return the summary of an earlier run.
+
+    Raises:
+        ArtefactError: The folder holds no summary: the run did not finish or is no run.
+    """
+    return _read(folder, SUMMARY)
+
+
+def read_settings(folder: Path) -> dict[str, Any]:
+    """Return the resolved settings of an earlier run; raises as `read_summary`."""
+    return _read(folder, SETTINGS)
+
+
+def _read(folder: Path, name: str) -> dict[str, Any]:
+    path = folder / name
+    if not path.exists():
+        raise ArtefactError(
+            f"{folder} holds no {name}; it is not the folder of a finished pneumorph run"
+        )
+    content: dict[str, Any] = json.loads(path.read_text())
+    return content
+
+
+def finite(value: Any) -> Any:
+    """Return ``value`` with every number that is not finite replaced by None: JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,91 @@
+"""The command line: help that teaches, one line for each failure, JSON alone on the output."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pneumorph.cli import VERBS, run
+
+
+def test_help_names_every_verb_in_the_order_of_the_flow(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--help"]) == 0
+    shown = capsys.readouterr().out
+    places = [shown.index(f"\n  {verb}") for verb in VERBS]
+    assert places == sorted(places)
+
+
+def test_no_verb_is_bad_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([]) == 2
+    assert "usage: pneumorph VERB" in capsys.readouterr().out
+
+
+def test_unknown_verb_is_refused_with_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["crawl"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("pneumorph: verb 'crawl' is unknown, expected one of mesh, reduce")
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_explains_itself(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as exit_info:
+        run([verb, "--help"])
+    assert exit_info.value.code == 0
+    shown = capsys.readouterr().out
+    assert f"Example: pneumorph {verb}" in " ".join(shown.split())
+    for flag in ("--json", "--out", "--settings", "--debug"):
+        assert flag in shown
+
+
+def test_json_is_alone_on_standard_output(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "disk"
+    assert run(["mesh", "--part", "disk", "--out", str(folder), "--json"]) == 0
+    captured = capsys.readouterr()
+    summary = json.loads(captured.out)
+    assert summary["verb"] == "mesh"
+    assert Path(summary["mesh"]).exists()
+    assert json.loads((folder / "summary.json").read_text()) == summary
+    assert json.loads((folder / "settings.json").read_text())["part"] == "disk"
+    assert captured.err == f"wrote {folder}\n"
+
+
+def test_settings_of_a_run_repeat_it_and_flags_come_last(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    run(["mesh", "--part", "disk", "--disk.height-mm", "12", "--out", str(first)])
+    settings = str(first / "settings.json")
+    run(["mesh", "--settings", settings, "--disk.top-radius-mm", "60", "--out", str(second)])
+    disk = json.loads((second / "settings.json").read_text())["disk"]
+    assert (disk["height_mm"], disk["top_radius_mm"]) == (12.0, 60.0)
+
+
+def test_failure_is_one_line_and_leaves_no_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "run"
+    missing = str(tmp_path / "none.msh")
+    assert run(["mesh", "--file", missing, "--out", str(folder)]) == 1
+    assert capsys.readouterr().err == f"pneumorph: mesh file {missing} does not exist\n"
+    assert not folder.exists()
+
+
+def test_debug_shows_the_traceback(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["mesh", "--file", "none.msh", "--out", str(tmp_path / "r"), "--debug"]) == 1
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_unknown_setting_in_a_file_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("[disk]\nheigth_mm = 3.0\n")
+    assert run(["mesh", "--settings", str(file)]) == 1
+    assert "unknown setting disk.heigth_mm of DiskShape: did you mean height_mm?" in (
+        capsys.readouterr().err
+    )
