@@ -30,6 +30,7 @@ struct ElementSystem {
 // Gram-Schmidt frame of the first two columns: the first edge, and the first face's plane.
 template <int D, class Real>
 inline void edge_rotation(const Real f[3 * D][kLane], Real r[3 * D][kLane]) {
+#pragma omp simd
   for (int l = 0; l < kLane; ++l) {
     const Real ax = f[0][l], ay = f[D][l], az = f[2 * D][l];
     const Real bx = f[1][l], by = f[D + 1][l], bz = f[2 * D + 1][l];
@@ -50,6 +51,7 @@ inline void polar_rotation(const Real f[3 * D][kLane], Real r[3 * D][kLane]) {
   if (D == 2) {
     Real frame[6][kLane];
     edge_rotation<2, Real>(reinterpret_cast<const Real(*)[kLane]>(f), frame);
+#pragma omp simd
     for (int l = 0; l < kLane; ++l) {
       Real g[4] = {0, 0, 0, 0};
       for (int i = 0; i < 3; ++i) {
@@ -65,6 +67,7 @@ inline void polar_rotation(const Real f[3 * D][kLane], Real r[3 * D][kLane]) {
     return;
   }
   const int iterations = sizeof(Real) == 8 ? 9 : 7;
+#pragma omp simd
   for (int l = 0; l < kLane; ++l) {
     Real q[9];
     for (int i = 0; i < 9; ++i) q[i] = f[i < 3 * D ? i : 0][l];
@@ -120,6 +123,7 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
     // Stress and moment.
     const Real* lambda = family.lambda + block * kLane;
     const Real* mu = family.mu + block * kLane;
+#pragma omp simd
     for (int l = 0; l < kLane; ++l) {
       Real t[D][D], stress[D][D], trace = 0;
       for (int i = 0; i < D; ++i)
@@ -141,6 +145,7 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
         }
     }
     if (turning) {
+#pragma omp simd
       for (int l = 0; l < kLane; ++l) {
         for (int axis = 0; axis < 3; ++axis) {
           const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;

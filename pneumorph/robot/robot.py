@@ -98,9 +98,7 @@ class Robot:
     design: Design | None = None
 
 
-def robot_builder(
-    part: ReducedPart, hub: Hub, poses: Sequence[Pose]
-) -> Callable[[Design], Robot]:
+def robot_builder(part: ReducedPart, hub: Hub, poses: Sequence[Pose]) -> Callable[[Design], Robot]:
     """Returns a function that turns a design into a robot: one and the same part at its poses.
 
     Args:

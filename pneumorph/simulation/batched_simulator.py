@@ -175,9 +175,7 @@ class BatchedSimulator:
     @property
     def tracked_point_mm(self) -> np.ndarray:
         """World position of each hub's tracked point [mm], (robot, 3)."""
-        return self.read("position") + np.einsum(
-            "rij,rj->ri", self.read("rotation"), self._tracked
-        )
+        return self.read("position") + np.einsum("rij,rj->ri", self.read("rotation"), self._tracked)
 
     @property
     def forward_position_mm(self) -> np.ndarray:

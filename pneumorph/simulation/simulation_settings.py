@@ -59,6 +59,6 @@ class SimulationSettings:
             value = getattr(self, name)
             if not math.isfinite(value):
                 raise ValueError(f"{name} must be finite, got {value}")
-            if name in positive and value <= 0 or name in non_negative and value < 0:
+            if (name in positive and value <= 0) or (name in non_negative and value < 0):
                 kind = "positive" if name in positive else "not negative"
                 raise ValueError(f"{name} must be {kind}, got {value}")

@@ -1,0 +1,152 @@
+"""One reduced robot that answers the same rollout as a full-order one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pneumorph.robot.robot import Robot
+from pneumorph.settings import settings_to_dict
+from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
+from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.trajectory import Trajectory
+
+_STATE = ("position", "rotation", "velocity", "angular_velocity", "modes", "mode_rates",
+          "regulated", "impulses")  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedState:
+    """State of one reduced robot."""
+
+    position: np.ndarray
+    """Hub origin in the world [mm], (3,)."""
+    rotation: np.ndarray
+    """Hub frame to world, (3, 3)."""
+    velocity: np.ndarray
+    """Of the hub origin [mm/s], (3,)."""
+    angular_velocity: np.ndarray
+    """Of the hub, world axes [rad/s], (3,)."""
+    modes: np.ndarray
+    """Modal coordinates of each mount, padded with zeros, (mount, mode)."""
+    mode_rates: np.ndarray
+    """Their rates, (mount, mode)."""
+    regulated: np.ndarray
+    """Pressure of each regulator [real kPa], (regulator,)."""
+    impulses: np.ndarray
+    """Contact impulses of the last step [mN s], (contact point, 3); warm start of the next."""
+
+
+class ReducedRobot:
+    """A robot made of reduced parts, advanced by the compiled stepper.
+
+    Args:
+        robot: Hub and mounted reduced parts.
+        settings: Physics and numerics.
+    """
+
+    def __init__(self, robot: Robot, settings: SimulationSettings | None = None) -> None:
+        self.robot = robot
+        self.settings = settings or SimulationSettings()
+        self._simulator = BatchedSimulator([robot], self.settings, thread_count=1)
+
+    def initial_state(self) -> ReducedState:
+        """At rest in the initial pose, no pressure."""
+        self._simulator.reset()
+        return self._read()
+
+    def _read(self) -> ReducedState:
+        return ReducedState(**{name: self._simulator.read(name)[0] for name in _STATE})
+
+    def node_positions(self, state: ReducedState) -> np.ndarray:
+        """World positions of every mount's nodes [mm], (mount, node, 3).
+
+        Raises:
+            ValueError: The mounted parts have different numbers of nodes.
+        """
+        counts = {len(mount.part.rest_nodes) for mount in self.robot.mounts}
+        if len(counts) > 1:
+            raise ValueError(
+                f"mounted parts have {sorted(counts)} nodes, expected equal counts; record_nodes "
+                "works for robots whose mounts are all the same part"
+            )
+        world = []
+        for mount, alpha in zip(self.robot.mounts, state.modes, strict=True):
+            local = mount.part.positions(alpha[: mount.part.mode_count])
+            world.append(mount.pose.apply(local) @ state.rotation.T + state.position)
+        return np.array(world)
+
+    def rollout(
+        self,
+        state: ReducedState,
+        commands_kPa: np.ndarray,
+        record_every: int = 5,
+        record_nodes: bool = True,
+        description: dict[str, Any] | None = None,
+    ) -> tuple[ReducedState, Trajectory]:
+        """Follow commands from a state.
+
+        Args:
+            state: Where to start.
+            commands_kPa: Real pressure asked for in every step [kPa], (step, regulator).
+            record_every: Steps between frames; the start is a frame too.
+            record_nodes: Record every node's position.
+            description: What else to note in the trajectory's metadata.
+
+        Returns:
+            The state at the end, and the trajectory; its status is ``diverged`` when the robot
+            diverged, and it then ends with the last sound frame.
+        """
+        commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
+        time_step = self.settings.time_step_s
+        simulator = self._simulator
+        simulator.reset()
+        for name in _STATE:
+            simulator.write(0, name, getattr(state, name))
+        frames: dict[str, list[Any]] = {}
+
+        def record(step: int, current: ReducedState) -> None:
+            command = commands[max(step - 1, 0)] if len(commands) else current.regulated
+            frame = {
+                "time_s": step * time_step,
+                "hub_position_mm": current.position,
+                "hub_rotation": current.rotation,
+                "tracked_point_mm": simulator.tracked_point_mm[0],
+                "commanded_kPa": command,
+                "regulated_kPa": current.regulated,
+                "contact_count": simulator.read("active_contacts")[0],
+            }
+            if record_nodes:
+                frame["node_positions_mm"] = self.node_positions(current).astype(np.float32)
+            for name, value in frame.items():
+                frames.setdefault(name, []).append(value)
+
+        status = "completed"
+        record(0, state)
+        for start in range(0, len(commands), record_every):
+            chunk = commands[start : start + record_every]
+            if np.all(chunk == chunk[0]):
+                simulator.advance(chunk[:1], len(chunk))
+            else:
+                for command in chunk:
+                    simulator.advance(command[None], 1)
+            if simulator.status[0] != RobotStatus.RUNNING:
+                status = RobotStatus(simulator.status[0]).name.lower()
+                break
+            state = self._read()
+            record(start + len(chunk), state)
+        same_skin = self.robot.mounts[0].part.skin if self.robot.mounts and record_nodes else None
+        trajectory = Trajectory(
+            **{name: np.array(values) for name, values in frames.items()},
+            skin_triangles=same_skin,
+            status=status,
+            metadata={
+                "model": "reduced",
+                "design": str(self.robot.design),
+                "settings": settings_to_dict(self.settings),
+                **(description or {}),
+            },
+        )
+        return state, trajectory

@@ -1,0 +1,65 @@
+"""One way to run any robot: full-order or reduced."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+from pneumorph.trajectory import Trajectory
+
+State = TypeVar("State")
+
+
+class RobotModel(Protocol[State]):
+    """What full-order and reduced robots have in common."""
+
+    def initial_state(self) -> State:
+        """At rest in the initial pose, no pressure."""
+
+    def rollout(
+        self,
+        state: State,
+        commands_kPa: np.ndarray,
+        record_every: int = 5,
+        record_nodes: bool = True,
+        description: dict[str, Any] | None = None,
+    ) -> tuple[State, Trajectory]:
+        """Follow commands from a state."""
+
+
+def rollout(
+    model: RobotModel[State],
+    commands_kPa: np.ndarray,
+    state: State | None = None,
+    settling_steps: int = 15,
+    record_every: int = 5,
+    record_nodes: bool = True,
+    description: dict[str, Any] | None = None,
+) -> tuple[State, Trajectory]:
+    """Run a robot under commands, from a state or from its settled initial pose.
+
+    Args:
+        model: A full-order or a reduced robot.
+        commands_kPa: Real pressure asked for in every step [kPa], (step, regulator).
+        state: Where to start; None lets the robot fall and settle first.
+        settling_steps: Steps at zero pressure before the start, when no state is given.
+        record_every: Steps between frames.
+        record_nodes: Record every node's position.
+        description: What else to note in the trajectory's metadata.
+
+    Returns:
+        The state at the end, and the trajectory.
+
+    Raises:
+        ValueError: A command is negative or not finite.
+    """
+    commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
+    if not np.all(np.isfinite(commands)) or np.any(commands < 0.0):
+        raise ValueError("commands_kPa must be finite and not negative; a regulator only inflates")
+    if state is None:
+        rest = np.zeros((settling_steps, commands.shape[1]))
+        state, _ = model.rollout(
+            model.initial_state(), rest, record_every=settling_steps or 1, record_nodes=False
+        )
+    return model.rollout(state, commands, record_every, record_nodes, description)

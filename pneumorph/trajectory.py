@@ -1,0 +1,96 @@
+"""What a robot did: the recorded motion of one robot, full-order or reduced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.artefact import load_artefact, save_artefact
+
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Recorded motion of one robot. Axes: frame, leg, node, regulator.
+
+    The hub's frame is the robot's frame at rest: a point r of it is at hub_position +
+    hub_rotation r in the world.
+    """
+
+    time_s: np.ndarray
+    """Time of each frame since the start of the recording [s], (frame,)."""
+    hub_position_mm: np.ndarray
+    """World position of the hub frame's origin [mm], (frame, 3)."""
+    hub_rotation: np.ndarray
+    """Hub frame to world, (frame, 3, 3)."""
+    tracked_point_mm: np.ndarray
+    """World position of the point whose travel is rewarded [mm], (frame, 3)."""
+    commanded_kPa: np.ndarray
+    """Real pressure asked for in the step before the frame [kPa], (frame, regulator)."""
+    regulated_kPa: np.ndarray
+    """Real pressure after the regulators' rate limit [kPa], (frame, regulator)."""
+    contact_count: np.ndarray
+    """Contact points that took part in the contact solve, (frame,)."""
+    node_positions_mm: np.ndarray | None = None
+    """World positions of every leg's nodes [mm], (frame, leg, node, 3) float32, where recorded."""
+    skin_triangles: np.ndarray | None = None
+    """Outer triangles of a leg, indices of its nodes, (triangle, 3), for drawing."""
+    status: str = "completed"
+    """How the rollout ended: `completed`, or why it stopped early."""
+    metadata: dict[str, Any] = field(default_factory=dict)
+    """Model, design and settings; JSON-serialisable."""
+
+    def __post_init__(self) -> None:
+        frame, regulator = np.shape(self.commanded_kPa)
+        shapes = {
+            "time_s": (frame,),
+            "hub_position_mm": (frame, 3),
+            "hub_rotation": (frame, 3, 3),
+            "tracked_point_mm": (frame, 3),
+            "regulated_kPa": (frame, regulator),
+            "contact_count": (frame,),
+        }
+        for name, shape in shapes.items():
+            if np.shape(getattr(self, name)) != shape:
+                raise ValueError(
+                    f"{name} must have shape {shape}, got {np.shape(getattr(self, name))}"
+                )
+        nodes = self.node_positions_mm
+        if nodes is not None and (nodes.ndim != 4 or nodes.shape[::3] != (frame, 3)):
+            raise ValueError(
+                f"node_positions_mm must have shape ({frame}, leg, node, 3), got {nodes.shape}"
+            )
+
+    @property
+    def forward_distance_cm(self) -> float:
+        """Forward (x) travel of the tracked point from first to last frame [cm]."""
+        return float(self.tracked_point_mm[-1, 0] - self.tracked_point_mm[0, 0]) / 10.0
+
+    def save(self, path: Path | str) -> Path:
+        """Write the trajectory as one npz file."""
+        arrays = {name: getattr(self, name) for name in _REQUIRED}
+        for name in _OPTIONAL:
+            if getattr(self, name) is not None:
+                arrays[name] = getattr(self, name)
+        header = {"status": self.status, "description": self.metadata}
+        return save_artefact(path, "Trajectory", FORMAT_VERSION, arrays, header)
+
+    @classmethod
+    def load(cls, path: Path | str) -> Trajectory:
+        """Read a trajectory.
+
+        Raises:
+            FileNotFoundError: No such file.
+            ArtefactError: Truncated, of another kind or of another format version.
+        """
+        arrays, header = load_artefact(path, "Trajectory", FORMAT_VERSION)
+        return cls(**arrays, status=header["status"], metadata=header["description"])
+
+
+_REQUIRED = ("time_s", "hub_position_mm", "hub_rotation", "tracked_point_mm", "commanded_kPa",
+             "regulated_kPa", "contact_count")  # fmt: skip
+_OPTIONAL = ("node_positions_mm", "skin_triangles")
