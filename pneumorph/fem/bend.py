@@ -1,0 +1,44 @@
+"""How far a leg bends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.geometry.mesh import Mesh
+
+
+def end_face_bend_deg(mesh: Mesh, positions: np.ndarray, region: str = "outer_end_face") -> float:
+    """Turn of the outer end face about y, positive towards the paper side [degrees].
+
+    The face's rotation is the best rigid fit of its nodes; the angle is counted on past 180 by
+    looking at the way the leg's own x axis points: bends between -90 and 270 are told apart.
+
+    Args:
+        mesh: The leg.
+        positions: Its node positions in its own frame [mm], (node, 3).
+        region: Node set of the face.
+    """
+    nodes = mesh.node_set(region)
+    rest = mesh.nodes[nodes] - mesh.nodes[nodes].mean(axis=0)
+    now = positions[nodes] - positions[nodes].mean(axis=0)
+    rotation = best_rotation(rest, now)
+    # Rotation about +y carries x towards -z, the paper side.
+    angle = float(np.degrees(np.arctan2(-rotation[2, 0], rotation[0, 0])))
+    return angle + 360.0 if angle < -90.0 else angle
+
+
+def best_rotation(
+    rest: np.ndarray, now: np.ndarray, weights: np.ndarray | None = None
+) -> np.ndarray:
+    """R that minimises sum_i w_i |now_i - R rest_i|^2, (3, 3). Kabsch, Acta Cryst. A32 (1976) 922.
+
+    Args:
+        rest: Points about their centre, (point, 3).
+        now: The same points later, about their centre, (point, 3).
+        weights: w, (point,); equal by default.
+    """
+    weighted = now if weights is None else now * weights[:, None]
+    left, _, right = np.linalg.svd(weighted.T @ rest)
+    left[:, 2] *= np.sign(np.linalg.det(left @ right))
+    rotation: np.ndarray = left @ right
+    return rotation

@@ -1,0 +1,177 @@
+"""A part as finite elements: forces, stiffness, mass, cavity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+
+from pneumorph.fem.assembly import Assembly
+from pneumorph.fem.cavity import Cavity
+from pneumorph.fem.element_group import ElementGroup
+from pneumorph.fem.element_stiffness import (
+    objective_stiffness_entries,
+    rotated_stiffness_entries,
+    tangent_matrices,
+)
+from pneumorph.fem.material import DiskMaterials, LegMaterials, Material, Membrane
+from pneumorph.fem.membrane import membrane_group
+from pneumorph.fem.rotation import Rotation
+from pneumorph.fem.tetrahedra import tetrahedron_group
+from pneumorph.geometry.mesh import Mesh, MeshError
+from pneumorph.geometry.mesh_checks import check_mesh
+
+
+class PartModel:
+    """Full-order model of a part, in its own frame.
+
+    Args:
+        mesh: The part; refused with its reason when faulty.
+        material: What the solid is made of.
+        mass_kg: Mass of the part, spread evenly over its nodes [kg].
+        membranes: Sheets on surface regions.
+        cavity: Surface region under pressure; None for a part without.
+
+    Raises:
+        MeshError: The mesh is faulty or lacks a region.
+        ValueError: The mass is not positive.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        material: Material,
+        mass_kg: float,
+        membranes: Sequence[Membrane] = (),
+        cavity: str | None = None,
+    ) -> None:
+        if not 0.0 < mass_kg < float("inf"):
+            raise ValueError(f"mass_kg must be positive and finite, got {mass_kg}")
+        regions = [membrane.surface for membrane in membranes]
+        check_mesh(mesh, [*regions, *([cavity] if cavity else [])], cavity=cavity or "cavity")
+        self.mesh = mesh
+        self.material = material
+        self.mass_kg = mass_kg
+        self.membranes = tuple(membranes)
+        self.node_mass: np.ndarray = np.full(len(mesh.nodes), mass_kg / len(mesh.nodes))
+        """Lumped mass [kg], (node,)."""
+        self.element_groups: tuple[ElementGroup, ...] = (
+            tetrahedron_group(mesh.nodes, mesh.tetrahedra, material),
+            *(
+                membrane_group(
+                    mesh.nodes, mesh.surface(each.surface), each.material, each.thickness_mm
+                )
+                for each in membranes
+            ),
+        )
+        """Tetrahedra first, then the membranes."""
+        self.cavity: Cavity | None = Cavity(mesh.surface(cavity)) if cavity else None
+        """Where pressure acts."""
+
+    @property
+    def rest_nodes(self) -> np.ndarray:
+        """Positions at rest [mm], (node, 3)."""
+        return self.mesh.nodes
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes."""
+        return len(self.mesh.nodes)
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """Fixed sparsity of the part's matrices."""
+        return Assembly(self.node_count, [group.connectivity for group in self.element_groups])
+
+    def internal_force(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
+        """Elastic force on the nodes [mN], (node, 3).
+
+        Args:
+            x: Node positions [mm], (node, 3).
+            rotation: Where the elements take their rotation from.
+        """
+        total = np.zeros((3, self.node_count))
+        for group in self.element_groups:
+            forces = group.forces_by_corner(x, rotation)
+            indices = group.nodes_by_corner.ravel()
+            for axis in range(3):
+                total[axis] += np.bincount(indices, forces[axis].ravel(), self.node_count)
+        return total.T
+
+    def stiffness_data(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
+        """Data of `stiffness`, in the pattern of `assembly`."""
+        return self.assembly.symmetric_data(
+            [rotated_stiffness_entries(group, x, rotation) for group in self.element_groups]
+        )
+
+    def stiffness(self, x: np.ndarray, rotation: Rotation = "edge") -> csc_array:
+        """Rotated linear stiffness [mN/mm], (3 node, 3 node); symmetric, no geometric term."""
+        return self.assembly.matrix(self.stiffness_data(x, rotation))
+
+    def objective_stiffness_data(self, x: np.ndarray) -> np.ndarray:
+        """Data of `objective_stiffness`, in the pattern of `assembly`."""
+        return self.assembly.symmetric_data(
+            [objective_stiffness_entries(group, x) for group in self.element_groups]
+        )
+
+    def objective_stiffness(self, x: np.ndarray) -> csc_array:
+        """Stiffness against deformation only [mN/mm]; zero on every rigid motion."""
+        return self.assembly.matrix(self.objective_stiffness_data(x))
+
+    def tangent(
+        self, x: np.ndarray, pressure_kPa: float = 0.0, rotation: Rotation = "edge"
+    ) -> csc_array:
+        """-d(elastic force + pressure force)/dx [mN/mm], (3 node, 3 node), nothing left out."""
+        blocks = [
+            (group.connectivity, tangent_matrices(group, x, rotation))
+            for group in self.element_groups
+        ]
+        if self.cavity is not None and pressure_kPa != 0.0:
+            blocks.append((self.cavity.triangles, -pressure_kPa * self.cavity.hessian_blocks(x)))
+        rows, columns, values = [], [], []
+        for connectivity, matrices in blocks:
+            unknowns = (3 * connectivity[:, :, None] + np.arange(3)).reshape(len(connectivity), -1)
+            rows.append(np.repeat(unknowns, unknowns.shape[1], axis=1).ravel())
+            columns.append(np.tile(unknowns, (1, unknowns.shape[1])).ravel())
+            values.append(matrices.ravel())
+        size = 3 * self.node_count
+        return coo_array(
+            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
+            shape=(size, size),
+        ).tocsc()
+
+    def cavity_volume(self, x: np.ndarray) -> float:
+        """Volume of the cavity [mm^3].
+
+        Raises:
+            MeshError: The part has no cavity.
+        """
+        return self._require_cavity().volume(x)
+
+    def pressure_force(self, x: np.ndarray, pressure_kPa: float) -> np.ndarray:
+        """Follower load p dV/dx on the nodes [mN], (node, 3).
+
+        Raises:
+            MeshError: The part has no cavity.
+        """
+        return pressure_kPa * self._require_cavity().gradient(x)
+
+    def _require_cavity(self) -> Cavity:
+        if self.cavity is None:
+            raise MeshError("the part has no cavity; name its surface region when making it")
+        return self.cavity
+
+
+def leg_model(mesh: Mesh, materials: LegMaterials | None = None) -> PartModel:
+    """The leg of the paper: silicone with a paper layer and one cavity."""
+    materials = materials or LegMaterials()
+    paper = Membrane("paper", materials.paper, materials.paper_thickness_mm)
+    return PartModel(mesh, materials.silicone, materials.mass_kg, (paper,), cavity="cavity")
+
+
+def disk_model(mesh: Mesh, materials: DiskMaterials | None = None) -> PartModel:
+    """The disk of the paper: a solid without cavity."""
+    materials = materials or DiskMaterials()
+    return PartModel(mesh, materials.body, materials.mass_kg)

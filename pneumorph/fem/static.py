@@ -1,0 +1,142 @@
+"""Static equilibrium of a clamped part under pressure and given forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.rotation import Rotation
+
+
+@dataclass(frozen=True)
+class StaticSettings:
+    """How an equilibrium is sought."""
+
+    load_step_kPa: float = 20.0
+    """Pressure is raised in steps of at most this [kPa]."""
+    tolerance: float = 1e-8
+    """Unbalanced force over the largest applied one at which a step counts as found."""
+    iteration_limit: int = 40
+    """Newton steps for one load step."""
+    largest_move_mm: float = 8.0
+    """No node moves further than this in one Newton step [mm]."""
+    halving_limit: int = 5
+    """How often a load step that fails may be halved."""
+
+
+@dataclass(frozen=True, eq=False)
+class StaticResult:
+    """Where the forces balance, and how the search ended."""
+
+    positions: np.ndarray
+    """Node positions [mm], (node, 3)."""
+    converged: bool
+    """Whether the tolerance was reached at the full pressure."""
+    relative_residual: float
+    """Unbalanced force over the largest applied one."""
+    iterations: int
+    """Newton steps in all."""
+    pressure_kPa: float
+    """Pressure of the positions: the wanted one where converged [kPa]."""
+
+
+def static_equilibrium(
+    part: PartModel,
+    pressure_kPa: float,
+    held_nodes: np.ndarray,
+    *,
+    start: np.ndarray | None = None,
+    start_pressure_kPa: float = 0.0,
+    external_force: np.ndarray | None = None,
+    rotation: Rotation = "edge",
+    settings: StaticSettings | None = None,
+) -> StaticResult:
+    """Find x with internal_force(x) + p dV/dx + external = 0 on the free nodes.
+
+    Newton's method on the full tangent (rotations and follower load included), its step limited in
+    length, along a path of rising pressure.
+
+    Args:
+        part: The part.
+        pressure_kPa: Pressure in the cavity [kPa]; must be 0 for a part without one.
+        held_nodes: Nodes that stay at their place of `start`, (n,).
+        start: Positions to start from [mm], (node, 3); rest by default.
+        start_pressure_kPa: Pressure at which `start` is an equilibrium [kPa].
+        external_force: Further force on the nodes [mN], (node, 3).
+        rotation: Where the elements take their rotation from.
+        settings: Steps and tolerance.
+
+    Returns:
+        The last equilibrium found; look at `converged`.
+
+    Raises:
+        ValueError: The pressure is not finite, or too few nodes are held.
+    """
+    settings = settings or StaticSettings()
+    if not np.isfinite(pressure_kPa):
+        raise ValueError(f"pressure_kPa must be finite, got {pressure_kPa}")
+    held = np.unique(np.asarray(held_nodes))
+    if len(held) < 3:
+        raise ValueError(f"held_nodes must name at least 3 nodes, got {len(held)}: it would float")
+    free_node = np.ones(part.node_count, dtype=bool)
+    free_node[held] = False
+    free = np.flatnonzero(np.repeat(free_node, 3))
+    x = np.array(part.rest_nodes if start is None else start, dtype=float)
+    external = np.zeros_like(x) if external_force is None else np.asarray(external_force)
+
+    current, iterations, residual = float(start_pressure_kPa), 0, np.inf
+    step = settings.load_step_kPa
+    smallest = settings.load_step_kPa / 2.0**settings.halving_limit
+    while True:
+        target = current + float(np.clip(pressure_kPa - current, -step, step))
+        found, moved, residual_there, used = _newton(
+            part, x, target, external, free, rotation, settings
+        )
+        iterations += used
+        if found:
+            x, current, residual = moved, target, residual_there
+            if current == pressure_kPa:
+                return StaticResult(x, True, residual, iterations, current)
+        elif step / 2.0 < smallest:
+            return StaticResult(x, False, residual, iterations, current)
+        else:
+            step /= 2.0
+
+
+def _newton(
+    part: PartModel,
+    start: np.ndarray,
+    pressure: float,
+    external: np.ndarray,
+    free: np.ndarray,
+    rotation: Rotation,
+    settings: StaticSettings,
+) -> tuple[bool, np.ndarray, float, int]:
+    """One load step: found, positions, relative residual, Newton steps."""
+    from scipy.sparse.linalg import splu
+
+    x, relative = start.copy(), np.inf
+    for iteration in range(settings.iteration_limit + 1):
+        load = external + (part.pressure_force(x, pressure) if pressure != 0.0 else 0.0)
+        residual = (part.internal_force(x, rotation) + load).ravel()[free]
+        scale = max(float(np.linalg.norm(load)), 1.0)
+        relative = float(np.linalg.norm(residual)) / scale
+        if not np.isfinite(relative):
+            return False, x, relative, iteration
+        if relative < settings.tolerance:
+            return True, x, relative, iteration
+        if iteration == settings.iteration_limit:
+            break
+        tangent = part.tangent(x, pressure, rotation)[free][:, free].tocsc()
+        change = np.zeros(x.size)
+        change[free] = splu(
+            tangent,
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        ).solve(residual)
+        longest = float(np.linalg.norm(change.reshape(-1, 3), axis=1).max())
+        x = x + change.reshape(-1, 3) * min(1.0, settings.largest_move_mm / max(longest, 1e-300))
+    return False, x, relative, settings.iteration_limit

@@ -1,0 +1,83 @@
+"""The disk that carries the legs: a truncated cone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.mirror import mirror_half
+from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.geometry.netgen_mesher import MesherSettings, box, open_cascade, tetrahedralise
+from pneumorph.geometry.surface import boundary_triangles
+
+
+@dataclass(frozen=True)
+class DiskShape:
+    """Sizes of the disk [mm]; its axis is z, its place is the one in the robot's frame."""
+
+    bottom_radius_mm: float = 50.0
+    """Radius of the lower face."""
+    top_radius_mm: float = 54.5
+    """Radius of the upper face."""
+    height_mm: float = 18.0
+    """Height."""
+    bottom_mm: float = RadialMounting().hub_bottom_mm
+    """Height of the lower face in the robot's frame."""
+
+    def __post_init__(self) -> None:
+        for name in ("bottom_radius_mm", "top_radius_mm", "height_mm"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+
+    @property
+    def top_centre_mm(self) -> tuple[float, float, float]:
+        """Centre of the upper face in the robot's frame [mm]."""
+        return (0.0, 0.0, self.bottom_mm + self.height_mm)
+
+    def volume_mm3(self) -> float:
+        """Volume of the truncated cone, pi h / 3 (r1^2 + r1 r2 + r2^2)."""
+        low, high = self.bottom_radius_mm, self.top_radius_mm
+        return float(np.pi * self.height_mm / 3.0 * (low * low + low * high + high * high))
+
+
+def mesh_disk(shape: DiskShape | None = None, settings: MesherSettings | None = None) -> Mesh:
+    """Mesh the disk, exactly symmetric in y, coarsely by default as in the paper.
+
+    Regions: surface ``skin``; node sets ``top`` and ``bottom``.
+
+    Args:
+        shape: Sizes; those of the paper by default.
+        settings: How finely to mesh.
+
+    Raises:
+        ModuleNotFoundError: netgen is not installed.
+        MeshError: The mesh that came out is faulty.
+    """
+    shape = shape or DiskShape()
+    settings = settings or MesherSettings(size_mm=20.0, grading=0.5)
+    occ = open_cascade()
+    axis = occ.Axes(occ.Pnt(0, 0, shape.bottom_mm), occ.Z)
+    # The last argument is the angle of revolution.
+    cone = occ.Cone(axis, shape.bottom_radius_mm, shape.top_radius_mm, shape.height_mm, 2.0 * np.pi)
+    reach = 2.0 * max(shape.bottom_radius_mm, shape.top_radius_mm)
+    half_space = box(
+        (-reach, 0.0, shape.bottom_mm - reach), (2.0 * reach, reach, shape.height_mm + 2.0 * reach)
+    )
+    whole = mirror_half(*tetrahedralise(cone * half_space, settings))
+    boundary = boundary_triangles(whole.tetrahedra)
+    height = whole.nodes[:, 2] - shape.bottom_mm
+    mesh = Mesh(
+        nodes=whole.nodes,
+        tetrahedra=whole.tetrahedra,
+        surfaces={"skin": boundary},
+        node_sets={
+            "top": np.flatnonzero(np.abs(height - shape.height_mm) < 1e-6),
+            "bottom": np.flatnonzero(np.abs(height) < 1e-6),
+        },
+        mirror_nodes=whole.mirror_nodes,
+    )
+    check_mesh(mesh, ("skin",), ("top",))
+    return mesh

@@ -1,0 +1,171 @@
+"""A mesh of linear tetrahedra with named regions."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.artefact import load_artefact, save_artefact
+
+FORMAT_VERSION = 1
+
+
+class MeshError(ValueError):
+    """A mesh cannot be computed with; the message says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Nodes, tetrahedra and named regions of a part, in the part's own frame.
+
+    Args:
+        nodes: Positions [mm], (node, 3).
+        tetrahedra: Node indices, (element, 4); positive volume.
+        surfaces: Triangles by region name, (triangle, 3). ``cavity`` is closed with its normals out
+            of the cavity, into the solid; ``paper`` is a membrane; ``skin`` is the outer boundary
+            with its normals outward.
+        node_sets: Node indices by region name, (n,).
+        contact_points: Where the part can touch the ground [mm], (point, 3).
+        mirror_nodes: Index of each node's image under y -> -y, (node,); None without symmetry.
+
+    Raises:
+        MeshError: An array has a wrong shape, or an index points outside the mesh.
+    """
+
+    nodes: np.ndarray
+    tetrahedra: np.ndarray
+    surfaces: Mapping[str, np.ndarray] = field(default_factory=dict)
+    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
+    contact_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    mirror_nodes: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        nodes = _array("nodes", self.nodes, (None, 3), np.float64)
+        if not np.all(np.isfinite(nodes)):
+            raise MeshError("nodes must be finite, got NaN or infinity")
+        count = len(nodes)
+        put = object.__setattr__
+        put(self, "nodes", nodes)
+        put(self, "tetrahedra", _indices("tetrahedra", self.tetrahedra, (None, 4), count))
+        put(
+            self,
+            "surfaces",
+            {k: _indices(f"surface {k!r}", v, (None, 3), count) for k, v in self.surfaces.items()},
+        )
+        put(
+            self,
+            "node_sets",
+            {k: _indices(f"node set {k!r}", v, (None,), count) for k, v in self.node_sets.items()},
+        )
+        put(
+            self,
+            "contact_points",
+            _array("contact_points", self.contact_points, (None, 3), np.float64),
+        )
+        if self.mirror_nodes is not None:
+            put(self, "mirror_nodes", _indices("mirror_nodes", self.mirror_nodes, (count,), count))
+
+    def surface(self, name: str) -> np.ndarray:
+        """Triangles of a region, (triangle, 3).
+
+        Raises:
+            MeshError: No such region.
+        """
+        if name not in self.surfaces:
+            known = ", ".join(sorted(self.surfaces)) or "none"
+            raise MeshError(f"unknown surface region {name!r}; the mesh has: {known}")
+        return self.surfaces[name]
+
+    def node_set(self, name: str) -> np.ndarray:
+        """Nodes of a region, (n,).
+
+        Raises:
+            MeshError: No such region.
+        """
+        if name not in self.node_sets:
+            known = ", ".join(sorted(self.node_sets)) or "none"
+            raise MeshError(f"unknown node set {name!r}; the mesh has: {known}")
+        return self.node_sets[name]
+
+    @cached_property
+    def volumes(self) -> np.ndarray:
+        """Signed volume of each tetrahedron [mm^3], (element,)."""
+        first = self.nodes[self.tetrahedra[:, 0]]
+        a, b, c = (self.nodes[self.tetrahedra[:, corner]] - first for corner in (1, 2, 3))
+        volumes: np.ndarray = np.einsum("ei,ei->e", np.cross(a, b), c) / 6.0
+        return volumes
+
+    def digest(self) -> str:
+        """SHA-256 of everything in the mesh, in hexadecimal; names what was made from it."""
+        digest = hashlib.sha256()
+        for name, array in self._arrays().items():
+            digest.update(f"{name}{array.shape}{array.dtype}".encode())
+            digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()
+
+    def save(self, path: Path | str, metadata: Mapping[str, Any] | None = None) -> Path:
+        """Write the mesh as an artefact; `metadata` may hold the shape that made it."""
+        return save_artefact(
+            path,
+            "Mesh",
+            FORMAT_VERSION,
+            self._arrays(),
+            {**(metadata or {}), "digest": self.digest()},
+        )
+
+    @classmethod
+    def load(cls, path: Path | str) -> Mesh:
+        """Read what `save` wrote.
+
+        Raises:
+            ArtefactError: The file is truncated, of another kind or of another format version.
+        """
+        arrays, _ = load_artefact(path, "Mesh", FORMAT_VERSION)
+
+        def named(prefix: str) -> dict[str, np.ndarray]:
+            return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
+
+        return cls(
+            nodes=arrays["nodes"],
+            tetrahedra=arrays["tetrahedra"],
+            surfaces=named("surface:"),
+            node_sets=named("node_set:"),
+            contact_points=arrays["contact_points"],
+            mirror_nodes=arrays.get("mirror_nodes"),
+        )
+
+    def _arrays(self) -> dict[str, np.ndarray]:
+        arrays = {"nodes": self.nodes, "tetrahedra": self.tetrahedra}
+        arrays |= {f"surface:{name}": self.surfaces[name] for name in sorted(self.surfaces)}
+        arrays |= {f"node_set:{name}": self.node_sets[name] for name in sorted(self.node_sets)}
+        arrays["contact_points"] = self.contact_points
+        if self.mirror_nodes is not None:
+            arrays["mirror_nodes"] = self.mirror_nodes
+        return arrays
+
+
+def _array(name: str, value: Any, shape: tuple[int | None, ...], dtype: type) -> np.ndarray:
+    array: np.ndarray = np.array(value, dtype=dtype)
+    matches = array.ndim == len(shape) and all(
+        wanted is None or wanted == got for wanted, got in zip(shape, array.shape, strict=True)
+    )
+    if not matches:
+        expected = ", ".join("n" if wanted is None else str(wanted) for wanted in shape)
+        raise MeshError(f"{name} must have shape ({expected}), got {array.shape}")
+    return array
+
+
+def _indices(name: str, value: Any, shape: tuple[int | None, ...], count: int) -> np.ndarray:
+    array = _array(name, value, shape, np.int32)
+    if array.size and (array.min() < 0 or array.max() >= count):
+        raise MeshError(
+            f"{name} must hold node indices 0 .. {count - 1}, got {array.min()} .. {array.max()}; "
+            "gmsh counts from 1"
+        )
+    return array

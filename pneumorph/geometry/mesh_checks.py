@@ -1,0 +1,159 @@
+"""Refuse a mesh that cannot be computed with, and say why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from pneumorph.geometry.mesh import Mesh, MeshError
+from pneumorph.geometry.surface import TETRAHEDRON_FACES, enclosed_volume
+
+DEGENERATE_SHAPE = 1e-4
+"""Least volume of a tetrahedron relative to that of a regular one with its longest edge."""
+
+
+def check_mesh(
+    mesh: Mesh, surfaces: Iterable[str] = (), node_sets: Iterable[str] = (), cavity: str = "cavity"
+) -> None:
+    """Check everything a finite-element model relies on.
+
+    Args:
+        mesh: The mesh.
+        surfaces: Surface regions that must be there.
+        node_sets: Node sets that must be there.
+        cavity: Region that, where present, must be closed with its normals into the solid.
+
+    Raises:
+        MeshError: The mesh is empty; an element is inverted or degenerate; a face belongs to three
+            elements; nodes are unused; the solid falls apart; a region is unknown or empty; the
+            cavity is open or inside out; a node's mirror image is elsewhere.
+    """
+    if not len(mesh.tetrahedra):
+        raise MeshError("the mesh has no tetrahedra; was only its surface meshed or exported?")
+    for name in surfaces:
+        if not len(mesh.surface(name)):
+            raise MeshError(f"surface region {name!r} is empty")
+    for name in node_sets:
+        if not len(mesh.node_set(name)):
+            raise MeshError(f"node set {name!r} is empty")
+    _check_elements(mesh)
+    _check_connection(mesh)
+    if cavity in mesh.surfaces:
+        check_cavity(mesh, cavity)
+    if mesh.mirror_nodes is not None:
+        _check_mirror(mesh)
+
+
+def check_cavity(mesh: Mesh, region: str = "cavity") -> None:
+    """Check that a surface is closed, lies on the solid's boundary and points into the solid.
+
+    Raises:
+        MeshError: It is not so.
+    """
+    triangles = mesh.surface(region)
+    if not len(triangles):
+        raise MeshError(f"surface region {region!r} is empty")
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    size = len(mesh.nodes)
+    forward = edges[:, 0].astype(np.int64) * size + edges[:, 1]
+    backward = edges[:, 1].astype(np.int64) * size + edges[:, 0]
+    open_edges = np.setdiff1d(forward, backward)
+    if len(open_edges):
+        node = mesh.nodes[open_edges[0] // size]
+        raise MeshError(
+            f"surface {region!r} is not closed: {len(open_edges)} edges belong to one triangle or "
+            f"to two of opposite orientation, one of them at {np.round(node, 3).tolist()} mm"
+        )
+    solid_faces = _keys(mesh.tetrahedra[:, TETRAHEDRON_FACES].reshape(-1, 3), size)
+    inward = int(np.isin(_keys(triangles[:, ::-1], size), solid_faces).sum())
+    if inward < len(triangles):
+        outward = int(np.isin(_keys(triangles, size), solid_faces).sum())
+        if outward + inward < len(triangles):
+            raise MeshError(
+                f"{len(triangles) - outward - inward} triangles of surface {region!r} are no faces "
+                "of the solid; was the surface meshed apart from it?"
+            )
+        raise MeshError(
+            f"surface {region!r} is wrongly oriented: {outward} of {len(triangles)} normals point "
+            "out of the solid, all must point into it"
+        )
+    volume = enclosed_volume(mesh.nodes, triangles)
+    if volume <= 0.0:
+        raise MeshError(
+            f"surface {region!r} holds {volume:.6g} mm^3: it is the outside of the solid, not a "
+            "cavity, or it crosses itself"
+        )
+
+
+def _keys(triangles: np.ndarray, node_count: int) -> np.ndarray:
+    """One number for each oriented triangle, whichever corner comes first."""
+    turn = (np.argmin(triangles, axis=1)[:, None] + np.arange(3)) % 3
+    turned = np.take_along_axis(triangles, turn, axis=1).astype(np.int64)
+    keys: np.ndarray = (turned[:, 0] * node_count + turned[:, 1]) * node_count + turned[:, 2]
+    return keys
+
+
+def _check_elements(mesh: Mesh) -> None:
+    corners = mesh.nodes[mesh.tetrahedra]
+    pairs = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
+    longest = np.max(
+        [np.linalg.norm(corners[:, a] - corners[:, b], axis=1) for a, b in pairs], axis=0
+    )
+    shape = mesh.volumes / np.maximum(longest**3 / (6.0 * np.sqrt(2.0)), 1e-300)
+    degenerate = np.flatnonzero(np.abs(shape) < DEGENERATE_SHAPE)
+    if len(degenerate):
+        raise MeshError(
+            f"{len(degenerate)} tetrahedra are degenerate (flat), the first is {degenerate[0]}"
+        )
+    inverted = np.flatnonzero(shape < 0.0)
+    if len(inverted):
+        advice = (
+            "; all are: swap two nodes of every element"
+            if len(inverted) == len(mesh.tetrahedra)
+            else ""
+        )
+        raise MeshError(
+            f"{len(inverted)} of {len(mesh.tetrahedra)} tetrahedra are inverted (negative volume), "
+            f"the first is {inverted[0]}{advice}"
+        )
+    faces = np.sort(mesh.tetrahedra[:, TETRAHEDRON_FACES].reshape(-1, 3), axis=1)
+    _, count = np.unique(_keys(faces, len(mesh.nodes)), return_counts=True)
+    if count.max() > 2:
+        raise MeshError(
+            f"{np.sum(count > 2)} faces belong to more than two tetrahedra; elements are doubled"
+        )
+
+
+def _check_connection(mesh: Mesh) -> None:
+    count = len(mesh.nodes)
+    used = np.zeros(count, dtype=bool)
+    used[mesh.tetrahedra] = True
+    if not used.all():
+        raise MeshError(
+            f"{np.sum(~used)} nodes belong to no tetrahedron, the first is {np.argmin(used)}; they "
+            "would have mass but no stiffness"
+        )
+    first = np.repeat(mesh.tetrahedra[:, 0], 3)
+    other = mesh.tetrahedra[:, 1:].ravel()
+    graph = coo_array((np.ones(len(first)), (first, other)), shape=(count, count))
+    pieces, label = connected_components(graph.tocsr(), directed=False)
+    if pieces > 1:
+        smallest = np.bincount(label).min()
+        raise MeshError(
+            f"the mesh falls into {pieces} disconnected pieces, the smallest of {smallest} nodes; "
+            "do touching solids share their nodes?"
+        )
+
+
+def _check_mirror(mesh: Mesh) -> None:
+    assert mesh.mirror_nodes is not None
+    image = mesh.nodes[mesh.mirror_nodes] * [1.0, -1.0, 1.0]
+    distance = np.abs(image - mesh.nodes).max()
+    if distance > 0.0:
+        raise MeshError(
+            f"mirror_nodes do not mirror the mesh exactly in y: a node is {distance:.3g} mm from "
+            "the image of its partner"
+        )

@@ -1,0 +1,129 @@
+"""Read a user's own mesh: gmsh, VTK and whatever else meshio reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.geometry.mesh import Mesh, MeshError
+from pneumorph.geometry.mesh_checks import check_mesh
+
+REGION_FIELD = "region"
+"""Name of the cell data that numbers the regions in formats without physical groups."""
+
+
+def read_mesh_file(
+    path: Path | str,
+    surfaces: Iterable[str] = ("cavity", "paper"),
+    node_sets: Iterable[str] = ("attachment",),
+    *,
+    region_names: dict[int, str] | None = None,
+    scale: float = 1.0,
+) -> Mesh:
+    """Read nodes, tetrahedra and regions.
+
+    Regions are gmsh's physical groups by name; in other formats, integer cell data ``region`` with
+    `region_names` saying what a number means. Triangles of a region make a surface of that name,
+    and all nodes of a region's points, lines or triangles a node set of that name. Nodes that no
+    tetrahedron uses are dropped; a cavity whose normals all leave the solid is turned round, since
+    mesh generators orient a boundary that way.
+
+    Args:
+        path: The file.
+        surfaces: Surface regions that must be there.
+        node_sets: Node sets that must be there.
+        region_names: Name of each region number.
+        scale: Length of the file's unit [mm], 1000 for metres.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ModuleNotFoundError: meshio is not installed.
+        MeshError: The file cannot be read, or the mesh is faulty or lacks a region.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"mesh file {path} does not exist")
+    try:
+        import meshio
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "reading a mesh file needs meshio, which is not installed; install the extra with "
+            "pip install 'pneumorph[meshing]'"
+        ) from error
+    try:
+        read = meshio.read(path)
+    except (meshio.ReadError, KeyError, ValueError, IndexError, SystemExit) as error:
+        raise MeshError(f"{path} cannot be read as a mesh: {error}") from error
+
+    tetrahedra = [block.data for block in read.cells if block.type == "tetra"]
+    if not tetrahedra:
+        kinds = ", ".join(sorted({block.type for block in read.cells})) or "none"
+        raise MeshError(f"{path} holds no linear tetrahedra; its cells are: {kinds}")
+    cells = np.concatenate(tetrahedra)
+    triangles, sets = _regions(read, region_names or {})
+    used, compact = np.unique(cells, return_inverse=True)
+    number = np.full(len(read.points), -1)
+    number[used] = np.arange(len(used))
+    for name, corners in triangles.items():
+        if np.any(number[corners] < 0):
+            raise MeshError(f"surface {name!r} of {path} has nodes that no tetrahedron uses")
+    mesh = Mesh(
+        nodes=np.asarray(read.points[used], dtype=float) * scale,
+        tetrahedra=compact.reshape(cells.shape),
+        surfaces={name: number[corners] for name, corners in triangles.items()},
+        node_sets={name: np.unique(number[n][number[n] >= 0]) for name, n in sets.items()},
+    )
+    mesh = _with_cavity_inward(mesh)
+    check_mesh(mesh, surfaces, node_sets)
+    return mesh
+
+
+def _regions(
+    read: Any, region_names: dict[int, str]
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Triangles by region, and nodes by region, in the file's own numbering."""
+    names: dict[tuple[int, int | None], str] = {
+        (int(tag), int(dimension)): name for name, (tag, dimension) in read.field_data.items()
+    }
+    names |= {(tag, None): name for tag, name in region_names.items()}
+    key = "gmsh:physical" if "gmsh:physical" in read.cell_data else REGION_FIELD
+    dimension_of = {"vertex": 0, "line": 1, "triangle": 2, "tetra": 3}
+    triangles: dict[str, list[np.ndarray]] = {}
+    nodes: dict[str, list[np.ndarray]] = {}
+    for block, tags in zip(read.cells, read.cell_data.get(key, ()), strict=False):
+        if block.type not in dimension_of or block.type == "tetra":
+            continue
+        for tag in np.unique(tags):
+            name = names.get((int(tag), dimension_of[block.type])) or names.get((int(tag), None))
+            if name is None:
+                continue
+            members = block.data[np.asarray(tags).ravel() == tag]
+            nodes.setdefault(name, []).append(members.ravel())
+            if block.type == "triangle":
+                triangles.setdefault(name, []).append(members)
+    return (
+        {name: np.concatenate(parts) for name, parts in triangles.items()},
+        {name: np.unique(np.concatenate(parts)) for name, parts in nodes.items()},
+    )
+
+
+def _with_cavity_inward(mesh: Mesh) -> Mesh:
+    """Turn a cavity round whose normals all leave the solid."""
+    from pneumorph.geometry.surface import enclosed_volume
+
+    if "cavity" not in mesh.surfaces:
+        return mesh
+    cavity = mesh.surfaces["cavity"]
+    if enclosed_volume(mesh.nodes, cavity) >= 0.0:
+        return mesh
+    return Mesh(
+        mesh.nodes,
+        mesh.tetrahedra,
+        {**mesh.surfaces, "cavity": cavity[:, ::-1]},
+        mesh.node_sets,
+        mesh.contact_points,
+        mesh.mirror_nodes,
+    )

@@ -1,0 +1,69 @@
+"""Tetrahedra in an OpenCASCADE solid, by netgen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class MesherSettings:
+    """How finely to mesh."""
+
+    size_mm: float = 4.0
+    """Largest edge length [mm]."""
+    grading: float = 0.5
+    """How fast elements grow away from small features, 0 (slowly) to 1."""
+
+    def __post_init__(self) -> None:
+        if not self.size_mm > 0.0:
+            raise ValueError(f"size_mm must be positive, got {self.size_mm}")
+        if not 0.0 < self.grading <= 1.0:
+            raise ValueError(f"grading must lie in (0, 1], got {self.grading}")
+
+
+def open_cascade() -> ModuleType:
+    """The module netgen.occ.
+
+    Raises:
+        ModuleNotFoundError: netgen is not installed; says how to install it.
+    """
+    try:
+        import netgen.occ as occ
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "making a mesh needs netgen, which is not installed; install the extra with "
+            "pip install 'pneumorph[meshing]', or read a mesh from a file instead"
+        ) from error
+    module: ModuleType = occ
+    return module
+
+
+def box(corner: tuple[float, float, float], size: tuple[float, float, float]) -> Any:
+    """Axis-aligned box from its lowest corner and its size [mm]."""
+    occ = open_cascade()
+    opposite = [low + length for low, length in zip(corner, size, strict=True)]
+    return occ.Box(occ.Pnt(*corner), occ.Pnt(*opposite))
+
+
+def tetrahedralise(solid: Any, settings: MesherSettings) -> tuple[np.ndarray, np.ndarray]:
+    """Mesh a solid.
+
+    Args:
+        solid: OpenCASCADE shape.
+        settings: How finely.
+
+    Returns:
+        Nodes [mm], (node, 3), and positive tetrahedra, (element, 4).
+    """
+    occ = open_cascade()
+    mesh = occ.OCCGeometry(solid).GenerateMesh(maxh=settings.size_mm, grading=settings.grading)
+    nodes = np.array(mesh.Coordinates(), dtype=float)
+    tetrahedra = np.array(mesh.Elements3D().NumPy()["nodes"][:, :4], dtype=np.int32) - 1
+    # netgen orders a tetrahedron the other way round.
+    tetrahedra = tetrahedra[:, [0, 1, 3, 2]]
+    used, renumbered = np.unique(tetrahedra, return_inverse=True)
+    return nodes[used], renumbered.reshape(tetrahedra.shape).astype(np.int32)

@@ -1,0 +1,229 @@
+"""The PneuNet leg of the paper: an inflatable comb of teeth on a base plate with a paper layer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pneumorph.geometry.contact_grid import box_surface_grid, outside_of_boxes
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.mirror import mirror_half
+from pneumorph.geometry.netgen_mesher import MesherSettings, box, tetrahedralise
+from pneumorph.geometry.surface import boundary_triangles
+
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+"""Lowest corner and size of an axis-aligned box [mm]."""
+
+_TOUCH_MM = 1e-6
+"""Coordinates nearer than this are the same: far above rounding, far below any dimension."""
+
+
+@dataclass(frozen=True)
+class PneuNetShape:
+    """Sizes of the leg [mm]: x along it, y across, z up; origin at the base plate's centre.
+
+    The leg is symmetric in x and y. The paper lies on the bottom face of the base plate, z = 0.
+    """
+
+    base_plate_mm: tuple[float, float, float] = (115.0, 32.0, 4.0)
+    """Length, width and height of the base plate."""
+    tooth_base_mm: tuple[float, float, float] = (104.0, 20.0, 9.0)
+    """The body between the plate and the teeth."""
+    tooth_height_mm: float = 7.0
+    """Height of the teeth above the tooth base."""
+    end_tooth_length_mm: float = 11.0
+    """Length of the solid teeth at both ends."""
+    inner_tooth_length_mm: float = 8.0
+    """Length of a tooth with a chamber."""
+    inner_tooth_count: int = 9
+    """Number of teeth with a chamber."""
+    tooth_gap_mm: float = 1.0
+    """Gap between neighbouring teeth."""
+    chamber_mm: tuple[float, float, float] = (2.0, 14.0, 13.0)
+    """Cavity chamber, one in the middle of every inner tooth, standing on the base plate."""
+    connector_mm: tuple[float, float, float] = (81.0, 2.0, 2.0)
+    """Channel that connects the chambers, on the base plate."""
+    contact_spacing_mm: float = 10.0
+    """Largest distance between contact points."""
+
+    def __post_init__(self) -> None:
+        teeth = (
+            2.0 * self.end_tooth_length_mm
+            + self.inner_tooth_count * self.inner_tooth_length_mm
+            + (self.inner_tooth_count + 1) * self.tooth_gap_mm
+        )
+        if abs(teeth - self.tooth_base_mm[0]) > _TOUCH_MM:
+            raise ValueError(
+                f"the teeth with their gaps are {teeth:g} mm long, the tooth base is "
+                f"{self.tooth_base_mm[0]:g} mm: they must agree"
+            )
+        if self.chamber_mm[0] >= self.inner_tooth_length_mm:
+            raise ValueError(
+                f"a chamber {self.chamber_mm[0]:g} mm long does not fit into a tooth of "
+                f"{self.inner_tooth_length_mm:g} mm"
+            )
+        if self.chamber_mm[2] >= self.tooth_base_mm[2] + self.tooth_height_mm:
+            raise ValueError(
+                f"a chamber {self.chamber_mm[2]:g} mm high breaks through the top of the teeth, "
+                f"{self.tooth_base_mm[2] + self.tooth_height_mm:g} mm above the plate"
+            )
+        if max(self.chamber_mm[1], self.connector_mm[1]) >= self.tooth_base_mm[1]:
+            raise ValueError(
+                f"chambers {self.chamber_mm[1]:g} mm and connector {self.connector_mm[1]:g} mm "
+                f"wide must be narrower than the tooth base, {self.tooth_base_mm[1]:g} mm"
+            )
+
+    @property
+    def tooth_pitch_mm(self) -> float:
+        """Distance from an inner tooth to the next [mm]."""
+        return self.inner_tooth_length_mm + self.tooth_gap_mm
+
+    @property
+    def height_mm(self) -> float:
+        """From the paper to the top of the teeth [mm]."""
+        return self.base_plate_mm[2] + self.tooth_base_mm[2] + self.tooth_height_mm
+
+    def solid_boxes(self) -> list[Box]:
+        """Boxes whose union is the leg without its cavity."""
+        plate, body = self.base_plate_mm, self.tooth_base_mm
+        tooth_bottom = plate[2] + body[2]
+        lengths = [
+            self.end_tooth_length_mm,
+            *[self.inner_tooth_length_mm] * self.inner_tooth_count,
+            self.end_tooth_length_mm,
+        ]
+        boxes = [_centred(0.0, 0.0, plate), _centred(0.0, plate[2], body)]
+        start = -body[0] / 2.0
+        for length in lengths:
+            tooth = (length, body[1], self.tooth_height_mm)
+            boxes.append(_centred(start + length / 2.0, tooth_bottom, tooth))
+            start += length + self.tooth_gap_mm
+        return boxes
+
+    def cavity_boxes(self) -> list[Box]:
+        """Boxes whose union is the cavity: the connector, then the chambers."""
+        floor = self.base_plate_mm[2]
+        middle = (self.inner_tooth_count - 1) / 2.0
+        centres = [
+            (index - middle) * self.tooth_pitch_mm for index in range(self.inner_tooth_count)
+        ]
+        return [
+            _centred(0.0, floor, self.connector_mm),
+            *(_centred(centre, floor, self.chamber_mm) for centre in centres),
+        ]
+
+    def cavity_volume_mm3(self) -> float:
+        """Volume of the cavity at rest, 3528 mm^3 for the paper's leg."""
+        chamber, connector = np.array(self.chamber_mm), np.array(self.connector_mm)
+        overlap = np.prod(np.minimum(chamber, connector))
+        return float(np.prod(connector) + self.inner_tooth_count * (np.prod(chamber) - overlap))
+
+    def solid_volume_mm3(self) -> float:
+        """Volume of the leg's material at rest, 43072 mm^3 for the paper's leg."""
+        outside = sum(np.prod(size) for _, size in self.solid_boxes())
+        return float(outside) - self.cavity_volume_mm3()
+
+    def contact_points_mm(self) -> np.ndarray:
+        """Points that may touch the ground, (point, 3): base plate and one box for the teeth."""
+        plate = _centred(0.0, 0.0, self.base_plate_mm)
+        body, height = self.tooth_base_mm, self.tooth_base_mm[2] + self.tooth_height_mm
+        teeth = _centred(0.0, self.base_plate_mm[2], (body[0], body[1], height))
+        points = [box_surface_grid(*each, self.contact_spacing_mm) for each in (plate, teeth)]
+        outside = outside_of_boxes(np.concatenate(points), [plate, teeth])
+        unique: np.ndarray = np.unique(np.round(outside, 9) + 0.0, axis=0)
+        return unique
+
+
+def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | None = None) -> Mesh:
+    """Mesh a leg, exactly symmetric in y.
+
+    Regions: surfaces ``cavity``, ``paper`` (bottom face of the base plate), ``skin``; node sets
+    ``attachment`` (four corners of the inner tooth face), ``inner_end_face``, ``outer_end_face``.
+
+    Args:
+        shape: Sizes; those of the paper by default.
+        settings: How finely to mesh.
+
+    Raises:
+        ModuleNotFoundError: netgen is not installed.
+        MeshError: The mesh that came out is faulty.
+    """
+    shape = shape or PneuNetShape()
+    # Tuned to 2600 nodes and 8500 tetrahedra, the size of the paper's mesh "at 4 mm".
+    settings = settings or MesherSettings()
+    nodes, tetrahedra = tetrahedralise(_half_solid(shape), settings)
+    whole = mirror_half(nodes, tetrahedra)
+    half = whole.tetrahedra[: len(tetrahedra)]
+    boundary = boundary_triangles(half)
+    boundary = boundary[np.any(whole.nodes[boundary][:, :, 1] > 0.0, axis=1)]
+
+    in_cavity = _within(whole.nodes[boundary].mean(axis=1), shape.cavity_boxes())
+    skin = boundary[~in_cavity]
+    on_bottom = np.all(np.abs(whole.nodes[skin][:, :, 2]) < _TOUCH_MM, axis=1)
+
+    x = whole.nodes[:, 0]
+    half_length = shape.base_plate_mm[0] / 2.0
+    mesh = Mesh(
+        nodes=whole.nodes,
+        tetrahedra=whole.tetrahedra,
+        surfaces={
+            # A boundary's normals leave the solid; those of a cavity are to enter it.
+            "cavity": whole.mirrored(boundary[in_cavity][:, ::-1]),
+            "paper": whole.mirrored(skin[on_bottom]),
+            "skin": whole.mirrored(skin),
+        },
+        node_sets={
+            "attachment": _attachment_nodes(whole.nodes, shape),
+            "inner_end_face": np.flatnonzero(np.abs(x + half_length) < _TOUCH_MM),
+            "outer_end_face": np.flatnonzero(np.abs(x - half_length) < _TOUCH_MM),
+        },
+        contact_points=shape.contact_points_mm(),
+        mirror_nodes=whole.mirror_nodes,
+    )
+    check_mesh(
+        mesh, ("cavity", "paper", "skin"), ("attachment", "inner_end_face", "outer_end_face")
+    )
+    return mesh
+
+
+def _centred(x: float, bottom: float, size: tuple[float, float, float]) -> Box:
+    return (x - size[0] / 2.0, -size[1] / 2.0, bottom), size
+
+
+def _half_solid(shape: PneuNetShape) -> Any:
+    def half(boxes: list[Box]) -> list[Any]:
+        return [
+            box((corner[0], 0.0, corner[2]), (size[0], size[1] / 2.0, size[2]))
+            for corner, size in boxes
+        ]
+
+    first, *others = half(shape.solid_boxes())
+    for other in others:
+        first = first + other
+    for hole in half(shape.cavity_boxes()):
+        first = first - hole
+    return first
+
+
+def _within(points: np.ndarray, boxes: list[Box]) -> np.ndarray:
+    inside = np.zeros(len(points), dtype=bool)
+    for corner, size in boxes:
+        low, high = np.array(corner) - _TOUCH_MM, np.add(corner, size) + _TOUCH_MM
+        inside |= np.all((points >= low) & (points <= high), axis=1)
+    return inside
+
+
+def _attachment_nodes(nodes: np.ndarray, shape: PneuNetShape) -> np.ndarray:
+    length, width, _ = shape.tooth_base_mm
+    corners = [
+        (-length / 2.0, side * width / 2.0, height)
+        for side in (1.0, -1.0)
+        for height in (shape.base_plate_mm[2], shape.height_mm)
+    ]
+    distance = np.linalg.norm(nodes[:, None] - np.array(corners)[None], axis=2)
+    assert distance.min(axis=0).max() < _TOUCH_MM, "corners of the solid are nodes of its mesh"
+    nearest: np.ndarray = np.argmin(distance, axis=0)
+    return nearest

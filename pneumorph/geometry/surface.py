@@ -1,0 +1,36 @@
+"""Triangulated surfaces: the boundary of a solid, and the volume a closed surface holds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+TETRAHEDRON_FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+"""Corners of a positive tetrahedron's faces, normals outward."""
+
+
+def boundary_triangles(tetrahedra: np.ndarray) -> np.ndarray:
+    """Faces that belong to one tetrahedron only, (triangle, 3), normals out of the solid.
+
+    Args:
+        tetrahedra: Node indices of positive tetrahedra, (element, 4).
+    """
+    faces = tetrahedra[:, TETRAHEDRON_FACES].reshape(-1, 3)
+    _, first, count = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    boundary: np.ndarray = faces[np.sort(first[count == 1])]
+    return boundary
+
+
+def enclosed_volume(nodes: np.ndarray, triangles: np.ndarray) -> float:
+    """Volume within a closed surface [mm^3], positive when its normals point out of it.
+
+    The divergence theorem gives V = 1/6 sum_t x_0 . (x_1 x x_2).
+
+    Args:
+        nodes: Positions [mm], (node, 3).
+        triangles: Node indices, (triangle, 3).
+    """
+    corners = nodes[triangles]
+    normal = np.cross(corners[:, 1], corners[:, 2])
+    return float(np.einsum("ti,ti->", corners[:, 0], normal) / 6.0)
