@@ -47,7 +47,7 @@ class Camera:
 def fitted_camera(
     points_mm: np.ndarray,
     width: int = 960,
-    azimuth_deg: float = 18.0,
+    azimuth_deg: float = 12.0,
     elevation_deg: float = 42.0,
     margin: float = 0.04,
 ) -> Camera:

@@ -27,7 +27,7 @@ class FilmSettings:
     """Frames per second of film; a second of film is a second of the robot's time times `speed`."""
     speed: float = 1.0
     """Seconds of the robot's time shown in one second."""
-    azimuth_deg: float = 18.0
+    azimuth_deg: float = 12.0
     """Turn of the view about the vertical; 0 looks across the direction of travel."""
     elevation_deg: float = 42.0
     """Height of the viewer above the horizon; 90 is a plan view."""

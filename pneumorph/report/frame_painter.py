@@ -39,7 +39,7 @@ class FramePainter:
         self,
         actors: Sequence[Actor],
         width: int = 960,
-        azimuth_deg: float = 18.0,
+        azimuth_deg: float = 12.0,
         elevation_deg: float = 42.0,
     ) -> None:
         if not actors:
@@ -69,6 +69,11 @@ class FramePainter:
     def size(self) -> tuple[int, int]:
         """Width and height of the images in pixels."""
         return self._camera.width, self._camera.height
+
+    @property
+    def pixels_per_mm(self) -> float:
+        """Scale of the images."""
+        return self._camera.pixels_per_mm
 
     def paint(self, time_s: float) -> np.ndarray:
         """Return the image at a time, (height, width, 3) uint8."""
@@ -166,13 +171,10 @@ def _extent(actors: list[Actor]) -> tuple[np.ndarray, float]:
     """Return the corners of boxes around all that will be drawn, (point, 3), and the floor's z."""
     points, lowest = [], []
     for actor in actors:
-        nodes = actor.trajectory.node_positions_mm
-        assert nodes is not None
-        shown = nodes[:, :, np.unique(actor.skin)] + np.array([0.0, actor.lane_mm, 0.0])
-        low, high = np.nanmin(shown, axis=(0, 1, 2)), np.nanmax(shown, axis=(0, 1, 2))
+        shown = actor.leg_points_mm
+        low, high = np.nanmin(shown, axis=(0, 1)), np.nanmax(shown, axis=(0, 1))
         high[2] = max(high[2], low[2] + 45.0)
-        # The last frame's lowest node stands on the floor; the first may still be falling.
-        lowest.append(float(np.nanmin(shown[..., 2])))
+        lowest.append(low[2])
         corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij"))
         points.append(corners.reshape(3, -1).T)
         points.append(np.array([[_label_x(actors), actor.lane_mm, low[2]]]))

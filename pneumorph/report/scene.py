@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pneumorph.geometry.disk import DiskShape
 from pneumorph.report.style import DISK_COLOUR, regulator_colour
+from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
     from pneumorph.trajectory import Trajectory
@@ -17,76 +19,65 @@ _SLACK_TINT = 0.45
 
 
 @dataclass(frozen=True)
-class DiskShape:
-    """The disk that carries the legs, a truncated cone, in the coordinates of the hub.
-
-    Attributes:
-        bottom_radius_mm: Radius below.
-        top_radius_mm: Radius above.
-        bottom_mm: Height of the lower face in the hub's coordinates.
-        top_mm: Height of the upper face.
-    """
-
-    bottom_radius_mm: float = 50.0
-    top_radius_mm: float = 54.5
-    bottom_mm: float = 26.92
-    top_mm: float = 44.92
-
-    def corners(self, segment_count: int = 40) -> np.ndarray:
-        """Return its surface as triangles with outward normals, (triangle, 3, 3) mm."""
-        angle = 2 * np.pi * np.arange(segment_count + 1) / segment_count
-        ring = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
-        low = self.bottom_radius_mm * ring + [0, 0, self.bottom_mm]
-        high = self.top_radius_mm * ring + [0, 0, self.top_mm]
-        top = np.broadcast_to([0.0, 0.0, self.top_mm], (segment_count, 3))
-        bottom = np.broadcast_to([0.0, 0.0, self.bottom_mm], (segment_count, 3))
-        return np.concatenate(
-            [
-                np.stack([low[:-1], low[1:], high[1:]], axis=1),
-                np.stack([low[:-1], high[1:], high[:-1]], axis=1),
-                np.stack([top, high[:-1], high[1:]], axis=1),
-                np.stack([bottom, low[1:], low[:-1]], axis=1),
-            ]
-        )
-
-
-@dataclass(frozen=True)
 class Actor:
     """One robot of a film.
 
     Attributes:
-        trajectory: What it did, with node positions.
-        skin: Outer surface of a leg, (triangle, 3) indices into the trajectory's nodes.
-        regulators: Regulator of each leg, 1, 2, ..., in the trajectory's order of legs.
+        trajectory: What it did, with node positions and skin.
         label: What to write beside it.
+        regulators: Regulator of each leg, 1, 2, ..., in the trajectory's order of legs.
         lane_mm: Where to place it across the direction of travel (y).
         disk: The body that carries the legs.
     """
 
     trajectory: Trajectory
-    skin: np.ndarray
-    regulators: tuple[int, ...]
     label: str
+    regulators: tuple[int, ...]
     lane_mm: float = 0.0
-    disk: DiskShape = DiskShape()
+    disk: DiskShape = field(default_factory=DiskShape)
 
     def __post_init__(self) -> None:
-        nodes = self.trajectory.node_positions_mm
-        if nodes is None:
+        nodes, skin = self.trajectory.node_positions_mm, self.trajectory.skin_triangles
+        if nodes is None or skin is None:
             raise ValueError(
-                f"the trajectory of {self.label!r} holds no node positions; it was saved with "
-                "record_nodes=False, so simulate it again with them to film it"
+                f"the trajectory of {self.label!r} holds no node positions or no skin, which"
+                " drawing needs; simulate again and record the nodes"
             )
         if nodes.shape[1] != len(self.regulators):
             raise ValueError(
                 f"{self.label!r} has {len(self.regulators)} regulators, expected one for each of "
                 f"the {nodes.shape[1]} legs of its trajectory"
             )
-        if self.skin.size and self.skin.max() >= nodes.shape[2]:
+        if skin.size and skin.max() >= nodes.shape[2]:
             raise ValueError(
-                f"the skin of {self.label!r} names node {self.skin.max()}, its trajectory has "
+                f"the skin of {self.label!r} names node {skin.max()}, its trajectory has "
                 f"{nodes.shape[2]} nodes a leg; the two come from different meshes"
             )
+
+    @classmethod
+    def of(cls, trajectory: Trajectory, label: str) -> Actor:
+        """Return the actor of a trajectory whose metadata names its design.
+
+        Raises:
+            ValueError: No design in the metadata, or nothing to draw.
+        """
+        design = trajectory.metadata.get("design")
+        if not isinstance(design, str):
+            raise ValueError(
+                f"the trajectory of {label!r} does not name its design, expected such as "
+                "1.0.0.2.2.0.0.1 in its metadata"
+            )
+        regulators = tuple(regulator for _, regulator in Design.parse(design).legs)
+        return cls(trajectory, label, regulators)
+
+    @property
+    def leg_points_mm(self) -> np.ndarray:
+        """Where the skin's nodes are, in its lane, (frame, point, 3)."""
+        nodes, skin = self.trajectory.node_positions_mm, self.trajectory.skin_triangles
+        assert nodes is not None
+        assert skin is not None
+        shown = nodes[:, :, np.unique(skin)].reshape(len(nodes), -1, 3)
+        return np.asarray(shown + np.array([0.0, self.lane_mm, 0.0]))
 
     def frame_at(self, time_s: float) -> int:
         """Return the last recorded frame at or before a time."""
@@ -96,11 +87,11 @@ class Actor:
 
     def corners(self, frame: int) -> np.ndarray:
         """Return all surface triangles in the world, legs first, (triangle, 3, 3) mm."""
-        nodes = self.trajectory.node_positions_mm
+        nodes, skin = self.trajectory.node_positions_mm, self.trajectory.skin_triangles
         assert nodes is not None
-        legs = nodes[frame][:, self.skin].reshape(-1, 3, 3)
+        legs = nodes[frame][:, skin].reshape(-1, 3, 3)
         disk = (
-            self.disk.corners() @ self.trajectory.hub_rotation[frame].T
+            _disk_corners(self.disk) @ self.trajectory.hub_rotation[frame].T
             + self.trajectory.hub_position_mm[frame]
         )
         return np.concatenate([legs, disk]) + np.array([0.0, self.lane_mm, 0.0])
@@ -111,14 +102,36 @@ class Actor:
         A leg has its regulator's colour, pale where it is slack and full at 90 kPa.
         """
         pressures = self.trajectory.regulated_kPa[frame]
+        skin = self.trajectory.skin_triangles
+        assert skin is not None
         colours = []
         for regulator in self.regulators:
             inflated = np.clip(pressures[regulator - 1] / _FULL_COLOUR_KPA, 0.0, 1.0)
             strength = _SLACK_TINT + (1.0 - _SLACK_TINT) * inflated
             full = np.array(red_green_blue(regulator_colour(regulator)))
-            colours.append(np.tile(1.0 - strength * (1.0 - full), (len(self.skin), 1)))
-        disk = np.tile(red_green_blue(DISK_COLOUR), (len(self.disk.corners()), 1))
+            colours.append(np.tile(1.0 - strength * (1.0 - full), (len(skin), 1)))
+        disk = np.tile(red_green_blue(DISK_COLOUR), (len(_disk_corners(self.disk)), 1))
         return np.concatenate([*colours, disk])
+
+
+def _disk_corners(disk: DiskShape, segment_count: int = 40) -> np.ndarray:
+    """Return the surface of the disk as triangles with outward normals, (triangle, 3, 3) mm."""
+    angle = 2 * np.pi * np.arange(segment_count + 1) / segment_count
+    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
+    bottom_centre = np.array([0.0, 0.0, disk.bottom_mm])
+    top_centre = np.array(disk.top_centre_mm)
+    low = disk.bottom_radius_mm * ring + bottom_centre
+    high = disk.top_radius_mm * ring + top_centre
+    top = np.broadcast_to(top_centre, (segment_count, 3))
+    bottom = np.broadcast_to(bottom_centre, (segment_count, 3))
+    return np.concatenate(
+        [
+            np.stack([low[:-1], low[1:], high[1:]], axis=1),
+            np.stack([low[:-1], high[1:], high[:-1]], axis=1),
+            np.stack([top, high[:-1], high[1:]], axis=1),
+            np.stack([bottom, low[1:], low[:-1]], axis=1),
+        ]
+    )
 
 
 def red_green_blue(colour: str) -> tuple[float, float, float]:

@@ -1,0 +1,142 @@
+"""One HTML page with everything in it: opens from disk with no network, and prints well."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pneumorph.artefact import write_atomically
+from pneumorph.report.style import figure_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and the HTML under it."""
+
+    title: str
+    body: str
+
+
+def write_page(
+    path: Path | str, title: str, lead: str, opening: str, sections: Iterable[Section]
+) -> Path:
+    """Write a page.
+
+    Args:
+        path: The HTML file.
+        title: Its heading.
+        lead: One sentence under the heading.
+        opening: HTML before the first section.
+        sections: The rest.
+    """
+    style = files("pneumorph.report").joinpath("page.css").read_text()
+    parts = [
+        "<!doctype html>",
+        '<html lang="en"><head><meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<title>{html.escape(title)}</title><style>{style}</style></head><body><main>",
+        f'<h1>{html.escape(title)}</h1><p class="lead">{html.escape(lead)}</p>',
+        opening,
+        *(f"<h2>{html.escape(each.title)}</h2>\n{each.body}" for each in sections),
+        "</main></body></html>",
+    ]
+    content = "\n".join(parts).encode()
+    return write_atomically(path, lambda stream: stream.write(content))
+
+
+def paragraph(text: str, kind: str = "") -> str:
+    """Return a paragraph of plain text."""
+    name = f' class="{kind}"' if kind else ""
+    return f"<p{name}>{html.escape(text)}</p>"
+
+
+def numbers(values: Mapping[str, str]) -> str:
+    """Return a row of headline numbers: the value large, its name under it."""
+    cells = [
+        f'<div class="number"><b>{html.escape(value)}</b><span>{html.escape(name)}</span></div>'
+        for name, value in values.items()
+    ]
+    return f'<div class="numbers">{"".join(cells)}</div>'
+
+
+def drawn(figure: Figure, caption: str) -> str:
+    """Return a figure as an embedded vector picture with its caption."""
+    stream = io.BytesIO()
+    with figure_style():
+        figure.savefig(stream, format="svg", metadata={"Date": None})
+    return _pictured("image/svg+xml", stream.getvalue(), caption)
+
+
+def photographed(path: Path, caption: str, kind: str = "") -> str:
+    """Return an embedded PNG file with its caption."""
+    return _pictured("image/png", path.read_bytes(), caption, kind)
+
+
+def filmed(film: Path, still: Path, caption: str) -> str:
+    """Return an embedded MP4 film; a still stands for it in print and until it is played."""
+    poster = _data_address("image/png", still.read_bytes())
+    address = _data_address("video/mp4", film.read_bytes())
+    return (
+        f'<figure><video controls loop muted playsinline poster="{poster}" src="{address}"></video>'
+        f'<img class="for-print" alt="" src="{poster}">'
+        f"<figcaption>{html.escape(caption)}</figcaption></figure>"
+    )
+
+
+def side_by_side(*figures: str) -> str:
+    """Return figures next to each other where the page is wide enough."""
+    return f'<div class="row">{"".join(figures)}</div>'
+
+
+def tiles(figures: Iterable[str]) -> str:
+    """Return many small figures in a grid."""
+    return f'<div class="tiles">{"".join(figures)}</div>'
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a table; numbers are right-aligned."""
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in header)
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
+    return f'<div class="scroll"><table><tr>{head}</tr>{body}</table></div>'
+
+
+def folded(title: str, content: Mapping[str, Any]) -> str:
+    """Return nested values as JSON behind a line to click."""
+    text = html.escape(json.dumps(content, indent=2))
+    return f"<details><summary>{html.escape(title)}</summary><pre>{text}</pre></details>"
+
+
+def command_lines(lines: Iterable[str]) -> str:
+    """Return commands to copy."""
+    return f"<pre>{html.escape(chr(10).join(lines))}</pre>"
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return f'<td class="value">{value:.3g}</td>'
+    if isinstance(value, int) and not isinstance(value, bool):
+        return f'<td class="value">{value}</td>'
+    return f"<td>{html.escape(str(value))}</td>"
+
+
+def _pictured(kind: str, content: bytes, caption: str, name: str = "") -> str:
+    style = f' class="{name}"' if name else ""
+    words = html.escape(caption)
+    return (
+        f'<figure{style}><img alt="{words}" src="{_data_address(kind, content)}">'
+        f"<figcaption>{words}</figcaption></figure>"
+    )
+
+
+def _data_address(kind: str, content: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode()}"

@@ -1,0 +1,65 @@
+"""Figures draw the numbers of the artefacts they are given."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.report.bend_figure import bend_figure
+from pneumorph.report.distance_figure import distance_figure
+from pneumorph.report.path_figure import path_figure
+from pneumorph.report.phase_figure import phase_figure
+from pneumorph.report.plan_view import plan_view_figure
+from pneumorph.report.pressure_figure import pressure_figure
+from pneumorph.report.style import regulator_colour, save_figure
+
+
+def test_distance_is_in_centimetres_from_the_start(make_trajectory) -> None:
+    figure = distance_figure({"learned": make_trajectory(speed_mm_per_s=20.0)})
+    line = figure.axes[0].lines[0]
+    assert line.get_ydata()[[0, -1]] == pytest.approx([0.0, 4.0])
+
+
+def test_pressures_have_a_panel_for_each_regulator(make_trajectory) -> None:
+    trajectory = make_trajectory()
+    figure = pressure_figure(trajectory, regulator_count=2)
+    assert len(figure.axes) == 2
+    assert np.array_equal(figure.axes[1].lines[1].get_ydata(), trajectory.regulated_kPa[:, 1])
+
+
+def test_best_phase_is_marked_and_failures_are_left_out() -> None:
+    figure = phase_figure([0, 10, 20, 30], [0.5, np.nan, 2.0, 1.0], learned_cm=6.0)
+    marked = figure.axes[0].lines[1]
+    assert (marked.get_xdata()[0], marked.get_ydata()[0]) == (20, 2.0)
+    with pytest.raises(ValueError, match="every simulation of the sweep failed"):
+        phase_figure([0.0], [np.nan])
+    with pytest.raises(ValueError, match="2 phases and 1 distances"):
+        phase_figure([0.0, 1.0], [1.0])
+
+
+def test_plan_view_draws_a_leg_for_each_regulator_entry() -> None:
+    from matplotlib.colors import to_hex
+
+    figure = plan_view_figure((1, 0, 2, 0, 0, 3, 0, 0), "1.0.2.0.0.3.0.0")
+    *legs, _disk = figure.axes[0].patches
+    colours = [to_hex(leg.get_facecolor()).upper() for leg in legs]
+    assert colours == [regulator_colour(regulator) for regulator in (1, 2, 3)]
+    # The first leg points 22.5 degrees left of forward.
+    centre = legs[0].get_xy()[:4].mean(axis=0)
+    assert np.degrees(np.arctan2(centre[1], centre[0])) == pytest.approx(22.5)
+
+
+def test_path_and_bend(make_trajectory, tmp_path: Path) -> None:
+    figure = path_figure({"a": make_trajectory()}, {"a": (1, 0, 0, 2, 2, 0, 0, 1)})
+    assert figure.axes[0].lines[0].get_xdata()[-1] == pytest.approx(1.0)
+    assert len(bend_figure([0, 100], [0, 30], [0, 31]).axes[0].lines) == 2
+
+
+def test_figures_are_saved_in_each_format_and_alike_each_time(tmp_path: Path) -> None:
+    figure = bend_figure([0, 100], [0, 30], [0, 31])
+    first = save_figure(figure, tmp_path / "one" / "bend", ("png", "pdf", "svg"))
+    assert [path.suffix for path in first] == [".png", ".pdf", ".svg"]
+    again = save_figure(bend_figure([0, 100], [0, 30], [0, 31]), tmp_path / "bend", ("svg",))
+    assert again[0].read_bytes() == first[2].read_bytes()

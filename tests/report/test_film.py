@@ -1,0 +1,83 @@
+"""Films hold as many frames as they should, show the robots, and refuse what cannot be drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.report.film import FilmSettings, side_by_side, write_film, write_still
+from pneumorph.report.frame_painter import FramePainter
+from pneumorph.report.scene import Actor
+from pneumorph.report.skin import with_skin_only
+
+SMALL = FilmSettings(width=240, frames_per_second=5)
+
+
+def test_mp4_has_the_length_of_the_trajectory(make_trajectory, tmp_path: Path) -> None:
+    import av
+
+    actors = side_by_side([Actor.of(make_trajectory(), "a"), Actor.of(make_trajectory(), "b")])
+    told: list[tuple[int, int]] = []
+    path = write_film(
+        tmp_path / "f.mp4", actors, SMALL, lambda done, total, _: told.append((done, total))
+    )
+    with av.open(str(path)) as container:
+        frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+    assert len(frames) == 11  # 2 s at 5 frames a second, both ends
+    assert frames[0].shape[1] == 240
+    assert told[-1] == (11, 11)
+
+
+def test_the_robot_moves_by_its_distance_at_the_scale_of_the_film(make_trajectory) -> None:
+    actor = Actor.of(make_trajectory(speed_mm_per_s=20.0), "a")
+    painter = FramePainter([actor], 480, azimuth_deg=0.0, elevation_deg=89.0)
+    first, last = painter.paint(0.0), painter.paint(2.0)
+
+    def left_edge(image: np.ndarray) -> int:
+        # Legs are coloured, floor and disk and captions are grey.
+        coloured = np.ptp(image.astype(int), axis=2) > 40
+        return int(np.flatnonzero(coloured.any(axis=0))[0])
+
+    moved_mm = (left_edge(last) - left_edge(first)) / painter.pixels_per_mm
+    assert moved_mm == pytest.approx(40.0, abs=1.5 / painter.pixels_per_mm)  # one pixel each end
+
+
+def test_gif_and_still(make_trajectory, tmp_path: Path) -> None:
+    from PIL import Image
+
+    actors = [Actor.of(make_trajectory(), "a")]
+    with Image.open(write_film(tmp_path / "f.gif", actors, SMALL)) as film:
+        assert film.n_frames == 11
+    with Image.open(write_still(tmp_path / "s.png", actors, 1.0, SMALL)) as still:
+        assert still.width == 240
+
+
+def test_a_trajectory_of_the_skin_alone_gives_the_same_picture(make_trajectory) -> None:
+    whole = make_trajectory()
+    nodes = np.concatenate([np.full((21, 4, 1, 3), 7e3), whole.node_positions_mm], axis=2)
+    inside = replace(whole, node_positions_mm=nodes, skin_triangles=whole.skin_triangles + 1)
+    thin = with_skin_only(inside)
+    assert thin.node_positions_mm.shape == whole.node_positions_mm.shape
+    pictures = [FramePainter([Actor.of(t, "a")], 240).paint(1.0) for t in (inside, thin)]
+    assert np.array_equal(*pictures)
+
+
+def test_what_cannot_be_drawn_is_refused(make_trajectory, tmp_path: Path) -> None:
+    trajectory = make_trajectory()
+    with pytest.raises(ValueError, match="holds no node positions or no skin"):
+        Actor.of(replace(trajectory, node_positions_mm=None), "a")
+    with pytest.raises(ValueError, match="does not name its design"):
+        Actor.of(replace(trajectory, metadata={}), "a")
+    with pytest.raises(ValueError, match="2 regulators, expected one for each of the 4 legs"):
+        Actor(trajectory, "a", (1, 2))
+    with pytest.raises(ValueError, match="names node 107, its trajectory has 8 nodes"):
+        Actor.of(replace(trajectory, skin_triangles=trajectory.skin_triangles + 100), "a")
+    with pytest.raises(ValueError, match=r"ends in '\.avi', expected \.mp4 or \.gif"):
+        write_film(tmp_path / "f.avi", [Actor.of(trajectory, "a")])
+    with pytest.raises(ValueError, match="at least one robot"):
+        FramePainter([])
+    with pytest.raises(ValueError, match="speed is 0"):
+        FilmSettings(speed=0)
