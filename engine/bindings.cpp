@@ -98,7 +98,9 @@ static pneumorph::PartInput read_part(PartReader& reader, size_t m) {
 static pneumorph::Settings read_settings(nb::dict d) {
   pneumorph::Settings s;
   auto number = [&](const char* name) { return nb::cast<double>(d[name]); };
-  s.time_step = number("time_step"), s.gravity = number("gravity");
+  s.time_step = number("time_step");
+  auto gravity = nb::cast<Vector>(d["gravity"]);
+  for (int i = 0; i < 3; ++i) s.gravity[i] = gravity.data()[i];
   s.mass_damping = number("mass_damping"), s.stiffness_damping = number("stiffness_damping");
   s.published_damping = nb::cast<bool>(d["published_damping"]), s.edge_rotations = nb::cast<bool>(d["edge_rotations"]);
   s.friction = number("friction"), s.floor_height = number("floor_height");

@@ -70,7 +70,7 @@ struct RobotModel {
 
 struct Settings {
   double time_step = 0.01;           // s
-  double gravity = 9800;             // mm/s^2
+  double gravity[3] = {0, 0, -9800}; // mm/s^2, world axes
   double mass_damping = 0.1;         // 1/s
   double stiffness_damping = 0.1;    // s
   int published_damping = 1;         // else objective: acts on modal rates alone

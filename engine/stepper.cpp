@@ -110,7 +110,7 @@ bool step_robot(const Part<Real>* parts, const RobotModel& robot, const Settings
   double velocity[6], gravity[3];
   multiply_transposed(state.rotation, state.velocity, velocity);
   multiply_transposed(state.rotation, state.angular_velocity, velocity + 3);
-  for (int i = 0; i < 3; ++i) gravity[i] = -settings.gravity * state.rotation[6 + i];
+  multiply_transposed(state.rotation, settings.gravity, gravity);
   double hub[36] = {0}, right[6];
   {
     const double mass_scale = 1.0 + settings.mass_damping * h;
@@ -204,7 +204,11 @@ bool step_robot(const Part<Real>* parts, const RobotModel& robot, const Settings
                        state.rotation[7] * point[1] + state.rotation[8] * point[2];
     deepest = std::fmax(deepest, -gap);
     double* impulse = state.impulses + 3 * c;
-    if (!(gap < settings.contact_margin)) {
+    double turning[3];
+    cross(velocity + 3, point, turning);
+    double approach = 0;
+    for (int i = 0; i < 3; ++i) approach += state.rotation[6 + i] * (velocity[i] + turning[i]);
+    if (!(gap + std::fmin(0.0, h * approach) < settings.contact_margin)) {
       impulse[0] = impulse[1] = impulse[2] = 0;
       continue;
     }
@@ -231,6 +235,15 @@ bool step_robot(const Part<Real>* parts, const RobotModel& robot, const Settings
     double height = state.position[2] - settings.floor_height;
     for (int i = 0; i < 3; ++i) height += state.rotation[6 + i] * mount.translation[i];
     const double up[3] = {world[6], world[7], world[8]};
+    // How fast a point approaches the floor at the old velocities, but for turning of its deflection.
+    double part_velocity[6], lever[3], origin_speed = 0;
+    for (int i = 0; i < 6; ++i) {
+      part_velocity[i] = 0;
+      for (int j = 0; j < 6; ++j) part_velocity[i] += work.transform[k][6 * i + j] * velocity[j];
+    }
+    for (int i = 0; i < 3; ++i) origin_speed += up[i] * part_velocity[i];
+    cross(up, part_velocity + 3, lever);  // up . (W x y) = y . (up x W)
+    const double* rates = state.mode_rates + k * M;
     // The free motion of this part: u = E^T-reduced right side less coupling with the hub.
     double part_free[6];
     alignas(64) double free_reduced[M];
@@ -246,14 +259,19 @@ bool step_robot(const Part<Real>* parts, const RobotModel& robot, const Settings
     for (int c = 0; c < part.contact_count; ++c) {
       const double* point = part.contact_points + 3 * c;
       const double* modes = part.contact_modes + long(c) * 3 * M;
-      DoubleLanes lift = {};
-      for (int v = 0; v < kVectors; ++v)
-        lift += load(alpha + 8 * v) * (up[0] * load(modes + 8 * v) + up[1] * load(modes + M + 8 * v) +
-                                       up[2] * load(modes + 2 * M + 8 * v));
+      DoubleLanes lift = {}, lift_rate = {};
+      for (int v = 0; v < kVectors; ++v) {
+        const DoubleLanes row = up[0] * load(modes + 8 * v) + up[1] * load(modes + M + 8 * v) +
+                                up[2] * load(modes + 2 * M + 8 * v);
+        lift += load(alpha + 8 * v) * row;
+        lift_rate += load(rates + 8 * v) * row;
+      }
       const double gap = height + up[0] * point[0] + up[1] * point[1] + up[2] * point[2] + sum_lanes(lift);
       deepest = std::fmax(deepest, -gap);
       double* impulse = state.impulses + 3 * (mount.contact_offset + c);
-      if (!(gap < settings.contact_margin)) {
+      const double approach = origin_speed + lever[0] * point[0] + lever[1] * point[1] + lever[2] * point[2] +
+                              sum_lanes(lift_rate);
+      if (!(gap + std::fmin(0.0, h * approach) < settings.contact_margin)) {
         impulse[0] = impulse[1] = impulse[2] = 0;
         continue;
       }

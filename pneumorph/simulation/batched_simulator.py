@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ class RobotStatus(IntEnum):
 
     RUNNING = 0
     DIVERGED = 1
-    """Not finite, too fast, or a stiffness that is not positive definite; the robot stands still."""
+    """Not finite, too fast, or a stiffness not positive definite; the robot stands still."""
 
 
 class BatchedSimulator:
@@ -198,7 +199,7 @@ class BatchedSimulator:
 
     @property
     def padded_mode_count(self) -> int:
-        """Modes of each mount in `read("modes")`: the most of any part, padded for the registers."""
+        """Modes of each mount in `read("modes")`: the most of any part, padded to whole registers."""
         return int(self._batch.padded_modes)
 
     @property
@@ -215,10 +216,10 @@ def _part_arrays(part: ReducedPart) -> dict[str, object]:
     return arrays
 
 
-def _engine_settings(settings: SimulationSettings) -> dict[str, float | bool | int]:
+def _engine_settings(settings: SimulationSettings) -> dict[str, Any]:
     return {
         "time_step": settings.time_step_s,
-        "gravity": settings.gravity_mm_per_s2,
+        "gravity": settings.gravity_vector,
         "mass_damping": settings.mass_damping_per_s,
         "stiffness_damping": settings.stiffness_damping_s,
         "published_damping": settings.damping == "published",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
+
+import numpy as np
 
 from pneumorph.pressure import PressureMap
 
@@ -26,7 +28,9 @@ class SimulationSettings:
     stiffness_damping_s: float = 0.1
     """Rayleigh stiffness coefficient [s]."""
     gravity_mm_per_s2: float = 9800.0
-    """Gravity, along -z [mm/s^2]."""
+    """Gravity [mm/s^2]."""
+    floor_slope_deg: float = 0.0
+    """How steeply the floor rises forward (x) [degrees]; x and z are along and normal to it."""
     friction: float = 1.2
     """Coulomb friction coefficient of every contact."""
     floor_height_mm: float = -12.797
@@ -41,7 +45,7 @@ class SimulationSettings:
     """Number of pressure regulators."""
     pressure_rate_kPa_per_s: float = 150.0
     """How fast a regulator moves towards its command [real kPa/s]."""
-    pressure_map: PressureMap = PressureMap()
+    pressure_map: PressureMap = field(default_factory=PressureMap)
     """Real to simulated pressure."""
     speed_limit_mm_per_s: float = 1e4
     """A robot faster than this has diverged [mm/s]."""
@@ -51,14 +55,31 @@ class SimulationSettings:
     """Which build of the stepper to run; `best` asks the processor."""
 
     def __post_init__(self) -> None:
-        positive = ("time_step_s", "contact_tolerance_mm_per_s", "contact_sweeps",
-                    "regulator_count", "pressure_rate_kPa_per_s", "speed_limit_mm_per_s")  # fmt: skip
-        non_negative = ("mass_damping_per_s", "stiffness_damping_s", "friction",
-                        "contact_margin_mm", "gravity_mm_per_s2")  # fmt: skip
-        for name in (*positive, *non_negative, "floor_height_mm"):
+        positive = (
+            "time_step_s",
+            "contact_tolerance_mm_per_s",
+            "contact_sweeps",
+            "regulator_count",
+            "pressure_rate_kPa_per_s",
+            "speed_limit_mm_per_s",
+        )
+        non_negative = (
+            "mass_damping_per_s",
+            "stiffness_damping_s",
+            "friction",
+            "contact_margin_mm",
+            "gravity_mm_per_s2",
+        )
+        for name in (*positive, *non_negative, "floor_height_mm", "floor_slope_deg"):
             value = getattr(self, name)
             if not math.isfinite(value):
                 raise ValueError(f"{name} must be finite, got {value}")
             if (name in positive and value <= 0) or (name in non_negative and value < 0):
                 kind = "positive" if name in positive else "not negative"
                 raise ValueError(f"{name} must be {kind}, got {value}")
+
+    @property
+    def gravity_vector(self) -> np.ndarray:
+        """Gravity along the floor's axes [mm/s^2], (3,)."""
+        slope = math.radians(self.floor_slope_deg)
+        return self.gravity_mm_per_s2 * np.array([-math.sin(slope), 0.0, -math.cos(slope)])

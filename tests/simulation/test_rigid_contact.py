@@ -1,0 +1,115 @@
+"""A rigid block on a floor has closed forms for everything the contact solver must get right."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pneumorph.robot.robot import Hub, Robot
+from pneumorph.simulation import BatchedSimulator, RobotStatus, SimulationSettings
+
+GRAVITY = 9800.0
+HALF = np.array([20.0, 15.0, 5.0])
+MASS = 0.2
+
+
+def block() -> Robot:
+    """A homogeneous box, its eight corners able to touch."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * HALF
+    second = MASS * np.diag(HALF**2) / 3.0
+    return Robot(Hub(MASS, np.zeros(3), second, np.zeros(3), corners), ())
+
+
+def settings(**changes) -> SimulationSettings:
+    fields = {
+        "floor_height_mm": -HALF[2],
+        "mass_damping_per_s": 0.0,
+        "contact_tolerance_mm_per_s": 1e-7,
+        "contact_sweeps": 2000,
+        "regulator_count": 1,
+    }
+    return SimulationSettings(**(fields | changes))
+
+
+def run(simulation: SimulationSettings, steps: int, velocity=(0.0, 0.0, 0.0)) -> BatchedSimulator:
+    simulator = BatchedSimulator([block()], simulation, thread_count=1)
+    simulator.write(0, "velocity", np.array(velocity))
+    simulator.advance(np.zeros((1, 1)), steps)
+    assert simulator.status[0] == RobotStatus.RUNNING
+    return simulator
+
+
+def test_normal_impulses_carry_the_weight():
+    simulator = run(settings(), 50)
+    impulse = simulator.read("impulses")[0]
+    # At rest each step's impulse balances gravity's; the solver's tolerance of 1e-7 mm/s times the
+    # mass bounds the rest.
+    assert impulse[:, 0].sum() == pytest.approx(MASS * GRAVITY * 0.01, rel=1e-6)
+    assert np.all(impulse[:, 0] >= 0.0)
+    assert abs(simulator.read("position")[0, 2]) < 1e-6
+
+
+@pytest.mark.parametrize("friction", [0.3, 1.2])
+def test_block_sticks_just_under_the_friction_angle_without_creep(friction):
+    slope = np.degrees(np.arctan(friction * 0.98))
+    simulator = run(settings(friction=friction, floor_slope_deg=slope), 20)
+    before = simulator.tracked_point_mm[0]
+    simulator.advance(np.zeros((1, 1)), 500)
+    # Sticking is exact but for the solver's tolerance of 1e-7 mm/s; 5 s of it stay far below the
+    # 0.001 mm/s that a user would see as creep.
+    assert np.abs(simulator.tracked_point_mm[0] - before).max() < 5.0 * 1e-5
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.8])
+def test_block_slides_over_the_friction_angle_with_the_difference(friction):
+    slope = np.arctan(friction * 1.1)
+    simulation = settings(friction=friction, floor_slope_deg=float(np.degrees(slope)))
+    steps, h = 40, simulation.time_step_s
+    simulator = run(simulation, steps)
+    acceleration = GRAVITY * (np.sin(slope) - friction * np.cos(slope))
+    # Implicit Euler: x = sum of h * (k h a), k = 1..n.
+    expected = -acceleration * h * h * steps * (steps + 1) / 2.0
+    assert simulator.tracked_point_mm[0, 0] == pytest.approx(expected, rel=1e-5)
+
+
+def test_sliding_block_stops_after_v_squared_over_two_mu_g():
+    friction, speed = 0.4, 400.0
+    simulator = run(settings(friction=friction), 100, velocity=(speed, 0.0, 0.0))
+    exact = speed**2 / (2.0 * friction * GRAVITY)
+    # First order in time: the last step's share is at most v h / 2.
+    assert abs(simulator.tracked_point_mm[0, 0] - exact) < speed * 0.01 / 2.0
+    assert np.abs(simulator.read("velocity")).max() < 1e-5
+
+
+def test_friction_opposes_oblique_sliding():
+    """The cone is round: the deceleration is mu g along the velocity, whatever its direction."""
+    direction = np.array([np.cos(0.7), np.sin(0.7), 0.0])
+    simulator = run(settings(friction=0.5), 4, velocity=300.0 * direction)
+    velocity = simulator.read("velocity")[0]
+    expected = (300.0 - 4 * 0.01 * 0.5 * GRAVITY) * direction
+    assert np.abs(velocity - expected).max() < 1e-4
+
+
+def test_block_dropped_on_the_floor_does_not_pass_through():
+    simulation = settings(floor_height_mm=-HALF[2] - 30.0)
+    simulator = run(simulation, 200)
+    assert simulator.read("worst_penetration")[0] < 1e-4
+    assert simulator.read("position")[0, 2] == pytest.approx(-30.0, abs=1e-4)
+
+
+def test_free_fall_is_implicit_eulers():
+    simulator = run(settings(floor_height_mm=-1e6), 30)
+    expected = -GRAVITY * 0.01**2 * 30 * 31 / 2.0
+    assert simulator.read("position")[0, 2] == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_free_hub_turns_at_constant_speed():
+    simulator = BatchedSimulator(
+        [block()], settings(floor_height_mm=-1e6, gravity_mm_per_s2=0.0), thread_count=1
+    )
+    simulator.write(0, "angular_velocity", np.array([0.0, 0.0, 2.0]))
+    simulator.advance(np.zeros((1, 1)), 100)
+    rotation = simulator.read("rotation")[0]
+    # A principal axis: 2 rad/s for 1 s, by the exponential map exactly.
+    expected = [[np.cos(2), -np.sin(2), 0], [np.sin(2), np.cos(2), 0], [0, 0, 1]]
+    assert np.abs(rotation - expected).max() < 1e-12
