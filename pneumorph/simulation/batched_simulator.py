@@ -137,10 +137,10 @@ class BatchedSimulator:
                 f"command_kPa has shape {command.shape}, expected (robot, regulator) = {shape}"
             )
         if not np.all(np.isfinite(command)) or np.any(command < 0.0):
+            worst = command[~np.isfinite(command) | (command < 0.0)][0]
             raise ValueError(
-                "command_kPa must be finite and not negative [kPa], got "
-                f"{command[~(command >= 0.0)].ravel()[:1] or command.max()}; a regulator can only "
-                "inflate"
+                f"command_kPa must be finite and not negative [kPa], got {worst}; a regulator can "
+                "only inflate"
             )
         if step_count < 0:
             raise ValueError(f"step_count must not be negative, got {step_count}")

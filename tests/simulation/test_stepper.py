@@ -1,0 +1,228 @@
+"""The compiled stepper against dense numpy linear algebra, and its promises about batches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_part import synthetic_reduced_part
+
+from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.pressure import rate_limit
+from pneumorph.reduction.sampled_elements import element_rotation, rotated_stress
+from pneumorph.robot.robot import Hub, Mount, Robot
+from pneumorph.simulation import BatchedSimulator, RobotStatus, SimulationSettings
+from pneumorph.simulation.reduced_robot import ReducedRobot
+from pneumorph.simulation.rollout import rollout
+
+PART = synthetic_reduced_part(mode_count=6, cells=(6, 4, 4))
+HUB = Hub(0.075, np.array([0.1, -0.2, 0.3]), np.diag([30.0, 20.0, 40.0]), np.zeros(3))
+SETTINGS = SimulationSettings(element_precision="double", regulator_count=2)
+POSE = Pose(rotation_about("z", 35.0) @ rotation_about("y", 15.0), np.array([95.0, 40.0, 8.0]))
+
+
+def dense_step(alpha, velocity, rates, pressure, settings):
+    """New generalised velocities of a hub with one part, by dense matrices over all nodes."""
+    h = settings.time_step_s
+    rotation = "edge" if settings.damping == "published" else "polar"
+    count = PART.mode_count
+    nodes = POSE.apply(PART.positions(alpha))
+    jacobian = np.zeros((len(nodes), 3, 6 + count))
+    jacobian[:, :, :3] = np.eye(3)
+    for axis in range(3):
+        jacobian[:, :, 3 + axis] = np.cross(np.eye(3)[axis], nodes)
+    jacobian[:, :, 6:] = np.einsum("ij,nja->nia", POSE.rotation, PART.modes)
+    flat = jacobian.reshape(-1, 6 + count)
+    mass = PART.mass / len(nodes) * flat.T @ flat
+    mass[:3, :3] += HUB.mass * np.eye(3)
+    first = HUB.first_moment
+    skew = np.cross(np.eye(3), first).T  # W -> W x first
+    mass[:3, 3:6] += skew
+    mass[3:6, :3] += skew.T
+    mass[3:6, 3:6] += np.trace(HUB.second_moment) * np.eye(3) - HUB.second_moment
+
+    stiffness = np.zeros_like(mass)
+    force = np.zeros(6 + count)
+    stiffness[6:, 6:] = PART.stiffness(alpha, rotation)
+    force[6:] = PART.internal_force(alpha, rotation) + pressure * PART.cavity().gradient(alpha)
+    if settings.damping == "published":
+        # Turning the hub about its axes, seen from the part's own frame.
+        axes = POSE.rotation.T
+        for elements in (PART.tetrahedra, PART.membrane):
+            gradient = elements.gradients(alpha)
+            frame = element_rotation(gradient, "edge")
+            turns = np.stack(
+                [np.cross(axes[:, j], gradient, axisb=1, axisc=1) for j in range(3)], 3
+            )
+            columns = np.concatenate([turns, elements.mode_gradient], axis=3)
+            strain = np.einsum("eki,ekja->eija", frame, columns)
+            strain = 0.5 * (strain + strain.transpose(0, 2, 1, 3))
+            trace = np.einsum("eiia->ea", strain)
+            block = np.einsum("e,ea,eb->ab", elements.weighted_lambda, trace, trace)
+            block += 2.0 * np.einsum("e,eija,eijb->ab", elements.weighted_mu, strain, strain)
+            stiffness[3:6, 3:6] += block[:3, :3]
+            stiffness[3:6, 6:] += block[:3, 3:]
+            stiffness[6:, 3:6] += block[3:, :3]
+            stress = rotated_stress(
+                gradient, elements.weighted_lambda, elements.weighted_mu, "edge"
+            )
+            force[3:6] -= np.einsum("eij,eijl->l", stress, turns)
+    gravity = np.array([0.0, 0.0, -settings.gravity_mm_per_s2])
+    force += PART.mass / len(nodes) * np.einsum("nia,i->a", jacobian, gravity)
+    force[:3] += HUB.mass * gravity
+    force[3:6] += np.cross(first, gravity)
+    scale = h * (h + settings.stiffness_damping_s)
+    left = (1.0 + settings.mass_damping_per_s * h) * mass + scale * stiffness
+    return np.linalg.solve(left, mass @ np.concatenate([velocity, rates]) + h * force)
+
+
+@pytest.mark.parametrize("damping", ["published", "objective"])
+@pytest.mark.parametrize("instruction_set", ["best", "avx2", "baseline"])
+def test_one_step_equals_dense_linear_algebra(damping, instruction_set):
+    settings = replace(
+        SETTINGS,
+        damping=damping,
+        instruction_set=instruction_set,
+        floor_height_mm=-1e6,
+        pressure_rate_kPa_per_s=1e9,
+    )
+    simulator = BatchedSimulator([Robot(HUB, (Mount(PART, POSE, (1,)),))], settings, 1)
+    generator = np.random.default_rng(0)
+    alpha = 0.3 * generator.normal(size=PART.mode_count)
+    rates = generator.normal(size=PART.mode_count)
+    velocity = generator.normal(size=6) * [30.0, 30.0, 30.0, 0.5, 0.5, 0.5]
+    padding = (0, simulator.padded_mode_count - PART.mode_count)
+    simulator.write(0, "modes", np.pad(alpha, padding))
+    simulator.write(0, "mode_rates", np.pad(rates, padding))
+    simulator.write(0, "velocity", velocity[:3])
+    simulator.write(0, "angular_velocity", velocity[3:])
+    simulator.advance(np.array([[0.0, 20.0]]), 1)
+    expected = dense_step(alpha, velocity, rates, settings.pressure_map.simulated(20.0), settings)
+    got = np.concatenate(
+        [
+            simulator.read("velocity")[0],
+            simulator.read("angular_velocity")[0],
+            simulator.read("mode_rates")[0, 0, : PART.mode_count],
+        ]
+    )
+    # Double precision throughout; modes are stored with a mass-orthonormality of about 1e-8.
+    assert np.abs(got - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+def crawlers() -> list[Robot]:
+    """Three different robots, with points that touch the floor."""
+    robots = []
+    for angles in ([20.0, 140.0, 260.0], [-20.0, -140.0, -260.0], [0.0, 90.0, 180.0, 270.0]):
+        mounts = []
+        for number, angle in enumerate(angles):
+            turn = rotation_about("z", angle)
+            pose = Pose(turn @ rotation_about("y", 15.0), turn @ np.array([100.0, 0.0, 9.0]))
+            mounts.append(Mount(PART, pose, (number % 2,)))
+        robots.append(Robot(Hub(0.075, np.zeros(3), 60.0 * np.eye(3), np.zeros(3)), tuple(mounts)))
+    return robots
+
+
+GAIT = np.random.default_rng(3).uniform(0.0, 12.0, (8, 2))
+
+
+def march(simulator: BatchedSimulator) -> dict[str, np.ndarray]:
+    for command in GAIT:
+        simulator.advance(np.tile(command, (len(simulator.robots), 1)), 20)
+    assert np.all(simulator.status == RobotStatus.RUNNING)
+    return {name: simulator.read(name) for name in ("position", "rotation", "modes", "impulses")}
+
+
+def test_a_robot_is_the_same_bits_in_any_batch_and_with_any_threads():
+    settings = replace(SETTINGS, element_precision="single")
+    robots = crawlers()
+    together = march(BatchedSimulator(robots * 4, settings, thread_count=3))
+    for index, robot in enumerate(robots):
+        alone = march(BatchedSimulator([robot], settings, thread_count=1))
+        for name, value in alone.items():
+            for copy in range(index, 12, 3):
+                same = together[name][copy][: value.shape[1]]
+                assert np.array_equal(value[0], same), (name, copy)
+
+
+def test_mirror_image_robots_walk_mirror_image_paths():
+    """Robots 0 and 1 mirror each other in y; so do their paths, but for the friction solver.
+
+    Gauss-Seidel visits the points of the mirror image in another order, and stops when a sweep
+    changes no velocity by more than 1e-9 mm/s; its slowest error is some 1e4 sweeps long, so 160
+    steps of 0.01 s may differ by up to about 1e-3 mm. They travel millimetres.
+    """
+    settings = replace(SETTINGS, contact_tolerance_mm_per_s=1e-9, contact_sweeps=3000)
+    state = march(BatchedSimulator(crawlers()[:2], settings, thread_count=1))
+    left, right = state["position"]
+    assert np.abs(left - right * [1.0, -1.0, 1.0]).max() < 1e-3
+    assert np.abs(left).max() > 0.1  # it moved at all
+
+
+def test_pressure_moves_no_faster_than_its_rate():
+    simulator = BatchedSimulator(crawlers()[:1], SETTINGS, 1)
+    expected = np.zeros(2)
+    for command in ([40.0, 1.0], [0.0, 30.0]):
+        simulator.advance(np.array([command]), 7)
+        for _ in range(7):
+            expected = rate_limit(expected, np.array(command), 150.0, 0.01)
+        assert simulator.read("regulated")[0] == pytest.approx(expected)
+
+
+def test_a_diverging_robot_stops_alone_and_stays_finite():
+    robots = crawlers()
+    healthy = march(BatchedSimulator(robots, SETTINGS, 2))
+    simulator = BatchedSimulator(robots, SETTINGS, 2)
+    simulator.write(1, "velocity", np.array([0.0, 0.0, 1e9]))
+    for command in GAIT:
+        simulator.advance(np.tile(command, (3, 1)), 20)
+    assert simulator.status.tolist() == [0, RobotStatus.DIVERGED, 0]
+    assert np.array_equal(simulator.read("position")[[0, 2]], healthy["position"][[0, 2]])
+    assert np.all(np.isfinite(simulator.read("modes")))
+    simulator.reset(np.array([False, True, False]))
+    assert simulator.status[1] == RobotStatus.RUNNING
+
+
+def test_inactive_robots_stand_still():
+    simulator = BatchedSimulator(crawlers(), SETTINGS, 1)
+    simulator.advance(np.full((3, 2), 5.0), 10, active=np.array([True, False, True]))
+    assert np.array_equal(simulator.read("position")[1], np.zeros(3))
+    assert np.all(simulator.read("step_count") == [10, 0, 10])
+
+
+def test_single_precision_elements_stay_within_their_rounding():
+    single = march(BatchedSimulator(crawlers(), replace(SETTINGS, element_precision="single"), 1))
+    double = march(BatchedSimulator(crawlers(), SETTINGS, 1))
+    # Float strains of 1e-7 over strains of 1e-2 leave 1e-5 of motions of a few mm, amplified by
+    # stick and slip: ten times that.
+    assert np.abs(single["position"] - double["position"]).max() < 1e-3
+
+
+def test_rollout_of_one_robot_equals_the_batch():
+    robot = crawlers()[2]
+    model = ReducedRobot(robot, SETTINGS)
+    _, trajectory = rollout(model, np.repeat(GAIT, 20, axis=0), settling_steps=0, record_every=10)
+    batch = march(BatchedSimulator([robot], SETTINGS, 1))
+    assert np.array_equal(trajectory.hub_position_mm[-1], batch["position"][0])
+    assert trajectory.node_positions_mm.shape[:2] == (17, 4)
+    assert trajectory.status == "completed"
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0])
+def test_bad_pressures_are_refused(bad):
+    simulator = BatchedSimulator(crawlers()[:1], SETTINGS, 1)
+    with pytest.raises(ValueError, match="finite and not negative"):
+        simulator.advance(np.array([[1.0, bad]]), 1)
+
+
+def test_bad_robots_and_settings_are_refused():
+    with pytest.raises(ValueError, match="unknown regulator 2"):
+        BatchedSimulator([Robot(HUB, (Mount(PART, POSE, (2,)),))], SETTINGS, 1)
+    with pytest.raises(ValueError, match="one regulator for each cavity"):
+        Mount(PART, POSE, (0, 1))
+    with pytest.raises(ValueError, match="expected at least one robot"):
+        BatchedSimulator([], SETTINGS, 1)
+    with pytest.raises(ValueError, match="time_step_s must be positive"):
+        SimulationSettings(time_step_s=0.0)
+    with pytest.raises(ValueError, match="friction must be finite"):
+        SimulationSettings(friction=float("nan"))
