@@ -15,8 +15,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from pneumorph.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.fem.rotation import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
-from pneumorph.reduction.sampled_elements import Rotation, SampledElements
+from pneumorph.reduction.sampled_elements import SampledElements
 
 FORMAT_VERSION = 1
 

@@ -11,12 +11,11 @@ axes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-Rotation = Literal["edge", "polar"]
-"""Where an element's rotation is taken from: its first edge and face, or the polar factor."""
+from pneumorph.fem.rotation import Rotation
+from pneumorph.fem.rotation import element_rotation as component_rotation
 
 
 @dataclass(frozen=True)
@@ -63,30 +62,10 @@ class SampledElements:
 
 
 def element_rotation(gradient: np.ndarray, rotation: Rotation) -> np.ndarray:
-    """Rotation R' of deformation gradients in the material frame, shape (..., 3, d) like them.
-
-    Args:
-        gradient: Deformation gradients, (..., 3, d), d = 3 for solids and 2 for membranes.
-        rotation: ``edge``: Gram-Schmidt of the first two columns, so the first axis follows the
-            first edge and the second stays in the first face. ``polar``: the orthogonal polar
-            factor, for membranes within the deformed plane.
-
-    Raises:
-        ValueError: ``rotation`` is neither.
-    """
-    if rotation == "edge":
-        first = gradient[..., 0] / np.linalg.norm(gradient[..., 0], axis=-1, keepdims=True)
-        normal = np.cross(first, gradient[..., 1])
-        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        axes = [first, np.cross(normal, first), normal][: gradient.shape[-1]]
-        return np.stack(axes, axis=-1)
-    if rotation == "polar":
-        left, _, right = np.linalg.svd(gradient, full_matrices=False)
-        if gradient.shape[-1] == 3:
-            left = left.copy()
-            left[..., 2] *= np.linalg.det(left @ right)[..., None]
-        return left @ right
-    raise ValueError(f"rotation must be 'edge' or 'polar', got {rotation!r}")
+    """Rotation R' of deformation gradients in the material frame, (..., 3, d) like them."""
+    by_component = np.moveaxis(gradient.reshape(-1, *gradient.shape[-2:]), 0, 2)
+    turned = component_rotation(np.ascontiguousarray(by_component), rotation)
+    return np.moveaxis(turned, 2, 0).reshape(gradient.shape)
 
 
 def rotated_stress(

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.fem.rotation import Rotation
 from pneumorph.reduction.reduced_part import ReducedPart
-from pneumorph.reduction.sampled_elements import Rotation
 
 
 @dataclass(frozen=True)
