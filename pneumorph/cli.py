@@ -74,6 +74,10 @@ def run(arguments: Sequence[str]) -> int:
     debug = "--debug" in arguments
     try:
         return _run_verb(name, list(arguments[1:]))
+    except BrokenPipeError:
+        # The reader of the output, such as `head`, has seen enough.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except (ValueError, OSError, ImportError) as error:
         if debug:
             traceback.print_exc()
@@ -90,7 +94,8 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     module = importlib.import_module(f"pneumorph.command.{name}")
     verb: Verb[Any] = module.VERB
     options, common = _parsed(name, verb, module.__doc__ or "", arguments)
-    folder = RunFolder(common.out or default_folder(name), name, Progress())
+    usual = verb.folder(options) if verb.folder is not None else default_folder(name)
+    folder = RunFolder(common.out or usual, name, Progress())
     fresh = not folder.path.exists()
     folder.save_settings(settings_to_dict(options))
     try:
@@ -131,11 +136,14 @@ def _parsed(
         names = tuple(verb.presets)
         said = tyro.conf.arg(help="Ready settings to start from.")
         groups.append(("preset", Annotated[Literal[names], said], field(default=names[0])))
+    if "-h" in arguments or "--help" in arguments:
+        # Before tyro's own help, which would run the paragraphs' lines together.
+        print(_wrapped(description), end="\n\n")
     parsed: Any = tyro.cli(
         make_dataclass("Arguments", groups),
         args=arguments,
         prog=f"pneumorph {name}",
-        description=_wrapped(description),
+        description="",
         config=(tyro.conf.FlagCreatePairsOff,),
     )
     return parsed.options, parsed.common
@@ -144,10 +152,8 @@ def _parsed(
 def _wrapped(description: str) -> str:
     """Return the paragraphs of a description wrapped to the width of the terminal."""
     width = min(shutil.get_terminal_size().columns, 100)
-    # Indented, because tyro joins lines that begin with a letter.
-    wrapper = textwrap.TextWrapper(width, initial_indent="  ", subsequent_indent="  ")
     paragraphs = description.strip().split("\n\n")
-    return "\n\n".join(wrapper.fill(" ".join(p.split())) for p in paragraphs)
+    return "\n\n".join(textwrap.fill(" ".join(p.split()), width) for p in paragraphs)
 
 
 def _value_of(flag: str, arguments: list[str]) -> str | None:

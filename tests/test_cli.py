@@ -44,7 +44,7 @@ def test_json_is_alone_on_standard_output(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "disk"
-    assert run(["mesh", "--part", "disk", "--out", str(folder), "--json"]) == 0
+    assert run(["mesh", "disk", "--out", str(folder), "--json"]) == 0
     captured = capsys.readouterr()
     summary = json.loads(captured.out)
     assert summary["verb"] == "mesh"
@@ -58,7 +58,7 @@ def test_settings_of_a_run_repeat_it_and_flags_come_last(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
-    run(["mesh", "--part", "disk", "--disk.height-mm", "12", "--out", str(first)])
+    run(["mesh", "disk", "--disk.height-mm", "12", "--out", str(first)])
     settings = str(first / "settings.json")
     run(["mesh", "--settings", settings, "--disk.top-radius-mm", "60", "--out", str(second)])
     disk = json.loads((second / "settings.json").read_text())["disk"]

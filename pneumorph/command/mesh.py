@@ -7,7 +7,7 @@ that cannot be computed with is refused with its reason.
 
 Writes mesh.npz, which `pneumorph reduce --mesh` reads.
 
-Example: pneumorph mesh --leg.tooth-height-mm 9 --leg-mesher.size-mm 3 --out runs/tall-leg
+Example: pneumorph mesh leg --leg.tooth-height-mm 9 --leg-mesher.size-mm 3 --out runs/tall-leg
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
+
+import tyro
 
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
@@ -32,7 +34,7 @@ from pneumorph.settings import settings_to_dict
 class MeshOptions:
     """What to mesh, or which file to read."""
 
-    part: Literal["leg", "disk"] = "leg"
+    part: tyro.conf.Positional[Literal["leg", "disk"]] = "leg"
     """Which part to mesh."""
     file: Path | None = None
     """A mesh of your own to read instead."""

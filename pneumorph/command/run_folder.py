@@ -30,7 +30,7 @@ class RunFolder:
         self.progress = progress or Progress(quiet=True)
 
     def __truediv__(self, name: str) -> Path:
-        """Return the path of a file of this run; its folder exists."""
+        """Return the path of a file of this run; the folder it is in exists."""
         target = self.path / name
         target.parent.mkdir(parents=True, exist_ok=True)
         return target

@@ -23,7 +23,7 @@ class FilmSettings:
 
     width: int = 960
     """Pixels across; the height follows from what must be in view."""
-    frames_per_second: int = 12
+    frames_per_second: int = 10
     """Frames per second of film; a second of film is a second of the robot's time times `speed`."""
     speed: float = 1.0
     """Seconds of the robot's time shown in one second."""

@@ -1,0 +1,118 @@
+"""Learn a design and its gait together, and compare them with the expert's.
+
+First the expert's gait walks at every phase. Then one design-conditioned policy and a distribution
+over designs are trained together, as in the paper. The best pairs are open-loop gaits that anyone
+can replay. A stopped run goes on from its last checkpoint with --resume and the same --out.
+
+Presets: quick (minutes on two cores: three or four legs, many updates an action, mirror images) and
+paper (one million timesteps). Both use the published damping; see --simulation.damping.
+
+Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
+metrics.jsonl, TensorBoard logs, checkpoints, policy.npz and gaits/L1.csv, L2.csv ...
+
+Example: pneumorph coopt --preset quick --seed 1 --out runs/quick-1
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+import tyro
+
+from pneumorph.command.baseline import sweep_summary, swept
+from pneumorph.command.robots import RobotOptions, Workshop
+from pneumorph.command.run_folder import RunFolder
+from pneumorph.command.verb import Verb
+from pneumorph.coopt.cooptimise import cooptimise
+from pneumorph.coopt.settings import CooptSettings, paper_settings, quick_settings
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.report.skin import with_skin_only
+from pneumorph.robot.design import Design
+
+flat = tyro.conf.arg(name="")
+
+TRAINING_FOLDER = "training"
+BEST_TRAJECTORY_FILE = "best_trajectory.npz"
+
+
+@dataclass(frozen=True)
+class CooptOptions:
+    """The learner, the robots, and the baseline to compare with."""
+
+    resume: bool = False
+    """Go on from the newest checkpoint in the run folder."""
+    coopt: Annotated[CooptSettings, flat] = field(default_factory=quick_settings)
+    robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+    baseline: PhaseSweepSettings = field(default_factory=PhaseSweepSettings)
+
+
+def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
+    """Sweep the baseline, train, replay the best pair, and return what was found."""
+    start = time.monotonic()
+    if options.coopt.task.regulator_count != options.robot.simulation.regulator_count:
+        raise ValueError(
+            f"the task has {options.coopt.task.regulator_count} regulators and the simulation "
+            f"{options.robot.simulation.regulator_count}, expected the same number"
+        )
+    workshop = Workshop(options.robot)
+    sweep = swept(workshop, options.baseline, folder)
+    folder.progress.stage("learning design and gait together")
+    learned = cooptimise(
+        workshop.robot,
+        workshop.simulator,
+        options.coopt,
+        folder.path / TRAINING_FOLDER,
+        time_step_s=options.robot.simulation.time_step_s,
+        resume=options.resume,
+        progress=folder.progress,
+    )
+    replayed = _replay_best(workshop, learned, folder)
+    return {
+        "best_design": learned["best_design"],
+        "best_distance_cm": learned["best_distance_cm"],
+        "best_gait": _under_training(learned["best_gait"]),
+        "replayed_distance_cm": replayed,
+        **sweep_summary(sweep, options.baseline),
+        "timesteps": learned["timesteps"],
+        "wall_s": time.monotonic() - start,
+        "training_wall_s": learned["wall_s"],
+        "simulate_s": learned["simulate_s"],
+        "learn_s": learned["learn_s"],
+        "update_count": learned["update_count"],
+        "failed_episode_count": learned["failed_episode_count"],
+        "seed": options.coopt.seed,
+        "damping": options.robot.simulation.damping,
+        "pairs": [{**each, "gait": _under_training(each["gait"])} for each in learned["pairs"]],
+        "notes": learned["remarks"],
+        "leg": workshop.leg_description,
+    }
+
+
+def _replay_best(workshop: Workshop, learned: dict[str, Any], folder: RunFolder) -> float | None:
+    """Walk the best pair's gait file once more, record it, and return its distance in cm."""
+    if learned["best_gait"] is None:
+        return None
+    folder.progress.stage("recording the best pair")
+    gait, _ = read_gait(folder.path / TRAINING_FOLDER / learned["best_gait"])
+    trajectory = workshop.recorded(
+        Design.parse(learned["best_design"]), gait, description={"gait": learned["best_gait"]}
+    )
+    with_skin_only(trajectory).save(folder / BEST_TRAJECTORY_FILE)
+    return trajectory.forward_distance_cm
+
+
+def _under_training(path: str | None) -> str | None:
+    return None if path is None else f"{TRAINING_FOLDER}/{path}"
+
+
+VERB = Verb(
+    CooptOptions,
+    coopt,
+    {
+        "quick": lambda: CooptOptions(coopt=quick_settings()),
+        "paper": lambda: CooptOptions(coopt=paper_settings()),
+    },
+)

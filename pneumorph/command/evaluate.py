@@ -1,0 +1,121 @@
+"""Simulate the design-gait pairs of a coopt run once more.
+
+With the reduced model all pairs walk side by side in a second and must repeat the distances that
+the run reported. With --model full each pair walks as finite elements, which takes minutes and
+tells how far the reduction can be trusted for these gaits. Physics can be changed:
+--simulation.friction 0.8.
+
+Writes evaluation.json and, with --record, each pair's trajectory.
+
+Example: pneumorph evaluate runs/quick --model full --pair-count 1 --out runs/check
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from pneumorph.artefact import write_json
+from pneumorph.command.robots import Model, RobotOptions, Workshop
+from pneumorph.command.run_folder import RunFolder, finite, read_summary
+from pneumorph.command.verb import Verb
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.gait.walk import walk
+from pneumorph.report.skin import with_skin_only
+from pneumorph.robot.design import Design
+
+flat = tyro.conf.arg(name="")
+
+
+@dataclass(frozen=True)
+class EvaluateOptions:
+    """Which pairs, and how to simulate them."""
+
+    run: tyro.conf.Positional[Path] = tyro.MISSING
+    """Folder of a coopt run."""
+    model: Model = "reduced"
+    """The reduced robots, or the finite elements they stand for."""
+    pair_count: int = 5
+    """How many of the best pairs."""
+    record: bool = False
+    """Save the trajectory of each pair."""
+    robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+
+    def __post_init__(self) -> None:
+        if self.pair_count < 1:
+            raise ValueError(f"pair_count is {self.pair_count}, expected at least 1")
+
+
+def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
+    """Walk the best pairs again and return the distances beside those of the run."""
+    start = time.monotonic()
+    pairs = read_summary(options.run).get("pairs")
+    if not pairs:
+        raise ValueError(f"{options.run} holds no design-gait pairs; expected a coopt run")
+    pairs = pairs[: options.pair_count]
+    designs = [Design.parse(pair["design"]) for pair in pairs]
+    gaits = [read_gait(options.run / pair["gait"])[0] for pair in pairs]
+    workshop = Workshop(options.robot)
+    folder.progress.stage(f"walking {len(pairs)} pairs with the {options.model} model")
+    if options.model == "reduced" and not options.record:
+        distances = _together(workshop, designs, gaits, folder)
+    else:
+        distances = _one_by_one(workshop, designs, gaits, options.model, folder)
+    results = [
+        {
+            "design": pair["design"],
+            "gait": pair["gait"],
+            "reported_distance_cm": pair["distance_cm"],
+            "distance_cm": distance,
+        }
+        for pair, distance in zip(pairs, distances, strict=True)
+    ]
+    write_json(folder / "evaluation.json", {"pairs": finite(results)})
+    return {
+        "run": str(options.run),
+        "model": options.model,
+        "best_design": results[0]["design"],
+        "best_distance_cm": results[0]["distance_cm"],
+        "reported_distance_cm": results[0]["reported_distance_cm"],
+        "damping": options.robot.simulation.damping,
+        "pairs": results,
+        "wall_s": time.monotonic() - start,
+    }
+
+
+def _together(
+    workshop: Workshop, designs: list[Design], gaits: list[HeldGait], folder: RunFolder
+) -> list[float]:
+    walked = walk(
+        workshop.simulator([workshop.robot(design) for design in designs]),
+        gaits,
+        duration_s=gaits[0].duration_s,
+        time_step_s=workshop.options.simulation.time_step_s,
+        progress=folder.progress,
+    )
+    return [float(distance) for distance in walked.distance_cm]
+
+
+def _one_by_one(
+    workshop: Workshop,
+    designs: list[Design],
+    gaits: list[HeldGait],
+    model: Model,
+    folder: RunFolder,
+) -> list[float]:
+    distances = []
+    for number, (design, gait) in enumerate(zip(designs, gaits, strict=True), start=1):
+        trajectory = workshop.recorded(design, gait, model)
+        with_skin_only(trajectory).save(folder / f"trajectory_{model}_L{number}.npz")
+        sound = trajectory.status == "completed"
+        distances.append(trajectory.forward_distance_cm if sound else float("nan"))
+        folder.progress(number, len(designs), "walking")
+    return distances
+
+
+VERB = Verb(EvaluateOptions, evaluate)

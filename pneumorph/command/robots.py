@@ -1,0 +1,102 @@
+"""Which leg the robots of a verb have, and how they are simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
+from pneumorph.presets import load_default_leg, paper_robot_builder
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.design import Design
+from pneumorph.robot.robot import Robot
+from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.reduced_robot import ReducedRobot
+from pneumorph.simulation.rollout import RobotModel, rollout
+from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.trajectory import Trajectory
+
+Model = Literal["reduced", "full"]
+
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """The leg and the physics."""
+
+    part: Path | None = None
+    """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
+    threads: int = 0
+    """Threads of the engine; 0 takes every processor."""
+    simulation: SimulationSettings = field(default_factory=SimulationSettings)
+
+
+class Workshop:
+    """Builds the robots of a verb and simulates them; the leg is read once."""
+
+    def __init__(self, options: RobotOptions) -> None:
+        self.options = options
+        self.leg = load_default_leg() if options.part is None else ReducedPart.load(options.part)
+        self._build = paper_robot_builder(self.leg)
+
+    def robot(self, design: Design) -> Robot:
+        """Return the robot of a design."""
+        return self._build(design)
+
+    def simulator(self, robots: Sequence[Robot]) -> BatchedSimulator:
+        """Return a simulator of robots."""
+        return BatchedSimulator(robots, self.options.simulation, self.options.threads)
+
+    def commands(self, gait: OpenLoopGait) -> np.ndarray:
+        """Return the command of every step of a gait [real kPa], (step, regulator)."""
+        step_s = self.options.simulation.time_step_s
+        return sample_commands(gait, step_s, round(gait.duration_s / step_s))
+
+    def recorded(
+        self,
+        design: Design,
+        gait: OpenLoopGait,
+        model: Model = "reduced",
+        record_every: int = 10,
+        description: dict[str, Any] | None = None,
+    ) -> Trajectory:
+        """Return the trajectory of one robot with its nodes.
+
+        Args:
+            design: Its design.
+            gait: What it walks.
+            model: The reduced robot, or the finite elements it stands for.
+            record_every: Time steps between frames.
+            description: What else to note in the trajectory's metadata.
+        """
+        simulated: RobotModel[Any] = (
+            self.reduced(design) if model == "reduced" else self.full(design)
+        )
+        _, trajectory = rollout(
+            simulated, self.commands(gait), record_every=record_every, description=description
+        )
+        return trajectory
+
+    def reduced(self, design: Design) -> ReducedRobot:
+        """Return one reduced robot to roll out."""
+        return ReducedRobot(self.robot(design), self.options.simulation)
+
+    def full(self, design: Design) -> RobotModel[Any]:
+        """Return the finite elements of a whole robot to roll out."""
+        from pneumorph.presets import paper_full_robot
+
+        return paper_full_robot(design, self.options.simulation)
+
+    @property
+    def leg_description(self) -> dict[str, Any]:
+        """What the leg is and how well it stands for the full model, for a summary."""
+        return {
+            "part": str(self.options.part or "the leg that ships"),
+            "mode_count": self.leg.mode_count,
+            "tetrahedron_count": len(self.leg.tetrahedron_rest),
+            "membrane_count": len(self.leg.membrane_rest),
+            "metadata": self.leg.metadata,
+        }

@@ -1,0 +1,109 @@
+"""Simulate any design with any gait, reduced or full.
+
+The gait is a CSV file, as coopt writes them and a spreadsheet can, or else the expert's gait at
+--expert.phase-deg. The design is --design, or the one that the file names, or the expert's.
+
+Writes trajectory.npz and, with --film, film.mp4.
+
+Example: pneumorph simulate --gait runs/quick/training/gaits/L1.csv --film --out runs/replay
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from pneumorph.command.robots import Model, RobotOptions, Workshop
+from pneumorph.command.run_folder import RunFolder
+from pneumorph.command.verb import Verb
+from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.open_loop_gait import OpenLoopGait
+from pneumorph.report.film import FilmSettings, write_film
+from pneumorph.report.scene import Actor
+from pneumorph.report.skin import with_skin_only
+from pneumorph.robot.design import MINIMUM_LEGS, Design
+from pneumorph.trajectory import Trajectory
+
+flat = tyro.conf.arg(name="")
+
+
+@dataclass(frozen=True)
+class SimulateOptions:
+    """The robot, its gait, and what to record."""
+
+    design: str | None = None
+    """Regulator of each location, 0 for no leg, such as 1.0.0.2.2.0.0.1."""
+    gait: Path | None = None
+    """Gait file (CSV); by default the expert's gait."""
+    model: Model = "reduced"
+    """The reduced robot, or the finite elements it stands for (minutes instead of seconds)."""
+    record_every: int = 10
+    """Time steps between recorded frames."""
+    film: bool = False
+    """Make a film as well."""
+    expert: ExpertGait = field(default_factory=ExpertGait)
+    robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+    film_settings: FilmSettings = field(default_factory=FilmSettings)
+
+
+def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
+    """Simulate one robot, save its trajectory, and return how it went."""
+    start = time.monotonic()
+    gait, design = gait_and_design(options.gait, options.design, options.expert)
+    folder.progress.stage(f"simulating {design} with the {options.model} model")
+    workshop = Workshop(options.robot)
+    simulation_start = time.monotonic()
+    trajectory = workshop.recorded(design, gait, options.model, options.record_every)
+    simulated_s = time.monotonic() - simulation_start
+    path = with_skin_only(trajectory).save(folder / "trajectory.npz")
+    summary: dict[str, Any] = {
+        "design": str(design),
+        "model": options.model,
+        "distance_cm": trajectory.forward_distance_cm,
+        "status": trajectory.status,
+        "simulated_s": float(trajectory.time_s[-1]),
+        "mean_contact_count": float(trajectory.contact_count.mean()),
+        "trajectory": str(path),
+        "damping": options.robot.simulation.damping,
+        "simulation_wall_s": simulated_s,
+    }
+    if options.film:
+        folder.progress.stage("filming")
+        summary["film"] = str(_filmed(trajectory, options, folder))
+    return summary | {"wall_s": time.monotonic() - start}
+
+
+def gait_and_design(
+    file: Path | None, named: str | None, expert: ExpertGait
+) -> tuple[OpenLoopGait, Design]:
+    """Return the gait to walk and the design to walk it with.
+
+    Raises:
+        ValueError: The design has too few legs, or uses a regulator the gait does not command.
+    """
+    if file is None:
+        gait: OpenLoopGait = expert
+        design = Design.parse(named or BASELINE_DESIGN)
+    else:
+        gait, comments = read_gait(file)
+        design = Design.parse(named or comments.get("design", BASELINE_DESIGN))
+    if design.leg_count < MINIMUM_LEGS:
+        raise ValueError(
+            f"design {design} has {design.leg_count} legs, expected at least {MINIMUM_LEGS}: it "
+            "would lie on the floor"
+        )
+    design.check_regulators(gait.regulator_count)
+    return gait, design
+
+
+def _filmed(trajectory: Trajectory, options: SimulateOptions, folder: RunFolder) -> Path:
+    actor = Actor.of(trajectory, trajectory.metadata["design"])
+    return write_film(folder / "film.mp4", [actor], options.film_settings, folder.progress)
+
+
+VERB = Verb(SimulateOptions, simulate)

@@ -1,0 +1,80 @@
+"""Reward while training, beside the baseline: what each round of episodes travelled (figure 8)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pneumorph.report.style import (
+    BASELINE_COLOUR,
+    INK_COLOUR,
+    LEARNED_COLOUR,
+    NEUTRAL_COLOUR,
+    figure_style,
+    new_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@figure_style()
+def reward_figure(
+    metrics: Sequence[Mapping[str, Any]],
+    histogram_edges_cm: Sequence[float],
+    baseline_cm: float | None = None,
+) -> Figure:
+    """Return distances in cm against timesteps.
+
+    The shades are the histogram of scores weighted by the design distribution; the lines are the
+    mean and the best episode of each round and the best so far.
+
+    Args:
+        metrics: Rounds, as the training's metrics file holds them.
+        histogram_edges_cm: Edges of their `score_histogram`.
+        baseline_cm: Distance of the expert's best phase.
+
+    Raises:
+        ValueError: No rounds.
+    """
+    if not metrics:
+        raise ValueError("the run has no metrics; its training made no round")
+    figure = new_figure(5.2, 3.2)
+    axes = figure.add_subplot()
+    timestep = np.array([each["timestep"] for each in metrics], dtype=float)
+    shares = np.array([each["score_histogram"] for each in metrics])
+    # The square root shows the thin tail of good designs early in training.
+    axes.pcolormesh(
+        np.concatenate([[0.0], timestep]),
+        np.asarray(histogram_edges_cm),
+        np.sqrt(shares.T),
+        cmap="Greys",
+        vmax=1.6,
+        rasterized=True,
+    )
+    _line(axes, timestep, metrics, "best_distance_cm", LEARNED_COLOUR, "best so far")
+    _line(axes, timestep, metrics, "return_mean_cm", NEUTRAL_COLOUR, "mean of the round")
+    if baseline_cm is not None:
+        axes.axhline(
+            baseline_cm, color=BASELINE_COLOUR, label=f"expert's best phase: {baseline_cm:.1f} cm"
+        )
+    axes.axhline(0, color=INK_COLOUR, linewidth=0.6)
+    best = max((each["best_distance_cm"] or 0.0) for each in metrics)
+    axes.set_ylim(min(-3.0, float(histogram_edges_cm[0]) / 2), max(best, baseline_cm or 0.0) + 1.5)
+    axes.set(xlabel="timesteps (actions of all robots)", ylabel="distance in 20 s (cm)")
+    axes.legend(loc="upper left")
+    return figure
+
+
+def _line(
+    axes: Any,
+    timestep: np.ndarray,
+    metrics: Sequence[Mapping[str, Any]],
+    name: str,
+    colour: str,
+    label: str,
+) -> None:
+    values = np.array([np.nan if each[name] is None else each[name] for each in metrics])
+    axes.plot(timestep, values, color=colour, label=label)
