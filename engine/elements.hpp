@@ -28,59 +28,98 @@ struct ElementSystem {
 };
 
 // Gram-Schmidt frame of the first two columns: the first edge, and the first face's plane.
-template <int D, class Real>
-inline void edge_rotation(const Real f[3 * D][kLane], Real r[3 * D][kLane]) {
-#pragma omp simd
-  for (int l = 0; l < kLane; ++l) {
-    const Real ax = f[0][l], ay = f[D][l], az = f[2 * D][l];
-    const Real bx = f[1][l], by = f[D + 1][l], bz = f[2 * D + 1][l];
-    const Real ia = Real(1) / std::sqrt(ax * ax + ay * ay + az * az);
-    const Real x0 = ax * ia, x1 = ay * ia, x2 = az * ia;
-    Real z0 = ay * bz - az * by, z1 = az * bx - ax * bz, z2 = ax * by - ay * bx;
-    const Real iz = Real(1) / std::sqrt(z0 * z0 + z1 * z1 + z2 * z2);
-    z0 *= iz, z1 *= iz, z2 *= iz;
-    r[0][l] = x0, r[D][l] = x1, r[2 * D][l] = x2;
-    r[1][l] = z1 * x2 - z2 * x1, r[D + 1][l] = z2 * x0 - z0 * x2, r[2 * D + 1][l] = z0 * x1 - z1 * x0;
-    if (D == 3) r[2][l] = z0, r[D + 2][l] = z1, r[2 * D + 2][l] = z2;
-  }
+// `f` and `r` are 3 x D, row by row, each entry a vector over elements.
+template <int D, class Real, class V>
+inline void edge_rotation(const V f[3 * D], V r[3 * D]) {
+  const V ax = f[0], ay = f[D], az = f[2 * D], bx = f[1], by = f[D + 1], bz = f[2 * D + 1];
+  const V ia = Real(1) / root_lanes<Real>(ax * ax + ay * ay + az * az);
+  const V x0 = ax * ia, x1 = ay * ia, x2 = az * ia;
+  V z0 = ay * bz - az * by, z1 = az * bx - ax * bz, z2 = ax * by - ay * bx;
+  const V iz = Real(1) / root_lanes<Real>(z0 * z0 + z1 * z1 + z2 * z2);
+  z0 *= iz, z1 *= iz, z2 *= iz;
+  r[0] = x0, r[D] = x1, r[2 * D] = x2;
+  r[1] = z1 * x2 - z2 * x1, r[D + 1] = z2 * x0 - z0 * x2, r[2 * D + 1] = z0 * x1 - z1 * x0;
+  if constexpr (D == 3) r[2] = z0, r[5] = z1, r[8] = z2;
 }
 
 // Polar factor: Newton's iteration R <- (R + R^-T)/2 (Higham 1986) in space; closed form in the plane.
-template <int D, class Real>
-inline void polar_rotation(const Real f[3 * D][kLane], Real r[3 * D][kLane]) {
-  if (D == 2) {
-    Real frame[6][kLane];
-    edge_rotation<2, Real>(reinterpret_cast<const Real(*)[kLane]>(f), frame);
-#pragma omp simd
-    for (int l = 0; l < kLane; ++l) {
-      Real g[4] = {0, 0, 0, 0};
-      for (int i = 0; i < 3; ++i) {
-        g[0] += frame[2 * i][l] * f[D * i][l], g[1] += frame[2 * i][l] * f[D * i + 1][l];
-        g[2] += frame[2 * i + 1][l] * f[D * i][l], g[3] += frame[2 * i + 1][l] * f[D * i + 1][l];
-      }
-      const Real c = g[0] + g[3], s = g[2] - g[1], inverse = Real(1) / std::sqrt(c * c + s * s);
-      for (int i = 0; i < 3; ++i) {
-        r[D * i][l] = (frame[2 * i][l] * c + frame[2 * i + 1][l] * s) * inverse;
-        r[D * i + 1][l] = (frame[2 * i + 1][l] * c - frame[2 * i][l] * s) * inverse;
-      }
+template <int D, class Real, class V>
+inline void polar_rotation(const V f[3 * D], V r[3 * D]) {
+  if constexpr (D == 2) {
+    V frame[6];
+    edge_rotation<2, Real, V>(f, frame);
+    V g[4] = {};
+    for (int i = 0; i < 3; ++i) {
+      g[0] += frame[2 * i] * f[2 * i], g[1] += frame[2 * i] * f[2 * i + 1];
+      g[2] += frame[2 * i + 1] * f[2 * i], g[3] += frame[2 * i + 1] * f[2 * i + 1];
     }
-    return;
-  }
-  const int iterations = sizeof(Real) == 8 ? 9 : 7;
-#pragma omp simd
-  for (int l = 0; l < kLane; ++l) {
-    Real q[9];
-    for (int i = 0; i < 9; ++i) q[i] = f[i < 3 * D ? i : 0][l];
+    const V c = g[0] + g[3], s = g[2] - g[1];
+    const V inverse = Real(1) / root_lanes<Real>(c * c + s * s);
+    for (int i = 0; i < 3; ++i) {
+      r[2 * i] = (frame[2 * i] * c + frame[2 * i + 1] * s) * inverse;
+      r[2 * i + 1] = (frame[2 * i + 1] * c - frame[2 * i] * s) * inverse;
+    }
+  } else {
+    V q[9];
+    for (int i = 0; i < 9; ++i) q[i] = f[i];
+    const int iterations = sizeof(Real) == 8 ? 9 : 7;
     for (int k = 0; k < iterations; ++k) {
-      Real c[9];
+      V c[9];
       c[0] = q[4] * q[8] - q[5] * q[7], c[1] = q[5] * q[6] - q[3] * q[8], c[2] = q[3] * q[7] - q[4] * q[6];
       c[3] = q[2] * q[7] - q[1] * q[8], c[4] = q[0] * q[8] - q[2] * q[6], c[5] = q[1] * q[6] - q[0] * q[7];
       c[6] = q[1] * q[5] - q[2] * q[4], c[7] = q[2] * q[3] - q[0] * q[5], c[8] = q[0] * q[4] - q[1] * q[3];
-      const Real inverse = Real(1) / (q[0] * c[0] + q[1] * c[1] + q[2] * c[2]);
+      const V inverse = Real(1) / (q[0] * c[0] + q[1] * c[1] + q[2] * c[2]);
       for (int i = 0; i < 9; ++i) q[i] = Real(0.5) * (q[i] + c[i] * inverse);
     }
-    for (int i = 0; i < 3 * D; ++i) r[i][l] = q[i];
+    for (int i = 0; i < 9; ++i) r[i] = q[i];
   }
+}
+
+// What a piece of a block, elements side by side, hands to the stages that run over modes.
+template <int D, class Real>
+struct ElementBlock {
+  static constexpr int kRows = 3 * D;
+  static constexpr int kStrains = D == 3 ? 6 : 3;
+  alignas(64) Real rotation[kRows][kLane];
+  alignas(64) Real stress[kRows][kLane];           // R s, with weight and measure
+  alignas(64) Real turn[3][kStrains][kLane];       // scaled strains of turning about the part's axes
+};
+
+// Moment of the internal forces and the scaled strains of turning about each axis: the gradient of a
+// turn about axis l has rows l+1 and l+2 equal to -F_(l+2) and F_(l+1).
+template <int D, class Real, class V>
+inline void turn_about_axes(const V f[3 * D], const V r[3 * D], const V p[3 * D], V shear_scale, V trace_scale,
+                            V moment[3], V turn_turn[6], V turn[3][D == 3 ? 6 : 3]) {
+  constexpr int kStrains = D == 3 ? 6 : 3;
+  const V half_root = shear_scale * Real(0.7071067811865476);
+#pragma GCC unroll 3
+  for (int axis = 0; axis < 3; ++axis) {
+    const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
+    V t[D][D];
+#pragma GCC unroll 3
+    for (int j = 0; j < D; ++j) {
+      moment[axis] -= p[i2 * D + j] * f[i1 * D + j] - p[i1 * D + j] * f[i2 * D + j];
+#pragma GCC unroll 3
+      for (int i = 0; i < D; ++i) t[i][j] = r[i2 * D + i] * f[i1 * D + j] - r[i1 * D + i] * f[i2 * D + j];
+    }
+    V trace = t[0][0] + t[1][1];
+    if constexpr (D == 3) trace += t[2][2];
+    trace *= trace_scale;
+    int row = D;
+#pragma GCC unroll 3
+    for (int i = 0; i < D; ++i) {
+      turn[axis][i] = shear_scale * t[i][i] + trace;
+#pragma GCC unroll 3
+      for (int j = i + 1; j < D; ++j) turn[axis][row++] = half_root * (t[i][j] + t[j][i]);
+    }
+  }
+  int entry = 0;
+#pragma GCC unroll 3
+  for (int a = 0; a < 3; ++a)
+#pragma GCC unroll 3
+    for (int b = a; b < 3; ++b, ++entry)
+#pragma GCC unroll 6
+      for (int i = 0; i < kStrains; ++i) turn_turn[entry] += turn[a][i] * turn[b][i];
 }
 
 // Adds one family's contribution.
@@ -94,100 +133,65 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
   constexpr int kRows = 3 * D;
   static_assert(kVectors * 64 == M * int(sizeof(Real)), "rows must be whole vectors");
 
+  constexpr int kPieces = kLane * int(sizeof(Real)) / 64;  // vectors in a block of elements
   V force[kVectors] = {};
-  alignas(64) Real moment[3][kLane] = {}, turn_turn[6][kLane] = {};
+  V moment[3] = {}, turn_turn[6] = {};
 
-  for (int block = 0; block < family.block_count; ++block) {
-    alignas(64) Real f[kRows][kLane], r[kRows][kLane], p[kRows][kLane];
-    alignas(64) Real turn[3][kStrains][kLane];
-    // Deformation gradient, lanes over elements.
-    {
-      const Real* rest = family.rest + long(block) * kRows * kLane;
-      const Real* gradient = family.gradient_lanes + long(block) * kRows * M * kLane;
+  for (int number = 0; number < family.block_count; ++number) {
+    ElementBlock<D, Real> block;
+    for (int piece = 0; piece < kPieces; ++piece) {
+      const int lane = piece * L::count, element = number * kLane + lane;
+      // Deformation gradient.
+      V f[kRows], r[kRows], p[kRows];
       for (int row = 0; row < kRows; ++row) {
-        constexpr int kPieces = kLane * int(sizeof(Real)) / 64;
-        V sum[kPieces];
-        for (int s = 0; s < kPieces; ++s) sum[s] = load(rest + row * kLane + s * L::count);
-        for (int a = 0; a < M; ++a) {
-          const V coordinate = broadcast(alpha[a]);
-          for (int s = 0; s < kPieces; ++s)
-            sum[s] += coordinate * load(gradient + (row * M + a) * kLane + s * L::count);
-        }
-        for (int s = 0; s < kPieces; ++s) store(&f[row][s * L::count], sum[s]);
+        f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
+        const Real* gradient = family.gradient_lanes + (long(number) * kRows + row) * M * kLane + lane;
+        for (int a = 0; a < M; ++a) f[row] += alpha[a] * load(gradient + a * kLane);
       }
-    }
-    if (edge_rotations)
-      edge_rotation<D, Real>(f, r);
-    else
-      polar_rotation<D, Real>(f, r);
-    // Stress and moment.
-    const Real* lambda = family.lambda + block * kLane;
-    const Real* mu = family.mu + block * kLane;
-#pragma omp simd
-    for (int l = 0; l < kLane; ++l) {
-      Real t[D][D], stress[D][D], trace = 0;
+      if (edge_rotations)
+        edge_rotation<D, Real, V>(f, r);
+      else
+        polar_rotation<D, Real, V>(f, r);
+      // Stress.
+      const V lambda = load(family.lambda + element), mu = load(family.mu + element);
+      V t[D][D];
+#pragma GCC unroll 3
       for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) {
-          t[i][j] = 0;
-          for (int k = 0; k < 3; ++k) t[i][j] += r[k * D + i][l] * f[k * D + j][l];
-        }
-      for (int i = 0; i < D; ++i) trace += t[i][i] - Real(1);
-      for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) {
-          stress[i][j] = mu[l] * (t[i][j] + t[j][i]);
-          if (i == j) stress[i][j] += lambda[l] * trace - Real(2) * mu[l];
-        }
+#pragma GCC unroll 3
+        for (int j = 0; j < D; ++j) t[i][j] = r[i] * f[j] + r[D + i] * f[D + j] + r[2 * D + i] * f[2 * D + j];
+      V trace = t[0][0] + t[1][1] - Real(D);
+      if constexpr (D == 3) trace += t[2][2];
+      const V pressure = lambda * trace - Real(2) * mu;
+#pragma GCC unroll 3
       for (int k = 0; k < 3; ++k)
+#pragma GCC unroll 3
         for (int j = 0; j < D; ++j) {
-          Real sum = 0;
-          for (int i = 0; i < D; ++i) sum += r[k * D + i][l] * stress[i][j];
-          p[k * D + j][l] = sum;
+          V sum = r[k * D + j] * pressure;
+#pragma GCC unroll 3
+          for (int i = 0; i < D; ++i) sum += r[k * D + i] * (mu * (t[i][j] + t[j][i]));
+          p[k * D + j] = sum;
         }
-    }
-    if (turning) {
-#pragma omp simd
-      for (int l = 0; l < kLane; ++l) {
-        for (int axis = 0; axis < 3; ++axis) {
-          const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
-          Real sum = 0;
-          for (int j = 0; j < D; ++j) sum += p[i2 * D + j][l] * f[i1 * D + j][l] - p[i1 * D + j][l] * f[i2 * D + j][l];
-          moment[axis][l] -= sum;
-          // Gradient of a turn about `axis`: rows i1 and i2 are -F_i2 and F_i1.
-          Real t[D][D];
-          for (int i = 0; i < D; ++i)
-            for (int j = 0; j < D; ++j)
-              t[i][j] = r[i2 * D + i][l] * f[i1 * D + j][l] - r[i1 * D + i][l] * f[i2 * D + j][l];
-          if (D == 3) {
-            turn[axis][0][l] = t[0][0], turn[axis][1][l] = t[1][1], turn[axis][2 % kStrains][l] = t[2 % D][2 % D];
-            turn[axis][3 % kStrains][l] = t[0][1] + t[1][0];
-            turn[axis][4 % kStrains][l] = t[0][2 % D] + t[2 % D][0];
-            turn[axis][5 % kStrains][l] = t[1][2 % D] + t[2 % D][1];
-          } else {
-            turn[axis][0][l] = t[0][0], turn[axis][1][l] = t[1][1], turn[axis][2][l] = t[0][1] + t[1][0];
-          }
-        }
-        // Scale strains so that stiffness is a plain sum of squares.
-        const Real shear = std::sqrt(mu[l]);
-        const Real root = shear * Real(1.4142135623730951);
-        const Real bulk = (std::sqrt(Real(D) * lambda[l] + Real(2) * mu[l]) - root) / Real(D);
-        for (int axis = 0; axis < 3; ++axis) {
-          Real trace = 0;
-          for (int i = 0; i < D; ++i) trace += turn[axis][i][l];
-          for (int i = 0; i < D; ++i) turn[axis][i][l] = root * turn[axis][i][l] + bulk * trace;
-          for (int i = D; i < kStrains; ++i) turn[axis][i][l] *= shear;
-        }
-        int entry = 0;
-        for (int a = 0; a < 3; ++a)
-          for (int b = a; b < 3; ++b, ++entry)
-            for (int i = 0; i < kStrains; ++i) turn_turn[entry][l] += turn[a][i][l] * turn[b][i][l];
+      for (int row = 0; row < kRows; ++row) {
+        store(&block.rotation[row][lane], r[row]);
+        store(&block.stress[row][lane], p[row]);
+      }
+      if (turning) {
+        V turn[3][kStrains];
+        turn_about_axes<D, Real, V>(f, r, p, load(family.shear_root + element), load(family.trace_root + element),
+                                    moment, turn_turn, turn);
+        for (int axis = 0; axis < 3; ++axis)
+          for (int i = 0; i < kStrains; ++i) store(&block.turn[axis][i][lane], turn[axis][i]);
       }
     }
+    const auto& r = block.rotation;
+    const auto& p = block.stress;
+    const auto& turn = block.turn;
     // Scaled strain of every mode, lanes over modes.
     alignas(64) Real strain[kLane][kStrains][M];
     for (int l = 0; l < kLane; ++l) {
-      const Real* g = family.gradient_modes + (long(block) * kLane + l) * kRows * M;
-      const Real shear_scale = family.shear_root[block * kLane + l];
-      const Real trace_scale = family.trace_root[block * kLane + l];
+      const Real* g = family.gradient_modes + (long(number) * kLane + l) * kRows * M;
+      const Real shear_scale = family.shear_root[number * kLane + l];
+      const Real trace_scale = family.trace_root[number * kLane + l];
       const Real half_root = shear_scale * Real(0.7071067811865476);  // sqrt(mu)
       for (int v = 0; v < kVectors; ++v) {
         V column[kRows];
@@ -247,7 +251,7 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
   if (turning) {
     static const int kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
     Real total[6] = {0, 0, 0, 0, 0, 0};
-    for (int l = 0; l < kLane; ++l) {
+    for (int l = 0; l < L::count; ++l) {
       for (int a = 0; a < 3; ++a) system.moment[a] += moment[a][l];
       for (int e = 0; e < 6; ++e) total[e] += turn_turn[e][l];
     }

@@ -1,6 +1,7 @@
 // A 64-byte vector of numbers, as the compiler's own vector type: one register with AVX-512, two
 // with AVX2, four with the baseline. Sums over lanes are taken in a fixed order.
 #pragma once
+#include <cmath>
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
@@ -9,7 +10,6 @@ template <class Real>
 struct Lanes {
   static constexpr int count = 64 / sizeof(Real);
   typedef Real type __attribute__((vector_size(64)));
-  typedef Real unaligned __attribute__((vector_size(64), aligned(8)));
 };
 
 template <class Real>
@@ -23,6 +23,16 @@ inline void store(Real* to, typename Lanes<Real>::type value) {
 template <class Real>
 inline typename Lanes<Real>::type broadcast(Real value) {
   return typename Lanes<Real>::type{} + value;
+}
+
+// Square roots lane by lane.
+template <class Real, class V>
+inline V root_lanes(V value) {
+  alignas(64) Real lanes[Lanes<Real>::count];
+  store(lanes, value);
+#pragma omp simd
+  for (int i = 0; i < Lanes<Real>::count; ++i) lanes[i] = std::sqrt(lanes[i]);
+  return load(lanes);
 }
 
 inline double sum_lanes(Lanes<double>::type v) {
