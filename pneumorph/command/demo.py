@@ -28,7 +28,7 @@ def demo(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
     run = Run(folder.path, {"verb": "coopt", **learned}, settings_to_dict(options))
     page = write_run_page(run, folder / "report/page.html", progress=folder.progress)
     folder.progress.say(
-        f"\nlearned: {learned['best_design']} travels {learned['best_distance_cm']:.1f} cm in 20 s\n"
+        f"\nlearned: {learned['best_distance_cm']:.1f} cm in 20 s, {learned['best_design']}\n"
         f"expert: {learned['baseline_best_distance_cm']:.1f} cm at its best phase, "
         f"{learned['baseline_best_phase_deg']:.0f} degrees\nopen {page.resolve()}"
     )
