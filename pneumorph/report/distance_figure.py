@@ -1,4 +1,4 @@
-"""Distance over time of several robots, as in the lower panels of figure 7."""
+"""Distance over time of several robots, as in the lower panels of figure 8 of the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Distance of the expert's gait against its phase shift, figure 4d."""
+"""Distance of the expert's gait against its phase shift, figure 5d of the paper."""
 
 from __future__ import annotations
 

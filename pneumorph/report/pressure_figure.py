@@ -1,4 +1,4 @@
-"""Commanded and regulated pressures of a gait, as in the upper panels of figure 7."""
+"""Commanded and regulated pressures of a gait, as in the upper panels of figure 8 of the paper."""
 
 from __future__ import annotations
 

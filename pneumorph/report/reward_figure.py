@@ -1,4 +1,4 @@
-"""Reward while training, beside the baseline: what each round of episodes travelled (figure 8)."""
+"""Reward while training, beside the baseline: the distance of each round (figure 7 of the paper)."""
 
 from __future__ import annotations
 
