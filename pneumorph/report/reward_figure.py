@@ -1,4 +1,4 @@
-"""Reward while training, beside the baseline: the distance of each round (figure 7 of the paper)."""
+"""Reward while training beside the baseline: distance of each round (paper, figure 7)."""
 
 from __future__ import annotations
 
