@@ -1,4 +1,4 @@
-"""A design from above: disk, legs coloured by regulator, forward to the right (paper, figure 3a)."""
+"""A design seen from above: legs coloured by regulator, forward to the right (paper, figure 3a)."""
 
 from __future__ import annotations
 
