@@ -1,0 +1,89 @@
+"""A design with a gait and how far it travels: what co-optimisation finds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.robot.design_space import DesignSpace
+
+SOURCES = ("policy", "exploration")
+
+
+@dataclass(frozen=True, eq=False)
+class DesignGaitPair:
+    """A design, the pressures it is driven with, and the distance it was seen to travel.
+
+    Attributes:
+        design: Index in the design space.
+        held_kPa: Real pressures, each held for one action [kPa], shape (action, regulator).
+        distance_cm: Forward travel in one episode [cm].
+        source: ``policy`` for the deterministic policy's gait, ``exploration`` for an episode of
+            training, whose actions were drawn from the policy. Either way a plain open-loop gait.
+        timestep: Timestep of training at which it was seen.
+    """
+
+    design: int
+    held_kPa: np.ndarray
+    distance_cm: float
+    source: str
+    timestep: int
+
+    def gait(self, action_s: float) -> HeldGait:
+        """The gait, with each action held for ``action_s`` [s]."""
+        return HeldGait.evenly(self.held_kPa, action_s)
+
+
+class BestPairs:
+    """The pairs that travel furthest, one for each design up to mirror images."""
+
+    def __init__(self, space: DesignSpace, count: int) -> None:
+        """Keep at most ``count`` pairs."""
+        self.count = count
+        self._twin = np.minimum(np.arange(len(space)), space.mirror_index)
+        self.pairs: list[DesignGaitPair] = []
+
+    @property
+    def best_distance_cm(self) -> float | None:
+        """Distance of the best pair [cm]; None before the first."""
+        return self.pairs[0].distance_cm if self.pairs else None
+
+    def is_worth_keeping(self, distance_cm: float) -> bool:
+        """Whether a pair that travels this far might enter the list."""
+        return len(self.pairs) < self.count or distance_cm > self.pairs[-1].distance_cm
+
+    def offer(self, pairs: Iterable[DesignGaitPair]) -> None:
+        """Keep those among the pairs that belong among the best."""
+        best: dict[int, DesignGaitPair] = {}
+        for pair in [*self.pairs, *pairs]:
+            twin = int(self._twin[pair.design])
+            if twin not in best or pair.distance_cm > best[twin].distance_cm:
+                best[twin] = pair
+        ranked = sorted(best.values(), key=lambda pair: pair.distance_cm, reverse=True)
+        self.pairs = ranked[: self.count]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The pairs as arrays, for a checkpoint."""
+        return {
+            "design": np.array([pair.design for pair in self.pairs], dtype=np.int64),
+            "held_kPa": np.array([pair.held_kPa for pair in self.pairs], dtype=np.float64),
+            "distance_cm": np.array([pair.distance_cm for pair in self.pairs], dtype=np.float64),
+            "source": np.array([SOURCES.index(pair.source) for pair in self.pairs], np.int64),
+            "timestep": np.array([pair.timestep for pair in self.pairs], dtype=np.int64),
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Take over what `arrays` gave."""
+        self.pairs = [
+            DesignGaitPair(
+                int(arrays["design"][place]),
+                arrays["held_kPa"][place],
+                float(arrays["distance_cm"][place]),
+                SOURCES[int(arrays["source"][place])],
+                int(arrays["timestep"][place]),
+            )
+            for place in range(len(arrays["design"]))
+        ]

@@ -1,0 +1,31 @@
+"""What a robot's experience says about its mirror image."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.robot.design_space import DesignSpace
+
+
+class MirrorImage:
+    """Translates transitions of designs into those of their mirror images.
+
+    The mirror image of a robot, driven by the same pressures, walks the mirrored path, which goes
+    as far forward. Its canonical name may number the regulators differently, so the regulators of
+    actions are permuted.
+    """
+
+    def __init__(self, space: DesignSpace) -> None:
+        """Look up the images of all designs."""
+        self._index = space.mirror_index
+        self._regulator = space.mirror_regulator
+
+    def designs(self, designs: np.ndarray) -> np.ndarray:
+        """Index of each design's image, shape (n,)."""
+        return self._index[designs]
+
+    def actions(self, designs: np.ndarray, actions: np.ndarray) -> np.ndarray:
+        """Actions for the images of ``designs`` (n,), one or more each, shape (n, k M)."""
+        regulator = self._regulator[designs][:, np.newaxis, :]
+        one_by_one = actions.reshape(len(designs), -1, regulator.shape[-1])
+        return np.take_along_axis(one_by_one, regulator, axis=2).reshape(actions.shape)

@@ -1,0 +1,113 @@
+"""Every option of co-optimisation, with the preset of the paper and a quick one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from pneumorph.coopt.design_distribution import EntropySchedule
+from pneumorph.coopt.sac import SacSettings
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.robot.design_space import DesignSpace
+
+
+@dataclass(frozen=True)
+class CooptSettings:
+    """Co-optimisation of design and gait; the defaults are the paper's experiment."""
+
+    seed: int = 0
+    """Seed of every random number."""
+    environment_count: int = 96
+    """Robots simulated side by side (paper, appendix A)."""
+    total_timesteps: int = 1_000_000
+    """Actions of all robots together, rounded up to whole episodes (paper, appendix A)."""
+    space: DesignSpace = field(default_factory=DesignSpace)
+    """Designs to choose from."""
+    task: CrawlingTask = field(default_factory=CrawlingTask)
+    """What the robots are asked to do."""
+    sac: SacSettings = field(default_factory=SacSettings)
+    """Hyperparameters of the learner."""
+    schedule: EntropySchedule = field(default_factory=EntropySchedule)
+    """How the design distribution narrows."""
+    buffer_size: int = 100_000
+    """Transitions kept for learning (paper, appendix A)."""
+    learning_start_timestep: int = 10_000
+    """Timestep of the first update; actions are uniform until then (paper, appendix A)."""
+    updates: int = 1
+    """Learner's updates for each of what ``update_every`` names (paper, appendix A)."""
+    update_every: Literal["vector_step", "timestep"] = "vector_step"
+    """The two readings of the paper's "timesteps per SAC update: 1": one update for each action of
+    all robots together (the authors' experiment), or one for each action of each robot."""
+    mirror_transitions: bool = False
+    """Whether each transition and return also counts for the mirror image of its design, which
+    walks the mirrored path as far forward (not in the paper)."""
+    checkpoint_interval_timesteps: int = 50_000
+    """Timesteps between checkpoints; the most that a killed run loses."""
+    evaluation_interval_timesteps: int = 0
+    """Timesteps between deterministic evaluations; 0 for one at the end only."""
+    evaluated_design_count: int = 96
+    """Designs of highest score that an evaluation walks with the deterministic policy."""
+    kept_pair_count: int = 5
+    """Best design-gait pairs reported; a design and its mirror image count as one."""
+
+    def __post_init__(self) -> None:
+        for name, least in (
+            ("seed", 0),
+            ("environment_count", 1),
+            ("total_timesteps", 1),
+            ("buffer_size", 1),
+            ("learning_start_timestep", 1),
+            ("updates", 0),
+            ("checkpoint_interval_timesteps", 1),
+            ("evaluation_interval_timesteps", 0),
+            ("evaluated_design_count", 1),
+            ("kept_pair_count", 1),
+        ):
+            if getattr(self, name) < least:
+                raise ValueError(f"{name} is {getattr(self, name)}, expected at least {least}")
+        if self.space.regulator_count != self.task.regulator_count:
+            raise ValueError(
+                f"the design space has {self.space.regulator_count} regulators and the task "
+                f"{self.task.regulator_count}, expected the same number"
+            )
+
+    @property
+    def updates_per_vector_step(self) -> int:
+        """Learner's updates after each action of all robots together."""
+        return self.updates * (self.environment_count if self.update_every == "timestep" else 1)
+
+    @property
+    def timesteps_per_round(self) -> int:
+        """Actions of all robots in one episode each."""
+        return self.environment_count * self.task.action_count
+
+    @property
+    def round_count(self) -> int:
+        """Episodes of every robot until the end of training."""
+        return math.ceil(self.total_timesteps / self.timesteps_per_round)
+
+
+def paper_settings(seed: int = 0) -> CooptSettings:
+    """The paper's experiment: one million timesteps."""
+    return CooptSettings(seed=seed)
+
+
+def quick_settings(seed: int = 0) -> CooptSettings:
+    """A search of a few minutes: fewer timesteps, each used for more learning.
+
+    Robots of three or four legs only, many updates per action, a short warm-up and use of the
+    mirror symmetry; the algorithm is the paper's.
+    """
+    return CooptSettings(
+        seed=seed,
+        total_timesteps=40_000,
+        space=DesignSpace(maximum_legs=4),
+        task=CrawlingTask(time_limit_is_terminal=False),
+        sac=SacSettings(batch_size=256),
+        schedule=EntropySchedule(decay_start_timestep=8_000, decay_end_timestep=36_000),
+        learning_start_timestep=2_000,
+        updates=16,
+        mirror_transitions=True,
+        checkpoint_interval_timesteps=10_000,
+    )

@@ -1,0 +1,297 @@
+"""Joint optimisation of design and control (paper, algorithm 1)."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.artefact import ArtefactError
+from pneumorph.coopt.design_distribution import DesignDistribution
+from pneumorph.coopt.design_gait_pair import BestPairs, DesignGaitPair
+from pneumorph.coopt.evaluation import evaluate_policy
+from pneumorph.coopt.metrics import score_histogram
+from pneumorph.coopt.mirror import MirrorImage
+from pneumorph.coopt.replay_buffer import ReplayBuffer
+from pneumorph.coopt.sac import Sac
+from pneumorph.coopt.settings import CooptSettings
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.crawling_simulator import RUNNING, RobotBuilder, SimulatorFactory
+from pneumorph.gait.walk import Progress
+
+
+class Training:
+    """The state of co-optimisation, advanced by rounds of one episode per robot.
+
+    Between rounds every robot stands at the start of an episode, so what `arrays` and `metadata`
+    give is all there is: no simulator state needs saving for a run to go on to the same bits.
+    """
+
+    def __init__(
+        self, build_robot: RobotBuilder, make_simulator: SimulatorFactory, settings: CooptSettings
+    ) -> None:
+        """Initialise policy, values and a uniform design distribution (algorithm 1, line 1).
+
+        Args:
+            build_robot: Turns a design into a robot of the simulator.
+            make_simulator: Makes the simulator of a list of robots.
+            settings: Everything else.
+        """
+        self.settings = settings
+        self.space = settings.space
+        count = settings.environment_count
+        self.environment = CrawlingEnvironment(
+            [self.space[place % len(self.space)] for place in range(count)],
+            build_robot,
+            make_simulator,
+            settings.task,
+        )
+        self._state_size = settings.task.state_size
+        features = self.space.one_hot
+        self.learner = Sac(
+            self._state_size + features.shape[1], settings.task.regulator_count, settings.sac
+        )
+        self.state = self.learner.initial_state(settings.seed)
+        self.buffer = ReplayBuffer(
+            settings.buffer_size, self._state_size, settings.task.regulator_count, features
+        )
+        self.distribution = DesignDistribution(len(self.space), settings.schedule)
+        self.best = BestPairs(self.space, settings.kept_pair_count)
+        self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
+        self._rng = np.random.default_rng(settings.seed)
+        self.timestep = 0
+        self.update_count = 0
+        self.failure_count = 0
+        self.seconds = {"simulate": 0.0, "learn": 0.0}
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the last round has been made."""
+        return self.timestep >= self.settings.round_count * self.settings.timesteps_per_round
+
+    def run_round(self) -> dict[str, Any]:
+        """Draw designs, let each walk one episode, learn meanwhile, and update the distribution.
+
+        Returns:
+            Metrics of the round.
+        """
+        # Algorithm 1, line 3.
+        designs = self.distribution.sample(self.settings.environment_count, self._rng)
+        started = time.perf_counter()
+        observation, _ = self.environment.reset(
+            options={"designs": [self.space[int(index)] for index in designs]}
+        )
+        self.seconds["simulate"] += time.perf_counter() - started
+        returns = np.zeros(len(designs))
+        ended, failed = np.zeros((2, len(designs)), dtype=bool)
+        commands, losses = [], []
+        for _ in range(self.settings.task.action_count):
+            # Line 4: control the designs, and add the transitions to the replay buffer.
+            action = self._act(observation)
+            started = time.perf_counter()
+            next_observation, reward, terminated, truncated, info = self.environment.step(action)
+            self.seconds["simulate"] += time.perf_counter() - started
+            self._store(designs, observation, action, reward, next_observation, terminated, info)
+            returns += np.where(ended, 0.0, reward)
+            failed |= ~ended & (info["status"] != RUNNING)
+            ended |= terminated | truncated
+            commands.append(info["command_kPa"])
+            observation = next_observation
+            self.timestep += len(designs)
+            # Line 5.
+            loss = self._learn()
+            if loss:
+                losses.append(loss)
+        self._note_pairs(designs, returns, failed, np.array(commands))
+        self._update_distribution(designs, returns, failed)
+        return self._metrics(returns, failed, losses)
+
+    def _act(self, observation: np.ndarray) -> np.ndarray:
+        """Actions from the policy, or uniform ones until learning starts."""
+        if self.timestep < self.settings.learning_start_timestep:
+            shape = (len(observation), self.settings.task.regulator_count)
+            return self._rng.uniform(-1.0, 1.0, shape).astype(np.float32)
+        self.state, action = self.learner.sample_actions(self.state, observation)
+        return action
+
+    def _store(
+        self,
+        designs: np.ndarray,
+        observation: np.ndarray,
+        action: np.ndarray,
+        reward: np.ndarray,
+        next_observation: np.ndarray,
+        terminated: np.ndarray,
+        info: Mapping[str, Any],
+    ) -> None:
+        state, next_state = observation[:, : self._state_size], next_observation.copy()
+        # Where an episode ended the observation is the next one's first already.
+        for robot in np.flatnonzero(info.get("_final_obs", np.zeros(len(designs), dtype=bool))):
+            next_state[robot] = info["final_obs"][robot]
+        next_state = next_state[:, : self._state_size]
+        self.buffer.add(
+            state=state,
+            design=designs,
+            action=action,
+            reward=reward,
+            next_state=next_state,
+            terminal=terminated,
+        )
+        if self._mirror is not None:
+            self.buffer.add(
+                state=self._mirror.actions(designs, state),
+                design=self._mirror.designs(designs),
+                action=self._mirror.actions(designs, action),
+                reward=reward,
+                next_state=self._mirror.actions(designs, next_state),
+                terminal=terminated,
+            )
+
+    def _learn(self) -> dict[str, float]:
+        count = self.settings.updates_per_vector_step
+        if count == 0 or self.timestep < self.settings.learning_start_timestep:
+            return {}
+        started = time.perf_counter()
+        batches = self.buffer.sample(count, self.settings.sac.batch_size, self._rng)
+        self.state, metrics = self.learner.update(self.state, batches)
+        self.update_count += count
+        self.seconds["learn"] += time.perf_counter() - started
+        return metrics
+
+    def _note_pairs(
+        self, designs: np.ndarray, returns: np.ndarray, failed: np.ndarray, commands: np.ndarray
+    ) -> None:
+        self.best.offer(
+            DesignGaitPair(
+                int(designs[robot]),
+                commands[:, robot],
+                float(returns[robot]),
+                "exploration",
+                self.timestep,
+            )
+            for robot in np.flatnonzero(~failed)
+            if self.best.is_worth_keeping(float(returns[robot]))
+        )
+
+    def _update_distribution(
+        self, designs: np.ndarray, returns: np.ndarray, failed: np.ndarray
+    ) -> None:
+        """Lines 6 to 9 of algorithm 1."""
+        # Travel before a failure is no reason to come back to a design.
+        returns = np.where(failed, np.minimum(returns, 0.0), returns)
+        if self._mirror is not None:
+            self.distribution.record(self._mirror.designs(designs), returns)
+        self.distribution.record(designs, returns)
+        self.failure_count += int(failed.sum())
+        self.distribution.follow_schedule(self.timestep)
+
+    def _metrics(
+        self, returns: np.ndarray, failed: np.ndarray, losses: list[dict[str, float]]
+    ) -> dict[str, Any]:
+        distribution = self.distribution
+        learning = {
+            name: float(np.mean([loss[name] for loss in losses]))
+            for name in (losses[0] if losses else ())
+        }
+        return {
+            "timestep": self.timestep,
+            "return_mean_cm": float(returns.mean()),
+            "return_maximum_cm": float(returns.max()),
+            "best_distance_cm": self.best.best_distance_cm,
+            "failed_count": int(failed.sum()),
+            "design_entropy": distribution.entropy,
+            "design_entropy_target": distribution.target_entropy(self.timestep),
+            "inverse_temperature": distribution.inverse_temperature,
+            "expected_score_cm": float(distribution.probabilities @ distribution.scores),
+            "highest_score_cm": float(distribution.scores.max()),
+            "update_count": self.update_count,
+            **learning,
+            "simulate_s": self.seconds["simulate"],
+            "learn_s": self.seconds["learn"],
+            "score_histogram": score_histogram(distribution.scores, distribution.probabilities),
+        }
+
+    def evaluate(self, progress: Progress | None = None) -> list[DesignGaitPair]:
+        """Walk the designs of highest score with the deterministic policy and keep good pairs.
+
+        Returns:
+            The pairs walked, the furthest first.
+        """
+        order = np.argsort(-self.distribution.scores, kind="stable")
+        started = time.perf_counter()
+        pairs = evaluate_policy(
+            self.environment,
+            self.space,
+            self.state.policy,
+            self.learner,
+            order[: self.settings.evaluated_design_count],
+            timestep=self.timestep,
+            progress=progress,
+        )
+        self.seconds["simulate"] += time.perf_counter() - started
+        self.best.offer(pairs)
+        return sorted(pairs, key=lambda pair: pair.distance_cm, reverse=True)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays of the state, for a checkpoint."""
+        leaves = jax.tree.leaves(eqx.filter(self.state, eqx.is_array))
+        return {
+            **{f"sac/{number}": np.asarray(leaf) for number, leaf in enumerate(leaves)},
+            **{f"buffer/{name}": value for name, value in self.buffer.arrays().items()},
+            **{f"best/{name}": value for name, value in self.best.arrays().items()},
+            "distribution/scores": self.distribution.scores,
+            "distribution/inverse_temperature": np.array(self.distribution.inverse_temperature),
+        }
+
+    def metadata(self) -> dict[str, Any]:
+        """All numbers of the state that are not arrays, for a checkpoint."""
+        return {
+            "timestep": self.timestep,
+            "update_count": self.update_count,
+            "failure_count": self.failure_count,
+            "seconds": self.seconds,
+            "random_state": json.dumps(self._rng.bit_generator.state),
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> None:
+        """Take over what `arrays` and `metadata` gave.
+
+        Raises:
+            ArtefactError: The networks of the checkpoint have other shapes.
+        """
+        dynamic, static = eqx.partition(self.state, eqx.is_array)
+        old, structure = jax.tree.flatten(dynamic)
+        new = [arrays.get(f"sac/{number}") for number in range(len(old))]
+        for number, (ours, theirs) in enumerate(zip(old, new, strict=True)):
+            if theirs is None or ours.shape != theirs.shape:
+                raise ArtefactError(
+                    f"array sac/{number} of the checkpoint has shape "
+                    f"{None if theirs is None else theirs.shape}, expected {ours.shape}; its "
+                    "networks were made with other settings"
+                )
+        # A copy in JAX's own memory: the learner reuses the memory it is given.
+        leaves = [jnp.array(leaf) for leaf in new]
+        self.state = eqx.combine(jax.tree.unflatten(structure, leaves), static)
+        self.buffer.restore(_below(arrays, "buffer/"))
+        self.best.restore(_below(arrays, "best/"))
+        self.distribution.scores = np.array(arrays["distribution/scores"])
+        self.distribution.set_inverse_temperature(float(arrays["distribution/inverse_temperature"]))
+        self.timestep = int(metadata["timestep"])
+        self.update_count = int(metadata["update_count"])
+        self.failure_count = int(metadata["failure_count"])
+        self.seconds = dict(metadata["seconds"])
+        self._rng.bit_generator.state = json.loads(metadata["random_state"])
+
+
+def _below(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {
+        name.removeprefix(prefix): value
+        for name, value in arrays.items()
+        if name.startswith(prefix)
+    }

@@ -1,0 +1,144 @@
+"""Soft actor-critic on probes whose values are known."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from pneumorph.coopt.networks import Policy
+from pneumorph.coopt.sac import Batch, Sac, SacSettings, SacState
+
+COUNT, BATCH = 50, 64
+SMALL = {"hidden_sizes": (32, 32), "batch_size": BATCH, "policy_learning_rate": 3e-3}
+# Greedy: so small a temperature that entropy adds nothing to a value, and it stays so.
+GREEDY = Sac(1, 1, SacSettings(**SMALL, initial_temperature=1e-6, temperature_learning_rate=0.0))
+
+
+def batches(seed: int, observation: np.ndarray, reward, following: np.ndarray, terminal) -> Batch:
+    """Transitions with uniform actions; ``reward`` maps observation and action to a reward."""
+    rng = np.random.default_rng(seed)
+    place = rng.integers(len(observation), size=(COUNT, BATCH))
+    action = rng.uniform(-1, 1, (COUNT, BATCH, 1))
+    seen = observation[place][..., None]
+    return jax.tree.map(
+        lambda values: jnp.asarray(values, jnp.float32),
+        Batch(
+            seen,
+            action,
+            reward(seen, action)[..., 0],
+            following[place][..., None],
+            terminal[place],
+        ),
+    )
+
+
+def train(learner: Sac, calls: int, *probe) -> SacState:
+    state = learner.initial_state(0)
+    for call in range(calls):
+        state, _ = learner.update(state, batches(call, *probe))
+    return state
+
+
+def values(state: SacState, observation: list[float], action: list[float]) -> np.ndarray:
+    return np.asarray(
+        state.critic(
+            jnp.array(observation, jnp.float32)[:, None], jnp.array(action, jnp.float32)[:, None]
+        )
+    )
+
+
+def test_value_of_a_constant_reward_is_the_reward() -> None:
+    nothing = np.zeros(1)
+    state = train(GREEDY, 6, nothing, lambda s, a: np.ones_like(a), nothing, np.ones(1))
+    # 300 steps of Adam at 2e-3 leave it jittering by about its step times the slope of the net.
+    np.testing.assert_allclose(values(state, [0, 0, 0], [-0.9, 0, 0.9]), 1.0, atol=0.05)
+
+
+def test_value_of_a_reward_one_action_later_is_discounted() -> None:
+    # From -1 one comes to +1 without reward; from +1 one ends with reward 1.
+    state = train(
+        GREEDY,
+        20,
+        np.array([-1.0, 1.0]),
+        lambda s, a: np.where(s > 0, 1.0, 0.0),
+        np.array([1.0, 1.0]),
+        np.array([0.0, 1.0]),
+    )
+    found = values(state, [-1, 1], [0.3, 0.3])
+    np.testing.assert_allclose(found[:, 1], 1.0, atol=0.05)  # jitter of Adam, as above
+    # gamma times the target network's 1, which lags by (1 - 0.01)^1000, less than 1e-4.
+    np.testing.assert_allclose(found[:, 0], 0.95, atol=0.05)
+
+
+@pytest.fixture(scope="module")
+def tuned() -> tuple[Sac, SacState]:
+    """Trained on the reward -(a - 0.5)^2 with a tuned temperature."""
+    nothing = np.zeros(1)
+    learner = Sac(1, 1, SacSettings(**SMALL, temperature_learning_rate=0.01))
+    probe = (nothing, lambda s, a: -((a - 0.5) ** 2), nothing, np.ones(1))
+    return learner, train(learner, 30, *probe)
+
+
+def test_policy_finds_the_best_action(tuned: tuple[Sac, SacState]) -> None:
+    learner, state = tuned
+    action = learner.mode_actions(state.policy, np.zeros((1, 1), np.float32))
+    # The fitted parabola's top is blurred by the residual error of the value network.
+    np.testing.assert_allclose(action, 0.5, atol=0.1)
+
+
+def test_temperature_holds_the_entropy_at_its_target(tuned: tuple[Sac, SacState]) -> None:
+    learner, state = tuned
+    assert learner.target_entropy == -1.0
+    _, density = state.policy.sample(jnp.zeros((20000, 1)), jax.random.PRNGKey(1))
+    # A control loop with Adam's steps of 1 % in alpha swings about its target.
+    assert abs(-float(density.mean()) - learner.target_entropy) < 0.3
+
+
+def test_log_density_is_that_of_the_squashed_gaussian() -> None:
+    policy = Policy(2, 3, (8,), jax.random.PRNGKey(0))
+    observation = jnp.asarray(np.random.default_rng(0).normal(size=(5, 2)), jnp.float32)
+    action, density = policy.sample(observation, jax.random.PRNGKey(1))
+    mean, log_std = (np.asarray(part, np.float64) for part in policy.distribution(observation))
+    squashed = np.asarray(action, np.float64)
+    noise = (np.arctanh(squashed) - mean) / np.exp(log_std)
+    expected = np.sum(
+        -0.5 * noise**2 - log_std - 0.5 * np.log(2 * np.pi) - np.log(1 - squashed**2), axis=1
+    )
+    # float32 actions near one lose digits of 1 - a^2.
+    np.testing.assert_allclose(np.asarray(density), expected, rtol=1e-4)
+
+
+def test_extreme_actions_have_finite_density() -> None:
+    policy = Policy(1, 1, (4,), jax.random.PRNGKey(0))
+    last = policy.network.layers[-1]
+    policy = eqx.tree_at(lambda p: p.network.layers[-1].bias, policy, jnp.array([50.0, 9.0]))
+    _, density = policy.sample(jnp.zeros((100, 1)), jax.random.PRNGKey(0))
+    assert np.isfinite(density).all()
+    assert last.bias is not None
+    assert float(policy.distribution(jnp.zeros((1, 1)))[1][0, 0]) == 2.0  # clipped
+
+
+def test_several_updates_in_one_call_equal_one_after_another() -> None:
+    nothing = np.zeros(1)
+    probe = batches(0, nothing, lambda s, a: a, nothing, np.ones(1))
+    together, _ = GREEDY.update(GREEDY.initial_state(1), probe)
+    state = GREEDY.initial_state(1)
+    for number in range(COUNT):
+        state, _ = GREEDY.update(state, jax.tree.map(lambda v, n=number: v[n : n + 1], probe))
+    for ours, theirs in zip(
+        jax.tree.leaves(eqx.filter(together, eqx.is_array)),
+        jax.tree.leaves(eqx.filter(state, eqx.is_array)),
+        strict=True,
+    ):
+        # The compiler may order float32 sums differently; Adam's division magnifies that.
+        np.testing.assert_allclose(ours, theirs, atol=1e-3)
+
+
+def test_settings_are_checked() -> None:
+    with pytest.raises(ValueError, match="hidden_sizes is"):
+        SacSettings(hidden_sizes=())
+    with pytest.raises(ValueError, match=r"discount is 1\.5, expected from 0 to 1"):
+        SacSettings(discount=1.5)
+    with pytest.raises(ValueError, match=r"critic_learning_rate is nan"):
+        SacSettings(critic_learning_rate=float("nan"))
