@@ -13,6 +13,9 @@ from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.netgen_mesher import MesherSettings, box, open_cascade, tetrahedralise
 from pneumorph.geometry.surface import boundary_triangles
 
+DISK_SIZE_MM = 16.0
+"""Element size that gives about the 86 nodes of the paper's disk [mm]."""
+
 
 @dataclass(frozen=True)
 class DiskShape:
@@ -57,7 +60,7 @@ def mesh_disk(shape: DiskShape | None = None, settings: MesherSettings | None = 
         MeshError: The mesh that came out is faulty.
     """
     shape = shape or DiskShape()
-    settings = settings or MesherSettings(size_mm=20.0, grading=0.5)
+    settings = settings or MesherSettings(size_mm=DISK_SIZE_MM)
     occ = open_cascade()
     axis = occ.Axes(occ.Pnt(0, 0, shape.bottom_mm), occ.Z)
     # The last argument is the angle of revolution.

@@ -8,13 +8,17 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.geometry.corner_order import largest_face_first
+
 
 @dataclass(frozen=True)
 class MesherSettings:
     """How finely to mesh."""
 
-    size_mm: float = 4.0
-    """Largest edge length [mm]."""
+    size_mm: float = 4.05
+    """Largest edge length [mm]. The walls of the paper's leg are one element thick at its 4 mm, so
+    the bend depends on the mesh (31 to 35 degrees at 80 kPa); 4.05 gives the paper's 2600 nodes and
+    the bend of the published mesh."""
     grading: float = 0.5
     """How fast elements grow away from small features, 0 (slowly) to 1."""
 
@@ -66,4 +70,5 @@ def tetrahedralise(solid: Any, settings: MesherSettings) -> tuple[np.ndarray, np
     # netgen orders a tetrahedron the other way round.
     tetrahedra = tetrahedra[:, [0, 1, 3, 2]]
     used, renumbered = np.unique(tetrahedra, return_inverse=True)
-    return nodes[used], renumbered.reshape(tetrahedra.shape).astype(np.int32)
+    tetrahedra = renumbered.reshape(tetrahedra.shape).astype(np.int32)
+    return nodes[used], largest_face_first(nodes[used], tetrahedra)

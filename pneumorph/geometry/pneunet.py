@@ -152,7 +152,6 @@ def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | N
         MeshError: The mesh that came out is faulty.
     """
     shape = shape or PneuNetShape()
-    # Tuned to 2600 nodes and 8500 tetrahedra, the size of the paper's mesh "at 4 mm".
     settings = settings or MesherSettings()
     nodes, tetrahedra = tetrahedralise(_half_solid(shape), settings)
     whole = mirror_half(nodes, tetrahedra)

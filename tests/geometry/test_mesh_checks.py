@@ -1,0 +1,97 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from box_mesh import box_mesh
+
+from pneumorph.geometry.mesh import Mesh, MeshError
+from pneumorph.geometry.mesh_checks import check_mesh
+
+
+@pytest.fixture
+def hollow() -> Mesh:
+    return box_mesh((9.0, 9.0, 9.0), (3, 3, 3), hollow=True)
+
+
+def test_good_mesh_passes(hollow):
+    check_mesh(hollow, ("skin", "cavity"), ("left",))
+
+
+def test_inverted_element_is_refused(hollow):
+    tetrahedra = hollow.tetrahedra.copy()
+    tetrahedra[3] = tetrahedra[3][[1, 0, 2, 3]]
+    with pytest.raises(MeshError, match=r"1 of .* inverted .* first is 3"):
+        check_mesh(dataclasses.replace(hollow, tetrahedra=tetrahedra))
+
+
+def test_flat_element_is_refused(hollow):
+    nodes = hollow.nodes.copy()
+    a, b, c, d = hollow.tetrahedra[0]
+    nodes[d] = nodes[[a, b, c]].mean(axis=0)
+    with pytest.raises(MeshError, match="degenerate"):
+        check_mesh(dataclasses.replace(hollow, nodes=nodes))
+
+
+def test_two_pieces_are_refused(hollow):
+    count = len(hollow.nodes)
+    two = Mesh(
+        np.concatenate([hollow.nodes, hollow.nodes + 20.0]),
+        np.concatenate([hollow.tetrahedra, hollow.tetrahedra + count]),
+    )
+    with pytest.raises(MeshError, match="2 disconnected pieces"):
+        check_mesh(two)
+
+
+def test_unused_node_is_refused(hollow):
+    with_one = dataclasses.replace(hollow, nodes=np.concatenate([hollow.nodes, [[50.0, 0, 0]]]))
+    with pytest.raises(MeshError, match="1 nodes belong to no tetrahedron"):
+        check_mesh(with_one)
+
+
+def test_doubled_element_is_refused(hollow):
+    twice = np.concatenate([hollow.tetrahedra, hollow.tetrahedra[:1]])
+    three = np.concatenate([twice, hollow.tetrahedra[:1]])
+    with pytest.raises(MeshError, match="more than two"):
+        check_mesh(dataclasses.replace(hollow, tetrahedra=three))
+
+
+def test_open_cavity_is_refused(hollow):
+    surfaces = {**hollow.surfaces, "cavity": hollow.surfaces["cavity"][1:]}
+    with pytest.raises(MeshError, match="'cavity' is not closed: 3 edges"):
+        check_mesh(dataclasses.replace(hollow, surfaces=surfaces))
+
+
+def test_cavity_inside_out_is_refused(hollow):
+    surfaces = {**hollow.surfaces, "cavity": hollow.surfaces["cavity"][:, ::-1]}
+    with pytest.raises(MeshError, match="wrongly oriented"):
+        check_mesh(dataclasses.replace(hollow, surfaces=surfaces))
+
+
+def test_outside_named_as_cavity_is_refused(hollow):
+    surfaces = {**hollow.surfaces, "cavity": hollow.surfaces["skin"][:, ::-1]}
+    with pytest.raises(MeshError, match="outside of the solid, not a cavity"):
+        check_mesh(dataclasses.replace(hollow, surfaces=surfaces))
+
+
+def test_unknown_regions_are_refused(hollow):
+    with pytest.raises(MeshError, match="unknown surface region 'paper'; the mesh has: bottom"):
+        check_mesh(hollow, ("paper",))
+    with pytest.raises(MeshError, match="unknown node set 'attachment'"):
+        check_mesh(hollow, (), ("attachment",))
+
+
+def test_false_mirror_is_refused(hollow):
+    with pytest.raises(MeshError, match="mirror_nodes do not mirror"):
+        check_mesh(dataclasses.replace(hollow, mirror_nodes=np.arange(len(hollow.nodes))))
+
+
+def test_index_from_one_is_refused(hollow):
+    with pytest.raises(MeshError, match="gmsh counts from 1"):
+        dataclasses.replace(hollow, tetrahedra=hollow.tetrahedra + 1)
+
+
+def test_nan_is_refused(hollow):
+    nodes = hollow.nodes.copy()
+    nodes[0] = np.nan
+    with pytest.raises(MeshError, match="nodes must be finite"):
+        dataclasses.replace(hollow, nodes=nodes)

@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+from box_mesh import box_mesh
+
+from pneumorph.geometry.mesh import MeshError
+from pneumorph.geometry.mesh_file import read_mesh_file
+
+meshio = pytest.importorskip("meshio")
+
+
+def write(mesh, path, *, cavity=None, file_format=None, scale=1.0):
+    cavity = mesh.surfaces["cavity"] if cavity is None else cavity
+    cells = [
+        ("tetra", mesh.tetrahedra),
+        ("triangle", cavity),
+        ("triangle", mesh.surfaces["bottom"]),
+    ]
+    tags = [np.full(len(block), tag, dtype=np.int32) for tag, (_, block) in enumerate(cells, 1)]
+    gmsh = file_format is not None and file_format.startswith("gmsh")
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags} if gmsh else {"region": tags}
+    names = {"solid": [1, 3], "cavity": [2, 2], "paper": [3, 2]} if gmsh else {}
+    names = {name: np.array(value) for name, value in names.items()}
+    content = meshio.Mesh(mesh.nodes * scale, cells, cell_data=data, field_data=names)
+    meshio.write(path, content, file_format=file_format)
+
+
+@pytest.fixture
+def hollow():
+    return box_mesh((9.0, 9.0, 9.0), (3, 3, 3), hollow=True)
+
+
+def test_gmsh_file_with_physical_groups(hollow, tmp_path):
+    write(hollow, tmp_path / "box.msh", file_format="gmsh22")
+    mesh = read_mesh_file(tmp_path / "box.msh", node_sets=("paper",))
+    np.testing.assert_allclose(mesh.nodes, hollow.nodes, atol=1e-12)
+    assert np.array_equal(mesh.tetrahedra, hollow.tetrahedra)
+    assert len(mesh.surfaces["cavity"]) == len(hollow.surfaces["cavity"])
+
+
+def test_vtk_file_with_numbered_regions_in_metres(hollow, tmp_path):
+    write(hollow, tmp_path / "box.vtu", scale=1e-3)
+    names = {2: "cavity", 3: "paper"}
+    mesh = read_mesh_file(tmp_path / "box.vtu", node_sets=(), region_names=names, scale=1000.0)
+    np.testing.assert_allclose(mesh.nodes, hollow.nodes, atol=1e-12)
+
+
+def test_cavity_oriented_by_a_mesher_is_turned_round(hollow, tmp_path):
+    turned = hollow.surfaces["cavity"][:, ::-1]
+    write(hollow, tmp_path / "box.msh", cavity=turned, file_format="gmsh22")
+    mesh = read_mesh_file(tmp_path / "box.msh", node_sets=())
+    assert np.array_equal(mesh.surfaces["cavity"], hollow.surfaces["cavity"])
+
+
+def test_open_cavity_and_missing_region_are_refused(hollow, tmp_path):
+    path = tmp_path / "box.msh"
+    write(hollow, path, cavity=hollow.surfaces["cavity"][1:], file_format="gmsh22")
+    with pytest.raises(MeshError, match="not closed"):
+        read_mesh_file(path, node_sets=())
+    with pytest.raises(MeshError, match="unknown node set 'attachment'; the mesh has: cavity"):
+        read_mesh_file(path)
+
+
+def test_surface_only_and_damaged_files_are_refused(hollow, tmp_path):
+    path = tmp_path / "shell.vtu"
+    meshio.write(path, meshio.Mesh(hollow.nodes, [("triangle", hollow.surfaces["skin"])]))
+    with pytest.raises(MeshError, match="no linear tetrahedra; its cells are: triangle"):
+        read_mesh_file(path)
+    damaged = tmp_path / "damaged.msh"
+    damaged.write_text("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0\n")
+    with pytest.raises(MeshError, match="cannot be read as a mesh"):
+        read_mesh_file(damaged)
+    with pytest.raises(FileNotFoundError, match="does not exist"):
+        read_mesh_file(tmp_path / "nowhere.msh")

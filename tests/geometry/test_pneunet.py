@@ -1,0 +1,93 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.geometry.surface import boundary_triangles, enclosed_volume
+
+
+def test_volumes_are_those_of_the_boxes(leg_mesh):
+    shape = PneuNetShape()
+    assert shape.cavity_volume_mm3() == pytest.approx(3528.0)
+    assert shape.solid_volume_mm3() == pytest.approx(43072.0)
+    # All faces are flat and lie on mesh faces, so the mesh holds the volume to rounding.
+    assert leg_mesh.volumes.sum() == pytest.approx(43072.0, rel=1e-9)
+    assert enclosed_volume(leg_mesh.nodes, leg_mesh.surfaces["cavity"]) == pytest.approx(3528.0)
+    skin = enclosed_volume(leg_mesh.nodes, leg_mesh.surfaces["skin"])
+    assert skin == pytest.approx(43072.0 + 3528.0, rel=1e-9)
+
+
+def test_size_is_near_the_published_mesh(leg_mesh):
+    assert 2300 < len(leg_mesh.nodes) < 2900
+    assert 8000 < len(leg_mesh.tetrahedra) < 9800
+
+
+def test_paper_covers_the_bottom(leg_mesh):
+    corners = leg_mesh.nodes[leg_mesh.surfaces["paper"]]
+    assert np.all(corners[:, :, 2] == 0.0)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
+    assert normal[:, 2].max() < 0.0
+    assert -normal[:, 2].sum() == pytest.approx(115.0 * 32.0)
+
+
+def test_mesh_is_its_own_mirror_image_element_by_element(leg_mesh):
+    mirror = leg_mesh.mirror_nodes
+    flip = np.array([1.0, -1.0, 1.0])
+    assert np.array_equal(leg_mesh.nodes[mirror], leg_mesh.nodes * flip)
+    assert np.array_equal(mirror[mirror], np.arange(len(mirror)))
+    for cells in (leg_mesh.tetrahedra, *leg_mesh.surfaces.values()):
+        half, other = np.split(cells, 2)
+        swapped = half[:, [1, 0, *range(2, cells.shape[1])]]
+        assert np.array_equal(other, mirror[swapped])
+
+
+def test_node_sets(leg_mesh):
+    attachment = leg_mesh.nodes[leg_mesh.node_sets["attachment"]]
+    expected = {(-52.0, side, z) for side in (-10.0, 10.0) for z in (4.0, 20.0)}
+    assert {tuple(np.round(node, 9)) for node in attachment} == expected
+    assert np.all(leg_mesh.nodes[leg_mesh.node_sets["inner_end_face"], 0] == -57.5)
+    assert len(leg_mesh.node_sets["outer_end_face"]) >= 9
+
+
+def test_contact_points_are_outside_symmetric_and_on_the_two_boxes():
+    points = PneuNetShape().contact_points_mm()
+    mirrored = points * [1.0, -1.0, 1.0]
+    assert {tuple(p) for p in np.round(points, 6) + 0.0} == {
+        tuple(p) for p in np.round(mirrored, 6) + 0.0
+    }
+    assert len(np.unique(points, axis=0)) == len(points)
+    within_teeth = (np.abs(points[:, 0]) < 52.0) & (np.abs(points[:, 1]) < 10.0)
+    assert not np.any(within_teeth & (np.abs(points[:, 2] - 4.0) < 1e-9))
+    bottom = points[points[:, 2] == 0.0]
+    assert len(bottom) == 13 * 5
+    assert points[:, 2].max() == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"tooth_gap_mm": 2.0}, "they must agree"),
+        ({"chamber_mm": (8.0, 14.0, 13.0)}, "does not fit into a tooth"),
+        ({"chamber_mm": (2.0, 14.0, 17.0)}, "breaks through the top"),
+        ({"chamber_mm": (2.0, 20.0, 13.0)}, "narrower than the tooth base"),
+    ],
+)
+def test_impossible_shapes_are_refused(change, reason):
+    with pytest.raises(ValueError, match=reason):
+        dataclasses.replace(PneuNetShape(), **change)
+
+
+def test_saved_mesh_comes_back_the_same(leg_mesh, tmp_path):
+    path = leg_mesh.save(tmp_path / "leg.npz")
+    again = Mesh.load(path)
+    assert again.digest() == leg_mesh.digest()
+    check_mesh(again)
+
+
+def test_boundary_is_skin_and_cavity(leg_mesh):
+    boundary = boundary_triangles(leg_mesh.tetrahedra)
+    named = len(leg_mesh.surfaces["skin"]) + len(leg_mesh.surfaces["cavity"])
+    assert len(boundary) == named

@@ -1,0 +1,63 @@
+"""The leg of the paper: mirror symmetry to rounding, and its bend against SOFA's."""
+
+import numpy as np
+import pytest
+
+from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.part_model import PartModel, leg_model
+from pneumorph.fem.static import StaticSettings, static_equilibrium
+from pneumorph.geometry.pose import rotation_about
+
+
+@pytest.fixture(scope="module")
+def leg(leg_mesh) -> PartModel:
+    return leg_model(leg_mesh)
+
+
+@pytest.mark.parametrize("rotation", ["edge", "polar"])
+def test_forces_of_the_mirrored_shape_are_the_mirrored_forces(leg, rotation):
+    mirror, flip = leg.mesh.mirror_nodes, np.array([1.0, -1.0, 1.0])
+    rng = np.random.default_rng(0)
+    x = leg.rest_nodes + rng.normal(0.0, 0.1, leg.rest_nodes.shape)
+    force = leg.internal_force(x, rotation) + leg.pressure_force(x, 50.0)
+    image = (x * flip)[mirror]
+    there = leg.internal_force(image, rotation) + leg.pressure_force(image, 50.0)
+    # The same sums in another order: rounding of forces of 1e4 mN.
+    np.testing.assert_allclose((there * flip)[mirror], force, atol=1e-8)
+
+
+def test_bend_of_a_turned_face_is_its_angle(leg_mesh):
+    for angle in (-60.0, 0.0, 30.0, 150.0, 200.0):
+        turned = leg_mesh.nodes @ rotation_about("y", angle).T + 3.0
+        assert end_face_bend_deg(leg_mesh, turned) == pytest.approx(angle, abs=1e-9)
+
+
+def test_bend_matches_an_independent_simulator(leg):
+    """SOFA with the published mesh: 8.21 degrees at 20 kPa, 31.89 at 80.
+
+    The walls are one element thick, so meshes of the same size differ by 5 %.
+    """
+    held = leg.mesh.node_set("inner_end_face")
+    small = static_equilibrium(leg, 20.0, held)
+    large = static_equilibrium(
+        leg,
+        80.0,
+        held,
+        start=small.positions,
+        start_pressure_kPa=20.0,
+        settings=StaticSettings(load_step_kPa=30.0, tolerance=1e-6),
+    )
+    assert large.converged
+    assert end_face_bend_deg(leg.mesh, small.positions) == pytest.approx(8.21, rel=0.05)
+    assert end_face_bend_deg(leg.mesh, large.positions) == pytest.approx(31.89, rel=0.05)
+    # A symmetric leg bends in its plane of symmetry.
+    mirror, flip = leg.mesh.mirror_nodes, np.array([1.0, -1.0, 1.0])
+    image = (large.positions * flip)[mirror]
+    np.testing.assert_allclose(image, large.positions, atol=1e-4)
+
+
+def test_too_few_held_nodes_and_bad_pressure_are_refused(leg):
+    with pytest.raises(ValueError, match="at least 3 nodes"):
+        static_equilibrium(leg, 10.0, np.array([1, 2]))
+    with pytest.raises(ValueError, match="pressure_kPa must be finite"):
+        static_equilibrium(leg, np.nan, leg.mesh.node_set("inner_end_face"))
