@@ -73,7 +73,7 @@ def read_metrics(folder: Path | str) -> list[dict[str, Any]]:
 
 
 def score_histogram(scores: np.ndarray, probabilities: np.ndarray) -> list[float]:
-    """Share of the design distribution in each bin of score (paper, figure 8).
+    """Share of the design distribution in each bin of score (paper, figure 7).
 
     Args:
         scores: Score of each design [cm], shape (design,).
