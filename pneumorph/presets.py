@@ -1,0 +1,83 @@
+"""The robot of the paper, ready to use: meshes and the reduced leg that ship with the package.
+
+Everything below this file is general; here the numbers of one robot come together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.geometry.disk import DiskShape
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.design import Design
+from pneumorph.robot.robot import Hub, Robot, hub_of_mesh, robot_builder
+
+DISK_MASS_KG = 0.075
+"""Mass of the disk in the simulation: 2.5 times the real one's [kg]."""
+
+
+def data_file(name: str) -> Path:
+    """Path of a file that ships with the package.
+
+    Raises:
+        FileNotFoundError: This installation lacks it.
+    """
+    path = Path(str(files("pneumorph").joinpath("data", name)))
+    if not path.exists():
+        raise FileNotFoundError(f"{path} does not ship with this installation of pneumorph")
+    return path
+
+
+@cache
+def paper_leg_mesh() -> Mesh:
+    """Mesh of the PneuNet leg that ships; made by ``pneumorph mesh leg``."""
+    return Mesh.load(data_file("leg_mesh.npz"))
+
+
+@cache
+def paper_disk_mesh() -> Mesh:
+    """Mesh of the disk that ships; made by ``pneumorph mesh disk``."""
+    return Mesh.load(data_file("disk_mesh.npz"))
+
+
+@cache
+def load_default_leg() -> ReducedPart:
+    """The reduced leg that ships; made by ``pneumorph reduce --preset paper``."""
+    return ReducedPart.load(data_file("leg_paper.npz"))
+
+
+@cache
+def paper_hub() -> Hub:
+    """The disk as a rigid hub; its rim may touch the floor, the centre of its top is rewarded."""
+    mesh = paper_disk_mesh()
+    return hub_of_mesh(
+        mesh, DISK_MASS_KG, np.array(DiskShape().top_centre_mm), disk_rim_points(mesh)
+    )
+
+
+def disk_rim_points(mesh: Mesh) -> np.ndarray:
+    """Nodes on the two rims of a disk [mm], (point, 3): its corners, all that a floor can meet."""
+    points = []
+    for name in ("bottom", "top"):
+        face = mesh.nodes[mesh.node_sets[name]]
+        radius = np.hypot(face[:, 0], face[:, 1])
+        points.append(face[radius > radius.max() - 1e-6])
+    return np.concatenate(points)
+
+
+def paper_robot_builder(part: ReducedPart | None = None) -> Callable[[Design], Robot]:
+    """Turns designs of the paper's space into reduced robots.
+
+    Args:
+        part: The reduced leg; None for the one that ships.
+    """
+    mounting = RadialMounting()
+    poses = [mounting.pose(location) for location in range(mounting.location_count)]
+    return robot_builder(part if part is not None else load_default_leg(), paper_hub(), poses)
