@@ -96,14 +96,18 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     options, common = _parsed(name, verb, module.__doc__ or "", arguments)
     usual = verb.folder(options) if verb.folder is not None else default_folder(name)
     folder = RunFolder(common.out or usual, name, Progress())
+    content = settings_to_dict(options)
     fresh = not folder.path.exists()
-    folder.save_settings(settings_to_dict(options))
+    if fresh:
+        # At once, so that a run that is killed can be resumed with them.
+        folder.save_settings(content)
     try:
         summary = verb.run(options, folder)
     except BaseException:
         if fresh:
             folder.remove_if_only_settings()
         raise
+    folder.save_settings(content)
     written = folder.save_summary(summary)
     if common.json:
         print(json.dumps(json.loads(written.read_text())))

@@ -1,0 +1,150 @@
+"""Verbs from a reduced leg to a page, small and in the order a user runs them."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from synthetic_part import synthetic_reduced_part
+
+from pneumorph.cli import run
+from pneumorph.trajectory import Trajectory
+
+# One period of the expert's gait and a training of a few dozen actions: every stage, no result.
+_SHORT_SWEEP = ("phase-step-deg 90", "gait.duration-s 4", "record-step-count 10")
+_SHORT_TRAINING = (
+    "total-timesteps 48 --environment-count 4 --task.action-count 3 --task.action-step-count 20 "
+    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
+    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
+    "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 24"
+)
+
+
+@pytest.fixture(scope="module")
+def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
+    return part.save(tmp_path_factory.mktemp("leg") / "leg.npz")
+
+
+@pytest.fixture(scope="module")
+def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished coopt run."""
+    folder = tmp_path_factory.mktemp("coopt") / "run"
+    sweep = " ".join(f"--baseline.{flag}" for flag in _SHORT_SWEEP)
+    assert run(f"coopt --part {leg} --out {folder} --{_SHORT_TRAINING} {sweep}".split()) == 0
+    return folder
+
+
+def _json(command: str, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    capsys.readouterr()
+    assert run([*command.split(), "--json"]) == 0
+    content: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return content
+
+
+def test_coopt_says_what_it_found_beside_the_baseline(learned: Path) -> None:
+    summary = json.loads((learned / "summary.json").read_text())
+    assert re.fullmatch(r"[0-3](\.[0-3]){7}", summary["best_design"])
+    assert summary["timesteps"] == 48
+    assert summary["wall_s"] > summary["training_wall_s"] > 0
+    assert summary["baseline_best_distance_cm"] == max(summary["distances_cm"])
+    assert summary["phases_deg"] == [0.0, 90.0, 180.0]
+    # The best pair's gait file walks the same distance again, to the rounding of the file's sums.
+    assert summary["replayed_distance_cm"] == pytest.approx(summary["best_distance_cm"], abs=1e-9)
+    assert summary["damping"] == "published"
+
+
+def test_coopt_refuses_a_folder_with_a_run_and_resumes_it(
+    learned: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    again = ["coopt", "--settings", str(learned / "settings.json"), "--out", str(learned)]
+    before = (learned / "settings.json").read_text()
+    assert run([*again, "--seed", "7"]) == 1
+    assert "holds a training run already" in capsys.readouterr().err
+    assert (learned / "settings.json").read_text() == before
+    summary = _json(" ".join([*again, "--resume"]), capsys)
+    assert "resumed at timestep 48" in summary["notes"]
+
+
+def test_evaluate_repeats_the_distances(
+    learned: Path, leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = _json(f"evaluate {learned} --part {leg} --out {tmp_path / 'e'}", capsys)
+    assert len(found["pairs"]) == 2
+    for pair in found["pairs"]:
+        assert pair["distance_cm"] == pytest.approx(pair["reported_distance_cm"], abs=1e-9)
+    recorded = _json(
+        f"evaluate {learned} --part {leg} --record --pair-count 1 --out {tmp_path / 'r'}", capsys
+    )
+    assert recorded["best_distance_cm"] == pytest.approx(found["best_distance_cm"], abs=1e-9)
+    assert (tmp_path / "r" / "trajectory_reduced_L1.npz").exists()
+
+
+def test_simulate_walks_a_gait_file_and_films_it(
+    learned: Path, leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gait = learned / "training" / "gaits" / "L1.csv"
+    summary = _json(
+        f"simulate --gait {gait} --part {leg} --film --film-settings.width 240 --out {tmp_path}",
+        capsys,
+    )
+    learned_summary = json.loads((learned / "summary.json").read_text())
+    assert summary["design"] == learned_summary["best_design"]
+    assert summary["distance_cm"] == pytest.approx(learned_summary["best_distance_cm"], abs=1e-9)
+    trajectory = Trajectory.load(tmp_path / "trajectory.npz")
+    assert trajectory.forward_distance_cm == summary["distance_cm"]
+    assert (tmp_path / "film.mp4").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        ("--design 1.0.0.0.0.0.0.2", "has 2 legs, expected at least 3"),
+        ("--design 1.0.0.4.4.0.0.1", "regulator 4, expected 1 to 3"),
+        ("--design 1.a.2", "not whole numbers joined by dots"),
+        ("--design 1.1.1", "3 locations, expected 8"),
+        ("--gait none.csv", "none.csv does not exist"),
+        ("--part none.npz", "none.npz does not exist"),
+    ],
+)
+def test_simulate_refuses_bad_input(
+    flags: str, message: str, leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    part = "" if "--part" in flags else f"--part {leg}"
+    assert run(f"simulate {flags} {part} --out {tmp_path / 's'}".split()) == 1
+    error = capsys.readouterr().err
+    assert message in error.splitlines()[-1]
+
+
+def test_report_is_one_page_of_the_run(learned: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    summary = _json(f"report {learned} --film.width 200 --film.frames-per-second 2", capsys)
+    content = Path(summary["page"]).read_text()
+    assert Path(summary["page"]) == learned / "report" / "page.html"
+    for heading in ("Film", "Distance and path", "Gait", "The expert&#x27;s gait", "Training",
+                    "The best pairs", "How to repeat it"):  # fmt: skip
+        assert f"<h2>{heading}" in content
+    assert all(source.startswith("data:") for source in re.findall(r'src="([^"]*)"', content))
+    # The report leaves the run's own files alone.
+    assert json.loads((learned / "summary.json").read_text())["verb"] == "coopt"
+
+
+def test_report_refuses_what_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["report", str(tmp_path)]) == 1
+    assert "not the folder of a finished pneumorph run" in capsys.readouterr().err
+
+
+def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    sweep = " ".join(f"--{flag}" for flag in _SHORT_SWEEP)
+    swept = _json(f"baseline --part {leg} {sweep} --out {tmp_path / 'b'}", capsys)
+    assert swept["baseline_best_phase_deg"] in swept["phases_deg"]
+    assert Trajectory.load(tmp_path / "b" / "baseline_trajectory.npz").time_s[-1] == 4.0
+    bench = _json(
+        f"bench engine --part {leg} --robot-count 4 --action-count 1 --out {tmp_path / 'e'}", capsys
+    )
+    assert bench["env_steps_per_s"] > 0
+    assert bench["modes"] == 4
+    assert set(bench) >= {"threads", "elements", "mean_contacts", "stage_seconds", "gemm_gflops",
+                          "gemm_threads", "gemm_precision"}  # fmt: skip
