@@ -1,5 +1,7 @@
 """Co-optimisation finds the known best of a toy design space."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from toy_coopt import SPACE, TASK, best_distances_cm, make_simulator, toy_settings
@@ -72,6 +74,21 @@ def test_best_pair_walks_its_distance_again(trained: tuple[Training, list[dict]]
         np.testing.assert_allclose(result.distance_cm[0], pair.distance_cm, atol=1e-12)  # rounding
     twins = {min(pair.design, SPACE.mirror_index[pair.design]) for pair in training.best.pairs}
     assert len(twins) == len(training.best.pairs)
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_stored_transitions_shift_the_memory_even_at_an_episodes_end(terminal: bool) -> None:
+    settings = toy_settings(round_count=2)
+    task = replace(TASK, time_limit_is_terminal=terminal)
+    training = Training(viscous_crawler_robot, make_simulator, replace(settings, task=task))
+    training.run_round()
+    stored = training.buffer.arrays()
+    np.testing.assert_array_equal(
+        stored["next_state"], np.hstack([stored["action"], stored["state"][:, :2]])
+    )
+    # One terminal transition per episode, or none where time runs out without ending anything;
+    # twice over, for the mirror images.
+    assert stored["terminal"].sum() == (2 * 16 if terminal else 0)
 
 
 def test_a_failing_design_neither_stops_training_nor_wins() -> None:
