@@ -24,7 +24,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sparse
 
 from pneumorph.fem.rotation import Rotation
@@ -38,6 +37,10 @@ from pneumorph.reduction.sampled_elements import (
 from pneumorph.reduction.sparse_nnls import NormalEquations, sparse_nnls
 
 Progress = Callable[[int, int, str], None]
+"""Called with steps done, steps in all and a message."""
+
+# Rows gathered before one product with themselves: the matrix of normal equations is large.
+_BLOCK_ROWS = 256
 
 
 @dataclass(frozen=True)
@@ -64,9 +67,7 @@ class EcswResult:
     relative_residual: float
     """||G w - b|| / ||b|| over all scaled rows."""
     converged: bool
-    """Whether the tolerance was met before `element_limit`."""
-    force_error: np.ndarray
-    """Relative error of the scaled generalised force at each training state, (state,)."""
+    """Whether the tolerance was met before ``element_limit``."""
 
 
 def ecsw(
@@ -96,42 +97,42 @@ def ecsw(
     if len(states) == 0:
         raise ValueError("states must hold at least one training state, got none")
     training = TrainingRows.build(groups, modes, mirror_nodes, rotation)
-    scales = training.scales(states, settings)
     # Evenly spread over the states, which are ordered by protocol and load.
-    stiff = set(
-        np.unique(np.linspace(0, len(states) - 1, settings.stiffness_state_count).astype(int))
-        if settings.stiffness_state_count > 0
-        else []
+    spread = np.linspace(0, len(states) - 1, max(settings.stiffness_state_count, 1))
+    stiffness_states = set(np.unique(spread.astype(int)).tolist())
+    scales = training.scales(states[sorted(stiffness_states)], settings.force_floor)
+    if settings.stiffness_state_count == 0:
+        stiffness_states = set()
+    stiffness_scale = (
+        settings.stiffness_weight * (len(states) / max(len(stiffness_states), 1)) ** 0.5
     )
+
     problem = NormalEquations.empty(training.column_count)
-    stiffness_scale = settings.stiffness_weight * np.sqrt(len(states) / max(len(stiff), 1))
+    block: list[np.ndarray] = []
     for number, state in enumerate(states):
-        rows = training.force_rows(state, scales)
-        rows /= max(float(np.linalg.norm(rows.sum(axis=1))), scales.force_floor)
-        problem.add(rows, rows.sum(axis=1))
-        if number in stiff:
-            rows = training.stiffness_rows(state, scales)
-            rows *= stiffness_scale / np.linalg.norm(rows.sum(axis=1))
+        forces, stiffness = training.rows(state, scales, with_stiffness=number in stiffness_states)
+        block.append(forces / max(_size(forces), scales.force_floor))
+        if stiffness is not None:
+            block.append(stiffness * (stiffness_scale / _size(stiffness)))
+        if sum(map(len, block)) > _BLOCK_ROWS or number == len(states) - 1:
+            rows = np.concatenate(block)
             problem.add(rows, rows.sum(axis=1))
+            block = []
         if progress:
             progress(number + 1, len(states), "element rows")
 
-    column_limit = settings.element_limit
-    if mirror_nodes is not None:
-        column_limit = max(1, column_limit // 2)
-    solution = sparse_nnls(problem, settings.hyperreduction_tolerance, column_limit)
-    force_error = np.empty(len(states))
-    for number, state in enumerate(states):
-        rows = training.force_rows(state, scales)
-        total = rows.sum(axis=1)
-        error = np.linalg.norm(rows @ solution.weight - total)
-        force_error[number] = error / max(float(np.linalg.norm(total)), scales.force_floor)
+    limit = settings.element_limit // (1 if mirror_nodes is None else 2)
+    solution = sparse_nnls(problem, settings.hyperreduction_tolerance, max(limit, 1))
     return EcswResult(
         cubatures=training.cubatures(solution.weight),
         relative_residual=solution.relative_residual,
         converged=solution.converged,
-        force_error=force_error,
     )
+
+
+def _size(rows: np.ndarray) -> float:
+    # Norm of the sum over all elements, the right side of the rows.
+    return float(np.linalg.norm(rows.sum(axis=1)))
 
 
 @dataclass(frozen=True)
@@ -141,6 +142,7 @@ class RowScales:
     rotation: float
     """Root of the mean stiffness against rigid turns over the training states."""
     force_floor: float
+    """Smallest scaled force a state is divided by."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,7 @@ class TrainingRows:
         mirror_nodes: np.ndarray | None,
         rotation: Rotation,
     ) -> TrainingRows:
+        """Prepare the elements of all groups and number their columns."""
         owner, offset = [], 0
         for group in groups:
             column = np.arange(len(group.connectivity))
@@ -173,52 +176,49 @@ class TrainingRows:
             (np.ones(element_count), (np.arange(element_count), column)),
             shape=(element_count, offset),
         )
-        elements = tuple(sample_elements(group, modes) for group in groups)
-        return cls(elements, columns, rotation)
+        return cls(tuple(sample_elements(group, modes) for group in groups), columns, rotation)
 
     @property
     def column_count(self) -> int:
+        """Number of weights to choose."""
         return int(self.columns.shape[1])
 
-    def scales(self, states: np.ndarray, settings: EcswSettings) -> RowScales:
-        """Scales that make force and moment rows of all states comparable."""
-        turn, sizes = [], []
-        mode_count = states.shape[1]
+    def scales(self, states: np.ndarray, force_floor: float) -> RowScales:
+        """Scales that make force and moment rows comparable, from some of the states."""
+        turn, unscaled = [], RowScales(1.0, 1.0)
+        sizes = []
         for state in states:
-            factor = np.concatenate(list(self._stiffness_factors(state)))
-            flat = factor.reshape(-1, mode_count + 3)
-            turn.append(np.square(flat[:, mode_count:]).sum() / 3.0)
-            scaled = self._whiten(flat[:, :mode_count], self._forces(state)[:mode_count])
-            sizes.append(np.linalg.norm(scaled.sum(axis=1)))
+            mode_count = len(state)
+            _, factors = self._contributions(state)
+            turn.append(sum(np.square(factor[:, :, mode_count:]).sum() for factor in factors) / 3.0)
+            forces, _ = self.rows(state, unscaled, with_stiffness=False)
+            sizes.append(_size(forces[:mode_count]))
         # A part that is never stressed gives no turning stiffness; any scale will do then.
-        rotation = float(np.sqrt(np.mean(turn))) or 1.0
-        return RowScales(rotation, settings.force_floor * float(np.max(sizes)) or 1.0)
+        return RowScales(float(np.mean(turn)) ** 0.5 or 1.0, force_floor * max(sizes) or 1.0)
 
-    def force_rows(self, state: np.ndarray, scales: RowScales) -> np.ndarray:
-        """Scaled generalised force and moment of each column, (mode + 3, column)."""
-        forces = self._forces(state)
+    def rows(
+        self, state: np.ndarray, scales: RowScales, *, with_stiffness: bool
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Scaled force and moment (mode + 3, column), and stiffness entries (pair, column)."""
         mode_count = len(state)
-        factor = np.concatenate(list(self._stiffness_factors(state)))
-        flat = factor.reshape(-1, mode_count + 3)[:, :mode_count]
-        forces[:mode_count] = self._whiten(flat, forces[:mode_count])
-        forces[mode_count:] /= scales.rotation
-        return forces @ self.columns
-
-    def stiffness_rows(self, state: np.ndarray, scales: RowScales) -> np.ndarray:
-        """Scaled stiffness between modes and turns of each column, (pair, column)."""
-        mode_count = len(state)
-        factors = np.concatenate([f for f in self._padded_factors(state)])
-        flat = factors[:, :, :mode_count].reshape(-1, mode_count)
-        lower = np.linalg.cholesky(flat.T @ flat)
-        whitened = np.empty_like(factors)
-        whitened[:, :, :mode_count] = scipy.linalg.solve_triangular(
-            lower, flat.T, lower=True
-        ).T.reshape(*factors.shape[:2], mode_count)
-        whitened[:, :, mode_count:] = factors[:, :, mode_count:] / scales.rotation
+        forces, factors = self._contributions(state)
+        flat = np.concatenate([factor.reshape(-1, mode_count + 3) for factor in factors])
+        flat = flat[:, :mode_count]
+        inverse = np.zeros((mode_count + 3, mode_count + 3))
+        inverse[:mode_count, :mode_count] = np.linalg.inv(np.linalg.cholesky(flat.T @ flat))
+        inverse[mode_count:, mode_count:] = np.eye(3) / scales.rotation
+        force_rows = (inverse @ forces) @ self.columns
+        if not with_stiffness:
+            return force_rows, None
         first, second = np.triu_indices(mode_count + 3)
-        rows = np.einsum("esp,esp->pe", whitened[:, :, first], whitened[:, :, second])
+        entries = []
+        for factor in factors:
+            scaled = factor @ inverse.T
+            matrices = np.swapaxes(scaled, 1, 2) @ scaled  # (element, mode + 3, mode + 3)
+            entries.append(matrices[:, first, second].T)
+        rows = np.concatenate(entries, axis=1)
         rows[first != second] *= 2**0.5  # an off-diagonal entry stands for two
-        return rows @ self.columns
+        return force_rows, rows @ self.columns
 
     def cubatures(self, weight: np.ndarray) -> tuple[Cubature, ...]:
         """Weights of columns as weighted elements of each group."""
@@ -226,54 +226,21 @@ class TrainingRows:
         ends = np.cumsum([len(elements.rest) for elements in self.elements])
         return tuple(Cubature.from_weights(part) for part in np.split(each, ends[:-1]))
 
-    def _forces(self, state: np.ndarray) -> np.ndarray:
-        # Force on the modes and moment about the frame's origin, (mode + 3, element).
-        result = []
+    def _contributions(self, state: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+        # Force on the modes and moment about the frame's origin, (mode + 3, element); and for
+        # each group the factors of the stiffness between modes and turns.
+        forces, factors = [], []
         for elements in self.elements:
             gradient = elements.gradients(state)
-            stress = rotated_stress(
-                gradient, elements.weighted_lambda, elements.weighted_mu, self.rotation
-            )
-            directions = self._directions(elements, gradient)
-            result.append(-np.einsum("eid,eidm->me", stress, directions, optimize=True))
-        return np.concatenate(result, axis=1)
-
-    def _stiffness_factors(self, state: np.ndarray) -> list[np.ndarray]:
-        factors = []
-        for elements in self.elements:
-            gradient = elements.gradients(state)
-            factor = strain_factors(
-                gradient,
-                self._directions(elements, gradient),
-                elements.weighted_lambda,
-                elements.weighted_mu,
-                self.rotation,
-            )
-            factors.append(factor.reshape(-1, factor.shape[2]))
-        return factors
-
-    def _padded_factors(self, state: np.ndarray) -> list[np.ndarray]:
-        # Membranes have fewer strain components; zeros make all groups alike.
-        width = max(1 + elements.rest.shape[2] ** 2 for elements in self.elements)
-        padded = []
-        for elements, flat in zip(self.elements, self._stiffness_factors(state), strict=True):
-            factor = flat.reshape(len(elements.rest), -1, flat.shape[1])
-            gap = width - factor.shape[1]
-            padded.append(np.pad(factor, ((0, 0), (0, gap), (0, 0))))
-        return padded
-
-    @staticmethod
-    def _directions(elements: SampledElements, gradient: np.ndarray) -> np.ndarray:
-        # Gradients of the mode fields and of the three unit rotations e_j x x.
-        turns = np.stack(
-            [np.cross(axis, gradient, axisa=0, axisb=1, axisc=1) for axis in np.eye(3)], axis=3
-        )
-        return np.concatenate([elements.mode_gradient, turns], axis=3)
-
-    @staticmethod
-    def _whiten(factor: np.ndarray, forces: np.ndarray) -> np.ndarray:
-        lower = np.linalg.cholesky(factor.T @ factor)
-        return scipy.linalg.solve_triangular(lower, forces, lower=True)
+            # Gradients of the fields: those of the modes, and of the unit rotations e_j x x.
+            turns = np.stack([np.cross(axis, gradient, axisb=1, axisc=1) for axis in np.eye(3)], 3)
+            directions = np.concatenate([elements.mode_gradient, turns], axis=3)
+            weighted = (elements.weighted_lambda, elements.weighted_mu, self.rotation)
+            stress = rotated_stress(gradient, *weighted)
+            flat = directions.reshape(len(directions), -1, directions.shape[3])
+            forces.append(-(stress.reshape(len(stress), 1, -1) @ flat)[:, 0].T)
+            factors.append(strain_factors(gradient, directions, *weighted))
+        return np.concatenate(forces, axis=1), factors
 
 
 def shared_columns(connectivity: np.ndarray, mirror_nodes: np.ndarray) -> np.ndarray:
