@@ -12,6 +12,7 @@ from pneumorph import __version__
 from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.gait.phase_sweep import PhaseSweep
 from pneumorph.report import page
+from pneumorph.report.bend_figure import bend_figure
 from pneumorph.report.distance_figure import distance_figure
 from pneumorph.report.entropy_figure import entropy_figure
 from pneumorph.report.film import FilmSettings, side_by_side, write_film, write_still
@@ -76,6 +77,7 @@ def write_run_page(
     sections += _sweep_sections(run)
     sections += _training_sections(run)
     sections += _pair_sections(run)
+    sections += _comparison_sections(run)
     sections += [_summary_section(run), *_leg_sections(run), _settings_section(run)]
     verb = run.summary["verb"]
     opening = page.numbers(_headline(run))
@@ -215,6 +217,32 @@ def _pair_sections(run: Run) -> list[Section]:
         for rank, pair in enumerate(pairs, start=1)
     ]
     return [Section("The best pairs", page.tiles(views))]
+
+
+def _comparison_sections(run: Run) -> list[Section]:
+    summary, sections = run.summary, []
+    if "animations" in summary:
+        rows = [
+            (
+                name.replace("_", " "),
+                each["mean_node_error_mm"],
+                each["mean_node_error_in_hub_mm"],
+                each["largest_node_error_mm"],
+                each["mean_displacement_mm"],
+                each["time_ratio"],
+            )
+            for name, each in summary["animations"].items()
+        ]
+        header = ["animation", "mean error (mm)", "in the hub's frame (mm)", "largest (mm)",
+                  "mean displacement (mm)", "times as fast"]  # fmt: skip
+        sections.append(Section("Reduced beside full robots", page.table(header, rows)))
+    if "bend_pressures_kPa" in summary:
+        figure = bend_figure(
+            summary["bend_pressures_kPa"], summary["bend_full_deg"], summary["bend_reduced_deg"]
+        )
+        caption = "A single leg held at its attachment, without floor or gravity."
+        sections.append(Section("Bend of one leg", page.drawn(figure, caption)))
+    return sections
 
 
 def _summary_section(run: Run) -> Section:

@@ -1,0 +1,1 @@
+"""Reduced models beside the full ones they stand for."""

@@ -1,0 +1,91 @@
+"""Bend of a single held leg against pressure: reduced beside full."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.fem import static as full_static
+from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.rotation import Rotation
+from pneumorph.reduction import static_equilibrium as reduced_static
+from pneumorph.reduction.reduced_part import ReducedPart
+
+
+@dataclass(frozen=True, eq=False)
+class BendComparison:
+    """Bends of both models at each pressure.
+
+    Attributes:
+        pressure_kPa: Simulated pressures [kPa], (pressure,).
+        full_deg: Bend of the finite elements [degrees], (pressure,).
+        reduced_deg: Bend of the reduced leg [degrees], (pressure,).
+    """
+
+    pressure_kPa: np.ndarray
+    full_deg: np.ndarray
+    reduced_deg: np.ndarray
+
+    @property
+    def error_percent(self) -> float:
+        """Largest error over the pressures, in percent of the full model's bend there."""
+        return float(100.0 * np.max(np.abs(self.reduced_deg / self.full_deg - 1.0)))
+
+
+def compare_bend(
+    full: PartModel,
+    reduced: ReducedPart,
+    pressures_kPa: Sequence[float],
+    rotation: Rotation = "edge",
+    progress: Callable[[int, int, str], None] | None = None,
+) -> BendComparison:
+    """Bend a leg held at its attachment, without gravity or floor, by both models.
+
+    Args:
+        full: The leg's finite elements.
+        reduced: Its reduction.
+        pressures_kPa: Simulated pressures, rising from above 0 [kPa].
+        rotation: Where elements take their rotation from.
+        progress: Told how many pressures are done.
+
+    Raises:
+        ValueError: Pressures that do not rise from above 0, a search that did not converge, or a
+            reduction of another mesh.
+    """
+    pressures = np.asarray(pressures_kPa, dtype=float)
+    if len(pressures) == 0 or pressures[0] <= 0 or np.any(np.diff(pressures) <= 0):
+        raise ValueError(f"pressures_kPa is {list(pressures_kPa)}, expected rising from above 0")
+    reduced.check_mesh(full.mesh)
+    positions, alpha, last = None, None, 0.0
+    bends: list[tuple[float, float]] = []
+    for pressure in pressures:
+        wanted = float(pressure)
+        exact = full_static.static_equilibrium(
+            full,
+            wanted,
+            full.mesh.node_set("attachment"),
+            start=positions,
+            start_pressure_kPa=last,
+            rotation=rotation,
+        )
+        small = reduced_static.static_equilibrium(reduced, wanted, start=alpha, rotation=rotation)
+        for name, result in (("full", exact), ("reduced", small)):
+            if not result.converged:
+                raise ValueError(
+                    f"the {name} leg found no equilibrium at {wanted:g} kPa (relative residual "
+                    f"{result.relative_residual:.1e}); add pressures in between"
+                )
+        positions, alpha, last = exact.positions, small.alpha, wanted
+        bends.append(
+            (
+                end_face_bend_deg(full.mesh, positions),
+                end_face_bend_deg(full.mesh, reduced.positions(alpha)),
+            )
+        )
+        if progress is not None:
+            progress(len(bends), len(pressures), "bending one leg")
+    full_deg, reduced_deg = np.array(bends).T
+    return BendComparison(pressures, full_deg, reduced_deg)
