@@ -1,0 +1,70 @@
+"""Record a full-order robot's motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.settings import settings_to_dict
+from pneumorph.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from pneumorph.fem.full_robot import FullRobot, FullRobotState
+
+
+class Recorder:
+    """Collects frames of one rollout.
+
+    Args:
+        robot: Whose motion.
+        record_nodes: Record every node's position.
+
+    Raises:
+        ValueError: Nodes are asked for, but the legs have different numbers of them.
+    """
+
+    def __init__(self, robot: FullRobot, record_nodes: bool) -> None:
+        counts = {leg.part.node_count for leg in robot.legs}
+        if record_nodes and len(counts) > 1:
+            raise ValueError(
+                f"legs have {sorted(counts)} nodes, expected equal counts; record_nodes works for "
+                "robots whose legs are all the same part"
+            )
+        self._robot, self._record_nodes = robot, record_nodes
+        self._frames: dict[str, list[Any]] = {}
+
+    def record(self, step: int, command: np.ndarray, state: FullRobotState) -> None:
+        """Add the frame after a step."""
+        robot = self._robot
+        rotation, position = robot.hub.frame(state.hub)
+        frame: dict[str, Any] = {
+            "time_s": step * robot.settings.time_step_s,
+            "hub_position_mm": position,
+            "hub_rotation": rotation,
+            "tracked_point_mm": robot.tracked_point_mm(state),
+            "commanded_kPa": np.array(command, dtype=float),
+            "regulated_kPa": state.regulated_kPa,
+            "contact_count": state.active_contacts,
+        }
+        if self._record_nodes:
+            frame["node_positions_mm"] = np.array(state.positions, dtype=np.float32)
+        for name, value in frame.items():
+            self._frames.setdefault(name, []).append(value)
+
+    def trajectory(self, status: str, description: dict[str, Any] | None) -> Trajectory:
+        """What was recorded."""
+        robot = self._robot
+        skin = robot.legs[0].part.mesh.surfaces.get("skin") if self._record_nodes else None
+        return Trajectory(
+            **{name: np.array(values) for name, values in self._frames.items()},
+            skin_triangles=skin,
+            status=status,
+            metadata={
+                "model": "full",
+                "hub": "soft" if isinstance(robot.hub, SoftHub) else "rigid",
+                "settings": settings_to_dict(robot.settings),
+                **(description or {}),
+            },
+        )

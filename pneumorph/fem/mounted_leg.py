@@ -1,0 +1,204 @@
+"""A leg tied to a hub, and its share of one implicit step, condensed to hub and contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.interpolation import interpolation_matrix
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.slab_cholesky import SlabCholesky, SlabPattern
+from pneumorph.geometry.pose import Pose
+
+CONTACT_AXES = (2, 0, 1)
+"""World axes of a contact's rows: normal z, tangents x and y."""
+
+
+@dataclass(frozen=True, eq=False)
+class CondensedLeg:
+    """One step's equations of a leg with its free nodes eliminated.
+
+    With b the right side, subscripts f free, a attachment, and H the velocities of the contact
+    points, the Gram matrix of L^-1 [A_fa, b_f, H_f^T] holds all that the hub and the contacts need.
+    """
+
+    factor: SlabCholesky
+    half: np.ndarray
+    """L^-1 [A_fa, b_f, H_f^T], (free, 3 attachment + 1 + 3 contact)."""
+    attachment_matrix: np.ndarray
+    """A_aa - A_af A_ff^-1 A_fa, (3 attachment, 3 attachment)."""
+    attachment_right: np.ndarray
+    """b_a - A_af A_ff^-1 b_f, (3 attachment,)."""
+    contact_attachment: np.ndarray
+    """H_a - H_f A_ff^-1 A_fa, (3 contact, 3 attachment)."""
+    delassus: np.ndarray
+    """H_f A_ff^-1 H_f^T, (3 contact, 3 contact)."""
+    contact_right: np.ndarray
+    """H_f A_ff^-1 b_f [mm/s], (3 contact,)."""
+
+    def free_velocity(self, attachment_velocity: np.ndarray, impulse: np.ndarray) -> np.ndarray:
+        """Velocity of the free unknowns, in the order of the factors [mm/s], (free,).
+
+        Args:
+            attachment_velocity: Of the attachment nodes [mm/s], (3 attachment,).
+            impulse: Of the contacts [mN s], (3 contact,).
+        """
+        count = len(attachment_velocity)
+        right = self.half[:, count] + self.half[:, count + 1 :] @ impulse
+        right -= self.half[:, :count] @ attachment_velocity
+        return self.factor.half_solve_transposed(right[:, None])[:, 0]
+
+
+class MountedLeg:
+    """A part at its pose, tied to the hub by its attachment nodes.
+
+    Args:
+        part: The leg in its own frame.
+        pose: Where it sits in the robot's frame.
+        regulator: Number of the regulator that feeds its cavity, counted from 0.
+
+    Raises:
+        MeshError: The part's mesh has no node set ``attachment``.
+        ValueError: The regulator is negative.
+    """
+
+    def __init__(self, part: PartModel, pose: Pose, regulator: int) -> None:
+        if regulator < 0:
+            raise ValueError(f"regulator must not be negative, got {regulator}; counted from 0")
+        self.part, self.pose, self.regulator = part, pose, regulator
+        self.attachment: np.ndarray = part.mesh.node_set("attachment").astype(int)
+        """Nodes tied to the hub, (attachment,)."""
+        self.attachment_in_hub: np.ndarray = pose.apply(part.rest_nodes[self.attachment])
+        """Their places in the hub's frame [mm], (attachment, 3)."""
+        self.contact_weights = interpolation_matrix(part.mesh, part.mesh.contact_points)
+        """Contact points as sums of nodes, (point, node)."""
+        self._pattern = _shared_pattern(part)
+        self._attached_unknowns = (3 * self.attachment[:, None] + np.arange(3)).ravel()
+        slab_of = np.searchsorted(
+            self._pattern.starts, np.arange(self._pattern.starts[-1]), side="right"
+        )
+        place = self._pattern.place[3 * self.contact_weights.indices]
+        slab = np.where(place >= 0, slab_of[place] - 1, len(self._pattern.slabs))
+        first = np.minimum.reduceat(slab, self.contact_weights.indptr[:-1]) if len(slab) else slab
+        self._first_slab: np.ndarray = first
+        """Slab where the weights of each contact point begin, (point,)."""
+
+    @property
+    def contact_count(self) -> int:
+        """Number of contact points, active or not."""
+        return self.contact_weights.shape[0]
+
+    def initial_positions(self) -> np.ndarray:
+        """Nodes in the robot's frame at rest [mm], (node, 3)."""
+        return self.pose.apply(self.part.rest_nodes)
+
+    def condense(
+        self,
+        x: np.ndarray,
+        v: np.ndarray,
+        pressure_kPa: float,
+        active: np.ndarray,
+        settings: FullOrderSettings,
+    ) -> CondensedLeg:
+        """Assemble one step's equations and eliminate the free nodes.
+
+        Args:
+            x: World positions of the nodes [mm], (node, 3).
+            v: Their velocities [mm/s], (node, 3).
+            pressure_kPa: Pressure in the cavity [simulated kPa].
+            active: Contact points that take part, (contact,).
+            settings: Time step and physics.
+
+        Raises:
+            numpy.linalg.LinAlgError: The leg is deformed beyond what the step can take.
+        """
+        part, pattern, assembly = self.part, self._pattern, self.part.assembly
+        if settings.damping == "published":
+            data = part.stiffness_data(x, settings.rotation)
+        else:
+            data = part.objective_stiffness_data(x)
+        data *= settings.stiffness_factor
+        data[assembly.diagonal] += settings.mass_factor * np.repeat(part.node_mass, 3)
+        force = part.internal_force(x, settings.rotation)
+        if pressure_kPa != 0.0:
+            force += part.pressure_force(x, pressure_kPa)
+        force[:, 2] -= part.node_mass * settings.gravity_mm_per_s2
+        b = (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
+
+        count = len(self._attached_unknowns)
+        order = np.argsort(self._first_slab[active], kind="stable")
+        columns = np.zeros((len(pattern.unknowns), count + 1 + 3 * len(active)), order="F")
+        coupling, own = self._attachment_blocks(data)
+        columns[:, :count] = coupling
+        columns[:, count] = b[pattern.unknowns]
+        at_attachment = self._fill_contacts(columns[:, count + 1 :], active[order])
+        first = np.zeros(count + 1, dtype=int)
+        first = np.concatenate([first, np.repeat(self._first_slab[active[order]], 3)])
+
+        factor = SlabCholesky(pattern, data)
+        half = factor.half_solve(columns, first)
+        # Back from the order of slabs to that of the contacts.
+        back = np.empty(3 * len(active), dtype=int)
+        back[(3 * order[:, None] + np.arange(3)).ravel()] = np.arange(3 * len(active))
+        half[:, count + 1 :] = half[:, count + 1 :][:, back]
+        at_attachment = at_attachment[back]
+        gram = half.T @ half
+        a, c = slice(0, count), slice(count + 1, None)
+        return CondensedLeg(
+            factor=factor,
+            half=half,
+            attachment_matrix=own - gram[a, a],
+            attachment_right=b[self._attached_unknowns] - gram[a, count],
+            contact_attachment=at_attachment - gram[c, a],
+            delassus=gram[c, c],
+            contact_right=gram[c, count],
+        )
+
+    def full_velocity(self, free: np.ndarray, attachment_velocity: np.ndarray) -> np.ndarray:
+        """Velocities of all nodes [mm/s], (node, 3), from those free and those attached."""
+        velocity = np.empty(3 * self.part.node_count)
+        velocity[self._pattern.unknowns] = free
+        velocity[self._attached_unknowns] = attachment_velocity
+        return velocity.reshape(-1, 3)
+
+    def _attachment_blocks(self, data: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Columns of the attachment: rows of the free unknowns, rows of the attachment itself."""
+        assembly, pattern = self.part.assembly, self._pattern
+        local = np.full(assembly.size, -1)
+        local[self._attached_unknowns] = np.arange(len(self._attached_unknowns))
+        coupling = np.zeros((len(pattern.unknowns), len(self._attached_unknowns)))
+        own = np.zeros((len(self._attached_unknowns),) * 2)
+        for column, unknown in enumerate(self._attached_unknowns):
+            span = slice(assembly.indptr[unknown], assembly.indptr[unknown + 1])
+            rows, values = assembly.indices[span], data[span]
+            free = pattern.place[rows] >= 0
+            coupling[pattern.place[rows[free]], column] = values[free]
+            own[local[rows[~free]], column] = values[~free]
+        return coupling, own
+
+    def _fill_contacts(self, columns: np.ndarray, active: np.ndarray) -> np.ndarray:
+        """Write H_f^T of the active points into columns; return H_a, (3 contact, 3 attachment)."""
+        weights = self.contact_weights[active].tocoo()
+        attached = np.full(self.part.node_count, -1)
+        attached[self.attachment] = np.arange(len(self.attachment))
+        at_attachment = np.zeros((3 * len(active), 3 * len(self.attachment)))
+        for row, axis in enumerate(CONTACT_AXES):
+            place = self._pattern.place[3 * weights.col + axis]
+            free = place >= 0
+            columns[place[free], 3 * weights.row[free] + row] = weights.data[free]
+            tied = ~free
+            at_attachment[3 * weights.row[tied] + row, 3 * attached[weights.col[tied]] + axis] = (
+                weights.data[tied]
+            )
+        return at_attachment
+
+
+def _shared_pattern(part: PartModel) -> SlabPattern:
+    """The slabs of a part, found once for all its mounts."""
+    pattern = getattr(part, "_slab_pattern", None)
+    if pattern is None:
+        pattern = SlabPattern(part.assembly, part.mesh.node_set("attachment"))
+        part._slab_pattern = pattern  # type: ignore[attr-defined]
+    return pattern

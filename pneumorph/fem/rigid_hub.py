@@ -1,0 +1,112 @@
+"""The hub as a rigid body of six unknowns: velocity of its centre of mass, angular velocity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.geometry.mesh import Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class RigidHubState:
+    """Where a rigid hub is and how it moves."""
+
+    centre: np.ndarray
+    """World position of the centre of mass [mm], (3,)."""
+    rotation: np.ndarray
+    """Hub frame to world, (3, 3)."""
+    velocity: np.ndarray
+    """Unknowns: velocity of the centre [mm/s] and angular velocity, world axes [rad/s], (6,)."""
+
+
+class RigidHub:
+    """A rigid body with the mass of a mesh spread evenly over its nodes.
+
+    Args:
+        mesh: Shape of the hub in the robot's frame.
+        mass_kg: Total mass [kg].
+        contact_points: Points that may touch the floor [mm], (point, 3); those of the mesh by
+            default.
+
+    Raises:
+        ValueError: The mass is not positive.
+    """
+
+    def __init__(
+        self, mesh: Mesh, mass_kg: float, contact_points: np.ndarray | None = None
+    ) -> None:
+        if not 0.0 < mass_kg < float("inf"):
+            raise ValueError(f"mass_kg must be positive and finite, got {mass_kg}")
+        self.mass_kg = mass_kg
+        self.rest_centre: np.ndarray = mesh.nodes.mean(axis=0)
+        """Centre of mass at rest [mm], (3,)."""
+        arms = mesh.nodes - self.rest_centre
+        second_moment = mass_kg / len(arms) * arms.T @ arms
+        self.inertia: np.ndarray = np.trace(second_moment) * np.eye(3) - second_moment
+        """About the centre, in the hub's frame [kg mm^2], (3, 3)."""
+        self.contact_points: np.ndarray = np.array(
+            mesh.contact_points if contact_points is None else contact_points, dtype=float
+        ).reshape(-1, 3)
+        self.unknown_count = 6
+
+    def initial_state(self) -> RigidHubState:
+        """At rest in the initial pose."""
+        return RigidHubState(self.rest_centre.copy(), np.eye(3), np.zeros(6))
+
+    def frame(self, state: RigidHubState) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation (3, 3) and position (3,) of the hub's frame, x_world = R x_robot + t."""
+        return state.rotation, state.centre - state.rotation @ self.rest_centre
+
+    def point_positions(self, state: RigidHubState, points: np.ndarray) -> np.ndarray:
+        """World positions of points of the hub [mm], (point, 3)."""
+        return state.centre + (points - self.rest_centre) @ state.rotation.T
+
+    def point_map(self, state: RigidHubState, points: np.ndarray) -> np.ndarray:
+        """Velocities of points as a linear map of the unknowns, (3 point, 6)."""
+        arms = (points - self.rest_centre) @ state.rotation.T
+        jacobian = np.zeros((len(points), 3, 6))
+        jacobian[:, :, :3] = np.eye(3)
+        # v = v_c + w x r = v_c - [r] w
+        jacobian[:, 0, 4], jacobian[:, 0, 5] = arms[:, 2], -arms[:, 1]
+        jacobian[:, 1, 3], jacobian[:, 1, 5] = -arms[:, 2], arms[:, 0]
+        jacobian[:, 2, 3], jacobian[:, 2, 4] = arms[:, 1], -arms[:, 0]
+        return jacobian.reshape(-1, 6)
+
+    def system(
+        self, state: RigidHubState, settings: FullOrderSettings
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The hub's own share of the step: matrix (6, 6) and right side (6,)."""
+        inertia = state.rotation @ self.inertia @ state.rotation.T
+        matrix = np.zeros((6, 6))
+        matrix[:3, :3] = self.mass_kg * np.eye(3)
+        matrix[3:, 3:] = inertia
+        right = matrix @ state.velocity
+        spin = state.velocity[3:]
+        step = settings.time_step_s
+        right[2] -= step * self.mass_kg * settings.gravity_mm_per_s2
+        right[3:] -= step * np.cross(spin, inertia @ spin)
+        return settings.mass_factor * matrix, right
+
+    def advance(self, state: RigidHubState, velocity: np.ndarray, step: float) -> RigidHubState:
+        """Move with a velocity (6,) for a time step [s]."""
+        return RigidHubState(
+            state.centre + step * velocity[:3],
+            rotation_of(step * velocity[3:]) @ state.rotation,
+            velocity,
+        )
+
+
+def rotation_of(vector: np.ndarray) -> np.ndarray:
+    """Rotation by |v| about v, exp([v]), by Rodrigues' formula, (3, 3)."""
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    if angle < 1e-8:
+        return np.eye(3) + skew + 0.5 * skew @ skew
+    result: np.ndarray = (
+        np.eye(3) + np.sin(angle) / angle * skew + (1 - np.cos(angle)) / angle**2 * skew @ skew
+    )
+    return result

@@ -1,0 +1,85 @@
+"""The hub as a soft body of finite elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.fem.bend import best_rotation
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.interpolation import interpolation_matrix
+from pneumorph.fem.part_model import PartModel
+
+
+@dataclass(frozen=True, eq=False)
+class SoftHubState:
+    """Where the nodes of a soft hub are and how they move."""
+
+    positions: np.ndarray
+    """World positions [mm], (node, 3)."""
+    velocity: np.ndarray
+    """Unknowns: velocities of the nodes [mm/s], (3 node,)."""
+
+
+class SoftHub:
+    """A hub of finite elements; what is tied to it follows its nodes by barycentric weights.
+
+    Args:
+        part: The hub in the robot's frame.
+        contact_points: Points that may touch the floor [mm], (point, 3); those of the mesh by
+            default.
+    """
+
+    def __init__(self, part: PartModel, contact_points: np.ndarray | None = None) -> None:
+        self.part = part
+        self.contact_points: np.ndarray = np.array(
+            part.mesh.contact_points if contact_points is None else contact_points, dtype=float
+        ).reshape(-1, 3)
+        self.unknown_count = 3 * part.node_count
+        self._weights: dict[bytes, np.ndarray] = {}
+
+    def initial_state(self) -> SoftHubState:
+        """At rest in the initial pose."""
+        return SoftHubState(self.part.rest_nodes.copy(), np.zeros(self.unknown_count))
+
+    def frame(self, state: SoftHubState) -> tuple[np.ndarray, np.ndarray]:
+        """Best rigid fit to the nodes by mass: R (3, 3) and t (3,) of x_world = R x_robot + t."""
+        mass = self.part.node_mass / self.part.mass_kg
+        rest_centre, centre = mass @ self.part.rest_nodes, mass @ state.positions
+        rotation = best_rotation(self.part.rest_nodes - rest_centre, state.positions - centre, mass)
+        return rotation, centre - rotation @ rest_centre
+
+    def point_positions(self, state: SoftHubState, points: np.ndarray) -> np.ndarray:
+        """World positions of points of the hub [mm], (point, 3)."""
+        return self._interpolation(points) @ state.positions
+
+    def point_map(self, state: SoftHubState, points: np.ndarray) -> np.ndarray:
+        """Velocities of points as a linear map of the unknowns, (3 point, 3 node)."""
+        return np.kron(self._interpolation(points), np.eye(3))
+
+    def system(
+        self, state: SoftHubState, settings: FullOrderSettings
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The hub's own share of the step: matrix (3 node, 3 node) and right side (3 node,)."""
+        part, x = self.part, state.positions
+        if settings.damping == "published":
+            stiffness = part.stiffness(x, settings.rotation)
+        else:
+            stiffness = part.objective_stiffness(x)
+        matrix = settings.stiffness_factor * stiffness.toarray()
+        mass = np.repeat(part.node_mass, 3)
+        matrix[np.diag_indices(len(mass))] += settings.mass_factor * mass
+        force = part.internal_force(x, settings.rotation)
+        force[:, 2] -= part.node_mass * settings.gravity_mm_per_s2
+        return matrix, mass * state.velocity + settings.time_step_s * force.ravel()
+
+    def advance(self, state: SoftHubState, velocity: np.ndarray, step: float) -> SoftHubState:
+        """Move with velocities (3 node,) for a time step [s]."""
+        return SoftHubState(state.positions + step * velocity.reshape(-1, 3), velocity)
+
+    def _interpolation(self, points: np.ndarray) -> np.ndarray:
+        key = np.ascontiguousarray(points).tobytes()
+        if key not in self._weights:
+            self._weights[key] = interpolation_matrix(self.part.mesh, points).toarray()
+        return self._weights[key]
