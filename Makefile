@@ -29,7 +29,8 @@ test: .venv-test/.installed
 	.venv-test/bin/pytest
 
 docs: .venv/.installed
-	.venv/bin/python docs/make_images.py
+	.venv/bin/pneumorph demo --out runs/images
+	.venv/bin/python docs/make_images.py runs/images
 
 clean:
 	rm -rf .venv .venv-test .cache
