@@ -12,12 +12,17 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.part_model import PartModel, disk_model, leg_model
+from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Hub, Robot, hub_of_mesh, robot_builder
+from pneumorph.simulation.simulation_settings import SimulationSettings
 
 DISK_MASS_KG = 0.075
 """Mass of the disk in the simulation: 2.5 times the real one's [kg]."""
@@ -81,3 +86,39 @@ def paper_robot_builder(part: ReducedPart | None = None) -> Callable[[Design], R
     mounting = RadialMounting()
     poses = [mounting.pose(location) for location in range(mounting.location_count)]
     return robot_builder(part if part is not None else load_default_leg(), paper_hub(), poses)
+
+
+@cache
+def paper_leg_model() -> PartModel:
+    """Finite elements of the leg that ships, with the paper's materials."""
+    return leg_model(paper_leg_mesh())
+
+
+def paper_full_robot(design: Design, settings: SimulationSettings | None = None) -> FullRobot:
+    """Finite elements of a whole robot: the one that a reduced robot of this design stands for.
+
+    Args:
+        design: The design; its regulators must exist in the settings.
+        settings: Physics of the reduced robot; numerics are the full model's own.
+    """
+    settings = settings or SimulationSettings()
+    disk = paper_disk_mesh()
+    mounting = RadialMounting()
+    leg = paper_leg_model()
+    return FullRobot(
+        SoftHub(disk_model(disk), disk_rim_points(disk)),
+        [(leg, mounting.pose(location), regulator - 1) for location, regulator in design.legs],
+        FullOrderSettings(
+            time_step_s=settings.time_step_s,
+            damping=settings.damping,
+            mass_damping_per_s=settings.mass_damping_per_s,
+            stiffness_damping_s=settings.stiffness_damping_s,
+            gravity_mm_per_s2=settings.gravity_mm_per_s2,
+            friction=settings.friction,
+            floor_height_mm=settings.floor_height_mm,
+            regulator_count=settings.regulator_count,
+            pressure_rate_kPa_per_s=settings.pressure_rate_kPa_per_s,
+            pressure_map=settings.pressure_map,
+        ),
+        tracked_point=np.array(DiskShape().top_centre_mm),
+    )

@@ -4,7 +4,7 @@ Four animations (the paper's appendix B) run with both models, and a single leg 
 pressure. Errors are distances of corresponding nodes of the legs, averaged over nodes and time; in
 the frame of the hub they tell shapes apart from paths.
 
-Presets: default (4 s of each animation), paper (16 s) and quick (1 s and three pressures).
+Presets: default (3 s of each animation), paper (16 s) and quick (1 s and three pressures).
 
 Writes bend.csv, and each animation's trajectories with --record.
 
@@ -27,9 +27,8 @@ from pneumorph.command.verb import Verb
 from pneumorph.comparison.animation_error import AnimationError, compare_animation
 from pneumorph.comparison.animations import Animation, animations
 from pneumorph.comparison.bend_error import BendComparison, compare_bend
-from pneumorph.fem.part_model import leg_model
 from pneumorph.fem.rotation import Rotation
-from pneumorph.presets import paper_leg_mesh
+from pneumorph.presets import paper_leg_model
 from pneumorph.report.skin import with_skin_only
 
 flat = tyro.conf.arg(name="")
@@ -41,7 +40,7 @@ class CompareOptions:
 
     animations: tuple[str, ...] = ("hamiltonian", "baseline", "two_leg", "six_leg")
     """Animations to run; none for the bend alone."""
-    duration_s: float = 4.0
+    duration_s: float = 3.0
     """Length of each animation."""
     record_every: int = 5
     """Time steps between compared frames."""
@@ -116,7 +115,7 @@ def _bent(workshop: Workshop, options: CompareOptions, folder: RunFolder) -> Ben
     folder.progress.stage("bending one leg, full and reduced")
     rotation: Rotation = "edge" if options.robot.simulation.damping == "published" else "polar"
     bend = compare_bend(
-        leg_model(paper_leg_mesh()),
+        paper_leg_model(),
         workshop.leg,
         options.bend_pressures_kPa,
         rotation,

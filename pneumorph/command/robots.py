@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
-from pneumorph.presets import load_default_leg, paper_robot_builder
+from pneumorph.presets import load_default_leg, paper_full_robot, paper_robot_builder
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
@@ -86,8 +86,6 @@ class Workshop:
 
     def full(self, design: Design) -> RobotModel[Any]:
         """Return the finite elements of a whole robot to roll out."""
-        from pneumorph.presets import paper_full_robot
-
         return paper_full_robot(design, self.options.simulation)
 
     @property
