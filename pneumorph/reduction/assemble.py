@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial
 from pneumorph.reduction.full_part import ElementGroup, FullPart
 from pneumorph.reduction.inertia import mass_integrals
@@ -115,7 +116,8 @@ def assemble_reduced_part(
     ]
     integrals = mass_integrals(part.node_mass, mesh.nodes, modes)
     if contact_modes is None:
-        contact_modes = interpolate_modes(mesh.nodes, mesh.tetrahedra, modes, mesh.contact_points)
+        weights = interpolation_matrix(mesh, mesh.contact_points)
+        contact_modes = (weights @ modes.reshape(len(modes), -1)).reshape(-1, 3, modes.shape[2])
     cube = (mode_count,) * 3
     return ReducedPart(
         rest_nodes=np.array(mesh.nodes, dtype=np.float64),
@@ -148,18 +150,3 @@ def assemble_reduced_part(
         contact_modes=contact_modes,
         metadata={**(metadata or {}), "mesh_digest": mesh.digest()},
     )
-
-
-def interpolate_modes(
-    nodes: np.ndarray, tetrahedra: np.ndarray, modes: np.ndarray, points: np.ndarray
-) -> np.ndarray:
-    """Mode shapes at points of the solid, (point, 3, mode), linear in the nearest tetrahedron."""
-    result = np.zeros((len(points), 3, modes.shape[2]))
-    corners = nodes[tetrahedra]
-    inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
-    for number, point in enumerate(points):
-        inner = np.einsum("eij,ej->ei", inverse, point - corners[:, 0])
-        barycentric = np.concatenate([1.0 - inner.sum(axis=1, keepdims=True), inner], axis=1)
-        nearest = int(np.argmax(barycentric.min(axis=1)))
-        result[number] = np.einsum("n,nim->im", barycentric[nearest], modes[tetrahedra[nearest]])
-    return result

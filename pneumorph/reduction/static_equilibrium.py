@@ -35,8 +35,9 @@ def static_equilibrium(
     """Find alpha with internal_force(alpha) + sum_c p_c dV_c/dalpha + external = 0.
 
     Newton's method with the exact tangent, taken by central differences of the (cheap) reduced
-    force so that the derivative of the elements' rotations is included; the step is limited to
-    the size at which the elements' rotations stay in its range, which also serves as continuation.
+    force so that the change of the elements' rotations is included. A tangent is kept for as long
+    as a step with it lowers the residual tenfold, and steps are limited in length, which also
+    serves as continuation.
 
     Args:
         part: The reduced part.
@@ -57,8 +58,8 @@ def static_equilibrium(
     alpha = np.zeros(part.mode_count) if start is None else np.array(start, dtype=float)
     # The largest displacement a mode makes per unit of its coordinate turns mm into alpha.
     reach = np.abs(part.modes).max(axis=(0, 1))
-    difference = 1e-4 / reach
-    residual_size = np.inf
+    residual_size, previous = np.inf, 0.0
+    tangent = np.zeros((part.mode_count, part.mode_count))
 
     for iteration in range(iteration_limit + 1):
         cavities = [part.cavity(index) for index in range(part.cavity_count)]
@@ -73,12 +74,11 @@ def static_equilibrium(
             return StaticEquilibrium(alpha, True, iteration, residual_size)
         if iteration == iteration_limit:
             break
-        offsets = np.diag(difference)
-        forward = part.internal_force(alpha + offsets, rotation)
-        backward = part.internal_force(alpha - offsets, rotation)
-        tangent = -((forward - backward) / (2.0 * difference[:, None])).T
-        for p, cavity in zip(pressure, cavities, strict=True):
-            tangent -= p * cavity.hessian(alpha)
+        if not residual_size < 0.1 * previous:
+            tangent = -_derivative(part, alpha, rotation, reach)
+            for p, cavity in zip(pressure, cavities, strict=True):
+                tangent -= p * cavity.hessian(alpha)
+        previous = residual_size
         step = np.linalg.solve(tangent, residual)
         movement = float(np.abs(part.modes @ step).max())
         # 8 mm per step keeps a slender part's elements well below a right angle of turn.
@@ -86,3 +86,14 @@ def static_equilibrium(
         if movement < 1e-10:  # [mm]; no load leaves only rounding to compare the residual with
             return StaticEquilibrium(alpha, True, iteration + 1, residual_size)
     return StaticEquilibrium(alpha, False, iteration_limit, residual_size)
+
+
+def _derivative(
+    part: ReducedPart, alpha: np.ndarray, rotation: Rotation, reach: np.ndarray
+) -> np.ndarray:
+    """d(internal force)/d(alpha), (mode, mode); ``reach`` is the largest node move per alpha."""
+    difference = 1e-4 / reach
+    forward = part.internal_force(alpha + np.diag(difference), rotation)
+    backward = part.internal_force(alpha - np.diag(difference), rotation)
+    derivative: np.ndarray = ((forward - backward) / (2.0 * difference[:, None])).T
+    return derivative

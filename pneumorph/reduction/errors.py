@@ -1,0 +1,103 @@
+"""How far a reduced part is from the full-order part it stands for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.rotation import Rotation
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.static_equilibrium import static_equilibrium
+
+
+@dataclass(frozen=True)
+class BendCurve:
+    """Free bending of the reduced part beside that of the full one, held at the attachment."""
+
+    pressure_kPa: np.ndarray
+    """(step,)"""
+    full_deg: np.ndarray
+    """Turn of the outer end face, (step,)."""
+    reduced_deg: np.ndarray
+    """The same of the reduced part; NaN where it found no equilibrium, (step,)."""
+    node_error_mm: np.ndarray
+    """Mean distance of the nodes, (step,)."""
+    alpha: np.ndarray
+    """Modal coordinates of the reduced equilibria, (step, mode)."""
+
+    @property
+    def error_percent(self) -> np.ndarray:
+        """100 (reduced / full - 1), (step,)."""
+        return 100.0 * (self.reduced_deg / self.full_deg - 1.0)
+
+    @property
+    def worst_percent(self) -> float:
+        """Largest absolute error; infinite if an equilibrium is missing."""
+        error = np.abs(self.error_percent)
+        return float(error.max()) if np.all(np.isfinite(error)) else float("inf")
+
+
+def bend_curve(
+    reduced: ReducedPart,
+    mesh: Mesh,
+    displacement: np.ndarray,
+    pressure_kPa: np.ndarray,
+    rotation: Rotation = "edge",
+    region: str = "outer_end_face",
+) -> BendCurve:
+    """Bend a reduced part through the pressures of full-order equilibria.
+
+    Args:
+        reduced: The reduced part.
+        mesh: Mesh of both.
+        displacement: Full-order equilibria in order of pressure [mm], (step, node, 3).
+        pressure_kPa: Their pressures, (step,).
+        rotation: Where the elements take their rotation from.
+        region: Node set of the outer end face.
+    """
+    alpha: np.ndarray | None = None
+    states, full, bent, distance = [], [], [], []
+    for moved, pressure in zip(displacement, pressure_kPa, strict=True):
+        result = static_equilibrium(reduced, float(pressure), start=alpha, rotation=rotation)
+        alpha = result.alpha
+        x = reduced.positions(alpha)
+        full_x = mesh.nodes + moved
+        full.append(end_face_bend_deg(mesh, full_x, region))
+        bent.append(end_face_bend_deg(mesh, x, region) if result.converged else np.nan)
+        distance.append(float(np.linalg.norm(x - full_x, axis=1).mean()))
+        states.append(alpha)
+    return BendCurve(
+        np.asarray(pressure_kPa, dtype=float),
+        np.array(full),
+        np.array(bent),
+        np.array(distance),
+        np.array(states).reshape(-1, reduced.mode_count),
+    )
+
+
+def node_errors_mm(displacement: np.ndarray, modes: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+    """Mean distance of the nodes from Phi alpha in each snapshot [mm], (snapshot,)."""
+    rebuilt = (modes.reshape(-1, modes.shape[2]) @ alpha.T).T.reshape(displacement.shape)
+    distance: np.ndarray = np.linalg.norm(displacement - rebuilt, axis=2).mean(axis=1)
+    return distance
+
+
+def force_errors(
+    sampled: ReducedPart, every: ReducedPart, states: np.ndarray, rotation: Rotation = "edge"
+) -> np.ndarray:
+    """Relative error of the sampled internal force at states (state, mode): (state,).
+
+    In the norm of L^-1 with L L^T the reduced stiffness: the energy of the displacement that the
+    error causes, over that which the whole force causes.
+    """
+    errors = []
+    for state in states:
+        lower = np.linalg.cholesky(every.stiffness(state, rotation))
+        exact = every.internal_force(state, rotation)
+        difference = sampled.internal_force(state, rotation) - exact
+        size = float(np.linalg.norm(np.linalg.solve(lower, exact)))
+        errors.append(float(np.linalg.norm(np.linalg.solve(lower, difference))) / max(size, 1e-300))
+    return np.array(errors)

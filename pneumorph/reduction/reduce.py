@@ -1,0 +1,286 @@
+"""Full-order part and snapshots in, reduced part and its error report out."""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import scipy.sparse as sparse
+
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.rotation import Rotation
+from pneumorph.reduction.assemble import assemble_reduced_part
+from pneumorph.reduction.ecsw import EcswSettings, ecsw
+from pneumorph.reduction.errors import BendCurve, bend_curve, force_errors, node_errors_mm
+from pneumorph.reduction.pod import pod
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.snapshots import Snapshots
+from pneumorph.settings import settings_to_dict
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class ReductionSettings:
+    """How a part is reduced."""
+
+    norm: Literal["energy", "mass"] = "energy"
+    """Inner product of the POD: the mean stiffness over the snapshots, or the mass."""
+    mode_tolerance: float = 0.0032
+    """Relative projection error (see `pneumorph.reduction.pod`) at which to stop adding modes."""
+    mode_limit: int = 16
+    """At most so many modes, whatever the tolerance asks for."""
+    symmetric: bool = True
+    """Use the mesh's mirror plane, if it has one: symmetric or antisymmetric modes, equal weights
+    of mirrored elements."""
+    bend_share: float = 0.3
+    """Share of the free-bending equilibria in the weight of all snapshots."""
+    load_share: float = 0.3
+    """Share of the loaded equilibria; what remains is that of the robots' walks."""
+    rotation: Rotation = "edge"
+    """Where elements take their rotation from while sampled elements are trained."""
+    training_state_limit: int = 240
+    """At most so many snapshots train the sampled elements."""
+    holdout_every: int = 6
+    """Every so manieth snapshot that is not free bending is kept out, to measure errors on."""
+    ecsw: EcswSettings = field(default_factory=EcswSettings)
+    """Choice of elements."""
+
+
+@dataclass(frozen=True)
+class ReductionReport:
+    """Measured errors and costs of a reduction; errors in percent or millimetres."""
+
+    mode_count: int
+    symmetric_mode_count: int
+    projection_error: float
+    """Relative, in the POD's norm; the mode tolerance bounds it unless the mode limit cuts."""
+    tetrahedron_count: int
+    membrane_count: int
+    sampling_residual: float
+    """||G w - b|| / ||b|| of the element selection."""
+    sampling_converged: bool
+    training_node_error_mm: float
+    """Mean over snapshots and nodes of the distance to the nearest modal state."""
+    heldout_node_error_mm: float
+    """The same for snapshots not used."""
+    heldout_worst_node_error_mm: float
+    """Mean over nodes in the worst snapshot not used."""
+    heldout_force_error_percent: float
+    """Root mean square over snapshots not used of the sampled force's relative error."""
+    bend_error_percent: float
+    """Largest error of the bend against the full model over the pressures of `bend`."""
+    bend_error_unsampled_percent: float
+    """The same with every element: the part of the modes alone."""
+    bend: dict[str, list[float]]
+    """Pressure [kPa], bend of the full and the reduced part [degrees], mean node error [mm]."""
+    snapshot_count: int
+    stage_seconds: dict[str, float]
+    """Wall time of each stage [s]."""
+    peak_memory_mb: float
+    """Largest resident memory of the process so far [MB]."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-serialisable content."""
+        return asdict(self)
+
+
+def reduce_part(
+    part: PartModel,
+    snapshots: Snapshots,
+    settings: ReductionSettings | None = None,
+    progress: Progress | None = None,
+    *,
+    report_pressure_kPa: float = 350.0,
+) -> tuple[ReducedPart, ReductionReport]:
+    """Reduce a part.
+
+    Args:
+        part: The full-order part.
+        snapshots: States of it, among them free-bending equilibria (source ``bend``) in order of
+            pressure.
+        settings: Tolerances and limits.
+        progress: Called with done, total and a message.
+        report_pressure_kPa: The bend error is measured up to this pressure.
+
+    Raises:
+        ValueError: The snapshots belong to another mesh, or hold no free bending.
+    """
+    settings = settings or ReductionSettings()
+    clock = _Clock(progress)
+    digest = part.mesh.digest()
+    if snapshots.metadata.get("mesh_digest") != digest:
+        raise ValueError(
+            f"snapshots must be of the part's mesh {digest[:12]}, got the mesh "
+            f"{str(snapshots.metadata.get('mesh_digest'))[:12]}; collect them again"
+        )
+    bend = snapshots.of("bend")
+    if len(bend) == 0:
+        raise ValueError(
+            "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
+            "can be 30 % too stiff in free air"
+        )
+    displacement = snapshots.displacement.astype(np.float64)
+    training, heldout = _split(snapshots, bend, settings.holdout_every)
+    mirror_nodes = part.mesh.mirror_nodes if settings.symmetric else None
+
+    clock.start("metric")
+    metric = _metric(part, displacement[training], settings)
+    clock.start("modes")
+    scale = _source_scale(snapshots, displacement, metric, settings)
+    basis = pod(
+        (scale[:, None, None] * displacement)[training],
+        part.node_mass,
+        tolerance=settings.mode_tolerance,
+        mode_limit=settings.mode_limit,
+        metric=metric,
+        mirror_nodes=mirror_nodes,
+    )
+    every = assemble_reduced_part(part, basis.modes)
+    alpha = _nearest_states(displacement, every.modes, metric)
+
+    clock.start("bend of the modes")
+    shown = bend[snapshots.pressure_kPa[bend] <= report_pressure_kPa]
+    shown_pressure = snapshots.pressure_kPa[shown]
+    ideal = bend_curve(every, part.mesh, displacement[shown], shown_pressure, settings.rotation)
+
+    clock.start("sampled elements")
+    states = alpha[_evenly(training, settings.training_state_limit)]
+    found = ~np.isnan(ideal.reduced_deg)
+    chosen = ecsw(
+        part.element_groups,
+        every.modes,
+        np.concatenate([states, ideal.alpha[found]]),
+        settings.ecsw,
+        rotation=settings.rotation,
+        mirror_nodes=mirror_nodes,
+        progress=progress,
+    )
+
+    clock.start("errors")
+    sampled = assemble_reduced_part(part, basis.modes, chosen.cubatures, every.contact_modes)
+    curve = bend_curve(sampled, part.mesh, displacement[shown], shown_pressure, settings.rotation)
+    node_error = node_errors_mm(displacement, every.modes, alpha)
+    measured = heldout if len(heldout) else training
+    force_error = force_errors(sampled, every, alpha[_evenly(measured, 100)], settings.rotation)
+    clock.stop()
+    report = ReductionReport(
+        mode_count=sampled.mode_count,
+        symmetric_mode_count=int((basis.parity > 0).sum()),
+        projection_error=basis.projection_error,
+        tetrahedron_count=len(sampled.tetrahedron_index),
+        membrane_count=len(sampled.membrane_index),
+        sampling_residual=chosen.relative_residual,
+        sampling_converged=chosen.converged,
+        training_node_error_mm=float(node_error[training].mean()),
+        heldout_node_error_mm=float(node_error[measured].mean()),
+        heldout_worst_node_error_mm=float(node_error[measured].max()),
+        heldout_force_error_percent=float(100.0 * np.sqrt(np.mean(force_error**2))),
+        bend_error_percent=curve.worst_percent,
+        bend_error_unsampled_percent=ideal.worst_percent,
+        bend=_bend_table(curve),
+        snapshot_count=len(snapshots),
+        stage_seconds=clock.seconds,
+        peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+    )
+    sampled.metadata.update(
+        settings=settings_to_dict(settings),
+        report=report.to_dict(),
+        snapshots={"sources": snapshots.sources, "details": snapshots.metadata.get("details")},
+    )
+    return sampled, report
+
+
+def _split(
+    snapshots: Snapshots, bend: np.ndarray, holdout_every: int
+) -> tuple[np.ndarray, np.ndarray]:
+    # Training and held-out snapshots; free bending always trains.
+    others = np.setdiff1d(np.arange(len(snapshots)), bend)
+    heldout = others[holdout_every - 1 :: holdout_every] if holdout_every > 0 else others[:0]
+    return np.setdiff1d(np.arange(len(snapshots)), heldout), heldout
+
+
+def _metric(
+    part: PartModel, displacement: np.ndarray, settings: ReductionSettings
+) -> sparse.csr_array | None:
+    """Mean rotated stiffness over snapshots: a snapshot's error costs about its energy in it."""
+    if settings.norm == "mass":
+        return None
+    numbers = _evenly(np.arange(len(displacement)), 48)
+    total = part.stiffness(part.rest_nodes, settings.rotation)
+    for number in numbers:
+        total = total + part.stiffness(part.rest_nodes + displacement[number], settings.rotation)
+    return sparse.csr_array(total / (len(numbers) + 1))
+
+
+def _source_scale(
+    snapshots: Snapshots,
+    displacement: np.ndarray,
+    metric: sparse.csr_array | None,
+    settings: ReductionSettings,
+) -> np.ndarray:
+    """Factor of each snapshot that gives the kinds of snapshots their share of the weight."""
+    flat = displacement.reshape(len(displacement), -1)
+    weighted = flat if metric is None else (metric @ flat.T).T
+    square = np.einsum("sj,sj->s", flat, weighted)
+    bend, load = snapshots.of("bend"), snapshots.of("load")
+    rest = np.setdiff1d(np.arange(len(snapshots)), np.concatenate([bend, load]))
+    scale = np.zeros(len(snapshots))
+    shares = (
+        settings.bend_share,
+        settings.load_share,
+        1.0 - settings.bend_share - settings.load_share,
+    )
+    for numbers, share in zip((bend, load, rest), shares, strict=True):
+        if len(numbers):
+            scale[numbers] = np.sqrt(share / square[numbers].sum())
+    return scale
+
+
+def _nearest_states(
+    displacement: np.ndarray, modes: np.ndarray, metric: sparse.csr_array | None
+) -> np.ndarray:
+    # Modal coordinates nearest to each snapshot in the metric (mass if None: uniform nodes).
+    basis = modes.reshape(-1, modes.shape[2])
+    weighted = basis if metric is None else metric @ basis
+    right = displacement.reshape(len(displacement), -1) @ weighted
+    return np.linalg.solve(basis.T @ weighted, right.T).T
+
+
+def _evenly(numbers: np.ndarray, limit: int) -> np.ndarray:
+    if len(numbers) <= limit:
+        return numbers
+    return numbers[np.linspace(0, len(numbers) - 1, limit).astype(int)]
+
+
+def _bend_table(curve: BendCurve) -> dict[str, list[float]]:
+    return {
+        "pressure_kPa": curve.pressure_kPa.tolist(),
+        "full_deg": curve.full_deg.tolist(),
+        "reduced_deg": [float(v) if np.isfinite(v) else -1.0 for v in curve.reduced_deg],
+        "node_error_mm": curve.node_error_mm.tolist(),
+    }
+
+
+class _Clock:
+    """Wall time of named stages."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.seconds: dict[str, float] = {}
+        self._progress = progress
+        self._name, self._since = "", 0.0
+
+    def start(self, name: str) -> None:
+        self.stop()
+        self._name, self._since = name, time.perf_counter()
+        if self._progress:
+            self._progress(0, 1, name)
+
+    def stop(self) -> None:
+        if self._name:
+            self.seconds[self._name] = time.perf_counter() - self._since
+        self._name = ""
