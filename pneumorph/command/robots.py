@@ -76,7 +76,10 @@ class Workshop:
             self.reduced(design) if model == "reduced" else self.full(design)
         )
         _, trajectory = rollout(
-            simulated, self.commands(gait), record_every=record_every, description=description
+            simulated,
+            self.commands(gait),
+            record_every=record_every,
+            description={"design": str(design), **(description or {})},
         )
         return trajectory
 

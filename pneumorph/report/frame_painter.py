@@ -156,9 +156,9 @@ class FramePainter:
             draw.text(place, text, fill=ink, font=small, anchor="rm", align="right")
 
         bar = 50.0 * self._camera.pixels_per_mm
-        right, base = self._camera.width - space, self._camera.height - space
-        draw.line([(right - bar, base), (right, base)], fill=ink, width=3)
-        draw.text((right - bar / 2, base - 4), "5 cm", fill=ink, font=small, anchor="mb")
+        base = self._camera.height - space
+        draw.line([(space, base), (space + bar, base)], fill=ink, width=3)
+        draw.text((space + bar / 2, base - 4), "5 cm", fill=ink, font=small, anchor="mb")
         return np.asarray(picture)
 
 
@@ -177,6 +177,8 @@ def _extent(actors: list[Actor]) -> tuple[np.ndarray, float]:
         lowest.append(low[2])
         corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij"))
         points.append(corners.reshape(3, -1).T)
+        hub = actor.trajectory.hub_position_mm[[0, -1]] + np.array([0.0, actor.lane_mm, 0.0])
+        points += [hub + np.array([side * actor.disk.top_radius_mm, 0.0, 0.0]) for side in (-1, 1)]
         points.append(np.array([[_label_x(actors), actor.lane_mm, low[2]]]))
     return np.concatenate(points), min(lowest) - 0.5
 
