@@ -1,0 +1,68 @@
+"""Progress says how long is left, and stays out of a log's way."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+from pneumorph.command import progress
+from pneumorph.command.progress import Progress, clock
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Seconds of a clock that a test sets."""
+    seconds = [1000.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: seconds[0])
+    return seconds
+
+
+def test_time_left_is_in_proportion(now: list[float]) -> None:
+    terminal = Terminal()
+    shown = Progress(terminal)
+    shown.stage("training")
+    shown(0, 100)
+    now[0] += 30.0
+    shown(25, 100, "best 3.2 cm")
+    assert terminal.getvalue().endswith("best 3.2 cm:  25 %, 0:30 spent, 1:30 left")
+
+
+def test_a_resumed_run_counts_from_where_it_began(now: list[float]) -> None:
+    terminal = Terminal()
+    shown = Progress(terminal)
+    shown.stage("training")
+    shown(60, 100)
+    now[0] += 20.0
+    shown(80, 100)
+    assert terminal.getvalue().endswith("80 %, 0:20 spent, 0:20 left")
+
+
+def test_a_log_gets_a_line_now_and_then(now: list[float]) -> None:
+    log = io.StringIO()
+    shown = Progress(log)
+    shown.stage("filming")
+    for done in range(101):
+        shown(done, 100)
+        now[0] += 0.5
+    lines = log.getvalue().splitlines()
+    assert lines[0] == "filming ..."
+    assert 4 <= len(lines) <= 7  # 50 s at a line every 10 s
+    assert "\r" not in log.getvalue()
+
+
+def test_quiet_prints_nothing() -> None:
+    log = io.StringIO()
+    shown = Progress(log, quiet=True)
+    shown.stage("a")
+    shown(1, 1)
+    assert log.getvalue() == ""
+
+
+def test_clock() -> None:
+    assert [clock(s) for s in (0.2, 61, 3725)] == ["0:00", "1:01", "1:02:05"]
