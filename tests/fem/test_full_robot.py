@@ -1,0 +1,152 @@
+import numpy as np
+import pytest
+from small_robot import small_leg, small_robot
+
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.pressure import PressureMap
+
+
+def test_rest_state_is_the_rest_shape_in_the_hub_frame():
+    robot = small_robot()
+    state = robot.initial_state()
+    for leg, x in zip(robot.legs, robot.leg_nodes_in_hub_frame(state), strict=True):
+        np.testing.assert_allclose(x, leg.part.rest_nodes, atol=1e-12)
+
+
+def test_attachment_stays_in_the_hub_frame_while_the_robot_moves():
+    robot = small_robot()
+    state, _ = robot.rollout(robot.initial_state(), np.full((20, 2), 20.0), record_nodes=False)
+    for leg, x in zip(robot.legs, robot.leg_nodes_in_hub_frame(state), strict=True):
+        nodes = leg.attachment
+        np.testing.assert_allclose(x[nodes], leg.part.rest_nodes[nodes], atol=1e-9)
+
+
+def test_rollout_records_what_it_is_asked_to():
+    robot = small_robot()
+    commands = np.tile([10.0, 0.0], (12, 1))
+    seen = []
+    state, trajectory = robot.rollout(
+        robot.initial_state(), commands, record_every=5, observe=seen.append
+    )
+    assert len(seen) == 12
+    assert seen[-1] is state
+    np.testing.assert_allclose(trajectory.time_s, [0.0, 0.05, 0.1, 0.12])
+    nodes = robot.legs[0].part.node_count
+    assert trajectory.node_positions_mm.shape == (4, 2, nodes, 3)
+    assert trajectory.status == "completed"
+    # 150 kPa/s for 0.05 s is 7.5 kPa.
+    np.testing.assert_allclose(trajectory.regulated_kPa[:, 0], [0.0, 7.5, 10.0, 10.0])
+    assert trajectory.metadata["settings"]["damping"] == "published"
+
+
+def test_rollout_in_two_pieces_is_the_rollout_in_one():
+    robot = small_robot()
+    commands = np.tile([15.0, 5.0], (10, 1))
+    whole, _ = robot.rollout(robot.initial_state(), commands, record_nodes=False)
+    middle, _ = robot.rollout(robot.initial_state(), commands[:4], record_nodes=False)
+    end, _ = robot.rollout(middle, commands[4:], record_nodes=False)
+    assert np.array_equal(end.positions[0], whole.positions[0])
+
+
+def test_divergence_is_a_status_not_an_exception():
+    settings = FullOrderSettings(
+        floor_height_mm=0.0,
+        regulator_count=2,
+        pressure_map=PressureMap(1.0, 0.0),
+        pressure_rate_kPa_per_s=1e9,
+    )
+    robot = small_robot(settings)
+    state, trajectory = robot.rollout(robot.initial_state(), np.full((50, 2), 1e7))
+    assert trajectory.status == "diverged"
+    assert np.all(np.isfinite(state.positions[0]))
+
+
+def test_bad_input_is_refused():
+    robot = small_robot()
+    state = robot.initial_state()
+    with pytest.raises(ValueError, match=r"shape \(step, 2\), got \(5, 3\)"):
+        robot.rollout(state, np.zeros((5, 3)))
+    with pytest.raises(ValueError, match="must be finite"):
+        robot.rollout(state, np.full((5, 2), np.nan))
+    with pytest.raises(ValueError, match="at least one leg"):
+        FullRobot(robot.hub, [])
+    with pytest.raises(ValueError, match=r"regulator must be 0 \.\. 2, got 3"):
+        FullRobot(robot.hub, [(small_leg(), robot.legs[0].pose, 3)])
+    with pytest.raises(ValueError, match="time_step_s must be positive, got 0"):
+        FullOrderSettings(time_step_s=0.0)
+    with pytest.raises(ValueError, match='damping must be "published" or "objective"'):
+        FullOrderSettings(damping="none")
+
+
+@pytest.mark.parametrize("soft", [False, True])
+@pytest.mark.parametrize("damping", ["published", "objective"])
+def test_condensed_step_solves_the_whole_system(soft, damping):
+    """The step's equations put together densely, without any elimination, hold for its result."""
+    settings = FullOrderSettings(
+        damping=damping,
+        floor_height_mm=0.0,
+        regulator_count=2,
+        contact_tolerance_mm_per_s=1e-9,
+        contact_sweeps=100000,
+    )
+    robot = small_robot(settings, soft)
+    command = np.array([25.0, 10.0])
+    state, _ = robot.rollout(robot.initial_state(), np.tile(command, (25, 1)), record_nodes=False)
+    new = robot.step(state, command)
+    assert np.any(new.impulses[:, 0] > 0.0)
+
+    hub_count, h = robot.hub.unknown_count, settings.time_step_s
+    matrix, right = robot.hub.system(state.hub, settings)
+    right = right.copy()
+    hub_map = robot.hub.point_map(state.hub, robot.hub.contact_points)
+    start = len(state.impulses) - len(robot.hub.contact_points)
+    right += hub_map.T @ new.impulses[start:][:, [1, 2, 0]].ravel()
+    residual = matrix @ new.hub.velocity - right
+    start = 0
+    for number, leg in enumerate(robot.legs):
+        part, x = leg.part, state.positions[number]
+        stiffness = (
+            part.stiffness(x) if damping == "published" else part.objective_stiffness(x)
+        ).toarray()
+        own = settings.stiffness_factor * stiffness
+        own[np.diag_indices(len(own))] += settings.mass_factor * np.repeat(part.node_mass, 3)
+        pressure = settings.pressure_map.simulated(new.regulated_kPa[leg.regulator])
+        force = part.internal_force(x, settings.rotation) + part.pressure_force(x, float(pressure))
+        force[:, 2] -= part.node_mass * settings.gravity_mm_per_s2
+        impulses = new.impulses[start : start + leg.contact_count][:, [1, 2, 0]]
+        start += leg.contact_count
+        load = part.node_mass[:, None] * state.velocities[number] + h * force
+        load += leg.contact_weights.T @ impulses
+        velocity = (new.positions[number] - x) / h
+        tie = robot.hub.point_map(state.hub, leg.attachment_in_hub)
+        velocity[leg.attachment] = (tie @ new.hub.velocity).reshape(-1, 3)
+        unbalanced = (own @ velocity.ravel() - load.ravel()).reshape(-1, 3)
+        residual += tie.T @ unbalanced[leg.attachment].ravel()
+        unbalanced[leg.attachment] = 0.0
+        # Impulses are about 1 mN s; positions of 100 mm divided by h leave 1e-12 of velocity.
+        assert np.abs(unbalanced).max() < 1e-8
+    assert residual.shape == (hub_count,)
+    assert np.abs(residual).max() < 1e-8
+
+
+def test_contact_law_holds_after_a_step():
+    settings = FullOrderSettings(
+        floor_height_mm=0.0,
+        regulator_count=2,
+        contact_tolerance_mm_per_s=1e-7,
+        contact_sweeps=100000,
+    )
+    robot = small_robot(settings)
+    state, _ = robot.rollout(robot.initial_state(), np.tile([25.0, 0.0], (30, 1)))
+    normal, tangent = state.impulses[:, 0], np.hypot(state.impulses[:, 1], state.impulses[:, 2])
+    assert normal.min() >= 0.0
+    assert np.all(tangent <= settings.friction * normal + 1e-12)
+    heights = np.concatenate(
+        [leg.contact_weights @ x[:, 2] for leg, x in zip(robot.legs, state.positions, strict=True)]
+    )
+    pressed = normal[: len(heights)] > 1e-9
+    assert pressed.any()
+    # Those pressed lie on the floor within the solver's tolerance times the step; none is below.
+    assert np.abs(heights[pressed]).max() < 1e-8
+    assert heights.min() > -1e-8

@@ -1,0 +1,25 @@
+import numpy as np
+from box_mesh import box_mesh
+
+from pneumorph.fem.interpolation import interpolation_matrix
+
+
+def test_linear_fields_are_reproduced_inside_and_outside():
+    mesh = box_mesh()
+    points = np.random.default_rng(0).uniform([-0.5, 0, 0], [10.5, 6.0, 4.5], (40, 3))
+    weights = interpolation_matrix(mesh, points)
+    np.testing.assert_allclose(weights @ mesh.nodes, points, atol=1e-12)
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-12)
+    inside = np.all((points > 0.0) & (points < [10.0, 6.0, 4.0]), axis=1)
+    assert weights[np.flatnonzero(inside)].data.min() > -1e-12
+
+
+def test_mirrored_points_get_mirrored_weights(leg_mesh):
+    points = leg_mesh.contact_points
+    image = points * [1.0, -1.0, 1.0]
+    weights = interpolation_matrix(leg_mesh, points).toarray()
+    there = interpolation_matrix(leg_mesh, image).toarray()[:, leg_mesh.mirror_nodes]
+    off_plane = np.abs(points[:, 1]) > 1e-9
+    assert np.array_equal(weights[off_plane], there[off_plane])
+    # On the plane of symmetry only the order of a face's nodes may differ.
+    np.testing.assert_allclose(weights, there, atol=1e-9)
