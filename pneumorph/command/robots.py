@@ -94,10 +94,18 @@ class Workshop:
     @property
     def leg_description(self) -> dict[str, Any]:
         """What the leg is and how well it stands for the full model, for a summary."""
-        return {
-            "part": str(self.options.part or "the leg that ships"),
-            "mode_count": self.leg.mode_count,
-            "tetrahedron_count": len(self.leg.tetrahedron_rest),
-            "membrane_count": len(self.leg.membrane_rest),
-            "metadata": self.leg.metadata,
-        }
+        return part_description(self.leg, str(self.options.part or "the leg that ships"))
+
+
+def part_description(part: ReducedPart, name: str) -> dict[str, Any]:
+    """Return size, provenance and measured errors of a reduced part, for a summary."""
+    report = part.metadata.get("report", {})
+    return {
+        "part": name,
+        "mode_count": part.mode_count,
+        "tetrahedron_count": len(part.tetrahedron_rest),
+        "membrane_count": len(part.membrane_rest),
+        "mesh_digest": part.metadata["mesh_digest"],
+        "errors": {key: report[key] for key in report if "error" in key},
+        "bend": report.get("bend"),
+    }

@@ -259,10 +259,14 @@ def _leg_sections(run: Run) -> list[Section]:
     leg = run.summary.get("leg")
     if not leg:
         return []
-    sizes = [(name.replace("_", " "), leg[name]) for name in leg if name != "metadata"]
-    errors = leg["metadata"].get("errors", {})
-    rows = [(name.replace("_", " "), value) for name, value in errors.items()]
-    body = page.table(["the reduced leg", ""], [*sizes, *rows])
+    sizes = [(name.replace("_", " "), leg[name]) for name in leg if name not in ("errors", "bend")]
+    errors = [(name.replace("_", " "), value) for name, value in leg["errors"].items()]
+    body = page.table(["the reduced leg", ""], [*sizes, *errors])
+    if leg["bend"]:
+        bend = leg["bend"]
+        figure = bend_figure(bend["pressure_kPa"], bend["full_deg"], bend["reduced_deg"])
+        caption = "Bend of the leg held at its root, by finite elements and reduced."
+        body = page.side_by_side(page.drawn(figure, caption), body)
     return [Section("How well the reduced leg stands for its finite elements", body)]
 
 
