@@ -13,6 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
+from pneumorph.fem.material import Material, Membrane
+from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.sampled_elements import rotated_stress, strain_factors
@@ -194,7 +197,10 @@ def synthetic_part(cells: tuple[int, int, int] = (8, 4, 4)) -> SyntheticPart:
         nodes=nodes,
         tetrahedra=tetrahedra,
         surfaces={"cavity": boundary[~outer][:, ::-1], "skin": boundary[outer], "paper": paper},
-        node_sets={"attachment": np.array(attachment)},
+        node_sets={
+            "attachment": np.array(attachment),
+            "outer_end_face": np.flatnonzero(nodes[:, 0] > high[0] - 1e-9),
+        },
         contact_points=np.array(list(itertools.product((-56.0, 0.0, 56.0), (-12.0, 12.0), (0.0,)))),
         mirror_nodes=mirror_nodes,
     )
@@ -226,37 +232,8 @@ def synthetic_reduced_part(mode_count: int = 6, cells=(8, 4, 4)) -> ReducedPart:
     return assemble_reduced_part(part, vibration_modes(part, mode_count))
 
 
-def static_equilibrium_full(
-    part: SyntheticPart,
-    pressure: float,
-    start: np.ndarray | None = None,
-    external: np.ndarray | None = None,
-    rotation: str = "edge",
-) -> np.ndarray:
-    """Node positions where elastic force and pressure balance; dense Newton with differences."""
-    free, triangles = part.free, part.mesh.surfaces["cavity"]
-    x = np.array(part.mesh.nodes if start is None else start, dtype=float)
-    applied = np.zeros_like(x) if external is None else external
-
-    def force(positions):
-        load = np.zeros_like(positions)
-        for corner in range(3):
-            second = positions[triangles[:, (corner + 1) % 3]]
-            third = positions[triangles[:, (corner + 2) % 3]]
-            np.add.at(load, triangles[:, corner], np.cross(second, third) / 6.0)
-        return (part.internal_force(positions, rotation) + pressure * load + applied).ravel()[free]
-
-    for _ in range(60):
-        residual = force(x)
-        if np.linalg.norm(residual) < 1e-7 * max(1.0, np.linalg.norm(applied) + abs(pressure)):
-            return x
-        tangent = np.empty((free.size, free.size))
-        step = 1e-5
-        for column, unknown in enumerate(free):
-            moved = x.copy().ravel()
-            moved[unknown] += step
-            tangent[:, column] = (force(moved.reshape(x.shape)) - residual) / -step
-        change = np.zeros(x.size)
-        change[free] = np.linalg.solve(tangent, residual)
-        x = x + change.reshape(x.shape) * min(1.0, 8.0 / (np.abs(change).max() + 1e-300))
-    raise RuntimeError(f"no equilibrium at {pressure} kPa: residual {np.linalg.norm(residual)} mN")
+def synthetic_model(cells: tuple[int, int, int] = (8, 4, 4)) -> PartModel:
+    """The same part as the package's own finite elements."""
+    mesh = synthetic_part(cells).mesh
+    paper = Membrane("paper", Material(2320.0, 0.49), 1.0)
+    return PartModel(Mesh(**vars(mesh)), Material(1160.0, 0.2), 0.105, (paper,), cavity="cavity")

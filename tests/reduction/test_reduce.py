@@ -1,0 +1,127 @@
+"""The whole way from a full-order part to a reduced one, on a small part."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from synthetic_part import synthetic_model, synthetic_part
+
+from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.part_model import PartModel
+from pneumorph.reduction.ecsw import EcswSettings
+from pneumorph.reduction.errors import bend_curve, force_errors
+from pneumorph.reduction.reduce import ReductionSettings, reduce_part
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.snapshots import Snapshots
+from pneumorph.reduction.static_snapshots import (
+    StaticSnapshotSettings,
+    bend_snapshots,
+    load_snapshots,
+)
+
+CELLS = (6, 4, 4)
+STATIC = StaticSnapshotSettings(
+    bend_pressure_kPa=160.0,
+    bend_count=4,
+    load_count=6,
+    load_pressure_kPa=100.0,
+    load_limit_mN=200.0,
+)
+
+
+@pytest.fixture(scope="module")
+def model() -> PartModel:
+    return synthetic_model(CELLS)
+
+
+@pytest.fixture(scope="module")
+def snapshots(model: PartModel) -> Snapshots:
+    bend = bend_snapshots(model, STATIC)
+    return Snapshots.joined([bend, load_snapshots(model, STATIC, range(6), bend)])
+
+
+@pytest.fixture(scope="module")
+def reduction(model: PartModel, snapshots: Snapshots):
+    settings = ReductionSettings(
+        mode_tolerance=1e-5, mode_limit=12, ecsw=EcswSettings(hyperreduction_tolerance=0.002)
+    )
+    return reduce_part(model, snapshots, settings)
+
+
+def test_finite_elements_agree_with_the_independent_ones_of_the_tests(model):
+    x = model.rest_nodes + 0.3 * np.random.default_rng(0).normal(size=model.rest_nodes.shape)
+    other = synthetic_part(CELLS)
+    for rotation in ("edge", "polar"):
+        force = model.internal_force(x, rotation)
+        # The same formula written twice; rounding.
+        assert np.abs(force - other.internal_force(x, rotation)).max() < 1e-12 * np.abs(force).max()
+
+
+def test_a_basis_that_holds_the_equilibria_bends_as_the_full_model(model, snapshots):
+    # Where the full force vanishes so does its projection: the Galerkin model has the same
+    # equilibria. Single-precision snapshots (1e-7 of 10 mm) leave about 1e-4 %.
+    settings = ReductionSettings(
+        mode_tolerance=1e-6, mode_limit=60, holdout_every=0, symmetric=False
+    )
+    _, report = reduce_part(model, snapshots, settings)
+    assert report.mode_count <= len(snapshots)
+    assert report.bend_error_unsampled_percent < 0.01
+
+
+def test_few_modes_and_elements_bend_nearly_as_the_full_model(model, reduction):
+    part, report = reduction
+    assert part.mode_count == report.mode_count <= 12
+    assert report.sampling_converged
+    every = sum(len(group.connectivity) for group in model.element_groups)
+    assert report.tetrahedron_count + report.membrane_count < 0.4 * every
+    # The requirement on the leg; the sampling tolerance of 0.2 % is amplified by the softness of
+    # bending against the other deformations.
+    assert report.bend_error_percent < 3.0
+    assert report.bend["full_deg"][-1] > 5.0
+
+
+def test_report_is_what_one_measures(model, snapshots, reduction):
+    part, report = reduction
+    bend = snapshots.of("bend")
+    curve = bend_curve(part, model.mesh, snapshots.displacement[bend], snapshots.pressure_kPa[bend])
+    assert curve.worst_percent == pytest.approx(report.bend_error_percent)
+    last = model.rest_nodes + snapshots.displacement[bend[-1]]
+    assert curve.full_deg[-1] == pytest.approx(end_face_bend_deg(model.mesh, last))
+    assert np.all(force_errors(part, part, curve.alpha) == 0.0)
+    assert part.metadata["report"]["mode_count"] == report.mode_count
+    part.check_mesh(model.mesh)
+
+
+def test_saved_reduction_is_the_reduction(tmp_path, reduction):
+    part, _ = reduction
+    loaded = ReducedPart.load(part.save(tmp_path / "leg.npz"))
+    for item in dataclasses.fields(ReducedPart):
+        if item.name != "metadata":
+            assert np.array_equal(getattr(loaded, item.name), getattr(part, item.name))
+    assert loaded.metadata["report"] == part.metadata["report"]
+
+
+def test_same_snapshots_same_reduction(model, snapshots, reduction):
+    part, _ = reduction
+    settings = ReductionSettings(
+        mode_tolerance=1e-5, mode_limit=12, ecsw=EcswSettings(hyperreduction_tolerance=0.002)
+    )
+    again, _ = reduce_part(model, snapshots, settings)
+    assert np.array_equal(again.modes, part.modes)
+    assert np.array_equal(again.tetrahedron_weight, part.tetrahedron_weight)
+
+
+def test_snapshots_of_another_mesh_and_without_bending_are_refused(model, snapshots):
+    with pytest.raises(ValueError, match="must be of the part's mesh"):
+        reduce_part(synthetic_model((4, 4, 4)), snapshots)
+    loads = snapshots.of("load")
+    without = Snapshots(
+        snapshots.displacement[loads],
+        snapshots.pressure_kPa[loads],
+        snapshots.source[loads],
+        snapshots.metadata,
+    )
+    with pytest.raises(ValueError, match="must hold free-bending equilibria"):
+        reduce_part(model, without)
