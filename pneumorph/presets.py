@@ -9,12 +9,14 @@ from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_model import PartModel, disk_model, leg_model
+from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
@@ -94,19 +96,25 @@ def paper_leg_model() -> PartModel:
     return leg_model(paper_leg_mesh())
 
 
-def paper_full_robot(design: Design, settings: SimulationSettings | None = None) -> FullRobot:
+def paper_full_robot(
+    design: Design,
+    settings: SimulationSettings | None = None,
+    hub: Literal["soft", "rigid"] = "soft",
+) -> FullRobot:
     """Finite elements of a whole robot: the one that a reduced robot of this design stands for.
 
     Args:
         design: The design; its regulators must exist in the settings.
         settings: Physics of the reduced robot; numerics are the full model's own.
+        hub: The disk as finite elements, or rigid as in the reduced robot.
     """
     settings = settings or SimulationSettings()
     disk = paper_disk_mesh()
+    rim = disk_rim_points(disk)
     mounting = RadialMounting()
     leg = paper_leg_model()
     return FullRobot(
-        SoftHub(disk_model(disk), disk_rim_points(disk)),
+        SoftHub(disk_model(disk), rim) if hub == "soft" else RigidHub(disk, DISK_MASS_KG, rim),
         [(leg, mounting.pose(location), regulator - 1) for location, regulator in design.legs],
         FullOrderSettings(
             time_step_s=settings.time_step_s,

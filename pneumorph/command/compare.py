@@ -80,6 +80,7 @@ def compare(options: CompareOptions, folder: RunFolder) -> dict[str, Any]:
             "bend_reduced_deg": bend.reduced_deg.tolist(),
         }
     return summary | {
+        "full_hub": options.robot.full_hub,
         "damping": options.robot.simulation.damping,
         "duration_s": options.duration_s,
         "wall_s": time.monotonic() - start,

@@ -31,6 +31,8 @@ class RobotOptions:
     """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
     threads: int = 0
     """Threads of the engine; 0 takes every processor."""
+    full_hub: Literal["soft", "rigid"] = "soft"
+    """Disk of full models: finite elements, or rigid as in the reduced robots."""
     simulation: SimulationSettings = field(default_factory=SimulationSettings)
 
 
@@ -89,7 +91,7 @@ class Workshop:
 
     def full(self, design: Design) -> RobotModel[Any]:
         """Return the finite elements of a whole robot to roll out."""
-        return paper_full_robot(design, self.options.simulation)
+        return paper_full_robot(design, self.options.simulation, self.options.full_hub)
 
     @property
     def leg_description(self) -> dict[str, Any]:
