@@ -151,8 +151,7 @@ Batch::Batch(const std::vector<PartInput>& parts, const Settings& settings, bool
     : settings_(settings), single_precision_(single_precision), instruction_set_(instruction_set) {
   int most = 1;
   for (const PartInput& part : parts) most = std::max(most, part.modes);
-  const int granularity = single_precision ? 16 : 8;
-  padded_ = (most + granularity - 1) / granularity * granularity;
+  padded_ = (most + 7) / 8 * 8;
   if (padded_ > kMaximumModes)
     throw std::invalid_argument("a part has " + std::to_string(most) + " modes, at most " +
                                 std::to_string(kMaximumModes) + " are supported; reduce it with a larger tolerance");

@@ -128,13 +128,15 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
                 ElementSystem<M, Real>& system) {
   using L = Lanes<Real>;
   using V = typename L::type;
-  constexpr int kVectors = M * int(sizeof(Real)) / 64;  // vectors in a row of modes
+  using ML = ModeLanes<M, Real>;
+  using MV = typename ML::type;
+  constexpr int kVectors = M / ML::count;  // vectors in a row of modes
   constexpr int kStrains = D == 3 ? 6 : 3;
   constexpr int kRows = 3 * D;
-  static_assert(kVectors * 64 == M * int(sizeof(Real)), "rows must be whole vectors");
+  static_assert(kVectors * ML::count == M, "rows must be whole vectors");
 
   constexpr int kPieces = kLane * int(sizeof(Real)) / 64;  // vectors in a block of elements
-  V force[kVectors] = {};
+  MV force[kVectors] = {};
   V moment[3] = {}, turn_turn[6] = {};
 
   for (int number = 0; number < family.block_count; ++number) {
@@ -194,60 +196,60 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
       const Real trace_scale = family.trace_root[number * kLane + l];
       const Real half_root = shear_scale * Real(0.7071067811865476);  // sqrt(mu)
       for (int v = 0; v < kVectors; ++v) {
-        V column[kRows];
+        MV column[kRows];
         for (int i = 0; i < kRows; ++i) {
-          column[i] = load(g + i * M + v * L::count);
+          column[i] = ML::load(g + i * M + v * ML::count);
           force[v] -= p[i][l] * column[i];
         }
-        V t[D][D];
+        MV t[D][D];
         for (int i = 0; i < D; ++i)
           for (int j = 0; j < D; ++j)
             t[i][j] = r[i][l] * column[j] + r[D + i][l] * column[D + j] + r[2 * D + i][l] * column[2 * D + j];
-        V trace = t[0][0] + t[1][1];
+        MV trace = t[0][0] + t[1][1];
         if (D == 3) trace += t[D - 1][D - 1];
         trace *= trace_scale;
-        for (int i = 0; i < D; ++i) store(&strain[l][i][v * L::count], shear_scale * t[i][i] + trace);
+        for (int i = 0; i < D; ++i) ML::store(&strain[l][i][v * ML::count], shear_scale * t[i][i] + trace);
         int row = D;
         for (int i = 0; i < D; ++i)
           for (int j = i + 1; j < D; ++j, ++row)
-            store(&strain[l][row][v * L::count], half_root * (t[i][j] + t[j][i]));
+            ML::store(&strain[l][row][v * ML::count], half_root * (t[i][j] + t[j][i]));
       }
     }
     // Stiffness: sum of squares of scaled strains, tiles of eight rows kept in registers.
     constexpr int kTile = 8;
     for (int tile = 0; tile < M; tile += kTile) {
-      V sum[kTile][kVectors];
+      MV sum[kTile][kVectors];
       for (int a = 0; a < kTile; ++a)
-        for (int v = 0; v < kVectors; ++v) sum[a][v] = load(&system.stiffness[tile + a][v * L::count]);
+        for (int v = 0; v < kVectors; ++v) sum[a][v] = ML::load(&system.stiffness[tile + a][v * ML::count]);
       for (int l = 0; l < kLane; ++l)
         for (int i = 0; i < kStrains; ++i) {
           const Real* row = strain[l][i];
-          V right[kVectors];
-          for (int v = 0; v < kVectors; ++v) right[v] = load(row + v * L::count);
+          MV right[kVectors];
+          for (int v = 0; v < kVectors; ++v) right[v] = ML::load(row + v * ML::count);
 #pragma GCC unroll 8
           for (int a = 0; a < kTile; ++a) {
-            const V left = broadcast(row[tile + a]);
+            const Real left = row[tile + a];
             for (int v = 0; v < kVectors; ++v) sum[a][v] += left * right[v];
           }
         }
       for (int a = 0; a < kTile; ++a)
-        for (int v = 0; v < kVectors; ++v) store(&system.stiffness[tile + a][v * L::count], sum[a][v]);
+        for (int v = 0; v < kVectors; ++v) ML::store(&system.stiffness[tile + a][v * ML::count], sum[a][v]);
     }
     if (turning) {
-      V sum[3][kVectors];
+      MV sum[3][kVectors];
       for (int a = 0; a < 3; ++a)
-        for (int v = 0; v < kVectors; ++v) sum[a][v] = load(&system.turn_stiffness[a][v * L::count]);
+        for (int v = 0; v < kVectors; ++v) sum[a][v] = ML::load(&system.turn_stiffness[a][v * ML::count]);
       for (int l = 0; l < kLane; ++l)
         for (int i = 0; i < kStrains; ++i)
           for (int a = 0; a < 3; ++a)
-            for (int v = 0; v < kVectors; ++v) sum[a][v] += turn[a][i][l] * load(&strain[l][i][v * L::count]);
+            for (int v = 0; v < kVectors; ++v) sum[a][v] += turn[a][i][l] * ML::load(&strain[l][i][v * ML::count]);
       for (int a = 0; a < 3; ++a)
-        for (int v = 0; v < kVectors; ++v) store(&system.turn_stiffness[a][v * L::count], sum[a][v]);
+        for (int v = 0; v < kVectors; ++v) ML::store(&system.turn_stiffness[a][v * ML::count], sum[a][v]);
     }
   }
 
   for (int v = 0; v < kVectors; ++v)
-    store(&system.force[v * L::count], load(&system.force[v * L::count]) + force[v]);
+    ML::store(&system.force[v * ML::count], ML::load(&system.force[v * ML::count]) + force[v]);
   if (turning) {
     static const int kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
     Real total[6] = {0, 0, 0, 0, 0, 0};

@@ -6,11 +6,17 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-template <class Real>
+template <class Real, int Bytes = 64>
 struct Lanes {
-  static constexpr int count = 64 / sizeof(Real);
-  typedef Real type __attribute__((vector_size(64)));
+  static constexpr int count = Bytes / sizeof(Real);
+  typedef Real type __attribute__((vector_size(Bytes)));
+  static type load(const Real* from) { return *reinterpret_cast<const type*>(from); }
+  static void store(Real* to, type value) { *reinterpret_cast<type*>(to) = value; }
 };
+
+// Rows of modes: whole 64-byte vectors where the count allows, else 32-byte ones.
+template <int M, class Real>
+using ModeLanes = Lanes<Real, (M * sizeof(Real)) % 64 == 0 ? 64 : 32>;
 
 template <class Real>
 inline typename Lanes<Real>::type load(const Real* from) {
