@@ -1,6 +1,6 @@
 """Draw the pictures of the README and the docs from a finished demo run.
 
-    pneumorph demo --out runs/demo && python docs/make_images.py runs/demo
+pneumorph demo --out runs/demo && python docs/make_images.py runs/demo
 """
 
 from __future__ import annotations

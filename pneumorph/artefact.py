@@ -65,13 +65,9 @@ def save_artefact(
         metadata: What else describes the artefact; JSON-serialisable.
     """
     header = {**metadata, "kind": kind, "format_version": version, "units": UNITS}
-    text = np.array(json.dumps(header))
-    return write_atomically(
-        path,
-        lambda stream: np.savez_compressed(
-            stream, metadata=text, **{name: np.asarray(value) for name, value in arrays.items()}
-        ),
-    )
+    content: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+    content["metadata"] = np.array(json.dumps(header))
+    return write_atomically(path, lambda stream: np.savez_compressed(stream, **content))
 
 
 def load_artefact(

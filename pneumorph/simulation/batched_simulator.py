@@ -199,7 +199,7 @@ class BatchedSimulator:
 
     @property
     def padded_mode_count(self) -> int:
-        """Modes of each mount in `read("modes")`: the most of any part, padded to whole registers."""
+        """Modes of each mount in `read("modes")`: the most of any part, in whole registers."""
         return int(self._batch.padded_modes)
 
     @property
