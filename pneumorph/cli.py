@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import resource
 import shutil
 import sys
 import textwrap
@@ -93,7 +94,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
 
     module = importlib.import_module(f"pneumorph.command.{name}")
     verb: Verb[Any] = module.VERB
-    options, common = _parsed(name, verb, module.__doc__ or "", arguments)
+    options, common, chosen = _parsed(name, verb, module.__doc__ or "", arguments)
     usual = verb.folder(options) if verb.folder is not None else default_folder(name)
     folder = RunFolder(common.out or usual, name, Progress())
     content = settings_to_dict(options)
@@ -108,7 +109,8 @@ def _run_verb(name: str, arguments: list[str]) -> int:
             folder.remove_if_only_settings()
         raise
     folder.save_settings(content)
-    written = folder.save_summary(summary)
+    preset = {} if chosen is None else {"preset": chosen}
+    written = folder.save_summary({**summary, **preset, "peak_memory_mb": _peak_memory_mb()})
     if common.json:
         print(json.dumps(json.loads(written.read_text())))
     else:
@@ -119,8 +121,8 @@ def _run_verb(name: str, arguments: list[str]) -> int:
 
 def _parsed(
     name: str, verb: Verb[Any], description: str, arguments: list[str]
-) -> tuple[Any, CommonOptions]:
-    """Return the options: preset first, then the settings file, then the flags."""
+) -> tuple[Any, CommonOptions, str | None]:
+    """Return the options (preset first, then the settings file, then the flags) and the preset."""
     import tyro
 
     from pneumorph.command.verb import CommonOptions
@@ -150,7 +152,7 @@ def _parsed(
         description="",
         config=(tyro.conf.FlagCreatePairsOff,),
     )
-    return parsed.options, parsed.common
+    return parsed.options, parsed.common, getattr(parsed, "preset", None)
 
 
 def _wrapped(description: str) -> str:
@@ -168,6 +170,16 @@ def _value_of(flag: str, arguments: list[str]) -> str | None:
         if argument.startswith(f"{flag}="):
             return argument.split("=", 1)[1]
     return None
+
+
+def _peak_memory_mb() -> float:
+    """Return the largest resident memory of this process or of one that it started."""
+    used = (
+        resource.getrusage(who).ru_maxrss
+        for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    )
+    # Linux counts in kilobytes, macOS in bytes.
+    return max(used) / (1024.0 if sys.platform == "linux" else 1024.0**2)
 
 
 def _print_summary(summary: dict[str, Any]) -> None:

@@ -49,6 +49,8 @@ def test_coopt_says_what_it_found_beside_the_baseline(learned: Path) -> None:
     summary = json.loads((learned / "summary.json").read_text())
     assert re.fullmatch(r"[0-3](\.[0-3]){7}", summary["best_design"])
     assert summary["timesteps"] == 48
+    assert summary["preset"] == "quick"
+    assert summary["peak_memory_mb"] > 50
     assert summary["wall_s"] > summary["training_wall_s"] > 0
     assert summary["baseline_best_distance_cm"] == max(summary["distances_cm"])
     assert summary["phases_deg"] == [0.0, 90.0, 180.0]
