@@ -100,6 +100,7 @@ def paper_full_robot(
     design: Design,
     settings: SimulationSettings | None = None,
     hub: Literal["soft", "rigid"] = "soft",
+    leg: PartModel | None = None,
 ) -> FullRobot:
     """Finite elements of a whole robot: the one that a reduced robot of this design stands for.
 
@@ -107,12 +108,13 @@ def paper_full_robot(
         design: The design; its regulators must exist in the settings.
         settings: Physics of the reduced robot; numerics are the full model's own.
         hub: The disk as finite elements, or rigid as in the reduced robot.
+        leg: Finite elements of a leg; None for the one that ships.
     """
     settings = settings or SimulationSettings()
     disk = paper_disk_mesh()
     rim = disk_rim_points(disk)
     mounting = RadialMounting()
-    leg = paper_leg_model()
+    leg = leg or paper_leg_model()
     return FullRobot(
         SoftHub(disk_model(disk), rim) if hub == "soft" else RigidHub(disk, DISK_MASS_KG, rim),
         [(leg, mounting.pose(location), regulator - 1) for location, regulator in design.legs],

@@ -28,7 +28,6 @@ from pneumorph.comparison.animation_error import AnimationError, compare_animati
 from pneumorph.comparison.animations import Animation, animations
 from pneumorph.comparison.bend_error import BendComparison, compare_bend
 from pneumorph.fem.rotation import Rotation
-from pneumorph.presets import paper_leg_model
 from pneumorph.report.skin import with_skin_only
 
 flat = tyro.conf.arg(name="")
@@ -55,6 +54,7 @@ def compare(options: CompareOptions, folder: RunFolder) -> dict[str, Any]:
     """Run both models and return the errors and the time ratio."""
     start = time.monotonic()
     workshop = Workshop(options.robot)
+    workshop.full_leg()  # refuses a reduction of another mesh before the long part
     chosen = animations(options.animations, options.duration_s)
     errors = [_compared(each, options, folder) for each in chosen]
     bend = _bent(workshop, options, folder)
@@ -116,7 +116,7 @@ def _bent(workshop: Workshop, options: CompareOptions, folder: RunFolder) -> Ben
     folder.progress.stage("bending one leg, full and reduced")
     rotation: Rotation = "edge" if options.robot.simulation.damping == "published" else "polar"
     bend = compare_bend(
-        paper_leg_model(),
+        workshop.full_leg(),
         workshop.leg,
         options.bend_pressures_kPa,
         rotation,

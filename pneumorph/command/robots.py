@@ -9,8 +9,15 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pneumorph.fem.part_model import PartModel, leg_model
 from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
-from pneumorph.presets import load_default_leg, paper_full_robot, paper_robot_builder
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.presets import (
+    load_default_leg,
+    paper_full_robot,
+    paper_leg_model,
+    paper_robot_builder,
+)
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
@@ -31,6 +38,8 @@ class RobotOptions:
     """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
     threads: int = 0
     """Threads of the engine; 0 takes every processor."""
+    mesh: Path | None = None
+    """Mesh of full models' legs, as `pneumorph mesh` writes it; by default the shipped one."""
     full_hub: Literal["soft", "rigid"] = "soft"
     """Disk of full models: finite elements, or rigid as in the reduced robots."""
     simulation: SimulationSettings = field(default_factory=SimulationSettings)
@@ -91,7 +100,20 @@ class Workshop:
 
     def full(self, design: Design) -> RobotModel[Any]:
         """Return the finite elements of a whole robot to roll out."""
-        return paper_full_robot(design, self.options.simulation, self.options.full_hub)
+        return paper_full_robot(
+            design, self.options.simulation, self.options.full_hub, self.full_leg()
+        )
+
+    def full_leg(self) -> PartModel:
+        """Return the finite elements of a leg.
+
+        Raises:
+            ArtefactError: The reduced leg was made from another mesh.
+        """
+        mesh = self.options.mesh
+        leg = paper_leg_model() if mesh is None else leg_model(Mesh.load(mesh))
+        self.leg.check_mesh(leg.mesh)
+        return leg
 
     @property
     def leg_description(self) -> dict[str, Any]:

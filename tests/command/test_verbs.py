@@ -138,6 +138,13 @@ def test_report_refuses_what_is_no_run(tmp_path: Path, capsys: pytest.CaptureFix
     assert "not the folder of a finished pneumorph run" in capsys.readouterr().err
 
 
+def test_compare_refuses_a_reduction_of_another_mesh(
+    leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(f"compare --part {leg} --out {tmp_path / 'c'}".split()) == 1
+    assert "this reduction was made from the mesh" in capsys.readouterr().err
+
+
 def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sweep = " ".join(f"--{flag}" for flag in _SHORT_SWEEP)
     swept = _json(f"baseline --part {leg} {sweep} --out {tmp_path / 'b'}", capsys)
