@@ -101,13 +101,14 @@ def quick_settings(seed: int = 0) -> CooptSettings:
     """
     return CooptSettings(
         seed=seed,
-        total_timesteps=40_000,
+        total_timesteps=20_000,
         space=DesignSpace(maximum_legs=4),
         task=CrawlingTask(time_limit_is_terminal=False),
-        sac=SacSettings(batch_size=256),
-        schedule=EntropySchedule(decay_start_timestep=8_000, decay_end_timestep=36_000),
+        # The temperature falls by a fixed share per update; few updates must begin near its end.
+        sac=SacSettings(batch_size=256, initial_temperature=0.02),
+        schedule=EntropySchedule(decay_start_timestep=4_000, decay_end_timestep=18_000),
         learning_start_timestep=2_000,
         updates=16,
         mirror_transitions=True,
-        checkpoint_interval_timesteps=10_000,
+        checkpoint_interval_timesteps=5_000,
     )
