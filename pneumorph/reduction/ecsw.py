@@ -47,7 +47,7 @@ _BLOCK_ROWS = 256
 class EcswSettings:
     """How the sampled elements are chosen."""
 
-    hyperreduction_tolerance: float = 0.001
+    hyperreduction_tolerance: float = 0.008
     """Relative residual of the scaled force rows at which no more elements are added."""
     element_limit: int = 240
     """At most so many sampled elements, tetrahedra and membrane triangles together."""

@@ -32,7 +32,7 @@ class ReductionSettings:
     """Inner product of the POD: the mean stiffness over the snapshots, or the mass."""
     mode_tolerance: float = 0.0032
     """Relative projection error (see `pneumorph.reduction.pod`) at which to stop adding modes."""
-    mode_limit: int = 16
+    mode_limit: int = 24
     """At most so many modes, whatever the tolerance asks for."""
     symmetric: bool = True
     """Use the mesh's mirror plane, if it has one: symmetric or antisymmetric modes, equal weights

@@ -1,0 +1,89 @@
+"""Symmetries that every reduced robot of the paper must keep, whatever its parts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pneumorph.geometry.pose import rotation_about
+from pneumorph.presets import load_default_leg, paper_leg_mesh, paper_robot_builder
+from pneumorph.robot.design import Design
+from pneumorph.simulation import BatchedSimulator, RobotStatus, SimulationSettings
+
+BUILD = paper_robot_builder()
+COMMANDS = np.array([[90.0, 0.0, 20.0], [60.0, 90.0, 0.0], [0.0, 70.0, 90.0], [0.0, 0.0, 0.0]])
+TIGHT = {"contact_tolerance_mm_per_s": 1e-6, "contact_sweeps": 5000}
+
+
+def walk(simulator: BatchedSimulator, seconds_each: float = 0.6) -> np.ndarray:
+    """Path of the tracked points [mm], (record, robot, 3)."""
+    robots = len(simulator.robots)
+    simulator.advance(np.zeros((robots, 3)), 15)
+    path = [simulator.tracked_point_mm]
+    for command in COMMANDS:
+        simulator.advance(np.tile(command, (robots, 1)), round(seconds_each * 100))
+        path.append(simulator.tracked_point_mm)
+    assert np.all(simulator.status == RobotStatus.RUNNING)
+    return np.array(path)
+
+
+def test_the_leg_that_ships_was_made_from_the_mesh_that_ships():
+    load_default_leg().check_mesh(paper_leg_mesh())
+
+
+@pytest.mark.parametrize("damping", ["published", "objective"])
+def test_mirror_image_designs_walk_mirror_image_paths(damping):
+    """The leg, its modes and its sampled elements are mirror symmetric, so only rounding and the
+    order in which Gauss-Seidel visits the contacts differ."""
+    designs = [Design.parse(text) for text in ("1.0.2.2.2.3.0.1", "1.0.0.2.3.0.0.0")]
+    robots = [BUILD(each) for design in designs for each in (design, design.mirror())]
+    settings = SimulationSettings(damping=damping, element_precision="double", **TIGHT)
+    path = walk(BatchedSimulator(robots, settings))
+    difference = path[:, ::2] - path[:, 1::2] * [1.0, -1.0, 1.0]
+    travelled = np.abs(path - path[0]).max()
+    assert travelled > 5.0
+    # Contact solved to 1e-6 mm/s; 240 steps near the edge of slipping may amplify its slowest
+    # error (some thousand sweeps long), but not to what a leg's deflection would be, a millimetre.
+    assert np.abs(difference).max() < 0.05
+
+
+def test_a_turned_robot_walks_the_turned_path():
+    """Modes live in the hub's frame: a robot that starts turned by any yaw keeps its shape."""
+    robot = BUILD(Design.parse("1.0.2.2.2.3.0.1"))
+    settings = SimulationSettings(element_precision="double", **TIGHT)
+    straight = walk(BatchedSimulator([robot], settings))[:, 0]
+    for yaw in (90.0, 180.0, 211.0):
+        turn = rotation_about("z", yaw)
+        simulator = BatchedSimulator([robot], settings)
+        simulator.write(0, "rotation", turn)
+        path = walk(simulator)[:, 0]
+        # The friction cone is round, so only rounding and the solver's tolerance differ.
+        assert np.abs(path @ turn - straight).max() < 0.05
+
+
+def test_a_released_robot_comes_to_rest_and_to_its_shape():
+    """No gravity, no floor, no pressure: damping takes all energy of deformation."""
+    robot = BUILD(Design.parse("1.0.0.2.2.0.0.1"))
+    settings = SimulationSettings(
+        gravity_mm_per_s2=0.0, floor_height_mm=-1e6, damping="objective", mass_damping_per_s=0.0
+    )
+    simulator = BatchedSimulator([robot], settings)
+    simulator.advance(np.array([[40.0, 40.0, 0.0]]), 100)
+    assert np.abs(simulator.read("modes")).max() > 1.0
+    simulator.advance(np.zeros((1, 3)), 400)
+    scale = np.sqrt(robot.mounts[0].part.mass)  # mass-orthonormal: 1 mm of the whole leg
+    # Stiffness damping of 0.1 s relaxes every mode within 0.1 s; 3.4 s after the pressure is gone
+    # only single-precision forces are left.
+    assert np.abs(simulator.read("modes")).max() < 1e-2 * scale
+    assert np.abs(simulator.read("mode_rates")).max() < 1e-2 * scale
+
+
+def test_no_point_of_a_walking_robot_sinks_into_the_floor():
+    robots = [BUILD(Design.parse(text)) for text in ("1.0.2.2.2.3.0.1", "1.0.0.2.2.0.0.1")]
+    simulator = BatchedSimulator(robots, SimulationSettings())
+    simulator.advance(np.zeros((2, 3)), 15)
+    simulator.clear_counters()
+    walk(simulator)
+    # Contact is solved on velocities linearised at the step's start: a point's curvature leaves
+    # second-order errors of h v^2 / r, some hundredths of a millimetre.
+    assert simulator.read("worst_penetration").max() < 0.1
