@@ -33,7 +33,10 @@ def main(run: Path) -> None:
     write_film(IMAGES / "robots.gif", actors, LOOP)
     summary = json.loads((run / "summary.json").read_text())
     figure = reward_figure(
-        read_metrics(run / "training"), HISTOGRAM_EDGES_CM, summary["baseline_best_distance_cm"]
+        read_metrics(run / "training"),
+        HISTOGRAM_EDGES_CM,
+        summary["baseline_best_distance_cm"],
+        summary["best_distance_cm"],
     )
     save_figure(figure, IMAGES / "training.png")
 

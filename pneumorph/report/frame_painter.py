@@ -155,10 +155,11 @@ class FramePainter:
             place = (min(anchor[0], self._camera.width - space), anchor[1])
             draw.text(place, text, fill=ink, font=small, anchor="rm", align="right")
 
+        # At the top: a video player's controls cover the bottom.
+        right, base = self._camera.width - space, 2 * space
         bar = 50.0 * self._camera.pixels_per_mm
-        base = self._camera.height - space
-        draw.line([(space, base), (space + bar, base)], fill=ink, width=3)
-        draw.text((space + bar / 2, base - 4), "5 cm", fill=ink, font=small, anchor="mb")
+        draw.line([(right - bar, base), (right, base)], fill=ink, width=3)
+        draw.text((right - bar / 2, base + 4), "5 cm", fill=ink, font=small, anchor="mt")
         return np.asarray(picture)
 
 

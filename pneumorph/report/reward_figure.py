@@ -25,6 +25,7 @@ def reward_figure(
     metrics: Sequence[Mapping[str, Any]],
     histogram_edges_cm: Sequence[float],
     baseline_cm: float | None = None,
+    learned_cm: float | None = None,
 ) -> Figure:
     """Return distances in cm against timesteps.
 
@@ -35,6 +36,7 @@ def reward_figure(
         metrics: Rounds, as the training's metrics file holds them.
         histogram_edges_cm: Edges of their `score_histogram`.
         baseline_cm: Distance of the expert's best phase.
+        learned_cm: Distance of the best pair, evaluated after the last round.
 
     Raises:
         ValueError: No rounds.
@@ -60,9 +62,20 @@ def reward_figure(
         axes.axhline(
             baseline_cm, color=BASELINE_COLOUR, label=f"expert's best phase: {baseline_cm:.1f} cm"
         )
+    if learned_cm is not None:
+        axes.plot(timestep[-1], learned_cm, "o", color=LEARNED_COLOUR, clip_on=False)
+        axes.annotate(
+            f"{learned_cm:.1f} cm",
+            (timestep[-1], learned_cm),
+            xytext=(-6, 0),
+            textcoords="offset points",
+            ha="right",
+            va="center",
+        )
     axes.axhline(0, color=INK_COLOUR, linewidth=0.6)
     best = max((each["best_distance_cm"] or 0.0) for each in metrics)
-    axes.set_ylim(min(-3.0, float(histogram_edges_cm[0]) / 2), max(best, baseline_cm or 0.0) + 1.5)
+    highest = max(best, baseline_cm or 0.0, learned_cm or 0.0)
+    axes.set_ylim(min(-3.0, float(histogram_edges_cm[0]) / 2), highest + 1.5)
     axes.set(xlabel="timesteps (actions of all robots)", ylabel="distance in 20 s (cm)")
     axes.legend(loc="upper left")
     return figure

@@ -187,12 +187,13 @@ def _training_sections(run: Run) -> list[Section]:
     if not metrics:
         return []
     baseline_cm = run.summary.get("baseline_best_distance_cm")
+    learned_cm = run.summary.get("best_distance_cm")
     return [
         Section(
             "Training",
             page.side_by_side(
                 page.drawn(
-                    reward_figure(metrics, HISTOGRAM_EDGES_CM, baseline_cm),
+                    reward_figure(metrics, HISTOGRAM_EDGES_CM, baseline_cm, learned_cm),
                     "Distance of each round of episodes. Grey shades: scores of all designs, "
                     "weighted by the design distribution.",
                 ),

@@ -9,10 +9,12 @@ import pytest
 
 from pneumorph.report.bend_figure import bend_figure
 from pneumorph.report.distance_figure import distance_figure
+from pneumorph.report.entropy_figure import entropy_figure
 from pneumorph.report.path_figure import path_figure
 from pneumorph.report.phase_figure import phase_figure
 from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.pressure_figure import pressure_figure
+from pneumorph.report.reward_figure import reward_figure
 from pneumorph.report.style import regulator_colour, save_figure
 
 
@@ -63,3 +65,27 @@ def test_figures_are_saved_in_each_format_and_alike_each_time(tmp_path: Path) ->
     assert [path.suffix for path in first] == [".png", ".pdf", ".svg"]
     again = save_figure(bend_figure([0, 100], [0, 30], [0, 31]), tmp_path / "bend", ("svg",))
     assert again[0].read_bytes() == first[2].read_bytes()
+
+
+def test_training_is_drawn_beside_the_baseline() -> None:
+    metrics = [
+        {
+            "timestep": 100 * number,
+            "best_distance_cm": None if number == 1 else float(number),
+            "return_mean_cm": 0.5 * number,
+            "design_entropy": 9.0 - number,
+            "design_entropy_target": 8.5 - number,
+            "score_histogram": [0.25, 0.75],
+        }
+        for number in (1, 2, 3)
+    ]
+    axes = reward_figure(metrics, [-1.0, 0.0, 4.0], baseline_cm=1.5, learned_cm=4.0).axes[0]
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["best so far", "mean of the round", "expert's best phase: 1.5 cm"]
+    assert axes.lines[0].get_ydata()[1:].tolist() == [2.0, 3.0]
+    assert axes.get_ylim()[1] > 4.0
+    target, entropy = entropy_figure(metrics).axes[0].lines
+    assert target.get_ydata().tolist() == [7.5, 6.5, 5.5]
+    assert entropy.get_ydata().tolist() == [8.0, 7.0, 6.0]
+    with pytest.raises(ValueError, match="no metrics"):
+        reward_figure([], [0.0, 1.0])
