@@ -116,6 +116,8 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     else:
         _print_summary(summary)
     print(f"wrote {folder.path}", file=sys.stderr)
+    if "page" in summary:
+        print(f"open {Path(summary['page']).resolve()}", file=sys.stderr)
     return 0
 
 

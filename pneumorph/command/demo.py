@@ -30,7 +30,7 @@ def demo(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
     folder.progress.say(
         f"\nlearned: {learned['best_distance_cm']:.1f} cm in 20 s, {learned['best_design']}\n"
         f"expert: {learned['baseline_best_distance_cm']:.1f} cm at its best phase, "
-        f"{learned['baseline_best_phase_deg']:.0f} degrees\nopen {page.resolve()}"
+        f"{learned['baseline_best_phase_deg']:.0f} degrees\n"
     )
     return {**learned, "page": str(page), "wall_s": time.monotonic() - start}
 
