@@ -10,15 +10,14 @@ import sys
 from pathlib import Path
 
 from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM, read_metrics
-from pneumorph.report.film import FilmSettings, side_by_side, write_film, write_still
+from pneumorph.report.film import FilmSettings, side_by_side, write_film
 from pneumorph.report.reward_figure import reward_figure
 from pneumorph.report.scene import Actor
 from pneumorph.report.style import save_figure
 from pneumorph.trajectory import Trajectory
 
 IMAGES = Path(__file__).parent / "images"
-STILL = FilmSettings(width=1000)
-LOOP = FilmSettings(width=560, frames_per_second=5, speed=2.0)
+LOOP = FilmSettings(width=720, frames_per_second=5, speed=2.0)
 
 
 def main(run: Path) -> None:
@@ -29,7 +28,6 @@ def main(run: Path) -> None:
             Actor.of(Trajectory.load(run / "baseline_trajectory.npz"), "expert"),
         ]
     )
-    write_still(IMAGES / "robots.png", actors, 20.0, STILL)
     write_film(IMAGES / "robots.gif", actors, LOOP)
     summary = json.loads((run / "summary.json").read_text())
     figure = reward_figure(

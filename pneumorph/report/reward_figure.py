@@ -67,15 +67,15 @@ def reward_figure(
         axes.annotate(
             f"{learned_cm:.1f} cm",
             (timestep[-1], learned_cm),
-            xytext=(-6, 0),
+            xytext=(0, 5),
             textcoords="offset points",
             ha="right",
-            va="center",
+            va="bottom",
         )
     axes.axhline(0, color=INK_COLOUR, linewidth=0.6)
     best = max((each["best_distance_cm"] or 0.0) for each in metrics)
     highest = max(best, baseline_cm or 0.0, learned_cm or 0.0)
-    axes.set_ylim(min(-3.0, float(histogram_edges_cm[0]) / 2), highest + 1.5)
+    axes.set_ylim(min(-3.0, float(histogram_edges_cm[0]) / 2), 1.12 * highest + 0.5)
     axes.set(xlabel="timesteps (actions of all robots)", ylabel="distance in 20 s (cm)")
     axes.legend(loc="upper left")
     return figure

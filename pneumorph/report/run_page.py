@@ -195,7 +195,7 @@ def _training_sections(run: Run) -> list[Section]:
                 page.drawn(
                     reward_figure(metrics, HISTOGRAM_EDGES_CM, baseline_cm, learned_cm),
                     "Distance of each round of episodes. Grey shades: scores of all designs, "
-                    "weighted by the design distribution.",
+                    "weighted by the design distribution; the last bin holds all beyond it.",
                 ),
                 page.drawn(
                     entropy_figure(metrics),
