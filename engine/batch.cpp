@@ -96,6 +96,9 @@ void Batch::pad_parts(const std::vector<PartInput>& inputs) {
   std::vector<Part<Real>> parts;
   for (const PartInput& in : inputs) {
     const int m = in.modes, p = padded_;
+    if (in.cavities > kMaximumRegulators)
+      throw std::invalid_argument("a part has " + std::to_string(in.cavities) + " cavities, at most " +
+                                  std::to_string(kMaximumRegulators) + " are supported");
     Part<Real> part;
     part.tetrahedra = pad_family<Real>(storage_, 3, in.tetrahedra, in.tetrahedron_rest, in.tetrahedron_gradient,
                                        in.tetrahedron_lambda, in.tetrahedron_mu, m, p);

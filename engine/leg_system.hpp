@@ -121,16 +121,8 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
     for (int v = 0; v < kVectors; ++v) dot += load(&mass_coupling[i][8 * v]) * load(rates + 8 * v);
     mode_momentum[i] = sum_lanes(dot);
   }
-  double mass[36] = {0};
-  for (int i = 0; i < 3; ++i) mass[7 * i] = part.mass;
-  // V^T M W = V . (W x first)
-  const double skew[9] = {0, first[2], -first[1], -first[2], 0, first[0], first[1], -first[0], 0};
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) mass[6 * i + 3 + j] = mass[6 * (3 + j) + i] = skew[3 * i + j];
-  const double trace = second[0] + second[4] + second[8];
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      mass[6 * (3 + i) + 3 + j] = (i == j ? trace : 0.0) - 0.5 * (second[3 * i + j] + second[3 * j + i]);
+  double mass[36];
+  rigid_mass(part.mass, first, second, mass);
 
   for (int i = 0; i < 6; ++i) {
     double sum = mode_momentum[i];

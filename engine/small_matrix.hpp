@@ -45,6 +45,21 @@ inline void rotate_by(const double vector[3], double rotation[9]) {
   for (int i = 0; i < 9; ++i) rotation[i] = next[i];
 }
 
+// Mass matrix of a rigid body against velocity of the origin and turning rate, 6 x 6, from its mass,
+// sum m r and sum m r r^T about the origin.
+inline void rigid_mass(double mass, const double first[3], const double second[9], double matrix[36]) {
+  for (int i = 0; i < 36; ++i) matrix[i] = 0;
+  for (int i = 0; i < 3; ++i) matrix[7 * i] = mass;
+  // V^T M W = V . (W x first)
+  const double skew[9] = {0, first[2], -first[1], -first[2], 0, first[0], first[1], -first[0], 0};
+  const double trace = second[0] + second[4] + second[8];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      matrix[6 * i + 3 + j] = matrix[6 * (3 + j) + i] = skew[3 * i + j];
+      matrix[6 * (3 + i) + 3 + j] = (i == j ? trace : 0.0) - 0.5 * (second[3 * i + j] + second[3 * j + i]);
+    }
+}
+
 // Inverse of the lower Cholesky factor of a symmetric positive 6 x 6 matrix; false if not positive.
 inline bool inverse_cholesky_6(const double a[36], double inverse[36]) {
   double l[36] = {0};

@@ -9,7 +9,7 @@ Example: pneumorph bench engine --json
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -45,9 +45,9 @@ def bench(options: BenchOptions, folder: RunFolder) -> dict[str, Any]:
         drawn = generator.integers(len(options.space), size=count)
         return [workshop.robot(options.space[int(index)]) for index in drawn]
 
-    threads = options.benchmark.thread_count or options.robot.threads
-    benchmark = replace(options.benchmark, thread_count=threads)
-    return bench_engine(benchmark, options.robot.simulation, draw_robots)
+    return bench_engine(
+        options.benchmark, options.robot.simulation, draw_robots, options.robot.threads
+    )
 
 
 VERB = Verb(BenchOptions, bench)

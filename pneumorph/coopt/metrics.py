@@ -14,7 +14,7 @@ from pneumorph.artefact import write_atomically
 METRICS_FILE = "metrics.jsonl"
 TENSORBOARD_FOLDER = "tensorboard"
 
-HISTOGRAM_EDGES_CM = tuple(np.arange(-5.0, 15.01, 0.5).tolist())
+HISTOGRAM_EDGES_CM = tuple(np.arange(-5.0, 30.01, 0.5).tolist())
 """Bins of the histogram of scores [cm]; scores beyond the ends count in the last bins."""
 
 

@@ -29,8 +29,6 @@ class EngineBenchmark:
     """Time steps at zero pressure first, not counted."""
     maximum_kPa: float = 90.0
     """Upper end of the random commands [real kPa]."""
-    thread_count: int = 0
-    """Threads; 0 takes every processor."""
     seed: int = 0
     """Of designs and commands."""
 
@@ -39,6 +37,7 @@ def bench_engine(
     settings: EngineBenchmark,
     simulation: SimulationSettings,
     draw_robots: Callable[[np.random.Generator, int], Sequence[Robot]],
+    thread_count: int = 0,
 ) -> dict[str, Any]:
     """Time random robots under random gaits, and the machine's own matrix product.
 
@@ -46,6 +45,7 @@ def bench_engine(
         settings: What to measure.
         simulation: Physics and numerics.
         draw_robots: Given a generator and a count, that many random robots.
+        thread_count: Threads; 0 takes every processor.
 
     Returns:
         ``env_steps_per_s`` (robot steps a second, all threads), ``threads``, ``modes``,
@@ -55,7 +55,7 @@ def bench_engine(
     """
     generator = np.random.default_rng(settings.seed)
     robots = draw_robots(generator, settings.robot_count)
-    simulator = BatchedSimulator(robots, simulation, settings.thread_count)
+    simulator = BatchedSimulator(robots, simulation, thread_count)
     shape = (settings.action_count, settings.robot_count, simulation.regulator_count)
     commands = generator.uniform(0.0, settings.maximum_kPa, shape)
 
