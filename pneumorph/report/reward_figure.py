@@ -47,10 +47,16 @@ def reward_figure(
     axes = figure.add_subplot()
     timestep = np.array([each["timestep"] for each in metrics], dtype=float)
     shares = np.array([each["score_histogram"] for each in metrics])
+    if shares.shape[1] >= len(histogram_edges_cm):
+        raise ValueError(
+            f"the metrics' score_histogram has {shares.shape[1]} bins, expected fewer than the "
+            f"{len(histogram_edges_cm)} edges; the run was made by a newer pneumorph"
+        )
     # The square root shows the thin tail of good designs early in training.
     axes.pcolormesh(
         np.concatenate([[0.0], timestep]),
-        np.asarray(histogram_edges_cm),
+        # Runs of an earlier version end at fewer bins of the same size.
+        np.asarray(histogram_edges_cm)[: shares.shape[1] + 1],
         np.sqrt(shares.T),
         cmap="Greys",
         vmax=1.6,

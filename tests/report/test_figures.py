@@ -87,5 +87,8 @@ def test_training_is_drawn_beside_the_baseline() -> None:
     target, entropy = entropy_figure(metrics).axes[0].lines
     assert target.get_ydata().tolist() == [7.5, 6.5, 5.5]
     assert entropy.get_ydata().tolist() == [8.0, 7.0, 6.0]
+    reward_figure(metrics, [-1.0, 0.0, 4.0, 8.0])  # a run from before the bins were extended
     with pytest.raises(ValueError, match="no metrics"):
         reward_figure([], [0.0, 1.0])
+    with pytest.raises(ValueError, match="2 bins, expected fewer than the 2 edges"):
+        reward_figure(metrics, [0.0, 1.0])
