@@ -168,9 +168,34 @@ Batch::Batch(const std::vector<PartInput>& parts, const Settings& settings, bool
   select_kernel(instruction_set_, padded_, single_precision_, 0);
 }
 
+void Batch::check_mounts(const std::vector<MountInput>& mounts) const {
+  if (mounts.size() > size_t(kMaximumMounts))
+    throw std::invalid_argument("a robot has " + std::to_string(mounts.size()) + " mounted parts, at most " +
+                                std::to_string(kMaximumMounts) + " are supported");
+  for (const MountInput& mount : mounts) {
+    if (mount.part < 0 || size_t(mount.part) >= cavity_counts_.size())
+      throw std::invalid_argument("a mount names part " + std::to_string(mount.part) + " of " +
+                                  std::to_string(cavity_counts_.size()));
+    if (int(mount.regulators.size()) != cavity_counts_[mount.part])
+      throw std::invalid_argument("a mount has " + std::to_string(mount.regulators.size()) + " regulators for " +
+                                  std::to_string(cavity_counts_[mount.part]) + " cavities");
+    for (int regulator : mount.regulators)
+      if (regulator < 0 || regulator >= settings_.regulator_count)
+        throw std::invalid_argument("unknown regulator " + std::to_string(regulator) + ", expected 0 to " +
+                                    std::to_string(settings_.regulator_count - 1));
+  }
+}
+
 void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                        const std::vector<std::vector<MountInput>>& mounts) {
   const size_t count = mounts.size();
+  // Everything is checked first, so that a refused call leaves the old robots as they were.
+  for (size_t r = 0; r < count; ++r) {
+    if (hub_of_robot[r] < 0 || size_t(hub_of_robot[r]) >= hubs.size())
+      throw std::invalid_argument("a robot names hub " + std::to_string(hub_of_robot[r]) + " of " +
+                                  std::to_string(hubs.size()));
+    check_mounts(mounts[r]);
+  }
   robots_.assign(count, RobotModel{});
   states_.assign(count, RobotState{});
   mounts_.assign(count, {});
@@ -180,10 +205,7 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
   contact_capacity_ = 0;
   for (const HubInput& hub : hubs) hub_points_.push_back(hub.contact_points);
   for (size_t r = 0; r < count; ++r) {
-    if (mounts[r].size() > size_t(kMaximumMounts))
-      throw std::invalid_argument("a robot has " + std::to_string(mounts[r].size()) + " mounted parts, at most " +
-                                  std::to_string(kMaximumMounts) + " are supported");
-    const HubInput& hub = hubs.at(hub_of_robot[r]);
+    const HubInput& hub = hubs[hub_of_robot[r]];
     RobotModel& robot = robots_[r];
     robot.hub_mass = hub.mass;
     for (int i = 0; i < 3; ++i) robot.hub_first_moment[i] = hub.first_moment[i];
@@ -197,21 +219,10 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     for (const MountInput& in : mounts[r]) {
       Mount mount;
       mount.part = in.part;
-      if (in.part < 0 || size_t(in.part) >= cavity_counts_.size())
-        throw std::invalid_argument("a mount names part " + std::to_string(in.part) + " of " +
-                                    std::to_string(cavity_counts_.size()));
-      if (int(in.regulators.size()) != cavity_counts_[in.part])
-        throw std::invalid_argument("a mount has " + std::to_string(in.regulators.size()) + " regulators for " +
-                                    std::to_string(cavity_counts_[in.part]) + " cavities");
       for (int i = 0; i < 9; ++i) mount.rotation[i] = in.rotation[i];
       for (int i = 0; i < 3; ++i) mount.translation[i] = in.translation[i];
       mount.regulators = regulators_[r].data() + regulators_[r].size();
-      for (int regulator : in.regulators) {
-        if (regulator < 0 || regulator >= settings_.regulator_count)
-          throw std::invalid_argument("unknown regulator " + std::to_string(regulator) + ", expected 0 to " +
-                                      std::to_string(settings_.regulator_count - 1));
-        regulators_[r].push_back(regulator);
-      }
+      for (int regulator : in.regulators) regulators_[r].push_back(regulator);
       mount.contact_offset = contacts;
       contacts += contact_counts_[in.part];
       mounts_[r].push_back(mount);
@@ -246,8 +257,8 @@ void Batch::reset(int robot) {
 void Batch::clear_counters() {
   stages_ = StageSeconds{};
   for (RobotState& state : states_) {
-    state.step_count = state.contact_total = state.sweep_total = 0;
-    state.worst_penetration = 0;
+    state.step_count = state.contact_total = state.sweep_total = state.unconverged_total = 0;
+    state.worst_penetration = state.worst_residual = 0;
   }
 }
 

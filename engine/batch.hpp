@@ -75,6 +75,7 @@ class Batch {
   void clear_counters();
 
  private:
+  void check_mounts(const std::vector<MountInput>& mounts) const;
   template <class Real>
   void pad_parts(const std::vector<PartInput>& inputs);
 

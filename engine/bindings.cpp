@@ -178,8 +178,9 @@ class PythonBatch {
       return gather(n, [](State& s, size_t i) { return s.regulated[i]; }), to_numpy(values, {robots, n});
     }
     const char* const scalars[] = {"status", "active_contacts", "sweeps", "contact_residual", "step_count",
-                                   "contact_total", "sweep_total", "worst_penetration"};
-    for (int which = 0; which < 8; ++which)
+                                   "contact_total", "sweep_total", "worst_penetration", "unconverged_total",
+                                   "worst_residual"};
+    for (int which = 0; which < 10; ++which)
       if (name == scalars[which]) {
         gather(1, [which](State& s, size_t) -> double {
           switch (which) {
@@ -190,7 +191,9 @@ class PythonBatch {
             case 4: return double(s.step_count);
             case 5: return double(s.contact_total);
             case 6: return double(s.sweep_total);
-            default: return s.worst_penetration;
+            case 7: return s.worst_penetration;
+            case 8: return double(s.unconverged_total);
+            default: return s.worst_residual;
           }
         });
         return to_numpy(values, {robots});

@@ -42,12 +42,21 @@ inline V root_lanes(V value) {
 }
 
 inline double sum_lanes(Lanes<double>::type v) {
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define PNEUMORPH_SHUFFLE
+#endif
+#endif
+#ifdef PNEUMORPH_SHUFFLE
   typedef double half __attribute__((vector_size(32)));
   typedef double quarter __attribute__((vector_size(16)));
   const half low = __builtin_shufflevector(v, v, 0, 1, 2, 3), high = __builtin_shufflevector(v, v, 4, 5, 6, 7);
   const half h = low + high;
   const quarter q = __builtin_shufflevector(h, h, 0, 1) + __builtin_shufflevector(h, h, 2, 3);
   return q[0] + q[1];
+#else  // GCC before 12: the same sums in the same order
+  return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]));
+#endif
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -100,8 +100,11 @@ struct RobotState {
   int active_contacts;         // of the last step
   int sweeps;                  // of the last step
   double contact_residual;     // mm/s, of the last step
-  long long step_count, contact_total, sweep_total;  // since the counters were cleared
-  double worst_penetration;    // mm
+  // Since the counters were cleared:
+  long long step_count, contact_total, sweep_total;
+  long long unconverged_total;  // steps whose friction ended above the tolerance
+  double worst_penetration;     // mm
+  double worst_residual;        // mm/s
 };
 
 constexpr int kStageCount = 6;

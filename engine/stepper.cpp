@@ -209,14 +209,14 @@ bool move_on(const Part<Real>* parts, const RobotModel& robot, const Settings& s
 }
 
 template <int M, class Real>
-bool step_robot(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+Status step_robot(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
                 const double* command, RobotState& state, Workspace<M, Real>& work, StageSeconds* stages) {
   Clock clock(stages);
   regulate(settings, command, state, work);
   begin_hub(robot, settings, state, work.hub);
   for (int k = 0; k < robot.mount_count; ++k)
-    if (!add_part(parts, robot, k, settings, state, work, clock)) return false;
-  if (!solve_hub(work.hub)) return false;
+    if (!add_part(parts, robot, k, settings, state, work, clock)) return kSingular;
+  if (!solve_hub(work.hub)) return kSingular;
   clock.lap(2);
 
   double deepest = 0;
@@ -231,16 +231,18 @@ bool step_robot(const Part<Real>* parts, const RobotModel& robot, const Settings
   solve_contacts(settings, row_count, work, sweep, residual);
   clock.lap(4);
 
-  if (!move_on(parts, robot, settings, state, work)) return false;
+  if (!move_on(parts, robot, settings, state, work)) return kDiverged;
   state.active_contacts = row_count;
   state.sweeps = sweep;
   state.contact_residual = residual;
   state.step_count += 1;
   state.contact_total += row_count;
   state.sweep_total += sweep;
+  state.unconverged_total += residual > settings.contact_tolerance;
+  state.worst_residual = std::fmax(state.worst_residual, residual);
   state.worst_penetration = std::fmax(state.worst_penetration, deepest);
   clock.lap(5);
-  return true;
+  return kRunning;
 }
 
 template <int M, class Real>
@@ -248,8 +250,8 @@ void advance(const void* parts, const RobotModel& robot, const Settings& setting
              long long steps, RobotState& state, void* workspace, StageSeconds* stages) {
   auto& work = *static_cast<Workspace<M, Real>*>(workspace);
   for (long long step = 0; step < steps && state.status == kRunning; ++step)
-    if (!step_robot<M, Real>(static_cast<const Part<Real>*>(parts), robot, settings, command, state, work, stages))
-      state.status = kDiverged;
+    state.status =
+        step_robot<M, Real>(static_cast<const Part<Real>*>(parts), robot, settings, command, state, work, stages);
 }
 
 template <int M, class Real>

@@ -111,6 +111,11 @@ def paper_full_robot(
         leg: Finite elements of a leg; None for the one that ships.
     """
     settings = settings or SimulationSettings()
+    if settings.floor_slope_deg:
+        raise ValueError(
+            f"floor_slope_deg is {settings.floor_slope_deg}, expected 0: full robots know a level "
+            "floor only"
+        )
     disk = paper_disk_mesh()
     rim = disk_rim_points(disk)
     mounting = RadialMounting()

@@ -31,7 +31,9 @@ class RobotStatus(IntEnum):
 
     RUNNING = 0
     DIVERGED = 1
-    """Not finite, too fast, or a stiffness not positive definite; the robot stands still."""
+    """Not finite or too fast; the robot stands still where it was last sound."""
+    SINGULAR = 2
+    """Its system was not positive definite; likewise."""
 
 
 class BatchedSimulator:
@@ -54,12 +56,13 @@ class BatchedSimulator:
             ValueError: No robot, an unknown regulator, or a part of too many modes.
         """
         self.settings = settings
-        self.thread_count = thread_count or len(os.sched_getaffinity(0))
+        self.thread_count = thread_count or _processor_count()
         self._parts: list[ReducedPart] = []
+        self._batch: Any = None
         self.set_robots(robots)
 
     def set_robots(self, robots: Sequence[Robot]) -> None:
-        """Replace all robots; every one starts from rest."""
+        """Replace all robots; every one starts from rest. A refused call changes nothing."""
         if not robots:
             raise ValueError("robots is empty, expected at least one robot")
         known = {id(part): index for index, part in enumerate(self._parts)}
@@ -71,15 +74,15 @@ class BatchedSimulator:
                 if id(mount.part) not in known:
                     known[id(mount.part)] = len(known)
                     fresh.append(mount.part)
-        if fresh or not self._parts:
-            self._parts = [*self._parts, *fresh]
-            self._batch = _engine.Batch(
-                [_part_arrays(part) for part in self._parts],
+        batch, parts = self._batch, [*self._parts, *fresh]
+        if fresh or batch is None:
+            batch = _engine.Batch(
+                [_part_arrays(part) for part in parts],
                 _engine_settings(self.settings),
                 self.settings.element_precision == "single",
                 self.settings.instruction_set,
             )
-        self._batch.set_robots(
+        batch.set_robots(
             [
                 (hub.mass, hub.first_moment, hub.second_moment, hub.contact_points)
                 for _, hub in hubs.values()
@@ -100,6 +103,7 @@ class BatchedSimulator:
                 for robot in robots
             ],
         )
+        self._batch, self._parts = batch, parts
         self.robots = tuple(robots)
         self._tracked = np.array([robot.hub.tracked_point for robot in robots])
 
@@ -163,7 +167,9 @@ class BatchedSimulator:
                 zeros; ``regulated`` [real kPa]; ``impulses`` [mN s] (robot, contact point, 3),
                 hub's points first, along z, x, y; ``active_contacts``, ``sweeps``,
                 ``contact_residual`` [mm/s] of the last step; ``step_count``, ``contact_total``,
-                ``sweep_total`` and ``worst_penetration`` [mm] since `clear_counters`.
+                ``sweep_total``, ``unconverged_total`` (steps whose friction ended above the
+                tolerance), ``worst_residual`` [mm/s] and ``worst_penetration`` [mm] since
+                `clear_counters`.
         """
         values: np.ndarray = self._batch.read(name)
         return values
@@ -206,6 +212,13 @@ class BatchedSimulator:
     def instruction_set(self) -> str:
         """Which build of the stepper runs."""
         return str(self._batch.instruction_set)
+
+
+def _processor_count() -> int:
+    # How many this process may use, where the system can say so.
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _part_arrays(part: ReducedPart) -> dict[str, object]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from pneumorph.pressure import PressureMap
 
 Damping = Literal["published", "objective"]
+Precision = Literal["single", "double"]
+InstructionSet = Literal["best", "avx512", "avx2", "baseline"]
 
 
 @dataclass(frozen=True)
@@ -49,12 +51,21 @@ class SimulationSettings:
     """Real to simulated pressure."""
     speed_limit_mm_per_s: float = 1e4
     """A robot faster than this has diverged [mm/s]."""
-    element_precision: Literal["single", "double"] = "single"
+    element_precision: Precision = "single"
     """Arithmetic of element forces and stiffness; everything else is double precision."""
-    instruction_set: Literal["best", "avx512", "avx2", "baseline"] = "best"
+    instruction_set: InstructionSet = "best"
     """Which build of the stepper to run; `best` asks the processor."""
 
     def __post_init__(self) -> None:
+        choices = {
+            "damping": get_args(Damping),
+            "element_precision": get_args(Precision),
+            "instruction_set": get_args(InstructionSet),
+        }
+        for name, known in choices.items():
+            value = getattr(self, name)
+            if value not in known:
+                raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}")
         positive = (
             "time_step_s",
             "contact_tolerance_mm_per_s",

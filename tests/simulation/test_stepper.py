@@ -215,6 +215,13 @@ def test_bad_pressures_are_refused(bad):
         simulator.advance(np.array([[1.0, bad]]), 1)
 
 
+def test_refused_robots_leave_the_old_ones_running():
+    simulator = BatchedSimulator(crawlers(), SETTINGS, 1)
+    with pytest.raises(ValueError, match="unknown regulator 2"):
+        simulator.set_robots([*crawlers()[:2], Robot(HUB, (Mount(PART, POSE, (2,)),))])
+    assert len(march(simulator)["position"]) == 3
+
+
 def test_bad_robots_and_settings_are_refused():
     with pytest.raises(ValueError, match="unknown regulator 2"):
         BatchedSimulator([Robot(HUB, (Mount(PART, POSE, (2,)),))], SETTINGS, 1)
@@ -222,6 +229,8 @@ def test_bad_robots_and_settings_are_refused():
         Mount(PART, POSE, (0, 1))
     with pytest.raises(ValueError, match="expected at least one robot"):
         BatchedSimulator([], SETTINGS, 1)
+    with pytest.raises(ValueError, match="damping must be one of published, objective"):
+        SimulationSettings(damping="publishd")
     with pytest.raises(ValueError, match="time_step_s must be positive"):
         SimulationSettings(time_step_s=0.0)
     with pytest.raises(ValueError, match="friction must be finite"):
