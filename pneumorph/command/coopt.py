@@ -27,10 +27,12 @@ from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
 from pneumorph.coopt.cooptimise import cooptimise
 from pneumorph.coopt.settings import CooptSettings, paper_settings, quick_settings
+from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.report.skin import with_skin_only
 from pneumorph.robot.design import Design
+from pneumorph.settings import settings_to_dict
 
 flat = tyro.conf.arg(name="")
 
@@ -66,10 +68,14 @@ def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
         options.coopt,
         folder.path / TRAINING_FOLDER,
         time_step_s=options.robot.simulation.time_step_s,
+        provenance={
+            "simulation": settings_to_dict(options.robot.simulation),
+            "leg": workshop.leg.digest(),
+        },
         resume=options.resume,
         progress=folder.progress,
     )
-    replayed = _replay_best(workshop, learned, folder)
+    replayed = _replay_best(workshop, learned, options.coopt.task, folder)
     return {
         "best_design": learned["best_design"],
         "best_distance_cm": learned["best_distance_cm"],
@@ -91,12 +97,18 @@ def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
     }
 
 
-def _replay_best(workshop: Workshop, learned: dict[str, Any], folder: RunFolder) -> float | None:
+def _replay_best(
+    workshop: Workshop, learned: dict[str, Any], task: CrawlingTask, folder: RunFolder
+) -> float | None:
     """Walk the best pair's gait file once more, record it, and return its distance in cm."""
     if learned["best_gait"] is None:
         return None
     folder.progress.stage("recording the best pair")
-    gait, _ = read_gait(folder.path / TRAINING_FOLDER / learned["best_gait"])
+    gait, _ = read_gait(
+        folder.path / TRAINING_FOLDER / learned["best_gait"],
+        task.minimum_pressure_kPa,
+        task.maximum_pressure_kPa,
+    )
     trajectory = workshop.recorded(
         Design.parse(learned["best_design"]), gait, description={"gait": learned["best_gait"]}
     )

@@ -18,6 +18,7 @@ KIND = "CooptCheckpoint"
 VERSION = 1
 NEWEST = "checkpoint.npz"
 PREVIOUS = "checkpoint.previous.npz"
+DAMAGED = "checkpoint.damaged.npz"
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,8 @@ def has_checkpoint(folder: Path | str) -> bool:
 def load_checkpoint(folder: Path | str) -> Checkpoint:
     """Read the newest whole checkpoint of a folder.
 
-    A newest one that is missing or damaged is replaced by the previous one, with a warning.
+    A newest one that is missing or damaged is replaced by the previous one, with a warning; a
+    damaged one is kept beside it under another name.
 
     Raises:
         FileNotFoundError: The folder holds no checkpoint.
@@ -81,6 +83,9 @@ def load_checkpoint(folder: Path | str) -> Checkpoint:
         raise ArtefactError(f"{reason}; and there is no previous checkpoint") from None
     except ArtefactError as error:
         raise ArtefactError(f"{reason}; and the previous checkpoint fails too: {error}") from error
+    if (folder / NEWEST).exists():
+        # Set aside, or the next save would make it the previous one and lose the only whole one.
+        os.replace(folder / NEWEST, folder / DAMAGED)
     remark = f"the previous checkpoint is used, because the newest one fails: {reason}"
     warnings.warn(remark, stacklevel=2)
     return Checkpoint(arrays, metadata, remark)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,6 +32,7 @@ def cooptimise(
     folder: Path | str,
     *,
     time_step_s: float = 0.01,
+    provenance: Mapping[str, Any] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
@@ -46,6 +48,8 @@ def cooptimise(
         settings: All options; a resumed run must have those it began with.
         folder: The run folder.
         time_step_s: The simulator's time step [s].
+        provenance: What else a resumed run must have in common with its beginning, such as the
+            physics and the leg; JSON values.
         resume: Go on from the folder's newest checkpoint; begin anew if there is none.
         progress: Told (timesteps done, timesteps in all, message).
 
@@ -66,13 +70,13 @@ def cooptimise(
     earlier_s = 0.0
     remarks: list[str] = []
     if has_checkpoint(folder):
-        earlier_s, remarks = _restore(training, folder)
+        earlier_s, remarks = _restore(training, folder, provenance or {})
     else:
         write_json(folder / SETTINGS_FILE, settings_to_dict(settings))
     started = time.perf_counter() - earlier_s
     log = MetricsLog(folder, training.timestep)
     try:
-        _train(training, folder, log, started, remarks, progress)
+        _train(training, folder, log, started, remarks, provenance or {}, progress)
     finally:
         log.close()
     if progress is not None:
@@ -86,17 +90,22 @@ def cooptimise(
             "distance_cm": f"{pair.distance_cm:.3f}",
             "source": pair.source,
         }
-        write_gait(folder / GAIT_FOLDER / f"L{rank}.csv", pair.gait(action_s), comments)
+        write_gait(
+            folder / GAIT_FOLDER / f"L{rank}.csv", pair.gait(action_s, settings.task), comments
+        )
     summary = _summary(training, evaluated, time.perf_counter() - started, remarks)
     write_json(folder / SUMMARY_FILE, summary)
     return summary
 
 
-def _restore(training: Training, folder: Path) -> tuple[float, list[str]]:
+def _restore(
+    training: Training, folder: Path, provenance: Mapping[str, Any]
+) -> tuple[float, list[str]]:
     """Take over the newest checkpoint; return the seconds spent before it, and remarks."""
     checkpoint = load_checkpoint(folder)
     theirs, ours = checkpoint.metadata["settings"], settings_to_dict(training.settings)
     changed = _differences(theirs, ours, "")
+    changed += _differences(checkpoint.metadata["provenance"], _as_json(provenance), "")
     if changed:
         raise ValueError(
             f"{folder} was trained with other settings ({'; '.join(changed)}), expected the same; "
@@ -108,6 +117,12 @@ def _restore(training: Training, folder: Path) -> tuple[float, list[str]]:
         remarks.append(checkpoint.remark)
     remarks.append(f"resumed at timestep {training.timestep}")
     return float(checkpoint.metadata["wall_s"]), remarks
+
+
+def _as_json(values: Mapping[str, Any]) -> dict[str, Any]:
+    # As they come back from a checkpoint: tuples are lists there.
+    copy: dict[str, Any] = json.loads(json.dumps(values))
+    return copy
 
 
 def _differences(theirs: Any, ours: Any, name: str) -> list[str]:
@@ -128,6 +143,7 @@ def _train(
     log: MetricsLog,
     started: float,
     remarks: list[str],
+    provenance: Mapping[str, Any],
     progress: Progress | None,
 ) -> None:
     settings = training.settings
@@ -147,6 +163,7 @@ def _train(
             metadata = {
                 **training.metadata(),
                 "settings": settings_to_dict(settings),
+                "provenance": _as_json(provenance),
                 "wall_s": wall_s,
                 "remarks": remarks,
             }

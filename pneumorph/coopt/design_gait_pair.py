@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.robot.design_space import DesignSpace
 
@@ -32,9 +33,9 @@ class DesignGaitPair:
     source: str
     timestep: int
 
-    def gait(self, action_s: float) -> HeldGait:
-        """The gait, with each action held for ``action_s`` [s]."""
-        return HeldGait.evenly(self.held_kPa, action_s)
+    def gait(self, action_s: float, task: CrawlingTask | None = None) -> HeldGait:
+        """The gait, with each action held for ``action_s`` [s], in a task's range of pressures."""
+        return HeldGait.evenly(self.held_kPa, action_s, task)
 
 
 class BestPairs:

@@ -52,11 +52,26 @@ class HeldGait:
         object.__setattr__(self, "held_kPa", held_kPa)
 
     @classmethod
-    def evenly(cls, held_kPa: np.ndarray, hold_s: float = 1.0) -> HeldGait:
-        """Pressures (command, regulator) [kPa] each held for ``hold_s``, as a policy's actions."""
+    def evenly(
+        cls, held_kPa: np.ndarray, hold_s: float = 1.0, task: CrawlingTask | None = None
+    ) -> HeldGait:
+        """Pressures (command, regulator) [kPa] each held for ``hold_s``, as a policy's actions.
+
+        Args:
+            held_kPa: Real pressures [kPa], (command, regulator).
+            hold_s: How long each is held [s].
+            task: Whose range of pressures is accepted; None for the paper's.
+        """
         held_kPa = np.asarray(held_kPa, dtype=np.float64)
         count = len(held_kPa)
-        return cls(hold_s * np.arange(count), held_kPa, hold_s * count)
+        task = task or CrawlingTask()
+        return cls(
+            hold_s * np.arange(count),
+            held_kPa,
+            hold_s * count,
+            task.minimum_pressure_kPa,
+            task.maximum_pressure_kPa,
+        )
 
     @property
     def regulator_count(self) -> int:

@@ -7,6 +7,7 @@ here are the reference the compiled engine is tested against.
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
@@ -146,6 +147,14 @@ class ReducedPart:
             "contact_points": (point, 3),
             "contact_modes": (point, 3, mode),
         }
+
+    def digest(self) -> str:
+        """Hash of everything a simulation reads of the part, in hexadecimal."""
+        content = hashlib.sha256()
+        for each in fields(self):
+            if each.name != "metadata":
+                content.update(np.ascontiguousarray(getattr(self, each.name)).tobytes())
+        return content.hexdigest()
 
     @property
     def mode_count(self) -> int:

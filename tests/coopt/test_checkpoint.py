@@ -67,3 +67,15 @@ def test_nothing_readable_is_refused(tmp_path: Path) -> None:
     save(tmp_path, 1).write_bytes(b"PK")
     with pytest.raises(ArtefactError, match="previous checkpoint fails too"):
         load_checkpoint(tmp_path)
+
+
+def test_after_a_fallback_a_kill_still_leaves_the_good_one(tmp_path: Path) -> None:
+    save(tmp_path, 0)
+    newest = save(tmp_path, 1)
+    newest.write_bytes(newest.read_bytes()[:-100])
+    with pytest.warns(UserWarning, match="previous checkpoint is used"):
+        load_checkpoint(tmp_path)
+    save(tmp_path, 2).unlink()  # as if killed between the two renames
+    with pytest.warns(UserWarning, match=r"checkpoint\.npz does not exist"):
+        assert load_checkpoint(tmp_path).metadata["number"] == 0
+    assert (tmp_path / "checkpoint.damaged.npz").exists()

@@ -132,3 +132,10 @@ def test_policy_file_of_other_layers_is_refused(
     path = save_artefact(tmp_path / "policy.npz", "Policy", 1, arrays, metadata)
     with pytest.raises(ArtefactError, match=r"layer_1_weight of shape \(63, 64\), expected"):
         load_policy(path)
+
+
+def test_other_physics_is_not_resumed(tmp_path: Path) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=2, provenance={"simulation": {"friction": 1.2}})
+    with pytest.raises(ValueError, match=r"other settings \(simulation.friction 1.2, now 0.5"):
+        run(tmp_path, resume=True, provenance={"simulation": {"friction": 0.5}})

@@ -5,8 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pneumorph.comparison.bend_error import compare_bend
 from pneumorph.geometry.pose import rotation_about
-from pneumorph.presets import load_default_leg, paper_leg_mesh, paper_robot_builder
+from pneumorph.presets import (
+    load_default_leg,
+    paper_leg_mesh,
+    paper_leg_model,
+    paper_robot_builder,
+)
 from pneumorph.robot.design import Design
 from pneumorph.simulation import BatchedSimulator, RobotStatus, SimulationSettings
 
@@ -87,3 +93,11 @@ def test_no_point_of_a_walking_robot_sinks_into_the_floor():
     # Contact is solved on velocities linearised at the step's start: a point's curvature leaves
     # second-order errors of h v^2 / r, some hundredths of a millimetre.
     assert simulator.read("worst_penetration").max() < 0.1
+
+
+def test_the_leg_that_ships_bends_like_its_full_model():
+    """Both held at the attachment; the bend may differ by 3 % (the project's own mark)."""
+    leg = load_default_leg()
+    assert leg.metadata["report"]["bend_error_percent"] < 3.0
+    measured = compare_bend(paper_leg_model(), leg, (80.0,))
+    assert measured.error_percent < 3.0
