@@ -98,6 +98,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     usual = verb.folder(options) if verb.folder is not None else default_folder(name)
     folder = RunFolder(common.out or usual, name, Progress())
     content = settings_to_dict(options)
+    folder.refuse_other_verb()
     fresh = not folder.path.exists()
     if fresh:
         # At once, so that a run that is killed can be resumed with them.

@@ -25,6 +25,7 @@ from pneumorph.command.baseline import sweep_summary, swept
 from pneumorph.command.robots import RobotOptions, Workshop
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
+from pneumorph.coopt.checkpoint import has_checkpoint
 from pneumorph.coopt.cooptimise import cooptimise
 from pneumorph.coopt.settings import CooptSettings, paper_settings, quick_settings
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -58,6 +59,11 @@ def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
         raise ValueError(
             f"the task has {options.coopt.task.regulator_count} regulators and the simulation "
             f"{options.robot.simulation.regulator_count}, expected the same number"
+        )
+    if has_checkpoint(folder.path / TRAINING_FOLDER) and not options.resume:
+        raise ValueError(
+            f"{folder.path} holds a training run already; go on with --resume, or choose another "
+            "--out"
         )
     workshop = Workshop(options.robot)
     sweep = swept(workshop, options.baseline, folder)
@@ -110,7 +116,10 @@ def _replay_best(
         task.maximum_pressure_kPa,
     )
     trajectory = workshop.recorded(
-        Design.parse(learned["best_design"]), gait, description={"gait": learned["best_gait"]}
+        Design.parse(learned["best_design"]),
+        gait,
+        settling_steps=task.settling_step_count,
+        description={"gait": learned["best_gait"]},
     )
     with_skin_only(trajectory).save(folder / BEST_TRAJECTORY_FILE)
     return trajectory.forward_distance_cm

@@ -27,8 +27,10 @@ def demo(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
     folder.progress.stage("drawing the page")
     run = Run(folder.path, {"verb": "coopt", **learned}, settings_to_dict(options))
     page = write_run_page(run, folder / "report/page.html", progress=folder.progress)
+    best = learned["best_distance_cm"]
+    found = "no gait that a robot survived" if best is None else f"{best:.1f} cm"
     folder.progress.say(
-        f"\nlearned: {learned['best_distance_cm']:.1f} cm in 20 s, {learned['best_design']}\n"
+        f"\nlearned: {found}, {learned['best_design']}\n"
         f"expert: {learned['baseline_best_distance_cm']:.1f} cm at its best phase, "
         f"{learned['baseline_best_phase_deg']:.0f} degrees\n"
     )

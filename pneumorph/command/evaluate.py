@@ -21,15 +21,20 @@ import tyro
 
 from pneumorph.artefact import write_json
 from pneumorph.command.robots import Model, RobotOptions, Workshop
-from pneumorph.command.run_folder import RunFolder, finite, read_summary
+from pneumorph.command.run_folder import RunFolder, finite, read_settings, read_summary
 from pneumorph.command.verb import Verb
+from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.walk import walk
 from pneumorph.report.skin import with_skin_only
 from pneumorph.robot.design import Design
+from pneumorph.settings import settings_from_dict, settings_to_dict
 
 flat = tyro.conf.arg(name="")
+
+REPEATS_WITHIN_CM = 0.05
+"""A replay of the same physics on another machine may round differently, but no more than this."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +64,15 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
         raise ValueError(f"{options.run} holds no design-gait pairs; expected a coopt run")
     pairs = pairs[: options.pair_count]
     designs = [Design.parse(pair["design"]) for pair in pairs]
-    gaits = [read_gait(options.run / pair["gait"])[0] for pair in pairs]
-    workshop = Workshop(options.robot)
+    task, robot = _of_run(options)
+    limits = (task.minimum_pressure_kPa, task.maximum_pressure_kPa)
+    gaits = [read_gait(options.run / pair["gait"], *limits)[0] for pair in pairs]
+    workshop = Workshop(robot)
     folder.progress.stage(f"walking {len(pairs)} pairs with the {options.model} model")
     if options.model == "reduced" and not options.record:
-        distances = _together(workshop, designs, gaits, folder)
+        distances = _together(workshop, designs, gaits, task, folder)
     else:
-        distances = _one_by_one(workshop, designs, gaits, options.model, folder)
+        distances = _one_by_one(workshop, designs, gaits, task, options.model, folder)
     results = [
         {
             "design": pair["design"],
@@ -82,20 +89,57 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
         "best_design": results[0]["design"],
         "best_distance_cm": results[0]["distance_cm"],
         "reported_distance_cm": results[0]["reported_distance_cm"],
-        "damping": options.robot.simulation.damping,
+        "damping": robot.simulation.damping,
+        "notes": _notes(results) if options.model == "reduced" else [],
         "pairs": results,
         "wall_s": time.monotonic() - start,
     }
 
 
+def _of_run(options: EvaluateOptions) -> tuple[CrawlingTask, RobotOptions]:
+    """The run's own task, and its leg and physics with what the flags changed laid over."""
+    saved = read_settings(options.run)
+    task = settings_from_dict(CrawlingTask, saved["coopt"]["task"])
+    asked, usual = (settings_to_dict(each) for each in (options.robot, RobotOptions()))
+    return task, settings_from_dict(RobotOptions, _overlaid(saved["robot"], asked, usual))
+
+
+def _overlaid(
+    saved: dict[str, Any], asked: dict[str, Any], usual: dict[str, Any]
+) -> dict[str, Any]:
+    """What was saved, but where a flag asks for something unusual."""
+    merged = dict(saved)
+    for name, value in asked.items():
+        if isinstance(value, dict):
+            merged[name] = _overlaid(saved.get(name, {}), value, usual[name])
+        elif value != usual[name] or name not in saved:
+            merged[name] = value
+    return merged
+
+
+def _notes(results: list[dict[str, Any]]) -> list[str]:
+    """Remarks where a reduced robot did not repeat what its run reported."""
+    return [
+        f"{each['design']} walked {each['distance_cm']:.2f} cm, the run reported "
+        f"{each['reported_distance_cm']:.2f} cm: physics, leg or machine differ"
+        for each in results
+        if not abs(each["distance_cm"] - each["reported_distance_cm"]) < REPEATS_WITHIN_CM
+    ]
+
+
 def _together(
-    workshop: Workshop, designs: list[Design], gaits: list[HeldGait], folder: RunFolder
+    workshop: Workshop,
+    designs: list[Design],
+    gaits: list[HeldGait],
+    task: CrawlingTask,
+    folder: RunFolder,
 ) -> list[float]:
     walked = walk(
         workshop.simulator([workshop.robot(design) for design in designs]),
         gaits,
         duration_s=gaits[0].duration_s,
         time_step_s=workshop.options.simulation.time_step_s,
+        settling_step_count=task.settling_step_count,
         progress=folder.progress,
     )
     return [float(distance) for distance in walked.distance_cm]
@@ -105,12 +149,13 @@ def _one_by_one(
     workshop: Workshop,
     designs: list[Design],
     gaits: list[HeldGait],
+    task: CrawlingTask,
     model: Model,
     folder: RunFolder,
 ) -> list[float]:
     distances = []
     for number, (design, gait) in enumerate(zip(designs, gaits, strict=True), start=1):
-        trajectory = workshop.recorded(design, gait, model)
+        trajectory = workshop.recorded(design, gait, model, settling_steps=task.settling_step_count)
         with_skin_only(trajectory).save(folder / f"trajectory_{model}_L{number}.npz")
         sound = trajectory.status == "completed"
         distances.append(trajectory.forward_distance_cm if sound else float("nan"))

@@ -72,6 +72,7 @@ class Workshop:
         gait: OpenLoopGait,
         model: Model = "reduced",
         record_every: int = 10,
+        settling_steps: int = 15,
         description: dict[str, Any] | None = None,
     ) -> Trajectory:
         """Return the trajectory of one robot with its nodes.
@@ -81,6 +82,7 @@ class Workshop:
             gait: What it walks.
             model: The reduced robot, or the finite elements it stands for.
             record_every: Time steps between frames.
+            settling_steps: Time steps at zero pressure before the gait.
             description: What else to note in the trajectory's metadata.
         """
         simulated: RobotModel[Any] = (
@@ -90,6 +92,8 @@ class Workshop:
             simulated,
             self.commands(gait),
             record_every=record_every,
+            settling_steps=settling_steps,
+            progress=model == "full",
             description={"design": str(design), **(description or {})},
         )
         return trajectory

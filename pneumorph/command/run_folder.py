@@ -35,6 +35,21 @@ class RunFolder:
         target.parent.mkdir(parents=True, exist_ok=True)
         return target
 
+    def refuse_other_verb(self) -> None:
+        """Keep a verb from writing over another's run.
+
+        Raises:
+            ValueError: The folder holds the summary of another verb.
+        """
+        if not (self.path / SUMMARY).exists():
+            return
+        other = read_summary(self.path).get("verb")
+        if other != self.verb and {other, self.verb} != {"coopt", "demo"}:  # a demo is a coopt run
+            raise ValueError(
+                f"{self.path} holds a run of `pneumorph {other}`, expected a folder of its own for "
+                f"`{self.verb}`; choose another --out"
+            )
+
     def save_settings(self, content: dict[str, Any]) -> Path:
         """Write the resolved settings."""
         return write_json(self / SETTINGS, content)

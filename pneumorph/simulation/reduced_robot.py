@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from tqdm import trange
 
 from pneumorph.robot.robot import Robot
 from pneumorph.settings import settings_to_dict
@@ -85,6 +86,8 @@ class ReducedRobot:
         record_every: int = 5,
         record_nodes: bool = True,
         description: dict[str, Any] | None = None,
+        *,
+        progress: bool = False,
     ) -> tuple[ReducedState, Trajectory]:
         """Follow commands from a state.
 
@@ -94,6 +97,7 @@ class ReducedRobot:
             record_every: Steps between frames; the start is a frame too.
             record_nodes: Record every node's position.
             description: What else to note in the trajectory's metadata.
+            progress: Show a progress bar with the time left.
 
         Returns:
             The state at the end, and the trajectory; its status is ``diverged`` when the robot
@@ -125,7 +129,7 @@ class ReducedRobot:
 
         status = "completed"
         record(0, state)
-        for start in range(0, len(commands), record_every):
+        for start in trange(0, len(commands), record_every, disable=not progress, unit="frame"):
             chunk = commands[start : start + record_every]
             if np.all(chunk == chunk[0]):
                 simulator.advance(chunk[:1], len(chunk))

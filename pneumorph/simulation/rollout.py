@@ -24,6 +24,8 @@ class RobotModel(Protocol[State]):
         record_every: int = 5,
         record_nodes: bool = True,
         description: dict[str, Any] | None = None,
+        *,
+        progress: bool = False,
     ) -> tuple[State, Trajectory]:
         """Follow commands from a state."""
 
@@ -36,6 +38,7 @@ def rollout(
     record_every: int = 5,
     record_nodes: bool = True,
     description: dict[str, Any] | None = None,
+    progress: bool = False,
 ) -> tuple[State, Trajectory]:
     """Run a robot under commands, from a state or from its settled initial pose.
 
@@ -47,6 +50,7 @@ def rollout(
         record_every: Steps between frames.
         record_nodes: Record every node's position.
         description: What else to note in the trajectory's metadata.
+        progress: Show a progress bar with the time left.
 
     Returns:
         The state at the end, and the trajectory.
@@ -62,4 +66,6 @@ def rollout(
         state, _ = model.rollout(
             model.initial_state(), rest, record_every=settling_steps or 1, record_nodes=False
         )
-    return model.rollout(state, commands, record_every, record_nodes, description)
+    return model.rollout(
+        state, commands, record_every, record_nodes, description, progress=progress
+    )

@@ -29,6 +29,14 @@ def test_default_folders_do_not_collide(tmp_path: Path, monkeypatch: pytest.Monk
     assert default_folder("mesh") == Path("runs/mesh-20260101-000000-2")
 
 
+def test_a_verb_does_not_write_over_anothers_run(tmp_path: Path) -> None:
+    RunFolder(tmp_path, "coopt").save_summary({})
+    for verb in ("coopt", "demo"):  # a demo is a coopt run with a page
+        RunFolder(tmp_path, verb).refuse_other_verb()
+    with pytest.raises(ValueError, match=r"holds a run of `pneumorph coopt`.*choose another --out"):
+        RunFolder(tmp_path, "baseline").refuse_other_verb()
+
+
 def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ArtefactError, match=r"holds no summary\.json"):
         read_summary(tmp_path)

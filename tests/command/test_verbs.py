@@ -72,15 +72,18 @@ def test_coopt_refuses_a_folder_with_a_run_and_resumes_it(
 
 
 def test_evaluate_repeats_the_distances(
-    learned: Path, leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = _json(f"evaluate {learned} --part {leg} --out {tmp_path / 'e'}", capsys)
+    """The leg and the physics are those of the run, but for what a flag changes."""
+    found = _json(f"evaluate {learned} --out {tmp_path / 'e'}", capsys)
     assert len(found["pairs"]) == 2
+    assert found["notes"] == []
+    icy = _json(f"evaluate {learned} --simulation.friction 0.1 --out {tmp_path / 'i'}", capsys)
+    assert icy["best_distance_cm"] != found["best_distance_cm"]
+    assert "the run reported" in icy["notes"][0]
     for pair in found["pairs"]:
         assert pair["distance_cm"] == pytest.approx(pair["reported_distance_cm"], abs=1e-9)
-    recorded = _json(
-        f"evaluate {learned} --part {leg} --record --pair-count 1 --out {tmp_path / 'r'}", capsys
-    )
+    recorded = _json(f"evaluate {learned} --record --pair-count 1 --out {tmp_path / 'r'}", capsys)
     assert recorded["best_distance_cm"] == pytest.approx(found["best_distance_cm"], abs=1e-9)
     assert (tmp_path / "r" / "trajectory_reduced_L1.npz").exists()
 
