@@ -3,8 +3,7 @@
 Stable-Baselines3 has its own notion of a vector environment. The adapter below is all it takes:
 both restart an episode in the step that ends it, and name the last observation differently.
 
-Needs the extra ``pneumorph[stable-baselines3]``, which brings PyTorch. On a machine without a GPU,
-PyTorch's smaller wheel does: pip install torch --index-url https://download.pytorch.org/whl/cpu
+Needs the extra ``pneumorph[stable-baselines3]``, which brings PyTorch.
 
     python examples/train_with_stable_baselines3.py --timesteps 20000
     python examples/train_with_stable_baselines3.py --viscous --timesteps 5000  # without engine
