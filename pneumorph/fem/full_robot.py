@@ -77,7 +77,7 @@ class FullRobot:
             raise ValueError("mounts is empty: a robot needs at least one leg")
         self.legs = tuple(MountedLeg(*mount) for mount in mounts)
         for leg in self.legs:
-            if leg.regulator >= self.settings.regulator_count:
+            if not 0 <= leg.regulator < self.settings.regulator_count:
                 raise ValueError(
                     f"regulator must be 0 .. {self.settings.regulator_count - 1}, got "
                     f"{leg.regulator}; regulators are counted from 0"
