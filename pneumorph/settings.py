@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import difflib
 import json
+import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import UnionType
@@ -23,6 +24,29 @@ from cattrs.strategies import configure_union_passthrough
 from pneumorph.artefact import write_json
 
 Settings = TypeVar("Settings")
+
+
+def check_numbers(
+    settings: Any, positive: Sequence[str], non_negative: Sequence[str], finite: Sequence[str]
+) -> None:
+    """Check numeric fields of a settings dataclass; all named ones must be finite.
+
+    Args:
+        settings: The settings.
+        positive: Fields that must be above zero.
+        non_negative: Fields that must not be below zero.
+        finite: Fields of any sign.
+
+    Raises:
+        ValueError: A field breaks its rule; names it, what was expected and its value.
+    """
+    for name in (*positive, *non_negative, *finite):
+        value = getattr(settings, name)
+        if not math.isfinite(value):
+            raise ValueError(f"{name} must be finite, got {value}")
+        if (name in positive and value <= 0) or (name in non_negative and value < 0):
+            kind = "positive" if name in positive else "not negative"
+            raise ValueError(f"{name} must be {kind}, got {value}")
 
 
 def settings_to_dict(settings: Any) -> dict[str, Any]:

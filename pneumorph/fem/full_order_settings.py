@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Literal
 
 from pneumorph.fem.rotation import Rotation
 from pneumorph.pressure import PressureMap
+from pneumorph.settings import check_numbers
 
 Damping = Literal["published", "objective"]
 
@@ -64,13 +64,7 @@ class FullOrderSettings:
             "contact_margin_mm",
             "gravity_mm_per_s2",
         )
-        for name in (*positive, *non_negative, "floor_height_mm"):
-            value = getattr(self, name)
-            if not math.isfinite(value):
-                raise ValueError(f"{name} must be finite, got {value}")
-            if (name in positive and value <= 0) or (name in non_negative and value < 0):
-                kind = "positive" if name in positive else "not negative"
-                raise ValueError(f"{name} must be {kind}, got {value}")
+        check_numbers(self, positive, non_negative, ("floor_height_mm",))
         if self.damping not in ("published", "objective"):
             raise ValueError(f'damping must be "published" or "objective", got {self.damping!r}')
 

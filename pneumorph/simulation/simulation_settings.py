@@ -9,6 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from pneumorph.pressure import PressureMap
+from pneumorph.settings import check_numbers
 
 Damping = Literal["published", "objective"]
 Precision = Literal["single", "double"]
@@ -81,13 +82,15 @@ class SimulationSettings:
             "contact_margin_mm",
             "gravity_mm_per_s2",
         )
-        for name in (*positive, *non_negative, "floor_height_mm", "floor_slope_deg"):
-            value = getattr(self, name)
-            if not math.isfinite(value):
-                raise ValueError(f"{name} must be finite, got {value}")
-            if (name in positive and value <= 0) or (name in non_negative and value < 0):
-                kind = "positive" if name in positive else "not negative"
-                raise ValueError(f"{name} must be {kind}, got {value}")
+        check_numbers(
+            self,
+            positive,
+            non_negative,
+            (
+                "floor_height_mm",
+                "floor_slope_deg",
+            ),
+        )
 
     @property
     def gravity_vector(self) -> np.ndarray:
