@@ -2,28 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
-
-
-class PartMesh(Protocol):
-    """Nodes, elements and named regions of a part."""
-
-    @property
-    def nodes(self) -> np.ndarray: ...
-    @property
-    def surfaces(self) -> Mapping[str, np.ndarray]: ...
-    @property
-    def node_sets(self) -> Mapping[str, np.ndarray]: ...
-    @property
-    def contact_points(self) -> np.ndarray: ...
-    @property
-    def mirror_nodes(self) -> np.ndarray | None: ...
-    @property
-    def tetrahedra(self) -> np.ndarray: ...
-    def digest(self) -> str: ...
 
 
 class ElementGroup(Protocol):

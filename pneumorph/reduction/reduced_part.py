@@ -218,10 +218,6 @@ class ReducedPart:
             + self.linear_stiffness
         )
 
-    def pressure_load(self, alpha: np.ndarray, cavity: int = 0) -> np.ndarray:
-        """Generalised force of 1 kPa in a cavity, (mode,): the gradient of its volume."""
-        return self.cavity(cavity).gradient(alpha)
-
     def check_mesh(self, mesh: HasDigest) -> None:
         """Refuse a mesh this reduction was not made from.
 

@@ -77,11 +77,6 @@ def drawn(figure: Figure, caption: str) -> str:
     return _pictured("image/svg+xml", stream.getvalue(), caption)
 
 
-def photographed(path: Path, caption: str, kind: str = "") -> str:
-    """Return an embedded PNG file with its caption."""
-    return _pictured("image/png", path.read_bytes(), caption, kind)
-
-
 def filmed(film: Path, still: Path, caption: str) -> str:
     """Return an embedded MP4 film; a still stands for it in print and until it is played."""
     poster = _data_address("image/png", still.read_bytes())

@@ -82,15 +82,7 @@ class SimulationSettings:
             "contact_margin_mm",
             "gravity_mm_per_s2",
         )
-        check_numbers(
-            self,
-            positive,
-            non_negative,
-            (
-                "floor_height_mm",
-                "floor_slope_deg",
-            ),
-        )
+        check_numbers(self, positive, non_negative, ("floor_height_mm", "floor_slope_deg"))
 
     @property
     def gravity_vector(self) -> np.ndarray:
