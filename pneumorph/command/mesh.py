@@ -26,6 +26,7 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_file import read_mesh_file
 from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
+from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.geometry.surface import enclosed_volume
 from pneumorph.settings import settings_to_dict
 
@@ -46,6 +47,8 @@ class MeshOptions:
     """Surface regions that the file must have."""
     node_sets: tuple[str, ...] = ("attachment",)
     """Node sets that the file must have."""
+    quadratic: bool = False
+    """Add a node in the middle of every edge: 10-node tetrahedra, which do not lock in bending."""
     leg: PneuNetShape = field(default_factory=PneuNetShape)
     disk: DiskShape = field(default_factory=DiskShape)
     leg_mesher: MesherSettings = field(default_factory=MesherSettings)
@@ -55,7 +58,7 @@ class MeshOptions:
 def mesh(options: MeshOptions, folder: RunFolder) -> dict[str, Any]:
     """Make or read a mesh, save it and return its size."""
     start = time.monotonic()
-    made = _made(options)
+    made = quadratic_mesh(_made(options)) if options.quadratic else _made(options)
     path = made.save(folder / "mesh.npz", {"settings": settings_to_dict(options)})
     summary: dict[str, Any] = {
         "mesh": str(path),

@@ -49,10 +49,11 @@ class Assembly:
         """Data of the sum, in the order of `indices`.
 
         Args:
-            entries: Upper triangles of each group's matrices, each (pair, element).
+            entries: Upper triangles of each group's matrices, each (pair, element); groups at the
+                end may be left out.
         """
         upper = np.zeros(self._upper_count)
-        for scatter, values in zip(self._scatter, entries, strict=True):
+        for scatter, values in zip(self._scatter, entries, strict=False):
             upper += np.bincount(scatter, values.ravel(), minlength=self._upper_count)
         return upper[self._source]
 

@@ -1,11 +1,9 @@
-"""Corotational elements of one kind: linear tetrahedra, or membrane triangles.
+"""Elements of one kind at their integration points: tetrahedra of a solid, or triangles of a sheet.
 
-With F the deformation gradient in an element's material frame and R its rotation:
+    F = sum_n x_n (outer) grad_n,   f_n = - sum_points measure P(F) grad_n,   P from the law.
 
-    strain eps = sym(R^T F) - I,  stress sigma = lambda tr(eps) I + 2 mu eps,
-    force on node n  f_n = - measure R sigma grad_n.
-
-Mueller and Gross, Interactive Virtual Materials, Graphics Interface 2004; Nesme et al. 2005.
+A linear element has one integration point; one of higher order has several, which carry the same
+nodes and are treated as if each were an element.
 """
 
 from __future__ import annotations
@@ -15,15 +13,18 @@ from functools import cached_property
 
 import numpy as np
 
+from pneumorph.fem.corotational import Corotational
+from pneumorph.fem.law import Law
 from pneumorph.fem.rotation import Rotation, element_rotation
 
 
 @dataclass(frozen=True, eq=False)
 class ElementGroup:
-    """Elements with k nodes and d material dimensions (4 and 3: solid; 3 and 2: membrane).
+    """Integration points with k nodes and d material dimensions (3: solid, 2: sheet).
 
-    The material frame of an element: first axis along the edge from its node 0 to its node 1,
-    second in the face of nodes 0, 1, 2 on the side of node 2, third their cross product.
+    The material frame of a point: for a solid, first axis along its element's edge from corner 0 to
+    corner 1, second in the face of corners 0, 1, 2 on the side of corner 2, third their cross
+    product; for a sheet the same in its tangent plane. ``element`` in shapes means such a point.
     """
 
     kind: str
@@ -35,15 +36,19 @@ class ElementGroup:
     rest_frame: np.ndarray
     """Deformation gradient at rest: the axes of the material frame, (element, 3, d)."""
     measure: np.ndarray
-    """Volume, or area times thickness [mm^3], (element,)."""
+    """Volume, or area times thickness, that a point stands for [mm^3], (element,)."""
     lame_lambda: np.ndarray
-    """lambda, that of plane stress for membranes [kPa], (element,)."""
+    """lambda, that of plane stress for sheets [kPa], (element,)."""
     lame_mu: np.ndarray
     """mu [kPa], (element,)."""
+    law: Law
+    """Energy, stress and tangent."""
+    points_per_element: int = 1
+    """Integration points of one element; they follow each other."""
 
     @property
     def element_count(self) -> int:
-        """Number of elements."""
+        """Number of integration points."""
         return len(self.connectivity)
 
     @property
@@ -66,8 +71,13 @@ class ElementGroup:
         """lambda and mu times the measure [mN mm], two of (element,)."""
         return self.lame_lambda * self.measure, self.lame_mu * self.measure
 
+    def law_with(self, rotation: Rotation) -> Law:
+        """The law; a corotational one with its element rotation taken from `rotation`."""
+        law = self.law
+        return law.with_rotation(rotation) if isinstance(law, Corotational) else law
+
     def deformation_gradients(self, x: np.ndarray) -> np.ndarray:
-        """F = sum_n x_n (outer) grad_n, (3, d, element).
+        """F, (3, d, element).
 
         Args:
             x: Node positions [mm], (node, 3).
@@ -86,34 +96,14 @@ class ElementGroup:
         """Rotation of every element, (element, 3, d)."""
         return np.moveaxis(element_rotation(self.deformation_gradients(x), rotation), 2, 0)
 
-    def rotated_stress(self, gradient: np.ndarray, rotation: Rotation) -> np.ndarray:
-        """measure R sigma, the force per material gradient [mN mm], (3, d, element).
-
-        Args:
-            gradient: F, (3, d, element).
-            rotation: Where the rotation is taken from.
-        """
-        turn = element_rotation(gradient, rotation)
-        weighted_lambda, weighted_mu = self.weighted_constants
-        d = self.dimension
-        stretch = [[_dot(turn[:, a], gradient[:, b]) for b in range(d)] for a in range(d)]
-        trace = sum(stretch[a][a] for a in range(d)) - d
-        stress = np.empty_like(gradient)
-        for b in range(d):
-            for axis in range(3):
-                total = 0.0
-                for a in range(d):
-                    if a == b:
-                        sigma = weighted_lambda * trace + 2.0 * weighted_mu * (stretch[a][a] - 1.0)
-                    else:
-                        sigma = weighted_mu * (stretch[a][b] + stretch[b][a])
-                    total = total + turn[axis, a] * sigma
-                stress[axis, b] = total
-        return stress
+    def energy(self, x: np.ndarray) -> float:
+        """Stored energy [mN mm]; of a corotational law with polar rotations."""
+        density = self.law_with("polar").energy(self.deformation_gradients(x))
+        return float(density @ self.measure)
 
     def forces_by_corner(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Force of every element on its nodes [mN], (3, k, element)."""
-        stress = self.rotated_stress(self.deformation_gradients(x), rotation)
+        stress = self.law_with(rotation).stress(self.deformation_gradients(x)) * self.measure
         forces = np.empty((3, len(self.nodes_by_corner), self.element_count))
         for axis in range(3):
             for corner, gradient in enumerate(self.gradients_by_corner):
@@ -128,7 +118,7 @@ class ElementGroup:
 
         Args:
             x: Node positions [mm], (node, 3).
-            rotation: Where the rotation is taken from.
+            rotation: Where a corotational law takes its rotation from.
         """
         return np.transpose(self.forces_by_corner(x, rotation), (2, 1, 0))
 
@@ -149,8 +139,3 @@ class ElementGroup:
         matrices[:, rows, columns] = entries.T
         matrices[:, columns, rows] = entries.T
         return matrices
-
-
-def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    product: np.ndarray = first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
-    return product

@@ -1,4 +1,4 @@
-"""Stiffness matrices of corotational elements: rotated linear, objective, and true tangent.
+"""Stiffness matrices of elements: rotated linear, objective, and the tangent of the law.
 
 Symmetric matrices are returned as their upper triangles, (pair, element), pairs in the order of
 ``numpy.triu_indices(3 k)``; an element's unknowns are ordered node by node, x y z.
@@ -63,15 +63,16 @@ def rotated_stiffness_entries(
 
 
 def objective_stiffness_entries(group: ElementGroup, x: np.ndarray) -> np.ndarray:
-    """measure B^T C B with B the exact derivative of the corotated strain: blind to rigid motion.
+    """measure B^T C B with B the exact derivative of a strain and C Hooke's: blind to rigid motion.
 
-    With F = R U (polar) the strain is U - I, and a velocity gradient dF changes it by
+    The strain is the law's `damped_strain`. For Green's strain B dF = sym(F^T dF). For U - I with
+    F = R U (polar)
 
-        dU = A - [w] U,   A = R^T dF,   (tr(U) I - U) w = axial(A - A^T),
+        dU = A - [w] U,   A = R^T dF,   (tr(U) I - U) w = axial(A - A^T).
 
-    so that dF = [r] F, a rigid rotation, gives dU = 0 exactly, in stressed elements as well.
-    beta times this matrix is a viscosity of deformation only, where beta times the rotated linear
-    stiffness also resists the turning of a stressed element.
+    Either way dF = [r] F, a rigid rotation, gives exactly zero, in stressed elements as well. beta
+    times this matrix is a viscosity of deformation only, where beta times the rotated linear
+    stiffness, or times a tangent, also resists the turning of a stressed element.
 
     Args:
         group: The elements.
@@ -81,10 +82,11 @@ def objective_stiffness_entries(group: ElementGroup, x: np.ndarray) -> np.ndarra
         Upper triangles [mN/mm], (pair, element).
     """
     gradient = group.deformation_gradients(x)
-    turn = element_rotation(gradient, "polar")
     d = group.dimension
-    stretch = [[_dot(list(turn[:, a]), list(gradient[:, b])) for b in range(d)] for a in range(d)]
-    rates = _stretch_rates(turn, stretch, group.gradients_by_corner)
+    if group.law.damped_strain == "green":
+        rates = _green_rates(gradient, group.gradients_by_corner)
+    else:
+        rates = _stretch_rates(gradient, group.gradients_by_corner)
     weighted_lambda, weighted_mu = group.weighted_constants
     diagonal = [(a, a) for a in range(d)]
     off_diagonal = [(a, b) for a in range(d) for b in range(a + 1, d)]
@@ -107,47 +109,109 @@ def objective_stiffness_entries(group: ElementGroup, x: np.ndarray) -> np.ndarra
     return entries
 
 
-def tangent_matrices(group: ElementGroup, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
-    """-d(force)/dx of every element including the change of its rotation, (element, 3k, 3k).
+def tangent_entries(
+    group: ElementGroup, x: np.ndarray, rotation: Rotation = "edge", definite: bool = False
+) -> np.ndarray:
+    """-d(force)/dx of every element, geometric term included.
 
-    The derivative of measure R sigma by F is taken by central differences of step 1e-6, exact to
-    about 1e-9 relative. Not symmetric for ``edge``, whose force has no potential.
+    Edge-based rotations give a matrix without symmetry; its symmetric part is returned.
 
     Args:
         group: The elements.
         x: Node positions [mm], (node, 3).
-        rotation: Where the rotation is taken from.
+        rotation: Where a corotational law takes its rotation from.
+        definite: Replace negative eigenvalues of dP/dF by zero, point by point: the nearest
+            positive semi-definite matrix (Teran et al., Robust Quasistatic Finite Elements, 2005).
+
+    Returns:
+        Upper triangles [mN/mm], (pair, element).
     """
-    gradient = group.deformation_gradients(x)
-    d, step = group.dimension, 1e-6
-    corners = len(group.gradients_by_corner)
-    derivative = np.empty((group.element_count, 3, d, 3, d))
-    for axis in range(3):
-        for column in range(d):
-            ahead, behind = gradient.copy(), gradient.copy()
-            ahead[axis, column] += step
-            behind[axis, column] -= step
-            change = group.rotated_stress(ahead, rotation) - group.rotated_stress(behind, rotation)
-            derivative[:, :, :, axis, column] = np.moveaxis(change / (2.0 * step), 2, 0)
-    grads = group.material_gradients
-    left = np.einsum("enc,eicjd->enijd", grads, derivative, optimize=True)
-    tangent = np.einsum("enijd,emd->enimj", left, grads, optimize=True)
-    return np.ascontiguousarray(tangent).reshape(-1, 3 * corners, 3 * corners)
+    tangent = group.law_with(rotation).tangent(group.deformation_gradients(x))
+    d, count = group.dimension, group.element_count
+    flat = tangent.reshape(3 * d, 3 * d, count)
+    flat = 0.5 * (flat + np.swapaxes(flat, 0, 1)) * group.measure
+    if definite:
+        flat = _positive_part(flat)
+    tangent = flat.reshape(3, d, 3, d, count)
+    gradients = group.gradients_by_corner
+    corner_count = len(gradients)
+    # Contract F's component first: (3, d, 3, corner, point).
+    half = np.empty((3, d, 3, corner_count, count))
+    for corner, gradient in enumerate(gradients):
+        half[:, :, :, corner] = tangent[:, :, :, 0] * gradient[0]
+        for column in range(1, d):
+            half[:, :, :, corner] += tangent[:, :, :, column] * gradient[column]
+    entries = np.empty((3 * corner_count * (3 * corner_count + 1) // 2, count))
+    pair = 0
+    for p in range(3 * corner_count):
+        a, i = divmod(p, 3)
+        for q in range(p, 3 * corner_count):
+            b, j = divmod(q, 3)
+            value = entries[pair]
+            np.multiply(gradients[a, 0], half[i, 0, j, b], out=value)
+            for column in range(1, d):
+                value += gradients[a, column] * half[i, column, j, b]
+            pair += 1
+    return entries
+
+
+def tangent_matrices(group: ElementGroup, x: np.ndarray, rotation: Rotation) -> np.ndarray:
+    """-d(force)/dx of every element, (element, 3k, 3k), not symmetric for edge-based rotations.
+
+    Args:
+        group: The elements.
+        x: Node positions [mm], (node, 3).
+        rotation: Where a corotational law takes its rotation from.
+    """
+    tangent = group.law_with(rotation).tangent(group.deformation_gradients(x)) * group.measure
+    gradients = group.gradients_by_corner
+    half = np.einsum("iajce,mce->eiajm", tangent, gradients, optimize=True)
+    matrices = np.einsum("nae,eiajm->enimj", gradients, half, optimize=True)
+    size = 3 * len(gradients)
+    return np.ascontiguousarray(matrices).reshape(-1, size, size)
+
+
+def _positive_part(matrices: np.ndarray) -> np.ndarray:
+    """Symmetric matrices (n, n, point) with their negative eigenvalues set to zero."""
+    values, vectors = np.linalg.eigh(np.moveaxis(matrices, 2, 0))
+    wrong = values[:, 0] < 0.0
+    repaired = matrices.copy()
+    raised = vectors[wrong] * np.maximum(values[wrong], 0.0)[:, None]
+    repaired[:, :, wrong] = np.moveaxis(raised @ np.swapaxes(vectors[wrong], 1, 2), 0, 2)
+    return repaired
+
+
+def _green_rates(
+    gradient: np.ndarray, gradients: np.ndarray
+) -> list[dict[tuple[int, int], np.ndarray]]:
+    """sym(F^T dF) for a unit velocity of each unknown of an element, by component a <= b."""
+    d = gradient.shape[1]
+    return [
+        {
+            (a, b): 0.5 * (gradient[axis, a] * corner[b] + gradient[axis, b] * corner[a])
+            for a in range(d)
+            for b in range(a, d)
+        }
+        for corner in gradients
+        for axis in range(3)
+    ]
 
 
 def _stretch_rates(
-    turn: np.ndarray, stretch: list[list[np.ndarray]], gradients: np.ndarray
+    gradient: np.ndarray, gradients: np.ndarray
 ) -> list[dict[tuple[int, int], np.ndarray]]:
     """dU for a unit velocity of each unknown of an element, by component (a, b), a <= b."""
-    d = len(stretch)
+    turn = element_rotation(gradient, "polar")
+    d = gradient.shape[1]
+    stretch = [[_dot(list(turn[:, a]), list(gradient[:, b])) for b in range(d)] for a in range(d)]
     if d == 3:
         inverse = _inverse_symmetric(stretch)
     else:
         inverse_trace = 1.0 / (stretch[0][0] + stretch[1][1])
     rates = []
-    for gradient in gradients:
+    for corner in gradients:
         for axis in range(3):
-            a_matrix = [[turn[axis, a] * gradient[b] for b in range(d)] for a in range(d)]
+            a_matrix = [[turn[axis, a] * corner[b] for b in range(d)] for a in range(d)]
             if d == 3:
                 axial = [
                     a_matrix[2][1] - a_matrix[1][2],

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
+from pneumorph.fem.quadrature import shape_values
 from pneumorph.geometry.mesh import Mesh
 
 
 def interpolation_matrix(mesh: Mesh, points: np.ndarray) -> csr_array:
-    """Barycentric weights of points in their nearest tetrahedra, (point, node).
+    """Shape functions of points in their nearest tetrahedra, (point, node).
 
     A point outside the solid is extrapolated from the tetrahedron it is least outside of. On a mesh
     with mirror symmetry, mirrored points get mirrored weights.
@@ -25,19 +26,22 @@ def interpolation_matrix(mesh: Mesh, points: np.ndarray) -> csr_array:
         mirrored = points[:, 1] < 0.0
         points = np.where(mirrored[:, None], points * [1.0, -1.0, 1.0], points)
         elements = elements[mesh.nodes[mesh.tetrahedra][:, :, 1].mean(axis=1) > 0.0]
-    tetrahedra = mesh.tetrahedra[elements]
-    corners = mesh.nodes[tetrahedra]
+    connectivity = mesh.connectivity[elements]
+    corners = mesh.nodes[connectivity[:, :4]]
     inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))
-    nodes, weights = np.empty((len(points), 4), dtype=int), np.empty((len(points), 4))
+    node_count = connectivity.shape[1]
+    nodes = np.empty((len(points), node_count), dtype=int)
+    weights = np.empty((len(points), node_count))
     for number, point in enumerate(points):
         inner = (inverse @ (point - corners[:, 0])[:, :, None])[:, :, 0]
         barycentric = np.concatenate([1.0 - inner.sum(axis=1, keepdims=True), inner], axis=1)
         nearest = int(np.argmax(barycentric.min(axis=1)))
-        nodes[number], weights[number] = tetrahedra[nearest], barycentric[nearest]
+        nodes[number] = connectivity[nearest]
+        weights[number] = shape_values(barycentric[nearest][None], node_count)[0]
     if mesh.mirror_nodes is not None:
         nodes[mirrored] = mesh.mirror_nodes[nodes[mirrored]]
     weights[np.abs(weights) < 1e-12] = 0.0
-    rows = np.repeat(np.arange(len(points)), 4)
+    rows = np.repeat(np.arange(len(points)), node_count)
     matrix = coo_array(
         (weights.ravel(), (rows, nodes.ravel())), shape=(len(points), len(mesh.nodes))
     ).tocsr()

@@ -1,4 +1,4 @@
-"""Isotropic linear-elastic materials."""
+"""Isotropic elastic materials."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Material:
-    """Isotropic linear elasticity.
+    """Hooke's constants at small strain, and the law that goes on from there.
 
     Args:
         young_modulus_kPa: Young's modulus E [kPa].
         poisson_ratio: Poisson's ratio nu.
+        law: ``corotational``, ``st_venant_kirchhoff``, ``stable_neo_hookean``, or one registered
+            with `pneumorph.fem.law_registry.register_law`.
 
     Raises:
         ValueError: E is not positive or nu lies outside [0, 0.5).
@@ -19,6 +21,7 @@ class Material:
 
     young_modulus_kPa: float
     poisson_ratio: float
+    law: str = "corotational"
 
     def __post_init__(self) -> None:
         if not 0.0 < self.young_modulus_kPa < float("inf"):
@@ -42,10 +45,12 @@ class Material:
         young, poisson = self.young_modulus_kPa, self.poisson_ratio
         return young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
 
-    @property
-    def plane_stress_lambda(self) -> float:
-        """lambda of a sheet free of stress across it, E nu / (1 - nu^2) [kPa]."""
-        return self.young_modulus_kPa * self.poisson_ratio / (1.0 - self.poisson_ratio**2)
+    def lame_constants(self, dimension: int) -> tuple[float, float]:
+        """lambda and mu [kPa]; lambda of a sheet (2) is that of plane stress, E nu / (1 - nu^2)."""
+        if dimension == 2:
+            young, poisson = self.young_modulus_kPa, self.poisson_ratio
+            return young * poisson / (1.0 - poisson**2), self.lame_mu
+        return self.lame_lambda, self.lame_mu
 
 
 @dataclass(frozen=True)

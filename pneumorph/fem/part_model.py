@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
 from pneumorph.fem.assembly import Assembly
 from pneumorph.fem.cavity import Cavity
+from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.element_stiffness import (
     objective_stiffness_entries,
     rotated_stiffness_entries,
+    tangent_entries,
     tangent_matrices,
 )
 from pneumorph.fem.material import DiskMaterials, LegMaterials, Material, Membrane
 from pneumorph.fem.membrane import membrane_group
 from pneumorph.fem.rotation import Rotation
-from pneumorph.fem.tetrahedra import tetrahedron_group
+from pneumorph.fem.solid import tetrahedron_group
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+
+MassLumping = Literal["even", "volume"]
 
 
 class PartModel:
@@ -30,9 +35,11 @@ class PartModel:
     Args:
         mesh: The part; refused with its reason when faulty.
         material: What the solid is made of.
-        mass_kg: Mass of the part, spread evenly over its nodes [kg].
+        mass_kg: Mass of the part [kg].
         membranes: Sheets on surface regions.
         cavity: Surface region under pressure; None for a part without.
+        mass_lumping: How the mass is shared among the nodes: ``even``, the paper's, gives each the
+            same; ``volume`` gives each what its elements hold (Hinton, Rock and Zienkiewicz 1976).
 
     Raises:
         MeshError: The mesh is faulty or lacks a region.
@@ -46,6 +53,7 @@ class PartModel:
         mass_kg: float,
         membranes: Sequence[Membrane] = (),
         cavity: str | None = None,
+        mass_lumping: MassLumping = "even",
     ) -> None:
         if not 0.0 < mass_kg < float("inf"):
             raise ValueError(f"mass_kg must be positive and finite, got {mass_kg}")
@@ -55,19 +63,24 @@ class PartModel:
         self.material = material
         self.mass_kg = mass_kg
         self.membranes = tuple(membranes)
-        self.node_mass: np.ndarray = np.full(len(mesh.nodes), mass_kg / len(mesh.nodes))
+        self.node_mass: np.ndarray = node_mass(mesh, mass_kg, mass_lumping)
         """Lumped mass [kg], (node,)."""
         self.element_groups: tuple[ElementGroup, ...] = (
-            tetrahedron_group(mesh.nodes, mesh.tetrahedra, material),
+            tetrahedron_group(mesh.nodes, mesh.connectivity, material),
             *(
                 membrane_group(
-                    mesh.nodes, mesh.surface(each.surface), each.material, each.thickness_mm
+                    mesh.nodes,
+                    mesh.surface_connectivity(each.surface),
+                    each.material,
+                    each.thickness_mm,
                 )
                 for each in membranes
             ),
         )
         """Tetrahedra first, then the membranes."""
-        self.cavity: Cavity | None = Cavity(mesh.surface(cavity)) if cavity else None
+        self.cavity: Cavity | None = (
+            Cavity.of_surface(mesh.surface_connectivity(cavity)) if cavity else None
+        )
         """Where pressure acts."""
 
     @property
@@ -83,7 +96,10 @@ class PartModel:
     @cached_property
     def assembly(self) -> Assembly:
         """Fixed sparsity of the part's matrices."""
-        return Assembly(self.node_count, [group.connectivity for group in self.element_groups])
+        connectivities = [group.connectivity for group in self.element_groups]
+        if self.cavity is not None:
+            connectivities.append(self.cavity.triangles)
+        return Assembly(self.node_count, connectivities)
 
     def internal_force(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Elastic force on the nodes [mN], (node, 3).
@@ -100,14 +116,28 @@ class PartModel:
                 total[axis] += np.bincount(indices, forces[axis].ravel(), self.node_count)
         return total.T
 
+    def elastic_energy(self, x: np.ndarray) -> float:
+        """Stored energy [mN mm]; of corotational elements with polar rotations."""
+        return sum(group.energy(x) for group in self.element_groups)
+
     def stiffness_data(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Data of `stiffness`, in the pattern of `assembly`."""
         return self.assembly.symmetric_data(
-            [rotated_stiffness_entries(group, x, rotation) for group in self.element_groups]
+            [
+                rotated_stiffness_entries(group, x, rotation)
+                if isinstance(group.law, Corotational)
+                else tangent_entries(group, x, definite=True)
+                for group in self.element_groups
+            ]
         )
 
     def stiffness(self, x: np.ndarray, rotation: Rotation = "edge") -> csc_array:
-        """Rotated linear stiffness [mN/mm], (3 node, 3 node); symmetric, no geometric term."""
+        """The stiffness of the published step [mN/mm], (3 node, 3 node); positive semi-definite.
+
+        Corotational elements: the rotated linear stiffness without geometric term. Other laws:
+        their tangent, negative eigenvalues removed. Neither vanishes on the rigid rotation of a
+        stressed body.
+        """
         return self.assembly.matrix(self.stiffness_data(x, rotation))
 
     def objective_stiffness_data(self, x: np.ndarray) -> np.ndarray:
@@ -120,10 +150,35 @@ class PartModel:
         """Stiffness against deformation only [mN/mm]; zero on every rigid motion."""
         return self.assembly.matrix(self.objective_stiffness_data(x))
 
+    def tangent_data(
+        self,
+        x: np.ndarray,
+        pressure_kPa: float = 0.0,
+        rotation: Rotation = "edge",
+        definite: bool = False,
+    ) -> np.ndarray:
+        """Data of `tangent`, in the pattern of `assembly`.
+
+        Args:
+            x: Node positions [mm], (node, 3).
+            pressure_kPa: Pressure in the cavity [kPa].
+            rotation: Where corotational elements take their rotation from.
+            definite: Replace the elements' part by the nearest positive semi-definite matrix and
+                leave the pressure's out.
+        """
+        entries = [tangent_entries(group, x, rotation, definite) for group in self.element_groups]
+        if self.cavity is not None and pressure_kPa != 0.0 and not definite:
+            rows, columns = np.triu_indices(9)
+            entries.append(-pressure_kPa * self.cavity.hessian_blocks(x)[:, rows, columns].T)
+        return self.assembly.symmetric_data(entries)
+
     def tangent(
         self, x: np.ndarray, pressure_kPa: float = 0.0, rotation: Rotation = "edge"
     ) -> csc_array:
         """-d(elastic force + pressure force)/dx [mN/mm], (3 node, 3 node), nothing left out."""
+        if rotation != "edge":
+            return self.assembly.matrix(self.tangent_data(x, pressure_kPa, rotation))
+        # Edge-based rotations: a matrix without symmetry.
         blocks = [
             (group.connectivity, tangent_matrices(group, x, rotation))
             for group in self.element_groups
@@ -162,6 +217,32 @@ class PartModel:
         if self.cavity is None:
             raise MeshError("the part has no cavity; name its surface region when making it")
         return self.cavity
+
+
+def node_mass(mesh: Mesh, mass_kg: float, lumping: MassLumping) -> np.ndarray:
+    """Share a mass among nodes [kg], (node,).
+
+    Args:
+        mesh: The part.
+        mass_kg: Total mass [kg].
+        lumping: ``even`` or ``volume``.
+
+    Raises:
+        ValueError: No such lumping.
+    """
+    count = len(mesh.nodes)
+    if lumping == "even":
+        return np.full(count, mass_kg / count)
+    if lumping != "volume":
+        raise ValueError(f'mass_lumping must be "even" or "volume", got {lumping!r}')
+    # Proportional to the diagonal of the consistent mass matrix, element by element: 1/10 for
+    # linear tetrahedra; 6/420 at corners and 32/420 at midside nodes of straight quadratic ones.
+    share = np.array([1 / 4] * 4 if mesh.edge_nodes is None else [3 / 108] * 4 + [16 / 108] * 6)
+    mass = np.bincount(
+        mesh.connectivity.ravel(), np.outer(mesh.volumes, share).ravel(), minlength=count
+    )
+    result: np.ndarray = mass * (mass_kg / mass.sum())
+    return result
 
 
 def leg_model(mesh: Mesh, materials: LegMaterials | None = None) -> PartModel:

@@ -66,17 +66,17 @@ def polar_rotation(gradient: np.ndarray) -> np.ndarray:
         return cast(np.ndarray, _plane_polar(gradient))
     rotation = gradient.copy()
     for _ in range(_POLAR_ITERATIONS):
-        cofactor = _cofactor(rotation)
-        determinant = np.einsum("ie,ie->e", rotation[:, 0], cofactor[:, 0])
+        cof = cofactor(rotation)
+        determinant = np.einsum("ie,ie->e", rotation[:, 0], cof[:, 0])
         # Far from a rotation, balancing the two terms by size first halves the iterations.
-        updated = 0.5 * (rotation + cofactor / determinant)
+        updated = 0.5 * (rotation + cof / determinant)
         change = float(np.abs(updated - rotation).max()) if updated.size else 0.0
         rotation = updated
         if change < _POLAR_TOLERANCE or not np.isfinite(change):
             break
         if change < 1e-7:  # quadratic convergence: the next change would be rounding
             break
-    wrong = ~(np.einsum("ie,ie->e", gradient[:, 0], _cofactor(gradient)[:, 0]) > 0.0)
+    wrong = ~(np.einsum("ie,ie->e", gradient[:, 0], cofactor(gradient)[:, 0]) > 0.0)
     if wrong.any() and np.all(np.isfinite(gradient)):
         left, _, right = np.linalg.svd(np.moveaxis(gradient[:, :, wrong], 2, 0))
         left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
@@ -95,14 +95,56 @@ def cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     )
 
 
-def _length(vectors: np.ndarray) -> np.ndarray:
-    return np.sqrt(vectors[0] ** 2 + vectors[1] ** 2 + vectors[2] ** 2)
-
-
-def _cofactor(matrix: np.ndarray) -> np.ndarray:
+def cofactor(matrix: np.ndarray) -> np.ndarray:
     """det(A) A^-T of matrices (3, 3, element)."""
     first, second, third = matrix[:, 0], matrix[:, 1], matrix[:, 2]
     return np.stack([cross(second, third), cross(third, first), cross(first, second)], axis=1)
+
+
+def polar_rotation_rate(turn: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+    """dR / dF of the polar decomposition F = R U, (3, d, 3, d, element): R's component first.
+
+    dR = R [w] + n (n . dF) U^-1 with (tr(U) I - U) w = axial(R^T dF - dF^T R); n, the normal of a
+    sheet, exists for d = 2 only.
+
+    Args:
+        turn: R, (3, d, element).
+        gradient: F, (3, d, element).
+    """
+    d = gradient.shape[1]
+    stretch = np.einsum("iae,ibe->abe", turn, gradient)
+    rate = np.zeros((3, d, 3, d, gradient.shape[2]))
+    if d == 3:
+        trace = stretch[0, 0] + stretch[1, 1] + stretch[2, 2]
+        matrix = trace * np.eye(3)[:, :, None] - stretch
+        cof = cofactor(matrix)
+        inverse = cof / np.sum(matrix[:, 0] * cof[:, 0], axis=0)
+        for i in range(3):
+            for c in range(3):
+                # R^T dF = R_i. (x) e_c, and its axial vector is e_c x R_i.
+                axial = cross(np.eye(3)[c][:, None] * np.ones_like(turn[i]), turn[i])
+                w = np.einsum("abe,be->ae", inverse, axial)
+                for row in range(3):
+                    rate[row, :, i, c] = cross(turn[row], w)
+        return rate
+    inverse_trace = 1.0 / (stretch[0, 0] + stretch[1, 1])
+    root = stretch[0, 0] * stretch[1, 1] - stretch[0, 1] * stretch[1, 0]
+    inverse = np.stack(
+        [np.stack([stretch[1, 1], -stretch[0, 1]]), np.stack([-stretch[1, 0], stretch[0, 0]])]
+    )
+    inverse /= root
+    normal = cross(turn[:, 0], turn[:, 1])
+    for i in range(3):
+        for c in range(2):
+            # w = (A_10 - A_01) / tr U with A = R^T dF; R [w] = (w R_1, -w R_0).
+            w = (turn[i, 1] if c == 0 else -turn[i, 0]) * inverse_trace
+            rate[:, 0, i, c], rate[:, 1, i, c] = w * turn[:, 1], -w * turn[:, 0]
+            rate[:, :, i, c] += normal[:, None] * (normal[i] * inverse[c])[None]
+    return rate
+
+
+def _length(vectors: np.ndarray) -> np.ndarray:
+    return np.sqrt(vectors[0] ** 2 + vectors[1] ** 2 + vectors[2] ** 2)
 
 
 def _plane_polar(gradient: np.ndarray) -> np.ndarray:

@@ -1,9 +1,9 @@
-"""A mesh of linear tetrahedra with named regions."""
+"""A mesh of tetrahedra with named regions."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +14,11 @@ import numpy as np
 from pneumorph.artefact import load_artefact, save_artefact
 
 FORMAT_VERSION = 1
+
+TETRAHEDRON_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+"""Ends of the edges that carry nodes 4 to 9 of a quadratic tetrahedron."""
+TRIANGLE_EDGES = TETRAHEDRON_EDGES[:3]
+"""Ends of the edges that carry nodes 3 to 5 of a quadratic triangle."""
 
 
 class MeshError(ValueError):
@@ -33,6 +38,8 @@ class Mesh:
         node_sets: Node indices by region name, (n,).
         contact_points: Where the part can touch the ground [mm], (point, 3).
         mirror_nodes: Index of each node's image under y -> -y, (node,); None without symmetry.
+        edge_nodes: Midside nodes of quadratic tetrahedra on their edges 01 12 20 03 13 23,
+            (element, 6); None for linear ones.
 
     Raises:
         MeshError: An array has a wrong shape, or an index points outside the mesh.
@@ -44,6 +51,7 @@ class Mesh:
     node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
     contact_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     mirror_nodes: np.ndarray | None = None
+    edge_nodes: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         nodes = _array("nodes", self.nodes, (None, 3), np.float64)
@@ -70,6 +78,44 @@ class Mesh:
         )
         if self.mirror_nodes is not None:
             put(self, "mirror_nodes", _indices("mirror_nodes", self.mirror_nodes, (count,), count))
+        if self.edge_nodes is not None:
+            shape = (len(self.tetrahedra), 6)
+            put(self, "edge_nodes", _indices("edge_nodes", self.edge_nodes, shape, count))
+
+    @property
+    def connectivity(self) -> np.ndarray:
+        """All nodes of each tetrahedron, corners first, (element, 4 or 10)."""
+        if self.edge_nodes is None:
+            return self.tetrahedra
+        return np.hstack([self.tetrahedra, self.edge_nodes])
+
+    def surface_connectivity(self, name: str) -> np.ndarray:
+        """All nodes of a region's triangles, midside nodes on the edges 01 12 20, (n, 3 or 6).
+
+        Raises:
+            MeshError: No such region, or one of its edges belongs to no tetrahedron.
+        """
+        triangles = self.surface(name)
+        if self.edge_nodes is None:
+            return triangles
+        keys, middles = self._edges
+        wanted = edge_keys(triangles, TRIANGLE_EDGES, len(self.nodes))
+        place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+        if not np.array_equal(keys[place], wanted):
+            raise MeshError(
+                f"surface {name!r} has an edge that belongs to no tetrahedron; was it meshed apart "
+                "from the solid?"
+            )
+        return np.hstack([triangles, middles[place]])
+
+    @cached_property
+    def _edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Keys of all edges, ascending, and the nodes in their middle."""
+        assert self.edge_nodes is not None
+        keys, first = np.unique(
+            edge_keys(self.tetrahedra, TETRAHEDRON_EDGES, len(self.nodes)), return_index=True
+        )
+        return keys, self.edge_nodes.ravel()[first]
 
     def surface(self, name: str) -> np.ndarray:
         """Triangles of a region, (triangle, 3).
@@ -138,6 +184,7 @@ class Mesh:
             node_sets=named("node_set:"),
             contact_points=arrays["contact_points"],
             mirror_nodes=arrays.get("mirror_nodes"),
+            edge_nodes=arrays.get("edge_nodes"),
         )
 
     def _arrays(self) -> dict[str, np.ndarray]:
@@ -147,7 +194,23 @@ class Mesh:
         arrays["contact_points"] = self.contact_points
         if self.mirror_nodes is not None:
             arrays["mirror_nodes"] = self.mirror_nodes
+        if self.edge_nodes is not None:
+            arrays["edge_nodes"] = self.edge_nodes
         return arrays
+
+
+def edge_keys(cells: np.ndarray, edges: Sequence[tuple[int, int]], node_count: int) -> np.ndarray:
+    """One number for each edge of each cell, whichever end comes first, (cell, edge).
+
+    Args:
+        cells: Node indices, (cell, corner).
+        edges: Ends of the edges among the corners.
+        node_count: Number of nodes.
+    """
+    first, second = np.array(edges).T
+    ends = np.sort(np.stack([cells[:, first], cells[:, second]]).astype(np.int64), axis=0)
+    keys: np.ndarray = ends[0] * node_count + ends[1]
+    return keys
 
 
 def _array(name: str, value: Any, shape: tuple[int | None, ...], dtype: type) -> np.ndarray:

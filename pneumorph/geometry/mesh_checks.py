@@ -130,14 +130,14 @@ def _check_elements(mesh: Mesh) -> None:
 def _check_connection(mesh: Mesh) -> None:
     count = len(mesh.nodes)
     used = np.zeros(count, dtype=bool)
-    used[mesh.tetrahedra] = True
+    used[mesh.connectivity] = True
     if not used.all():
         raise MeshError(
             f"{np.sum(~used)} nodes belong to no tetrahedron, the first is {np.argmin(used)}; they "
             "would have mass but no stiffness"
         )
-    first = np.repeat(mesh.tetrahedra[:, 0], 3)
-    other = mesh.tetrahedra[:, 1:].ravel()
+    first = np.repeat(mesh.connectivity[:, 0], mesh.connectivity.shape[1] - 1)
+    other = mesh.connectivity[:, 1:].ravel()
     graph = coo_array((np.ones(len(first)), (first, other)), shape=(count, count))
     pieces, label = connected_components(graph.tocsr(), directed=False)
     if pieces > 1:

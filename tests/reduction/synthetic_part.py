@@ -30,6 +30,10 @@ class SyntheticMesh:
     contact_points: np.ndarray
     mirror_nodes: np.ndarray
 
+    @property
+    def connectivity(self) -> np.ndarray:
+        return self.tetrahedra
+
     def digest(self) -> str:
         return hashlib.sha256(self.nodes.tobytes() + self.tetrahedra.tobytes()).hexdigest()
 
