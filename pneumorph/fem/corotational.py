@@ -3,7 +3,7 @@
     eps = sym(R^T F) - I,   sigma = lambda tr(eps) I + 2 mu eps,   P = R sigma.
 
 Mueller and Gross, Interactive Virtual Materials, Graphics Interface 2004. With R the polar factor
-it is hyperelastic, psi = mu |F - R|^2 + lambda / 2 (tr(R^T F) - d)^2; with R from an edge and a face
+it is hyperelastic, psi = mu |F - R|^2 + lambda / 2 (tr(R^T F) - d)^2; with R from edge and face
 (Nesme et al. 2005, the paper's choice) it has no potential.
 """
 
