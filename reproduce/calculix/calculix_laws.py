@@ -19,7 +19,7 @@ import numpy as np
 from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.law import Strain, differentiated_stress
 from pneumorph.fem.law_registry import register_law
-from pneumorph.fem.material import Material
+from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.rotation import cofactor, element_rotation
 
 MILLIPASCAL = 1e6
@@ -60,6 +60,41 @@ def material_card(name: str, material: Material) -> tuple[str, str]:
             "corotational is calculix_corotational"
         )
     return name, f"*MATERIAL, NAME={name}\n{lines}"
+
+
+def sheet_card(name: str, membrane: Membrane) -> tuple[str, float]:
+    """Lines of a membrane's material [mPa] and the thickness of the shell that stands for it [mm].
+
+    CalculiX's own membranes (M3D3) leave a singular system on a solid: each of their wedges may
+    turn about its edges. Its shells (S3, S6) do not, but linear ones resist bending far too much.
+    One as stiff in its plane, ten times as thin, and soft in the shear across it, has hardly any
+    bending stiffness left: 1 % and 0.01 % of that shear give the same bend within 1e-5.
+
+    Args:
+        name: What to call the material.
+        membrane: The sheet, in St. Venant-Kirchhoff's law.
+
+    Raises:
+        ValueError: The sheet follows another law.
+    """
+    material = membrane.material
+    if material.law != "st_venant_kirchhoff":
+        raise ValueError(
+            f"law of a sheet must be st_venant_kirchhoff to write it for CalculiX, got "
+            f"{material.law!r}"
+        )
+    young = material.young_modulus_kPa * MILLIPASCAL * _THINNER
+    shear = material.lame_mu * MILLIPASCAL * _THINNER
+    lines = (
+        f"*MATERIAL, NAME={name}\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
+        # E and nu of the plane, E and nu across, G of the plane, G across.
+        f"{_join(young, young, young, material.poisson_ratio, 0.0, 0.0, shear, shear * 1e-4)}\n"
+        f"{_join(shear * 1e-4)}"
+    )
+    return lines, membrane.thickness_mm / _THINNER
+
+
+_THINNER = 10.0
 
 
 def _join(*values: float) -> str:

@@ -84,18 +84,23 @@ def read_displacements(printed: str, node_count: int) -> list[np.ndarray]:
 
     Args:
         printed: Blocks with a heading that says ``displacements``, then lines of node and vector.
+            A last block that was cut short, by the end of a run that took too long, is left out.
         node_count: Number of nodes.
 
     Raises:
-        ValueError: A block does not hold all nodes in order.
+        ValueError: A whole block does not hold all nodes in order.
     """
+    blocks = re.split(r"^ displacements.*$", printed, flags=re.MULTILINE)[1:]
     result = []
-    for number, block in enumerate(re.split(r"^ displacements.*$", printed, flags=re.MULTILINE)[1:]):
-        rows = np.array([line.split() for line in block.splitlines() if line.strip()], dtype=float)
+    for step, block in enumerate(blocks, start=1):
+        lines = [line.split() for line in block.splitlines() if line.strip()]
+        if step == len(blocks) and (len(lines) < node_count or len(lines[-1]) < 4):
+            break
+        rows = np.array(lines, dtype=float)
         if not np.array_equal(rows[:, 0], np.arange(1, node_count + 1)):
             raise ValueError(
-                f"step {number + 1} must print nodes 1 .. {node_count}, got {len(rows)} lines; was "
-                "the run stopped while it wrote, or is the file another deck's?"
+                f"step {step} must print nodes 1 .. {node_count}, got {len(rows)} lines that begin "
+                f"with node {rows[0, 0]:g}; is the file another deck's?"
             )
         result.append(rows[:, 1:])
     return result
