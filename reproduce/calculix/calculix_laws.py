@@ -68,7 +68,7 @@ def sheet_card(name: str, membrane: Membrane) -> tuple[str, float]:
     CalculiX's own membranes stand beside a solid badly: those of 3 nodes leave a singular system,
     those of 6 nodes are 10 % off. Its shells (S3, S6) carry bending and resist the shear across
     them. One as stiff in its plane, a hundred times as thin, and with 0.1 % of the shear
-    stiffness across is a membrane: 3-node ones move a box with a sheet by 1e-4 less.
+    stiffness across is a membrane: nodes of a box with a sheet of either move alike to 1e-4.
 
     Args:
         name: What to call the material.
