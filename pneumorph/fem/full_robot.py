@@ -167,7 +167,7 @@ class FullRobot:
             new = self._step_on(state, regulated, contacts, new.impulses)
             now = self.contact_positions(new)
             gaps = [self.floor.gap(each) for each in now]
-            deepest = -min(float(gap.min(initial=0.0)) for gap in gaps)
+            deepest = max(0.0, *(-float(gap.min(initial=0.0)) for gap in gaps))
             if not deepest > settings.penetration_tolerance_mm:
                 break
             points = [
