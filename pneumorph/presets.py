@@ -111,11 +111,6 @@ def paper_full_robot(
         leg: Finite elements of a leg; None for the one that ships.
     """
     settings = settings or SimulationSettings()
-    if settings.floor_slope_deg:
-        raise ValueError(
-            f"floor_slope_deg is {settings.floor_slope_deg}, expected 0: full robots know a level "
-            "floor only"
-        )
     disk = paper_disk_mesh()
     rim = disk_rim_points(disk)
     mounting = RadialMounting()
@@ -129,6 +124,7 @@ def paper_full_robot(
             mass_damping_per_s=settings.mass_damping_per_s,
             stiffness_damping_s=settings.stiffness_damping_s,
             gravity_mm_per_s2=settings.gravity_mm_per_s2,
+            floor_slope_deg=settings.floor_slope_deg,
             friction=settings.friction,
             floor_height_mm=settings.floor_height_mm,
             regulator_count=settings.regulator_count,

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
+import numpy as np
+
+from pneumorph.fem.floor import Floor, PlaneFloor
+from pneumorph.fem.height_map import HeightMap
 from pneumorph.fem.rotation import Rotation
 from pneumorph.pressure import PressureMap
 from pneumorph.settings import check_numbers
 
 Damping = Literal["published", "objective"]
+FrictionSolver = Literal["newton", "gauss_seidel"]
 
 
 @dataclass(frozen=True)
@@ -27,18 +33,30 @@ class FullOrderSettings:
     stiffness_damping_s: float = 0.1
     """Rayleigh stiffness coefficient beta [s]."""
     gravity_mm_per_s2: float = 9800.0
-    """Gravity, downwards along z [mm/s^2]."""
+    """Gravity [mm/s^2]."""
+    floor_slope_deg: float = 0.0
+    """How steeply the floor rises forward (x) [degrees]; x and z are along and normal to it."""
     friction: float = 1.2
     """Coulomb friction coefficient of every contact."""
     floor_height_mm: float = -12.797
     """Height where contact points rest [mm] (floor at -13.297 and contact distance 0.5)."""
+    height_map: HeightMap | None = None
+    """Heights above the floor's, from an image or an array; None for a plane."""
     contact_margin_mm: float = 1.0
     """Points that would come nearer to the floor than this within the step take part in the contact
     solve [mm]."""
-    contact_tolerance_mm_per_s: float = 1e-2
+    friction_solver: FrictionSolver = "newton"
+    """`newton`: semi-smooth Newton after a few Gauss-Seidel sweeps, to the tolerance.
+    `gauss_seidel`: sweeps alone, as in the published experiment (250 of them)."""
+    contact_tolerance_mm_per_s: float = 1e-7
     """The friction solver stops when no contact law is violated by more than this [mm/s]."""
-    contact_sweeps: int = 250
-    """Most Gauss-Seidel sweeps of a step."""
+    contact_sweeps: int = 2000
+    """Most Gauss-Seidel sweeps of a contact solve."""
+    penetration_tolerance_mm: float = 0.01
+    """A step that ends with a point deeper in the floor than this is solved again, with that point
+    and with the floor linearised where the points came to lie [mm]."""
+    contact_passes: int = 4
+    """How often a step is solved at most."""
     regulator_count: int = 3
     """Number of pressure regulators."""
     pressure_rate_kPa_per_s: float = 150.0
@@ -53,6 +71,8 @@ class FullOrderSettings:
             "time_step_s",
             "contact_tolerance_mm_per_s",
             "contact_sweeps",
+            "penetration_tolerance_mm",
+            "contact_passes",
             "regulator_count",
             "pressure_rate_kPa_per_s",
             "speed_limit_mm_per_s",
@@ -64,9 +84,31 @@ class FullOrderSettings:
             "contact_margin_mm",
             "gravity_mm_per_s2",
         )
-        check_numbers(self, positive, non_negative, ("floor_height_mm",))
+        check_numbers(self, positive, non_negative, ("floor_height_mm", "floor_slope_deg"))
         if self.damping not in ("published", "objective"):
             raise ValueError(f'damping must be "published" or "objective", got {self.damping!r}')
+        if self.friction_solver not in get_args(FrictionSolver):
+            raise ValueError(
+                f"friction_solver must be one of {', '.join(get_args(FrictionSolver))}, got "
+                f"{self.friction_solver!r}"
+            )
+
+    @property
+    def gravity_vector(self) -> np.ndarray:
+        """Gravity along the floor's axes [mm/s^2], (3,)."""
+        slope = math.radians(self.floor_slope_deg)
+        return self.gravity_mm_per_s2 * np.array([-math.sin(slope), 0.0, -math.cos(slope)])
+
+    def floor(self) -> Floor:
+        """What the robot stands on.
+
+        Raises:
+            FileNotFoundError: The height map's file is missing.
+            ValueError: It holds no heights.
+        """
+        if self.height_map is None:
+            return PlaneFloor(self.floor_height_mm)
+        return self.height_map.floor(self.floor_height_mm)
 
     @property
     def rotation(self) -> Rotation:

@@ -7,7 +7,9 @@ equation for dv), solved for the new velocity:
 
 f elastic, pressure and weight at the old positions; lambda impulses that obey, at every contact,
 
-    0 <= v_n + gap / h  perp  lambda_n >= 0,   |lambda_t| <= mu lambda_n, opposite to any sliding.
+    0 <= v_n + gap / h  perp  lambda_n >= 0,   |lambda_t| <= mu lambda_n, opposite to any sliding,
+
+normal and tangents those of the floor below each point.
 """
 
 from __future__ import annotations
@@ -18,9 +20,11 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.fem.contact_points import Contacts, linearise_contacts
 from pneumorph.fem.contact_solve import solve_contacts
+from pneumorph.fem.floor import Floor
 from pneumorph.fem.full_order_settings import FullOrderSettings
-from pneumorph.fem.mounted_leg import CONTACT_AXES, CondensedLeg, MountedLeg
+from pneumorph.fem.mounted_leg import CondensedLeg, MountedLeg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
 from pneumorph.fem.soft_hub import SoftHub, SoftHubState
@@ -42,12 +46,18 @@ class FullRobotState:
     regulated_kPa: np.ndarray
     """Pressure of each regulator [real kPa], (regulator,)."""
     impulses: np.ndarray
-    """Contact impulses of the last step, rows normal x y [mN s], (contact point, 3); legs' points
-    first, then the hub's."""
+    """Contact impulses of the last step: normal, tangent, tangent (on a plane z, x, y) [mN s],
+    (contact point, 3); legs' points first, then the hub's."""
+    contact_velocities: np.ndarray
+    """Velocities of the contact points after the last step, in the same rows [mm/s], (contact
+    point, 3): a pressed point sticks where the tangents' are zero. Zero too for points that took no
+    part."""
     active_contacts: int = 0
     """Contact points that took part in the last step."""
     contact_residual: float = 0.0
     """Contact law violated by at most this in the last step [mm/s]."""
+    penetration_mm: float = 0.0
+    """Depth of the deepest contact point below the floor [mm]."""
 
 
 class FullRobot:
@@ -59,9 +69,11 @@ class FullRobot:
         settings: Physics and numerics.
         tracked_point: Point of the hub's frame whose travel is rewarded [mm], (3,); the frame's
             origin by default.
+        floor: What it stands on; the settings' floor by default.
 
     Raises:
-        ValueError: No legs, or a regulator that does not exist.
+        FileNotFoundError: The settings' height map is missing.
+        ValueError: No legs, a regulator that does not exist, or no heights in the height map.
     """
 
     def __init__(
@@ -70,9 +82,11 @@ class FullRobot:
         mounts: Sequence[tuple[PartModel, Pose, int]],
         settings: FullOrderSettings | None = None,
         tracked_point: np.ndarray | None = None,
+        floor: Floor | None = None,
     ) -> None:
         self.hub: Any = hub
         self.settings = settings or FullOrderSettings()
+        self.floor = floor or self.settings.floor()
         if not mounts:
             raise ValueError("mounts is empty: a robot needs at least one leg")
         self.legs = tuple(MountedLeg(*mount) for mount in mounts)
@@ -101,6 +115,7 @@ class FullRobot:
             velocities=tuple(np.zeros_like(leg.part.rest_nodes) for leg in self.legs),
             regulated_kPa=np.zeros(self.settings.regulator_count),
             impulses=np.zeros((self.contact_point_count, 3)),
+            contact_velocities=np.zeros((self.contact_point_count, 3)),
         )
 
     def tracked_point_mm(self, state: FullRobotState) -> np.ndarray:
@@ -120,8 +135,17 @@ class FullRobot:
             for leg, x in zip(self.legs, state.positions, strict=True)
         )
 
+    def contact_positions(self, state: FullRobotState) -> tuple[np.ndarray, ...]:
+        """Where the contact points of each leg, and last the hub's, are [mm], each (point, 3)."""
+        legs = (leg.contact_weights @ x for leg, x in zip(self.legs, state.positions, strict=True))
+        return (*legs, self.hub.point_positions(state.hub, self.hub.contact_points))
+
     def step(self, state: FullRobotState, command_kPa: np.ndarray) -> FullRobotState:
         """Advance by one time step.
+
+        The floor is linearised at the step's start. Where a point ends too deep, because the floor
+        bends or it came from beyond the margin, the step is solved again with the floor linearised
+        at its end.
 
         Args:
             state: Where the robot is.
@@ -130,29 +154,54 @@ class FullRobot:
         Raises:
             numpy.linalg.LinAlgError: A matrix of the step is not positive definite.
         """
-        settings, hub = self.settings, self.hub
+        settings = self.settings
         regulated = rate_limit(
             state.regulated_kPa, command_kPa, settings.pressure_rate_kPa_per_s, settings.time_step_s
         )
+        start = self.contact_positions(state)
+        points = self._points_near(state, start)
+        now, new = start, replace(state, regulated_kPa=regulated)
+        for _ in range(settings.contact_passes):
+            moved = [after - before for after, before in zip(now, start, strict=True)]
+            contacts = linearise_contacts(self.floor, points, now, moved)
+            new = self._step_on(state, regulated, contacts, new.impulses)
+            now = self.contact_positions(new)
+            gaps = [self.floor.gap(each) for each in now]
+            deepest = max(0.0, *(-float(gap.min(initial=0.0)) for gap in gaps))
+            if not deepest > settings.penetration_tolerance_mm:
+                break
+            points = [
+                np.union1d(p, np.flatnonzero(g < 0.0)) for p, g in zip(points, gaps, strict=True)
+            ]
+        return replace(new, penetration_mm=deepest)
+
+    def _step_on(
+        self,
+        state: FullRobotState,
+        regulated: np.ndarray,
+        contacts: Contacts,
+        warm_start: np.ndarray,
+    ) -> FullRobotState:
+        """One step with the given pressures [real kPa] on a linearised floor."""
+        settings, hub, active = self.settings, self.hub, contacts.points
         pressure = settings.pressure_map.simulated(regulated)
-        active, gaps = self._active_contacts(state)
 
         matrix, right = hub.system(state.hub, settings)
         condensed: list[CondensedLeg] = []
         ties: list[np.ndarray] = []
-        for leg, x, v, points in zip(
-            self.legs, state.positions, state.velocities, active, strict=False
+        for leg, x, v, points, frames in zip(
+            self.legs, state.positions, state.velocities, active, contacts.frames, strict=False
         ):
-            share = leg.condense(x, v, float(pressure[leg.regulator]), points, settings)
+            share = leg.condense(x, v, float(pressure[leg.regulator]), points, frames, settings)
             tie = hub.point_map(state.hub, leg.attachment_in_hub)
             matrix += tie.T @ share.attachment_matrix @ tie
             right += tie.T @ share.attachment_right
             condensed.append(share)
             ties.append(tie)
 
-        hub_points = hub.point_map(state.hub, hub.contact_points[active[-1]]).reshape(
-            -1, 3, hub.unknown_count
-        )[:, CONTACT_AXES]
+        hub_points = contacts.frames[-1] @ hub.point_map(
+            state.hub, hub.contact_points[active[-1]]
+        ).reshape(-1, 3, hub.unknown_count)
         coupling = np.concatenate(
             [
                 *(
@@ -173,8 +222,8 @@ class FullRobot:
             np.concatenate(
                 [*(share.contact_right for share in condensed), np.zeros(3 * len(hub_points))]
             ),
-            gaps,
-            state.impulses[numbers],
+            contacts.gaps,
+            warm_start[numbers],
             settings,
         )
         new_hub = hub.advance(state.hub, solution.hub_velocity, settings.time_step_s)
@@ -194,14 +243,15 @@ class FullRobot:
             velocity[leg.attachment] = (next_tie @ solution.hub_velocity).reshape(-1, 3)
             positions.append(position)
             velocities.append(velocity)
-        impulses = np.zeros_like(state.impulses)
-        impulses[numbers] = solution.impulses
+        impulses, contact_velocities = np.zeros((2, self.contact_point_count, 3))
+        impulses[numbers], contact_velocities[numbers] = solution.impulses, solution.velocities
         return FullRobotState(
             hub=new_hub,
             positions=tuple(positions),
             velocities=tuple(velocities),
             regulated_kPa=regulated,
             impulses=impulses,
+            contact_velocities=contact_velocities,
             active_contacts=len(numbers),
             contact_residual=solution.residual,
         )
@@ -262,6 +312,7 @@ class FullRobot:
                 status = "diverged"
                 break
             state = new
+            recorder.watch(state)
             if observe is not None:
                 observe(state)
             if (number + 1) % record_every == 0 or number + 1 == len(commands):
@@ -274,21 +325,20 @@ class FullRobot:
         state, _ = self.rollout(self.initial_state(), rest, step_count, record_nodes=False)
         return replace(state)
 
-    def _active_contacts(self, state: FullRobotState) -> tuple[list[np.ndarray], np.ndarray]:
-        """Points that take part, by leg and last the hub's; and the gaps of all of them [mm]."""
-        settings, hub = self.settings, self.hub
-        heights, speeds = [], []
-        for leg, x, v in zip(self.legs, state.positions, state.velocities, strict=True):
-            heights.append(leg.contact_weights @ x[:, 2])
-            speeds.append(leg.contact_weights @ v[:, 2])
-        heights.append(hub.point_positions(state.hub, hub.contact_points)[:, 2])
-        map_z = hub.point_map(state.hub, hub.contact_points)[2::3]
-        speeds.append(map_z @ state.hub.velocity)
-        active, gaps = [], []
-        for height, speed in zip(heights, speeds, strict=True):
-            gap = height - settings.floor_height_mm
-            coming = gap + settings.time_step_s * np.minimum(speed, 0.0)
-            chosen = np.flatnonzero(coming < settings.contact_margin_mm)
-            active.append(chosen)
-            gaps.append(gap[chosen])
-        return active, np.concatenate(gaps)
+    def _points_near(
+        self, state: FullRobotState, positions: Sequence[np.ndarray]
+    ) -> list[np.ndarray]:
+        """Points of each body, at these positions, that could reach the floor within the step."""
+        velocities = [
+            leg.contact_weights @ v for leg, v in zip(self.legs, state.velocities, strict=True)
+        ]
+        hub_map = self.hub.point_map(state.hub, self.hub.contact_points)
+        velocities.append((hub_map @ state.hub.velocity).reshape(-1, 3))
+        step, margin = self.settings.time_step_s, self.settings.contact_margin_mm
+        near = []
+        for position, velocity in zip(positions, velocities, strict=True):
+            normal = self.floor.frames(position)[:, 0]
+            speed = np.einsum("pa,pa->p", normal, velocity)
+            coming = self.floor.gap(position) + step * np.minimum(speed, 0.0)
+            near.append(np.flatnonzero(coming < margin))
+        return near

@@ -34,6 +34,16 @@ class Recorder:
             )
         self._robot, self._record_nodes = robot, record_nodes
         self._frames: dict[str, list[Any]] = {}
+        self._worst_residual = self._deepest = 0.0
+        self._steps = self._unconverged = 0
+
+    def watch(self, state: FullRobotState) -> None:
+        """Note how well a step obeyed the contact law; called after every step."""
+        tolerance = self._robot.settings.contact_tolerance_mm_per_s
+        self._worst_residual = max(self._worst_residual, state.contact_residual)
+        self._deepest = max(self._deepest, state.penetration_mm)
+        self._steps += 1
+        self._unconverged += state.contact_residual > tolerance
 
     def record(self, step: int, command: np.ndarray, state: FullRobotState) -> None:
         """Add the frame after a step."""
@@ -65,6 +75,12 @@ class Recorder:
                 "model": "full",
                 "hub": "soft" if isinstance(robot.hub, SoftHub) else "rigid",
                 "settings": settings_to_dict(robot.settings),
+                "contact": {
+                    "floor": robot.floor.description,
+                    "worst_residual_mm_per_s": self._worst_residual,
+                    "unconverged_share": self._unconverged / max(self._steps, 1),
+                    "deepest_penetration_mm": self._deepest,
+                },
                 **(description or {}),
             },
         )

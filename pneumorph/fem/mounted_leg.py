@@ -12,9 +12,6 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.slab_cholesky import SlabCholesky, SlabPattern
 from pneumorph.geometry.pose import Pose
 
-CONTACT_AXES = (2, 0, 1)
-"""World axes of a contact's rows: normal z, tangents x and y."""
-
 
 @dataclass(frozen=True, eq=False)
 class CondensedLeg:
@@ -100,6 +97,7 @@ class MountedLeg:
         v: np.ndarray,
         pressure_kPa: float,
         active: np.ndarray,
+        frames: np.ndarray,
         settings: FullOrderSettings,
     ) -> CondensedLeg:
         """Assemble one step's equations and eliminate the free nodes.
@@ -109,6 +107,7 @@ class MountedLeg:
             v: Their velocities [mm/s], (node, 3).
             pressure_kPa: Pressure in the cavity [simulated kPa].
             active: Contact points that take part, (contact,).
+            frames: Their normal, tangent, tangent, as rows, (contact, 3, 3).
             settings: Time step and physics.
 
         Raises:
@@ -124,7 +123,7 @@ class MountedLeg:
         force = part.internal_force(x, settings.rotation)
         if pressure_kPa != 0.0:
             force += part.pressure_force(x, pressure_kPa)
-        force[:, 2] -= part.node_mass * settings.gravity_mm_per_s2
+        force += part.node_mass[:, None] * settings.gravity_vector
         b = (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
 
         count = len(self._attached_unknowns)
@@ -133,7 +132,7 @@ class MountedLeg:
         coupling, own = self._attachment_blocks(data)
         columns[:, :count] = coupling
         columns[:, count] = b[pattern.unknowns]
-        at_attachment = self._fill_contacts(columns[:, count + 1 :], active[order])
+        at_attachment = self._fill_contacts(columns[:, count + 1 :], active[order], frames[order])
         first = np.zeros(count + 1, dtype=int)
         first = np.concatenate([first, np.repeat(self._first_slab[active[order]], 3)])
 
@@ -178,19 +177,22 @@ class MountedLeg:
             own[local[rows[~free]], column] = values[~free]
         return coupling, own
 
-    def _fill_contacts(self, columns: np.ndarray, active: np.ndarray) -> np.ndarray:
+    def _fill_contacts(
+        self, columns: np.ndarray, active: np.ndarray, frames: np.ndarray
+    ) -> np.ndarray:
         """Write H_f^T of the active points into columns; return H_a, (3 contact, 3 attachment)."""
         weights = self.contact_weights[active].tocoo()
         attached = np.full(self.part.node_count, -1)
         attached[self.attachment] = np.arange(len(self.attachment))
         at_attachment = np.zeros((3 * len(active), 3 * len(self.attachment)))
-        for row, axis in enumerate(CONTACT_AXES):
+        for row, axis in np.ndindex(3, 3):
             place = self._pattern.place[3 * weights.col + axis]
+            values = weights.data * frames[weights.row, row, axis]
             free = place >= 0
-            columns[place[free], 3 * weights.row[free] + row] = weights.data[free]
+            columns[place[free], 3 * weights.row[free] + row] = values[free]
             tied = ~free
             at_attachment[3 * weights.row[tied] + row, 3 * attached[weights.col[tied]] + axis] = (
-                weights.data[tied]
+                values[tied]
             )
         return at_attachment
 

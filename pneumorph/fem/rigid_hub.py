@@ -86,7 +86,7 @@ class RigidHub:
         right = matrix @ state.velocity
         spin = state.velocity[3:]
         step = settings.time_step_s
-        right[2] -= step * self.mass_kg * settings.gravity_mm_per_s2
+        right[:3] += step * self.mass_kg * settings.gravity_vector
         right[3:] -= step * np.cross(spin, inertia @ spin)
         return settings.mass_factor * matrix, right
 

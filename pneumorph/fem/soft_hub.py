@@ -71,7 +71,7 @@ class SoftHub:
         mass = np.repeat(part.node_mass, 3)
         matrix[np.diag_indices(len(mass))] += settings.mass_factor * mass
         force = part.internal_force(x, settings.rotation)
-        force[:, 2] -= part.node_mass * settings.gravity_mm_per_s2
+        force += part.node_mass[:, None] * settings.gravity_vector
         return matrix, mass * state.velocity + settings.time_step_s * force.ravel()
 
     def advance(self, state: SoftHubState, velocity: np.ndarray, step: float) -> SoftHubState:

@@ -1,11 +1,13 @@
 """Closed forms of a robot's motion: free fall, weight on the floor, braking, mirror images."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_robot import small_leg, small_robot
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
-from pneumorph.fem.full_robot import FullRobot, FullRobotState
+from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_model import leg_model
 from pneumorph.fem.rigid_hub import RigidHub, rotation_of
 from pneumorph.geometry.mounting import RadialMounting
@@ -61,13 +63,7 @@ def test_a_sliding_block_stops_after_v_squared_over_two_mu_g():
     hub = type(hub)(
         state.hub.centre, state.hub.rotation, state.hub.velocity + np.pad(along, (0, 3))
     )
-    state = FullRobotState(
-        hub,
-        state.positions,
-        tuple(v + along for v in state.velocities),
-        state.regulated_kPa,
-        state.impulses,
-    )
+    state = replace(state, hub=hub, velocities=tuple(v + along for v in state.velocities))
     state, _ = robot.rollout(state, np.zeros((12, 1)), record_nodes=False)
     loss = 0.01 * friction * 9800.0
     steps = np.arange(1, 12)
