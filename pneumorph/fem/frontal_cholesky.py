@@ -1,15 +1,22 @@
 """Cholesky factors of a slender body by a front that sweeps along it.
 
-Nodes are eliminated in blocks, in the order of the Fiedler vector of the mesh, which for a leg is the
-order from root to tip. The front of a block is the block itself and those later nodes that eliminated
-ones have touched, about a cross-section: a dense matrix, so all work is level-3 BLAS. Columns that
-begin far down the body, such as those of contacts near the tip, cost nothing before.
+Nodes are eliminated in blocks, in the order of the Fiedler vector of the mesh, which for a leg is
+the order from root to tip. The front of a block is the block itself and those later nodes that
+eliminated ones have touched, about a cross-section: a dense matrix, so all work is level-3 BLAS.
+Columns that begin far down the body, such as those of contacts near the tip, cost nothing before.
 
-Irons, A frontal solution program for finite element analysis, Int. J. Numer. Meth. Eng. 2 (1970) 5;
-Barnard, Pothen and Simon, A spectral algorithm for envelope reduction, Numer. Lin. Alg. Appl. 2 (1995).
+Beside general solvers, for the leg of the paper on one thread: CHOLMOD (supernodal, with OpenBLAS;
+under the GPL) factorises in the same time, and its L^-1 B of 133 columns takes 3 to 4 times as long
+as ours without their late beginnings; SciPy's SuperLU takes 7 to 10 times as long to factorise.
+
+Irons, A frontal solution program for finite element analysis, Int. J. Numer. Meth. Eng. 2 (1970)
+5; Barnard, Pothen and Simon, A spectral algorithm for envelope reduction, Numer. Lin. Alg. Appl. 2
+(1995) 317.
 """
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array
@@ -57,7 +64,7 @@ class FrontPattern:
             np.concatenate(
                 [np.arange(first, end), end + np.flatnonzero(touched_by[end:] <= number)]
             )
-            for number, (first, end) in enumerate(zip(starts[:-1], starts[1:], strict=True))
+            for number, (first, end) in enumerate(pairwise(starts))
         ]
         self.engine_pattern = self._engine_pattern(assembly, [_unknowns(f) for f in fronts])
 

@@ -10,6 +10,7 @@ from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.stage_clock import StageClock
 from pneumorph.geometry.pose import Pose
 
 CONTACT_AXES = (2, 0, 1)
@@ -92,27 +93,21 @@ class MountedLeg:
         """Nodes in the robot's frame at rest [mm], (node, 3)."""
         return self.pose.apply(self.part.rest_nodes)
 
-    def condense(
-        self,
-        x: np.ndarray,
-        v: np.ndarray,
-        pressure_kPa: float,
-        active: np.ndarray,
-        settings: FullOrderSettings,
-    ) -> CondensedLeg:
-        """Assemble one step's equations and eliminate the free nodes.
+    def assemble(
+        self, x: np.ndarray, v: np.ndarray, pressure_kPa: float, settings: FullOrderSettings
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Matrix of one step, as data in the pattern of the part's assembly, and right side.
 
         Args:
             x: World positions of the nodes [mm], (node, 3).
             v: Their velocities [mm/s], (node, 3).
             pressure_kPa: Pressure in the cavity [simulated kPa].
-            active: Contact points that take part, (contact,).
             settings: Time step and physics.
 
-        Raises:
-            numpy.linalg.LinAlgError: The leg is deformed beyond what the step can take.
+        Returns:
+            Data [kg], (entry,), and right side [mN s], (3 node,).
         """
-        part, pattern, assembly = self.part, self._pattern, self.part.assembly
+        part, assembly = self.part, self.part.assembly
         if settings.damping == "published":
             data = part.stiffness_data(x, settings.rotation)
         else:
@@ -123,8 +118,33 @@ class MountedLeg:
         if pressure_kPa != 0.0:
             force += part.pressure_force(x, pressure_kPa)
         force[:, 2] -= part.node_mass * settings.gravity_mm_per_s2
-        b = (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
+        return data, (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
 
+    def condense(
+        self,
+        x: np.ndarray,
+        v: np.ndarray,
+        pressure_kPa: float,
+        active: np.ndarray,
+        settings: FullOrderSettings,
+        clock: StageClock,
+    ) -> CondensedLeg:
+        """Assemble one step's equations and eliminate the free nodes.
+
+        Args:
+            x: World positions of the nodes [mm], (node, 3).
+            v: Their velocities [mm/s], (node, 3).
+            pressure_kPa: Pressure in the cavity [simulated kPa].
+            active: Contact points that take part, (contact,).
+            settings: Time step and physics.
+            clock: Told the time of ``assembly``, ``factorisation`` and ``elimination``.
+
+        Raises:
+            numpy.linalg.LinAlgError: The leg is deformed beyond what the step can take.
+        """
+        pattern = self._pattern
+        data, b = clock.timed("assembly", self.assemble)(x, v, pressure_kPa, settings)
+        factor = clock.timed("factorisation", FrontalCholesky)(pattern, data)
         count = len(self._attached_unknowns)
         order = np.argsort(self._first_block[active], kind="stable")
         met = (3 * order[:, None] + np.arange(3)).ravel()
@@ -137,8 +157,7 @@ class MountedLeg:
         first = np.zeros(count + 1, dtype=int)
         first = np.concatenate([first, np.repeat(self._first_block[active[order]], 3)])
 
-        factor = FrontalCholesky(pattern, data)
-        half, gram_as_met = factor.half_solve(columns, first)
+        half, gram_as_met = clock.timed("elimination", factor.half_solve)(columns, first)
         numbers = np.concatenate([np.arange(count + 1), count + 1 + met])
         gram = np.empty_like(gram_as_met)
         gram[np.ix_(numbers, numbers)] = gram_as_met

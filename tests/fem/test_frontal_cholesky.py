@@ -1,8 +1,8 @@
 import numpy as np
+import pneumorph._engine as engine
 import pytest
 from box_mesh import box_mesh
 
-import pneumorph._engine as engine
 from pneumorph.fem.assembly import Assembly
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.material import Material
@@ -134,12 +134,10 @@ def test_wrong_shapes_are_refused(bar, pattern):
         FrontalCholesky(pattern, np.zeros(5))
     with pytest.raises(ValueError, match="first_block must ascend"):
         factor.half_solve(np.zeros((len(pattern.unknowns), 2)), np.array([3, 0]))
+
+
+def test_engine_refuses_a_pattern_that_would_leave_its_arrays():
+    whole = [[0, 1], [0, 1], [1], [0], [0, 1], [0], [0]]  # one block, and a row beyond it
+    arrays = [np.array(values, dtype=np.int32) for values in whole]
     with pytest.raises(ValueError, match="the last front must end with its block"):
-        one = np.zeros(1, dtype=np.int32)
-        engine.FrontPattern(
-            *(np.array(v, dtype=np.int32) for v in ([0, 1], [0, 1])),
-            one + 1,
-            one,
-            *(np.array(v, dtype=np.int32) for v in ([0, 1], [0], [0])),
-            1,
-        )
+        engine.FrontPattern(*arrays, 1)
