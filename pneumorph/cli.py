@@ -27,7 +27,7 @@ VERBS = {
     "coopt": "design space and task  ->  design and gait learned together",
     "evaluate": "learned pairs, simulated again  ->  distances, reduced or full",
     "report": "any run folder  ->  one self-contained page",
-    "bench": "how fast the engine is on this machine",
+    "bench": "how fast robots are simulated on this machine",
     "demo": "baseline, coopt and report in one go",
 }
 

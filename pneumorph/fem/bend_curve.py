@@ -82,5 +82,5 @@ def bend_curve(
         found.append((reached, end_face_bend_deg(part.mesh, x, face), volume, 1e-3 * work))
         if progress is not None:
             progress(len(found), len(pressures), "bending the leg")
-    columns = [list(column) for column in zip(*found, strict=True)] or [[], [], [], []]
-    return BendCurve(*columns, converged=len(found) == len(pressures))
+    columns = np.array(found).reshape(-1, 4).T.tolist()
+    return BendCurve(*columns, len(found) == len(pressures))

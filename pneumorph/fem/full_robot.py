@@ -28,6 +28,7 @@ from pneumorph.fem.mounted_leg import CondensedLeg, MountedLeg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
 from pneumorph.fem.soft_hub import SoftHub, SoftHubState
+from pneumorph.fem.stage_clock import StageClock
 from pneumorph.geometry.pose import Pose
 from pneumorph.pressure import rate_limit
 from pneumorph.trajectory import Trajectory
@@ -99,6 +100,8 @@ class FullRobot:
         self.tracked_point: np.ndarray = np.array(
             (0.0, 0.0, 0.0) if tracked_point is None else tracked_point, dtype=float
         )
+        self.clock = StageClock()
+        """Time spent in ``assembly``, ``factorisation``, ``elimination`` and ``friction``."""
         counts = [leg.contact_count for leg in self.legs]
         self._contact_starts: np.ndarray = np.concatenate([[0], np.cumsum(counts)])
 
@@ -186,13 +189,15 @@ class FullRobot:
         settings, hub, active = self.settings, self.hub, contacts.points
         pressure = settings.pressure_map.simulated(regulated)
 
-        matrix, right = hub.system(state.hub, settings)
+        matrix, right = self.clock.timed("assembly", hub.system)(state.hub, settings)
         condensed: list[CondensedLeg] = []
         ties: list[np.ndarray] = []
         for leg, x, v, points, frames in zip(
             self.legs, state.positions, state.velocities, active, contacts.frames, strict=False
         ):
-            share = leg.condense(x, v, float(pressure[leg.regulator]), points, frames, settings)
+            share = leg.condense(
+                x, v, float(pressure[leg.regulator]), points, frames, settings, self.clock
+            )
             tie = hub.point_map(state.hub, leg.attachment_in_hub)
             matrix += tie.T @ share.attachment_matrix @ tie
             right += tie.T @ share.attachment_right
@@ -214,7 +219,7 @@ class FullRobot:
         numbers = np.concatenate(
             [start + points for start, points in zip(self._contact_starts, active, strict=True)]
         )
-        solution = solve_contacts(
+        solution = self.clock.timed("friction", solve_contacts)(
             matrix,
             right,
             coupling,

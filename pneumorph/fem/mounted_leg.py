@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.slab_cholesky import SlabCholesky, SlabPattern
+from pneumorph.fem.stage_clock import StageClock
 from pneumorph.geometry.pose import Pose
 
 
@@ -21,9 +22,12 @@ class CondensedLeg:
     points, the Gram matrix of L^-1 [A_fa, b_f, H_f^T] holds all that the hub and the contacts need.
     """
 
-    factor: SlabCholesky
+    factor: FrontalCholesky
     half: np.ndarray
-    """L^-1 [A_fa, b_f, H_f^T], (free, 3 attachment + 1 + 3 contact)."""
+    """L^-1 [A_fa, b_f, H_f^T], (free, 3 attachment + 1 + 3 contact), the columns of the contacts in
+    the order that the elimination meets them."""
+    met: np.ndarray
+    """Row of the contacts, as the hub numbers them, of each of those columns, (3 contact,)."""
     attachment_matrix: np.ndarray
     """A_aa - A_af A_ff^-1 A_fa, (3 attachment, 3 attachment)."""
     attachment_right: np.ndarray
@@ -42,9 +46,7 @@ class CondensedLeg:
             attachment_velocity: Of the attachment nodes [mm/s], (3 attachment,).
             impulse: Of the contacts [mN s], (3 contact,).
         """
-        count = len(attachment_velocity)
-        right = self.half[:, count] + self.half[:, count + 1 :] @ impulse
-        right -= self.half[:, :count] @ attachment_velocity
+        right = self.half @ np.concatenate([-attachment_velocity, [1.0], impulse[self.met]])
         return self.factor.half_solve_transposed(right[:, None])[:, 0]
 
 
@@ -73,14 +75,11 @@ class MountedLeg:
         """Contact points as sums of nodes, (point, node)."""
         self._pattern = _shared_pattern(part)
         self._attached_unknowns = (3 * self.attachment[:, None] + np.arange(3)).ravel()
-        slab_of = np.searchsorted(
-            self._pattern.starts, np.arange(self._pattern.starts[-1]), side="right"
-        )
         place = self._pattern.place[3 * self.contact_weights.indices]
-        slab = np.where(place >= 0, slab_of[place] - 1, len(self._pattern.slabs))
-        first = np.minimum.reduceat(slab, self.contact_weights.indptr[:-1]) if len(slab) else slab
-        self._first_slab: np.ndarray = first
-        """Slab where the weights of each contact point begin, (point,)."""
+        block = np.where(place >= 0, self._pattern.block[place], self._pattern.block_count)
+        starts = self.contact_weights.indptr[:-1]
+        self._first_block: np.ndarray = np.minimum.reduceat(block, starts) if len(block) else block
+        """Block of the elimination that meets each contact point first, (point,)."""
 
     @property
     def contact_count(self) -> int:
@@ -91,29 +90,21 @@ class MountedLeg:
         """Nodes in the robot's frame at rest [mm], (node, 3)."""
         return self.pose.apply(self.part.rest_nodes)
 
-    def condense(
-        self,
-        x: np.ndarray,
-        v: np.ndarray,
-        pressure_kPa: float,
-        active: np.ndarray,
-        frames: np.ndarray,
-        settings: FullOrderSettings,
-    ) -> CondensedLeg:
-        """Assemble one step's equations and eliminate the free nodes.
+    def assemble(
+        self, x: np.ndarray, v: np.ndarray, pressure_kPa: float, settings: FullOrderSettings
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Matrix of one step, as data in the pattern of the part's assembly, and right side.
 
         Args:
             x: World positions of the nodes [mm], (node, 3).
             v: Their velocities [mm/s], (node, 3).
             pressure_kPa: Pressure in the cavity [simulated kPa].
-            active: Contact points that take part, (contact,).
-            frames: Their normal, tangent, tangent, as rows, (contact, 3, 3).
             settings: Time step and physics.
 
-        Raises:
-            numpy.linalg.LinAlgError: The leg is deformed beyond what the step can take.
+        Returns:
+            Data [kg], (entry,), and right side [mN s], (3 node,).
         """
-        part, pattern, assembly = self.part, self._pattern, self.part.assembly
+        part, assembly = self.part, self.part.assembly
         if settings.damping == "published":
             data = part.stiffness_data(x, settings.rotation)
         else:
@@ -124,30 +115,58 @@ class MountedLeg:
         if pressure_kPa != 0.0:
             force += part.pressure_force(x, pressure_kPa)
         force += part.node_mass[:, None] * settings.gravity_vector
-        b = (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
+        return data, (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
 
+    def condense(
+        self,
+        x: np.ndarray,
+        v: np.ndarray,
+        pressure_kPa: float,
+        active: np.ndarray,
+        frames: np.ndarray,
+        settings: FullOrderSettings,
+        clock: StageClock,
+    ) -> CondensedLeg:
+        """Assemble one step's equations and eliminate the free nodes.
+
+        Args:
+            x: World positions of the nodes [mm], (node, 3).
+            v: Their velocities [mm/s], (node, 3).
+            pressure_kPa: Pressure in the cavity [simulated kPa].
+            active: Contact points that take part, (contact,).
+            frames: Their normal, tangent, tangent, as rows, (contact, 3, 3).
+            settings: Time step and physics.
+            clock: Told the time of ``assembly``, ``factorisation`` and ``elimination``.
+
+        Raises:
+            numpy.linalg.LinAlgError: The leg is deformed beyond what the step can take.
+        """
+        pattern = self._pattern
+        data, b = clock.timed("assembly", self.assemble)(x, v, pressure_kPa, settings)
+        factor = clock.timed("factorisation", FrontalCholesky)(pattern, data)
         count = len(self._attached_unknowns)
-        order = np.argsort(self._first_slab[active], kind="stable")
-        columns = np.zeros((len(pattern.unknowns), count + 1 + 3 * len(active)), order="F")
+        order = np.argsort(self._first_block[active], kind="stable")
+        met = (3 * order[:, None] + np.arange(3)).ravel()
+        columns = np.zeros((len(pattern.unknowns), count + 1 + 3 * len(active)))
         coupling, own = self._attachment_blocks(data)
         columns[:, :count] = coupling
         columns[:, count] = b[pattern.unknowns]
-        at_attachment = self._fill_contacts(columns[:, count + 1 :], active[order], frames[order])
+        at_attachment = np.empty((3 * len(active), count))
+        at_attachment[met] = self._fill_contacts(
+            columns[:, count + 1 :], active[order], frames[order]
+        )
         first = np.zeros(count + 1, dtype=int)
-        first = np.concatenate([first, np.repeat(self._first_slab[active[order]], 3)])
+        first = np.concatenate([first, np.repeat(self._first_block[active[order]], 3)])
 
-        factor = SlabCholesky(pattern, data)
-        half = factor.half_solve(columns, first)
-        # Back from the order of slabs to that of the contacts.
-        back = np.empty(3 * len(active), dtype=int)
-        back[(3 * order[:, None] + np.arange(3)).ravel()] = np.arange(3 * len(active))
-        half[:, count + 1 :] = half[:, count + 1 :][:, back]
-        at_attachment = at_attachment[back]
-        gram = half.T @ half
+        half, gram_as_met = clock.timed("elimination", factor.half_solve)(columns, first)
+        numbers = np.concatenate([np.arange(count + 1), count + 1 + met])
+        gram = np.empty_like(gram_as_met)
+        gram[np.ix_(numbers, numbers)] = gram_as_met
         a, c = slice(0, count), slice(count + 1, None)
         return CondensedLeg(
             factor=factor,
             half=half,
+            met=met,
             attachment_matrix=own - gram[a, a],
             attachment_right=b[self._attached_unknowns] - gram[a, count],
             contact_attachment=at_attachment - gram[c, a],
@@ -197,10 +216,10 @@ class MountedLeg:
         return at_attachment
 
 
-def _shared_pattern(part: PartModel) -> SlabPattern:
-    """The slabs of a part, found once for all its mounts."""
-    pattern = getattr(part, "_slab_pattern", None)
+def _shared_pattern(part: PartModel) -> FrontPattern:
+    """The order of elimination of a part, found once for all its mounts."""
+    pattern = getattr(part, "_front_pattern", None)
     if pattern is None:
-        pattern = SlabPattern(part.assembly, part.mesh.node_set("attachment"))
-        part._slab_pattern = pattern  # type: ignore[attr-defined]
+        pattern = FrontPattern(part.assembly, part.mesh.node_set("attachment"))
+        part._front_pattern = pattern  # type: ignore[attr-defined]
     return pattern

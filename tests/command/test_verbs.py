@@ -160,3 +160,17 @@ def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert bench["modes"] == 4
     assert set(bench) >= {"threads", "elements", "mean_contacts", "stage_seconds", "gemm_gflops",
                           "gemm_threads", "gemm_precision"}  # fmt: skip
+
+
+def test_bench_full_times_the_stages_of_a_step(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    short = "--full.settling-steps 12 --full.walking-steps 1 --full.timed-steps 3"
+    bench = _json(f"bench full {short} --full.repetitions 3 --out {tmp_path / 'f'}", capsys)
+    stages = ("assembly", "factorisation", "contact", "other")
+    total = sum(bench[f"{stage}_seconds"] for stage in stages)
+    assert total == pytest.approx(bench["seconds_per_step"])
+    assert bench["leg_factorisation_seconds"] > 0
+    assert bench["legs"] == 4
+    assert bench["contact_count"] > 0
+    assert bench["threads"] == 1
