@@ -82,5 +82,5 @@ def bend_curve(
         found.append((reached, end_face_bend_deg(part.mesh, x, face), volume, 1e-3 * work))
         if progress is not None:
             progress(len(found), len(pressures), "bending the leg")
-    columns = np.array(found).reshape(-1, 4).T.tolist()
-    return BendCurve(*columns, len(found) == len(pressures))
+    done, bends, volumes, works = np.array(found).reshape(-1, 4).T.tolist()
+    return BendCurve(done, bends, volumes, works, converged=len(found) == len(pressures))
