@@ -39,6 +39,11 @@ class Trajectory:
     """World positions of every leg's nodes [mm], (frame, leg, node, 3) float32, where recorded."""
     skin_triangles: np.ndarray | None = None
     """Outer triangles of a leg, indices of its nodes, (triangle, 3), for drawing."""
+    cavity_volume_mm3: np.ndarray | None = None
+    """Volume of each leg's cavity [mm^3], (frame, leg), of full-order robots."""
+    pressure_work_mJ: np.ndarray | None = None
+    """Work of the pressure in each leg since the robot was at rest [mJ], (frame, leg), of
+    full-order robots."""
     status: str = "completed"
     """How the rollout ended: `completed`, or why it stopped early."""
     metadata: dict[str, Any] = field(default_factory=dict)
@@ -93,4 +98,4 @@ class Trajectory:
 
 _REQUIRED = ("time_s", "hub_position_mm", "hub_rotation", "tracked_point_mm", "commanded_kPa",
              "regulated_kPa", "contact_count")  # fmt: skip
-_OPTIONAL = ("node_positions_mm", "skin_triangles")
+_OPTIONAL = ("node_positions_mm", "skin_triangles", "cavity_volume_mm3", "pressure_work_mJ")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse.linalg import splu
 
+from pneumorph.fem.body_equations import linearly_implicit_equations
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.full_robot import FullRobot
 
@@ -94,8 +95,12 @@ def bench_full(
 
         leg = robot.legs[0]
         pressure = robot.settings.pressure_map.simulated(state.regulated_kPa)
-        data, _ = leg.assemble(
-            state.positions[0], state.velocities[0], float(pressure[leg.regulator]), robot.settings
+        data, _ = linearly_implicit_equations(
+            leg.part,
+            state.positions[0],
+            state.velocities[0],
+            float(pressure[leg.regulator]),
+            robot.settings,
         )
         pattern = FrontPattern(leg.part.assembly, leg.attachment)
         inner = leg.part.assembly.matrix(data)[pattern.unknowns][:, pattern.unknowns].tocsc()

@@ -15,6 +15,7 @@ from pneumorph.pressure import PressureMap
 from pneumorph.settings import check_numbers
 
 Damping = Literal["published", "objective"]
+Integrator = Literal["linearly_implicit", "implicit_euler"]
 FrictionSolver = Literal["newton", "gauss_seidel"]
 
 
@@ -24,6 +25,16 @@ class FullOrderSettings:
 
     time_step_s: float = 0.01
     """Time step [s]."""
+    integrator: Integrator = "linearly_implicit"
+    """`linearly_implicit`: one linear solve a step, as published. `implicit_euler`: Newton's method
+    with line search until all forces balance at the end of the step."""
+    newton_tolerance: float = 1e-8
+    """`implicit_euler` ends at this unbalanced impulse, relative to momentum, weight and
+    pressure."""
+    newton_iterations: int = 30
+    """Most Newton iterations of a step."""
+    step_halvings: int = 4
+    """A step that fails is made as two of half the length, and those again, at most so deep."""
     damping: Damping = "published"
     """`published`: Rayleigh damping by the rotated linear stiffness, edge-based element rotations;
     it resists turning an inflated leg. `objective`: on rates of deformation alone, polar
@@ -69,6 +80,8 @@ class FullOrderSettings:
     def __post_init__(self) -> None:
         positive = (
             "time_step_s",
+            "newton_tolerance",
+            "newton_iterations",
             "contact_tolerance_mm_per_s",
             "contact_sweeps",
             "penetration_tolerance_mm",
@@ -78,6 +91,7 @@ class FullOrderSettings:
             "speed_limit_mm_per_s",
         )
         non_negative = (
+            "step_halvings",
             "mass_damping_per_s",
             "stiffness_damping_s",
             "friction",
@@ -85,13 +99,16 @@ class FullOrderSettings:
             "gravity_mm_per_s2",
         )
         check_numbers(self, positive, non_negative, ("floor_height_mm", "floor_slope_deg"))
-        if self.damping not in ("published", "objective"):
-            raise ValueError(f'damping must be "published" or "objective", got {self.damping!r}')
-        if self.friction_solver not in get_args(FrictionSolver):
-            raise ValueError(
-                f"friction_solver must be one of {', '.join(get_args(FrictionSolver))}, got "
-                f"{self.friction_solver!r}"
-            )
+        choices = {
+            "integrator": get_args(Integrator),
+            "damping": get_args(Damping),
+            "friction_solver": get_args(FrictionSolver),
+        }
+        for name, known in choices.items():
+            if getattr(self, name) not in known:
+                raise ValueError(
+                    f"{name} must be one of {', '.join(known)}, got {getattr(self, name)!r}"
+                )
 
     @property
     def gravity_vector(self) -> np.ndarray:
@@ -122,5 +139,5 @@ class FullOrderSettings:
 
     @property
     def stiffness_factor(self) -> float:
-        """Factor of K in the step's matrix, h (h + beta) [s^2]."""
+        """Factor of D in the linearly implicit step's matrix, h (h + beta) [s^2]."""
         return self.time_step_s * (self.time_step_s + self.stiffness_damping_s)

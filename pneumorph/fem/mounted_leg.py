@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.stage_clock import StageClock
@@ -90,59 +89,27 @@ class MountedLeg:
         """Nodes in the robot's frame at rest [mm], (node, 3)."""
         return self.pose.apply(self.part.rest_nodes)
 
-    def assemble(
-        self, x: np.ndarray, v: np.ndarray, pressure_kPa: float, settings: FullOrderSettings
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Matrix of one step, as data in the pattern of the part's assembly, and right side.
-
-        Args:
-            x: World positions of the nodes [mm], (node, 3).
-            v: Their velocities [mm/s], (node, 3).
-            pressure_kPa: Pressure in the cavity [simulated kPa].
-            settings: Time step and physics.
-
-        Returns:
-            Data [kg], (entry,), and right side [mN s], (3 node,).
-        """
-        part, assembly = self.part, self.part.assembly
-        if settings.damping == "published":
-            data = part.stiffness_data(x, settings.rotation)
-        else:
-            data = part.objective_stiffness_data(x)
-        data *= settings.stiffness_factor
-        data[assembly.diagonal] += settings.mass_factor * np.repeat(part.node_mass, 3)
-        force = part.internal_force(x, settings.rotation)
-        if pressure_kPa != 0.0:
-            force += part.pressure_force(x, pressure_kPa)
-        force += part.node_mass[:, None] * settings.gravity_vector
-        return data, (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
-
     def condense(
         self,
-        x: np.ndarray,
-        v: np.ndarray,
-        pressure_kPa: float,
+        data: np.ndarray,
+        right: np.ndarray,
         active: np.ndarray,
         frames: np.ndarray,
-        settings: FullOrderSettings,
         clock: StageClock,
     ) -> CondensedLeg:
-        """Assemble one step's equations and eliminate the free nodes.
+        """Eliminate the free nodes from one step's equations.
 
         Args:
-            x: World positions of the nodes [mm], (node, 3).
-            v: Their velocities [mm/s], (node, 3).
-            pressure_kPa: Pressure in the cavity [simulated kPa].
+            data: A in the pattern of the part's assembly [kg], (entry,).
+            right: b [mN s], (3 node,).
             active: Contact points that take part, (contact,).
             frames: Their normal, tangent, tangent, as rows, (contact, 3, 3).
-            settings: Time step and physics.
-            clock: Told the time of ``assembly``, ``factorisation`` and ``elimination``.
+            clock: Told the time of ``factorisation`` and ``elimination``.
 
         Raises:
-            numpy.linalg.LinAlgError: The leg is deformed beyond what the step can take.
+            numpy.linalg.LinAlgError: A is not positive definite.
         """
         pattern = self._pattern
-        data, b = clock.timed("assembly", self.assemble)(x, v, pressure_kPa, settings)
         factor = clock.timed("factorisation", FrontalCholesky)(pattern, data)
         count = len(self._attached_unknowns)
         order = np.argsort(self._first_block[active], kind="stable")
@@ -150,7 +117,7 @@ class MountedLeg:
         columns = np.zeros((len(pattern.unknowns), count + 1 + 3 * len(active)))
         coupling, own = self._attachment_blocks(data)
         columns[:, :count] = coupling
-        columns[:, count] = b[pattern.unknowns]
+        columns[:, count] = right[pattern.unknowns]
         at_attachment = np.empty((3 * len(active), count))
         at_attachment[met] = self._fill_contacts(
             columns[:, count + 1 :], active[order], frames[order]
@@ -168,7 +135,7 @@ class MountedLeg:
             half=half,
             met=met,
             attachment_matrix=own - gram[a, a],
-            attachment_right=b[self._attached_unknowns] - gram[a, count],
+            attachment_right=right[self._attached_unknowns] - gram[a, count],
             contact_attachment=at_attachment - gram[c, a],
             delassus=gram[c, c],
             contact_right=gram[c, count],

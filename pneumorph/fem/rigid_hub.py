@@ -90,6 +90,21 @@ class RigidHub:
         right[3:] -= step * np.cross(spin, inertia @ spin)
         return settings.mass_factor * matrix, right
 
+    def implicit_system(
+        self,
+        start: RigidHubState,
+        trial: RigidHubState,
+        settings: FullOrderSettings,
+        definite: bool,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The same as `system`: no stiffness, and the spin is taken at the start."""
+        return self.system(start, settings)
+
+    def residual_size(self, residual: np.ndarray) -> float:
+        """Norm of an unbalanced impulse and moment, (6,), with the radius of gyration [mN s]."""
+        radius = np.sqrt(np.trace(self.inertia) / (2.0 * self.mass_kg))
+        return float(np.linalg.norm([*residual[:3], *(residual[3:] / radius)]))
+
     def advance(self, state: RigidHubState, velocity: np.ndarray, step: float) -> RigidHubState:
         """Move with a velocity (6,) for a time step [s]."""
         return RigidHubState(

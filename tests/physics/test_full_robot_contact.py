@@ -10,7 +10,8 @@ from box_mesh import box_mesh
 
 from pneumorph.fem.floor import Floor, HeightField
 from pneumorph.fem.full_order_settings import FullOrderSettings
-from pneumorph.fem.full_robot import FullRobot, FullRobotState
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
