@@ -1,0 +1,127 @@
+"""What the published damping does to a walk: two designs, two gaits, both dampings, full order.
+
+    python reproduce/damping/run.py --out runs/damping [--processes 2] [--duration-s 8]
+
+One file for each walk, so that a run that was stopped goes on; then damping.json and damping.png.
+"""
+
+from __future__ import annotations
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.artefact import write_json
+from pneumorph.fem.false_moment import false_moment
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.open_loop_gait import sample_commands
+from pneumorph.presets import paper_full_robot
+from pneumorph.robot.design import Design
+from pneumorph.simulation.simulation_settings import SimulationSettings
+
+HERE = Path(__file__).parent
+DESIGNS = {"expert": BASELINE_DESIGN, "learned": "0.0.0.1.1.2.0.0"}
+GAITS = ("expert", "learned")
+DAMPINGS = ("published", "objective")
+SLIP_MM_PER_S = 1.0
+"""A pressed point that moves faster along the floor slips."""
+
+
+class Observer:
+    """Collects what each leg's contacts do in every step."""
+
+    def __init__(self, robot: FullRobot) -> None:
+        counts = [leg.contact_count for leg in robot.legs] + [len(robot.hub.contact_points)]
+        self._robot, self._ends = robot, np.cumsum(counts)[:-1]
+        self.series: dict[str, list[Any]] = {
+            name: [] for name in ("x_mm", "slipping", "grip", "damping_Nmm", "elasticity_Nmm")
+        }
+
+    def __call__(self, state: FullRobotState) -> None:
+        """Note one step."""
+        robot, step = self._robot, self._robot.settings.time_step_s
+        self.series["x_mm"].append(float(robot.tracked_point_mm(state)[0]))
+        slipping, grip = [], []
+        for impulse, velocity in zip(
+            np.split(state.impulses, self._ends),
+            np.split(state.contact_velocities, self._ends),
+            strict=True,
+        ):
+            normal = impulse[:, 0].sum()
+            speed = np.linalg.norm(velocity[:, 1:], axis=1)
+            # Share of the load that rests on points which slip, and of the friction that is used.
+            slipping.append(float(impulse[speed > SLIP_MM_PER_S, 0].sum() / max(normal, 1e-12)))
+            used = np.linalg.norm(impulse[:, 1:].sum(axis=0))
+            grip.append(float(used / max(robot.settings.friction * normal, 1e-12)))
+        self.series["slipping"].append(slipping)
+        self.series["grip"].append(grip)
+        moment = false_moment(robot, state)
+        self.series["damping_Nmm"].append(float(np.linalg.norm(moment.damping)))
+        self.series["elasticity_Nmm"].append(float(np.linalg.norm(moment.elasticity)))
+        self.step_s = step
+
+
+def walk(arguments: tuple[str, str, str, float, Path]) -> None:
+    """Walk one design with one gait under one damping and save what happened."""
+    design, gait_name, damping, duration_s, folder = arguments
+    path = folder / f"{design}_{gait_name}_{damping}.json"
+    if path.exists():
+        return
+    gait = ExpertGait(phase_deg=110.0)
+    if gait_name == "learned":
+        gait, _ = read_gait(HERE / "learned_gait.csv")
+    settings = SimulationSettings(damping=damping)
+    robot = paper_full_robot(Design.parse(DESIGNS[design]), settings)
+    commands = sample_commands(gait, settings.time_step_s, round(duration_s / settings.time_step_s))
+    observer = Observer(robot)
+    _, trajectory = robot.rollout(
+        robot.settled_state(), commands, record_nodes=False, observe=observer
+    )
+    write_json(
+        path,
+        {
+            "design": DESIGNS[design],
+            "gait": gait_name,
+            "damping": damping,
+            "status": trajectory.status,
+            "distance_cm": trajectory.forward_distance_cm,
+            "contact": trajectory.metadata["contact"],
+            "weight_moment_Nmm": _weight_moment(robot),
+            **observer.series,
+        },
+    )
+    print(f"wrote {path}: {trajectory.forward_distance_cm:.2f} cm", flush=True)
+
+
+def _weight_moment(robot: FullRobot) -> float:
+    """Weight of a leg times its distance from the robot's axis, a scale for moments [N mm]."""
+    leg = robot.legs[0]
+    arm = np.linalg.norm(leg.initial_positions().mean(axis=0)[:2])
+    return float(1e-3 * leg.part.mass_kg * robot.settings.gravity_mm_per_s2 * arm)
+
+
+def main() -> None:
+    """Walk everything and draw it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("runs/damping"))
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--duration-s", type=float, default=8.0)
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    walks = [
+        (design, gait, damping, options.duration_s, options.out)
+        for design, gait, damping in product(DESIGNS, GAITS, DAMPINGS)
+    ]
+    with ProcessPoolExecutor(options.processes) as pool:
+        list(pool.map(walk, walks))
+
+
+if __name__ == "__main__":
+    main()
