@@ -30,7 +30,7 @@ struct FrontPattern {
   size_t data_count = 0;           // of the sparse matrix
   std::vector<long> panel_starts;  // (block + 1,) into the factor; found by complete()
   int largest_update = 0;          // likewise
-  // Memory of factors that are gone, for those to come: fresh pages cost a quarter of a factorisation.
+  // Memory of factors that are gone, for those to come: fresh pages cost half a factorisation.
   mutable std::vector<std::unique_ptr<double[]>> spare;
 
   int block_count() const { return int(starts.size()) - 1; }
@@ -45,15 +45,17 @@ struct FrontPattern {
       if (!holds) throw std::invalid_argument(std::string("front pattern: ") + what);
     };
     require(blocks >= 1 && starts[0] == 0, "starts must begin with 0 and have one block at least");
-    require(int(row_starts.size()) == blocks + 1 && int(entry_starts.size()) == blocks + 1,
-            "row_starts and entry_starts must be as long as starts");
+    for (const auto* counts : {&row_starts, &entry_starts})
+      require(int(counts->size()) == blocks + 1 && counts->front() == 0 &&
+                  std::is_sorted(counts->begin(), counts->end()),
+              "row_starts and entry_starts must ascend from 0 and be as long as starts");
     require(rows.size() == landing.size() && int(rows.size()) == row_starts.back(), "rows or landing too short");
     require(entry_source.size() == entry_target.size() && int(entry_source.size()) == entry_starts.back(),
             "entry_source or entry_target too short");
     panel_starts.assign(1, 0);
     for (int b = 0; b < blocks; ++b) {
       const int m = update_size(b), w = width(b);
-      require(w > 0 && m >= 0, "blocks must not be empty");
+      require(w > 0, "blocks must not be empty");
       require(b + 1 < blocks || m == 0, "the last front must end with its block");
       for (int i = row_starts[b]; i < row_starts[b + 1]; ++i) {
         require(rows[i] >= starts[b + 1] && rows[i] < size(), "rows must lie beyond their block");

@@ -59,6 +59,7 @@ def bench_full(
         ``factorisation_seconds`` (of all legs), ``contact_seconds`` (the columns of the contacts
         through the legs' factors, ``elimination_seconds``, and the friction solver,
         ``friction_seconds``) and ``other_seconds``, which add up to it; ``slowest_step_seconds``;
+        ``cpu_seconds_per_step``, less than the wall time where other work took the processor;
         ``leg_factorisation_seconds``, median for one leg's matrix at the end, in the same run;
         ``factorisations_per_step``, the ratio of the two; ``superlu_factorisation_seconds``, of the
         same matrix by SciPy's general sparse solver; the leg's ``unknowns``, ``largest_front`` and
@@ -79,14 +80,15 @@ def bench_full(
     with threadpool_limits(1, user_api="blas"):
         blas = [pool for pool in threadpool_info() if pool["user_api"] == "blas"]
         state = robot.settled_state(settings.settling_steps)
-        totals, contacts, stages = [], [], []
+        totals, processor, contacts, stages = [], [], [], []
         for number, command in enumerate(commands_kPa[:needed]):
             robot.clock.clear()
-            start = time.perf_counter()
+            start, used = time.perf_counter(), time.thread_time()
             state = robot.step(state, command)
-            seconds = time.perf_counter() - start
+            seconds, used = time.perf_counter() - start, time.thread_time() - used
             if number >= settings.walking_steps:
                 totals.append(seconds)
+                processor.append(used)
                 contacts.append(state.active_contacts)
                 stages.append({stage: robot.clock.seconds[stage] for stage in STAGES})
             progress(number + 1, needed)
@@ -125,6 +127,7 @@ def bench_full(
         "friction_seconds": spent["friction"],
         "other_seconds": total - sum(spent.values()),
         "slowest_step_seconds": max(totals),
+        "cpu_seconds_per_step": processor[middle],
         "leg_factorisation_seconds": factor,
         "factorisations_per_step": total / factor,
         "superlu_factorisation_seconds": general,

@@ -27,6 +27,8 @@ def test_stages_add_up_to_the_step_they_were_measured_in():
     assert figures["factorisations_per_step"] == pytest.approx(
         figures["seconds_per_step"] / figures["leg_factorisation_seconds"]
     )
+    # Two clocks of microseconds' resolution; one thread cannot use more than the wall time.
+    assert 0.0 < figures["cpu_seconds_per_step"] < figures["seconds_per_step"] + 1e-4
     assert figures["contact_count"] > 0
     assert figures["threads"] == 1
     assert figures["timed_steps"] == 5
