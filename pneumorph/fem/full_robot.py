@@ -160,7 +160,7 @@ class FullRobot:
         )
         start = self.contact_positions(state)
         points = self._points_near(state, start)
-        now, new = start, replace(state, regulated_kPa=regulated)
+        now, new = start, state
         for _ in range(settings.contact_passes):
             moved = [after - before for after, before in zip(now, start, strict=True)]
             contacts = linearise_contacts(self.floor, points, now, moved)
