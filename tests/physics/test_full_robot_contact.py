@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -180,6 +181,15 @@ def test_no_point_passes_through_when_it_drops():
     states = run(robot, state, 60)
     assert states[0].penetration_mm == 0.0
     assert states[-1].active_contacts > 0
+    leg = robot.legs[0]
+    elastic = leg.contact_weights[:, leg.attachment].sum(axis=1) == 0.0
+    for before, after in itertools.pairwise(states):
+        # What a point's velocity moves it by, normal first.
+        start, end = (robot.contact_positions(each)[0] for each in (before, after))
+        way = (end - start)[:, [2, 0, 1]] / 0.01
+        velocity = after.contact_velocities[: len(way)]
+        took_part = np.any(velocity != 0.0, axis=1) & elastic
+        np.testing.assert_allclose(velocity[took_part], way[took_part], atol=1e-8)
     # On a plane the gap of an elastic point is linear in the velocities: the solver's tolerance of
     # 1e-7 mm/s times 0.01 s is left.
     assert max(state.penetration_mm for state in states) < 2e-9

@@ -13,21 +13,21 @@ from pneumorph.geometry.mounting import RadialMounting
 
 @pytest.mark.parametrize("soft", [False, True])
 def test_free_fall(soft):
-    """Every point falls alike: (1 + alpha h) v_new = v - h g."""
-    settings = FullOrderSettings(floor_height_mm=-1e6, regulator_count=2)
+    """Every point falls alike, along a gravity that leans: (1 + alpha h) v_new = v + h g."""
+    settings = FullOrderSettings(floor_height_mm=-1e6, floor_slope_deg=20.0, regulator_count=2)
     robot = small_robot(settings, soft)
     state = robot.initial_state()
-    speed = fallen = 0.0
+    speed, fallen = np.zeros(3), np.zeros(3)
+    slope = np.radians(20.0)
+    gravity = 9800.0 * np.array([-np.sin(slope), 0.0, -np.cos(slope)])
     for _ in range(10):
         state = robot.step(state, np.zeros(2))
-        speed = (speed - 0.01 * 9800.0) / (1.0 + 0.1 * 0.01)
+        speed = (speed + 0.01 * gravity) / (1.0 + 0.1 * 0.01)
         fallen += 0.01 * speed
     for v, x, leg in zip(state.velocities, state.positions, robot.legs, strict=True):
         # Velocities of 1000 mm/s; elastic forces at rest are rounding.
-        np.testing.assert_allclose(v, np.broadcast_to([0.0, 0.0, speed], v.shape), atol=1e-7)
-        np.testing.assert_allclose(
-            x, leg.initial_positions() + np.array([0.0, 0.0, fallen]), atol=1e-8
-        )
+        np.testing.assert_allclose(v, np.broadcast_to(speed, v.shape), atol=1e-7)
+        np.testing.assert_allclose(x, leg.initial_positions() + fallen, atol=1e-8)
 
 
 def test_floor_carries_the_weight():
