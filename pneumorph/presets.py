@@ -9,10 +9,11 @@ from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from pneumorph.fem.floor import Floor
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_model import PartModel, disk_model, leg_model
@@ -101,6 +102,8 @@ def paper_full_robot(
     settings: SimulationSettings | None = None,
     hub: Literal["soft", "rigid"] = "soft",
     leg: PartModel | None = None,
+    floor: Floor | None = None,
+    **numerics: Any,
 ) -> FullRobot:
     """Finite elements of a whole robot: the one that a reduced robot of this design stands for.
 
@@ -109,6 +112,8 @@ def paper_full_robot(
         settings: Physics of the reduced robot; numerics are the full model's own.
         hub: The disk as finite elements, or rigid as in the reduced robot.
         leg: Finite elements of a leg; None for the one that ships.
+        floor: What the robot stands on; None for the settings' plane.
+        **numerics: Other fields of FullOrderSettings, such as ``friction_solver``.
     """
     settings = settings or SimulationSettings()
     disk = paper_disk_mesh()
@@ -130,6 +135,8 @@ def paper_full_robot(
             regulator_count=settings.regulator_count,
             pressure_rate_kPa_per_s=settings.pressure_rate_kPa_per_s,
             pressure_map=settings.pressure_map,
+            **numerics,
         ),
         tracked_point=np.array(DiskShape().top_centre_mm),
+        floor=floor,
     )

@@ -87,11 +87,7 @@ class FrictionProblem:
 
     def solution(self, impulses: np.ndarray) -> FrictionSolution:
         """Return impulses (contact, 3), put into the cone, with their velocities and residual."""
-        normal = np.maximum(impulses[:, 0], 0.0)
-        length = np.hypot(impulses[:, 1], impulses[:, 2])
-        limit = self.friction * normal
-        share = np.divide(limit, length, out=np.ones_like(length), where=length > limit)
-        inside = np.column_stack([normal, impulses[:, 1:] * share[:, None]])
+        inside = self._projection(impulses)
         iterate = self._iterate(inside)
         return FrictionSolution(inside, iterate.velocity, iterate.residual)
 
@@ -146,14 +142,17 @@ class FrictionProblem:
     def _iterate(self, impulse: np.ndarray) -> _Iterate:
         velocity = (self.operator @ impulse.ravel() + self.free).reshape(-1, 3)
         predicted = impulse - velocity / self._scale
+        violation = self._scale * (impulse - self._projection(predicted))
         normal, tangent = predicted[:, 0], predicted[:, 1:]
         length = np.hypot(tangent[:, 0], tangent[:, 1])
-        pressed = np.maximum(normal, 0.0)
-        limit = self.friction * pressed
-        share = np.divide(limit, length, out=np.ones_like(length), where=length > limit)
-        projected = np.column_stack([pressed, tangent * share[:, None]])
-        violation = self._scale * (impulse - projected)
         return _Iterate(impulse, violation, normal, tangent, length, velocity)
+
+    def _projection(self, impulse: np.ndarray) -> np.ndarray:
+        """P: normals made non-negative, then tangents cut to the disc of their normal."""
+        normal = np.maximum(impulse[:, 0], 0.0)
+        length, limit = np.hypot(impulse[:, 1], impulse[:, 2]), self.friction * normal
+        share = np.divide(limit, length, out=np.ones_like(length), where=length > limit)
+        return np.column_stack([normal, impulse[:, 1:] * share[:, None]])
 
     def _newton_target(self, now: _Iterate) -> np.ndarray | None:
         """Solution of the equations linearised at an iterate; None where they are singular."""

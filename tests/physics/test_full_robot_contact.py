@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -114,6 +115,27 @@ def test_it_slides_just_over_the_friction_angle_with_the_difference(friction):
     np.testing.assert_allclose(states[-1].contact_velocities[pressed, 1], speed[-1], rtol=1e-6)
 
 
+@pytest.mark.parametrize(("friction", "speed"), [(0.3, 100.0), (0.3, 400.0), (1.2, 400.0)])
+def test_it_stops_after_v_squared_over_two_mu_g(friction, speed):
+    """Coulomb's law, discretised: v_new = v - h mu g until it sticks, then it stays for good."""
+    robot = block(friction=friction)
+    resting = run(robot, robot.initial_state(), 60)[-1]
+    along = np.array([speed, 0.0, 0.0])
+    hub = dataclasses.replace(resting.hub, velocity=resting.hub.velocity + np.pad(along, (0, 3)))
+    pushed = dataclasses.replace(
+        resting, hub=hub, velocities=tuple(v + along for v in resting.velocities)
+    )
+    states = run(robot, pushed, 60)
+    way = np.array([state.hub.centre[0] for state in states]) - resting.hub.centre[0]
+    expected = 0.01 * np.maximum(speed - 0.01 * friction * GRAVITY * np.arange(1, 61), 0.0).sum()
+    # Braking shears the stiff block by stress over modulus, mu rho g L^2 / G = 1e-3 mm at most, and
+    # it springs back as it stops.
+    assert way[-1] == pytest.approx(expected, abs=1e-5)
+    # Implicit Euler's first step already brakes: half a step's way less than v^2 / (2 mu g).
+    assert abs(way[-1] - speed**2 / (2.0 * friction * GRAVITY)) < 0.5 * 0.01 * speed
+    assert abs(way[-1] - way[-11]) < 1e-9
+
+
 def test_a_field_of_constant_slope_is_the_plane_of_that_slope():
     """The same motion seen in axes that lean by 20 degrees: it falls, lands and slides down."""
     slope, friction = 20.0, 0.3
@@ -160,6 +182,15 @@ def test_no_point_passes_through_when_it_drops():
     states = run(robot, state, 60)
     assert states[0].penetration_mm == 0.0
     assert states[-1].active_contacts > 0
+    leg = robot.legs[0]
+    elastic = leg.contact_weights[:, leg.attachment].sum(axis=1) == 0.0
+    for before, after in itertools.pairwise(states):
+        # What a point's velocity moves it by, normal first.
+        start, end = (robot.contact_positions(each)[0] for each in (before, after))
+        way = (end - start)[:, [2, 0, 1]] / 0.01
+        velocity = after.contact_velocities[: len(way)]
+        took_part = np.any(velocity != 0.0, axis=1) & elastic
+        np.testing.assert_allclose(velocity[took_part], way[took_part], atol=1e-8)
     # On a plane the gap of an elastic point is linear in the velocities: the solver's tolerance of
     # 1e-7 mm/s times 0.01 s is left.
     assert max(state.penetration_mm for state in states) < 2e-9
