@@ -16,16 +16,21 @@ import numpy as np
 from pneumorph.fem.floor import Floor
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.material import LegMaterials, Material
 from pneumorph.fem.part_model import PartModel, disk_model, leg_model
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Hub, Robot, hub_of_mesh, robot_builder
 from pneumorph.simulation.simulation_settings import SimulationSettings
+
+LegName = Literal["paper", "hyperelastic"]
+"""The published leg, or one of the silicone's own stiffness."""
 
 DISK_MASS_KG = 0.075
 """Mass of the disk in the simulation: 2.5 times the real one's [kg]."""
@@ -95,6 +100,37 @@ def paper_robot_builder(part: ReducedPart | None = None) -> Callable[[Design], R
 def paper_leg_model() -> PartModel:
     """Finite elements of the leg that ships, with the paper's materials."""
     return leg_model(paper_leg_mesh())
+
+
+HYPERELASTIC_MATERIALS = LegMaterials(
+    silicone=Material(600.0, 0.45, "stable_neo_hookean"),
+    paper=Material(1200.0, 0.49, "stable_neo_hookean"),
+)
+"""A leg as its silicone's data sheet has it, the paper layer twice as stiff."""
+
+HYPERELASTIC_PRESSURE_MAP = PressureMap(1.0, 0.0)
+"""Makes the hyperelastic leg bend as the real one does; made by reproduce/actuator_bend."""
+
+
+@cache
+def hyperelastic_leg_mesh() -> Mesh:
+    """Mesh of quadratic tetrahedra that ships.
+
+    Made by ``pneumorph mesh leg --quadratic --leg-mesher.size-mm 6 --leg-mesher.grading 0.9``.
+    """
+    return Mesh.load(data_file("leg_mesh_quadratic.npz"))
+
+
+def full_leg(name: LegName, mesh: Mesh | None = None) -> PartModel:
+    """Finite elements of a leg.
+
+    Args:
+        name: Which elements and materials.
+        mesh: Its mesh; None for the one that ships.
+    """
+    if name == "hyperelastic":
+        return leg_model(mesh or hyperelastic_leg_mesh(), HYPERELASTIC_MATERIALS)
+    return paper_leg_model() if mesh is None else leg_model(mesh)
 
 
 def paper_full_robot(

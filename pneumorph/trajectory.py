@@ -75,14 +75,15 @@ class Trajectory:
         """Forward (x) travel of the tracked point from first to last frame [cm]."""
         return float(self.tracked_point_mm[-1, 0] - self.tracked_point_mm[0, 0]) / 10.0
 
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Every array that was recorded, by name."""
+        names = (*_REQUIRED, *_OPTIONAL)
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+
     def save(self, path: Path | str) -> Path:
         """Write the trajectory as one npz file."""
-        arrays = {name: getattr(self, name) for name in _REQUIRED}
-        for name in _OPTIONAL:
-            if getattr(self, name) is not None:
-                arrays[name] = getattr(self, name)
         header = {"status": self.status, "description": self.metadata}
-        return save_artefact(path, "Trajectory", FORMAT_VERSION, arrays, header)
+        return save_artefact(path, "Trajectory", FORMAT_VERSION, self.arrays(), header)
 
     @classmethod
     def load(cls, path: Path | str) -> Trajectory:

@@ -24,7 +24,6 @@ from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
 from pneumorph.fem.benchmark import FullBenchmark, bench_full
 from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
-from pneumorph.presets import paper_full_robot
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.robot import Robot
@@ -66,14 +65,9 @@ def bench(options: BenchOptions, folder: RunFolder) -> dict[str, Any]:
 
 def _bench_full(options: BenchOptions, workshop: Workshop, folder: RunFolder) -> dict[str, Any]:
     folder.progress.stage("measuring a full robot's steps")
-    robot = paper_full_robot(
-        Design.parse(options.design),
-        options.robot.simulation,
-        options.robot.full_hub,
-        workshop.full_leg(),
-    )
+    robot = workshop.full(Design.parse(options.design))
     figures = bench_full(options.full, robot, workshop.commands(options.expert), folder.progress)
-    return {"design": options.design, "hub": options.robot.full_hub, **figures}
+    return {"design": options.design, "hub": options.robot.full.hub, **figures}
 
 
 VERB = Verb(BenchOptions, bench)

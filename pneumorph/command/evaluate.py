@@ -68,6 +68,8 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
     limits = (task.minimum_pressure_kPa, task.maximum_pressure_kPa)
     gaits = [read_gait(options.run / pair["gait"], *limits)[0] for pair in pairs]
     workshop = Workshop(robot)
+    if options.model == "full":
+        workshop.check_reduction()
     folder.progress.stage(f"walking {len(pairs)} pairs with the {options.model} model")
     if options.model == "reduced" and not options.record:
         distances = _together(workshop, designs, gaits, task, folder)
@@ -155,7 +157,14 @@ def _one_by_one(
 ) -> list[float]:
     distances = []
     for number, (design, gait) in enumerate(zip(designs, gaits, strict=True), start=1):
-        trajectory = workshop.recorded(design, gait, model, settling_steps=task.settling_step_count)
+        settling = task.settling_step_count
+        if model == "full":
+            checkpoint = folder / f"checkpoint_L{number}.npz"
+            trajectory = workshop.recorded_full(
+                design, gait, checkpoint, settling_steps=settling, progress=folder.progress
+            )
+        else:
+            trajectory = workshop.recorded(design, gait, settling_steps=settling)
         with_skin_only(trajectory).save(folder / f"trajectory_{model}_L{number}.npz")
         sound = trajectory.status == "completed"
         distances.append(trajectory.forward_distance_cm if sound else float("nan"))

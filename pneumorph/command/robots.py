@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from pneumorph.fem.part_model import PartModel, leg_model
+from pneumorph.fem.full_order_settings import FrictionSolver, Integrator
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.height_map import HeightMap
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.presets import (
+    LegName,
+    full_leg,
     load_default_leg,
     paper_full_robot,
-    paper_leg_model,
     paper_robot_builder,
 )
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -23,11 +29,30 @@ from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.reduced_robot import ReducedRobot
-from pneumorph.simulation.rollout import RobotModel, rollout
+from pneumorph.simulation.rollout import rollout
 from pneumorph.simulation.simulation_settings import SimulationSettings
 from pneumorph.trajectory import Trajectory
 
 Model = Literal["reduced", "full"]
+
+
+@dataclass(frozen=True)
+class FullOptions:
+    """Robots of finite elements."""
+
+    leg: LegName = "paper"
+    """`paper`: linear elements of the published material. `hyperelastic`: quadratic neo-Hookean
+    elements of the silicone's own stiffness, for its own pressure map."""
+    hub: Literal["soft", "rigid"] = "soft"
+    """Disk as finite elements, or rigid as in the reduced robots."""
+    integrator: Integrator = "linearly_implicit"
+    """One linear solve a step as published, or implicit Euler converged by Newton's method."""
+    friction_solver: FrictionSolver = "newton"
+    """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
+    height_map: HeightMap = field(default_factory=HeightMap)
+    """Floor that is no plane."""
+    mesh: Path | None = None
+    """Mesh of the legs, as `pneumorph mesh` writes it; by default the one that ships."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +63,7 @@ class RobotOptions:
     """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
     threads: int = 0
     """Threads of the engine; 0 takes every processor."""
-    mesh: Path | None = None
-    """Mesh of full models' legs, as `pneumorph mesh` writes it; by default the shipped one."""
-    full_hub: Literal["soft", "rigid"] = "soft"
-    """Disk of full models: finite elements, or rigid as in the reduced robots."""
+    full: FullOptions = field(default_factory=FullOptions)
     simulation: SimulationSettings = field(default_factory=SimulationSettings)
 
 
@@ -50,8 +72,16 @@ class Workshop:
 
     def __init__(self, options: RobotOptions) -> None:
         self.options = options
-        self.leg = load_default_leg() if options.part is None else ReducedPart.load(options.part)
-        self._build = paper_robot_builder(self.leg)
+
+    @cached_property
+    def leg(self) -> ReducedPart:
+        """The reduced leg."""
+        part = self.options.part
+        return load_default_leg() if part is None else ReducedPart.load(part)
+
+    @cached_property
+    def _build(self) -> Callable[[Design], Robot]:
+        return paper_robot_builder(self.leg)
 
     def robot(self, design: Design) -> Robot:
         """Return the robot of a design."""
@@ -70,54 +100,87 @@ class Workshop:
         self,
         design: Design,
         gait: OpenLoopGait,
-        model: Model = "reduced",
         record_every: int = 10,
         settling_steps: int = 15,
         description: dict[str, Any] | None = None,
     ) -> Trajectory:
-        """Return the trajectory of one robot with its nodes.
+        """Return the trajectory of one reduced robot with its nodes.
 
         Args:
             design: Its design.
             gait: What it walks.
-            model: The reduced robot, or the finite elements it stands for.
             record_every: Time steps between frames.
             settling_steps: Time steps at zero pressure before the gait.
             description: What else to note in the trajectory's metadata.
         """
-        simulated: RobotModel[Any] = (
-            self.reduced(design) if model == "reduced" else self.full(design)
-        )
         _, trajectory = rollout(
-            simulated,
+            self.reduced(design),
             self.commands(gait),
             record_every=record_every,
             settling_steps=settling_steps,
-            progress=model == "full",
             description={"design": str(design), **(description or {})},
         )
         return trajectory
+
+    def recorded_full(
+        self,
+        design: Design,
+        gait: OpenLoopGait,
+        checkpoint: Path,
+        record_every: int = 10,
+        settling_steps: int = 15,
+        progress: Callable[[int, int, str], None] | None = None,
+    ) -> Trajectory:
+        """Return the trajectory of one full robot; interrupted, it goes on from its checkpoint.
+
+        Args:
+            design: Its design.
+            gait: What it walks.
+            checkpoint: File for the way so far.
+            record_every: Time steps between frames.
+            settling_steps: Time steps at zero pressure before the gait.
+            progress: Told the steps made and those to make.
+        """
+        return resumable_rollout(
+            self.full(design),
+            self.commands(gait),
+            checkpoint,
+            settling_steps=settling_steps,
+            record_every=record_every,
+            description={"design": str(design)},
+            progress=progress,
+        )
 
     def reduced(self, design: Design) -> ReducedRobot:
         """Return one reduced robot to roll out."""
         return ReducedRobot(self.robot(design), self.options.simulation)
 
-    def full(self, design: Design) -> RobotModel[Any]:
-        """Return the finite elements of a whole robot to roll out."""
+    def full(self, design: Design) -> FullRobot:
+        """Return the finite elements of a whole robot."""
+        full = self.options.full
         return paper_full_robot(
-            design, self.options.simulation, self.options.full_hub, self.full_leg()
+            design,
+            self.options.simulation,
+            full.hub,
+            self.full_leg,
+            integrator=full.integrator,
+            friction_solver=full.friction_solver,
+            height_map=full.height_map,
         )
 
+    @cached_property
     def full_leg(self) -> PartModel:
-        """Return the finite elements of a leg.
+        """The finite elements of a leg."""
+        full = self.options.full
+        return full_leg(full.leg, None if full.mesh is None else Mesh.load(full.mesh))
+
+    def check_reduction(self) -> None:
+        """Refuse a reduced leg that does not stand for the full one.
 
         Raises:
-            ArtefactError: The reduced leg was made from another mesh.
+            ArtefactError: It was made from another mesh.
         """
-        mesh = self.options.mesh
-        leg = paper_leg_model() if mesh is None else leg_model(Mesh.load(mesh))
-        self.leg.check_mesh(leg.mesh)
-        return leg
+        self.leg.check_mesh(self.full_leg.mesh)
 
     @property
     def leg_description(self) -> dict[str, Any]:

@@ -51,8 +51,8 @@ class FullOrderSettings:
     """Coulomb friction coefficient of every contact."""
     floor_height_mm: float = -12.797
     """Height where contact points rest [mm] (floor at -13.297 and contact distance 0.5)."""
-    height_map: HeightMap | None = None
-    """Heights above the floor's, from an image or an array; None for a plane."""
+    height_map: HeightMap = field(default_factory=HeightMap)
+    """Heights above the floor's, from an image or an array; without a path the floor is a plane."""
     contact_margin_mm: float = 1.0
     """Points that would come nearer to the floor than this within the step take part in the contact
     solve [mm]."""
@@ -123,7 +123,7 @@ class FullOrderSettings:
             FileNotFoundError: The height map's file is missing.
             ValueError: It holds no heights.
         """
-        if self.height_map is None:
+        if self.height_map.path is None:
             return PlaneFloor(self.floor_height_mm)
         return self.height_map.floor(self.floor_height_mm)
 

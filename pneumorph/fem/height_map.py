@@ -15,8 +15,9 @@ from pneumorph.settings import check_numbers
 class HeightMap:
     """A file of heights, seen from above: columns go along x (forward), rows from +y to -y."""
 
-    path: Path
-    """A grey image (such as PNG of 8 or 16 bits), or ``.npy`` with heights in mm."""
+    path: Path | None = None
+    """A grey image (such as PNG of 8 or 16 bits), or ``.npy`` with heights in mm; none for a
+    plane."""
     mm_per_pixel: float = 1.0
     """Distance between neighbouring pixels [mm]."""
     black_mm: float = 0.0
@@ -41,6 +42,8 @@ class HeightMap:
             FileNotFoundError: No such file.
             ValueError: Not a grey image or array of heights.
         """
+        if self.path is None:
+            raise ValueError("path of the height map is None, expected an image or a .npy file")
         path = Path(self.path)
         if not path.exists():
             raise FileNotFoundError(f"height map {path} does not exist")
@@ -80,7 +83,7 @@ class HeightMap:
             (self.centre_x_mm, self.centre_y_mm),
             self.smoothing_mm,
             base_mm,
-            f"height map {Path(self.path).name}",
+            f"height map {self.path}",
         )
 
 
