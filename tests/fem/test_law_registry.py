@@ -25,7 +25,7 @@ def test_an_unknown_law_is_refused_with_those_known():
 
 
 def test_a_name_belongs_to_one_law():
-    with pytest.raises(ValueError, match="law 'corotational' is taken by .*Corotational"):
+    with pytest.raises(ValueError, match=r"law 'corotational' is taken by .*Corotational"):
         register_law("corotational", StVenantKirchhoff)
     # The same once more does no harm, as when a module is imported again.
     register_law("st_venant_kirchhoff", StVenantKirchhoff)
