@@ -12,7 +12,8 @@ LAWS = [(law, 3) for law in SOLID_LAWS] + [(law, 2) for law in SHEET_LAWS]
 
 def rotations(count: int, seed: int = 0) -> np.ndarray:
     """Random rotations laid out component first, (3, 3, point)."""
-    return np.moveaxis(Rotation.random(count, random_state=seed).as_matrix(), 0, 2)
+    quaternions = np.random.default_rng(seed).normal(size=(count, 4))
+    return np.moveaxis(Rotation.from_quat(quaternions).as_matrix(), 0, 2)
 
 
 def strained(dimension: int, count: int = 20, size: float = 0.25, seed: int = 1) -> np.ndarray:
