@@ -39,8 +39,8 @@ def flown(settings: FullOrderSettings, duration_s: float, soft: bool = True) -> 
 def test_first_order_convergence(integrator, damping):
     """Halving the step halves the error; the limit is shared by both integrators.
 
-    With the limit extrapolated from the two finest runs (Richardson), the errors of 4 and 2 ms would
-    be as 2 to 1 but for terms of second order, some 5 % here.
+    With the limit extrapolated from the two finest runs (Richardson), the errors of 4 and 2 ms
+    would be as 2 to 1 but for terms of second order, some 5 % here.
     """
     base = replace(FLYING, integrator=integrator, damping=damping)
     ends = [
@@ -184,7 +184,7 @@ def test_a_step_that_fails_is_halved_and_reported():
     assert trajectory.metadata["steps"]["halved"] == 1
 
     robot = small_robot(replace(few, step_halvings=1), soft=False)
-    with pytest.raises(StepError, match="a step of 0.005 s failed, 1 times halved: Newton's"):
+    with pytest.raises(StepError, match=r"a step of 0\.005 s failed, 1 times halved: Newton's"):
         robot.step(start, command)
     state, trajectory = robot.rollout(start, command[None], record_nodes=False)
     assert trajectory.status == "diverged"
