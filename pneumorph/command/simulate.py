@@ -60,7 +60,8 @@ class SimulateOptions:
 def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
     """Simulate one robot, save its trajectory, and return how it went."""
     start = time.monotonic()
-    gait, design = gait_and_design(options.gait, options.design, options.expert)
+    least = MINIMUM_LEGS if options.model == "reduced" else 1
+    gait, design = gait_and_design(options.gait, options.design, options.expert, least)
     folder.progress.stage(f"simulating {design} with the {options.model} model")
     workshop = Workshop(options.robot)
     simulation_start = time.monotonic()
@@ -99,9 +100,15 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
 
 
 def gait_and_design(
-    file: Path | None, named: str | None, expert: ExpertGait
+    file: Path | None, named: str | None, expert: ExpertGait, minimum_legs: int = MINIMUM_LEGS
 ) -> tuple[OpenLoopGait, Design]:
     """Return the gait to walk and the design to walk it with.
+
+    Args:
+        file: Gait file; None for the expert's gait.
+        named: The design; None for the file's, or else the expert's.
+        expert: The expert's gait.
+        minimum_legs: Fewest legs.
 
     Raises:
         ValueError: The design has too few legs, or uses a regulator the gait does not command.
@@ -112,9 +119,9 @@ def gait_and_design(
     else:
         gait, comments = read_gait(file)
         design = Design.parse(named or comments.get("design", BASELINE_DESIGN))
-    if design.leg_count < MINIMUM_LEGS:
+    if design.leg_count < minimum_legs:
         raise ValueError(
-            f"design {design} has {design.leg_count} legs, expected at least {MINIMUM_LEGS}: it "
+            f"design {design} has {design.leg_count} legs, expected at least {minimum_legs}: it "
             "would lie on the floor"
         )
     design.check_regulators(gait.regulator_count)

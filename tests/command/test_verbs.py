@@ -104,6 +104,25 @@ def test_simulate_walks_a_gait_file_and_films_it(
     assert (tmp_path / "film.mp4").stat().st_size > 1000
 
 
+def test_simulate_takes_a_full_robot_of_any_design(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two legs and five steps of 10 ms: the contact law, and that no step failed, are reported."""
+    summary = _json(
+        "simulate --model full --design 1.0.0.0.2.0.0.0 --expert.duration-s 0.05 --record-every 2 "
+        f"--full.hub rigid --out {tmp_path}",
+        capsys,
+    )
+    assert summary["status"] == "completed"
+    assert summary["steps"] == {"count": 5, "halved": 0, "mean_iterations": 1.0}
+    assert summary["contact"]["worst_residual_mm_per_s"] < 1e-6
+    trajectory = Trajectory.load(tmp_path / "trajectory.npz")
+    assert trajectory.time_s == pytest.approx([0.0, 0.02, 0.04, 0.05])
+    assert trajectory.cavity_volume_mm3 is not None
+    assert trajectory.cavity_volume_mm3.shape == (4, 2)
+    assert not (tmp_path / "checkpoint.npz").exists()
+
+
 @pytest.mark.parametrize(
     ("flags", "message"),
     [
