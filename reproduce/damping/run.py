@@ -8,10 +8,11 @@ One file for each walk, so that a run that was stopped goes on; then damping.jso
 from __future__ import annotations
 
 import argparse
+import json
 from concurrent.futures import ProcessPoolExecutor
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,8 +24,18 @@ from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.open_loop_gait import sample_commands
 from pneumorph.presets import paper_full_robot
+from pneumorph.report.style import (
+    BASELINE_COLOUR,
+    LEARNED_COLOUR,
+    figure_style,
+    new_figure,
+    save_figure,
+)
 from pneumorph.robot.design import Design
 from pneumorph.simulation.simulation_settings import SimulationSettings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
 DESIGNS = {"expert": BASELINE_DESIGN, "learned": "0.0.0.1.1.2.0.0"}
@@ -46,7 +57,7 @@ class Observer:
 
     def __call__(self, state: FullRobotState) -> None:
         """Note one step."""
-        robot, step = self._robot, self._robot.settings.time_step_s
+        robot = self._robot
         self.series["x_mm"].append(float(robot.tracked_point_mm(state)[0]))
         slipping, grip = [], []
         for impulse, velocity in zip(
@@ -65,7 +76,6 @@ class Observer:
         moment = false_moment(robot, state)
         self.series["damping_Nmm"].append(float(np.linalg.norm(moment.damping)))
         self.series["elasticity_Nmm"].append(float(np.linalg.norm(moment.elasticity)))
-        self.step_s = step
 
 
 def walk(arguments: tuple[str, str, str, float, Path]) -> None:
@@ -107,8 +117,46 @@ def _weight_moment(robot: FullRobot) -> float:
     return float(1e-3 * leg.part.mass_kg * robot.settings.gravity_mm_per_s2 * arm)
 
 
+def described(way: dict[str, Any]) -> dict[str, Any]:
+    """The figures of one walk."""
+    slipping = np.array(way["slipping"])
+    summary = {key: way[key] for key in ("design", "gait", "damping", "status", "distance_cm")}
+    for name in ("damping_Nmm", "elasticity_Nmm"):
+        moment = np.array(way[name])
+        summary |= {f"mean_{name}": float(moment.mean()), f"largest_{name}": float(moment.max())}
+    return summary | {
+        "weight_moment_Nmm": way["weight_moment_Nmm"],
+        # The last column is the disk's own.
+        "slipping_share_by_leg": slipping[:, :-1].mean(axis=0).round(3).tolist(),
+        "slipping_share_of_disk": float(slipping[:, -1].mean()),
+        "grip_used_by_leg": np.array(way["grip"])[:, :-1].mean(axis=0).round(3).tolist(),
+        "contact": way["contact"],
+    }
+
+
+@figure_style()
+def damping_figure(ways: dict[str, dict[str, Any]]) -> Figure:
+    """Forward travel and false moment of every pair under both dampings."""
+    figure = new_figure(9.0, 6.0)
+    axes = figure.subplots(2, 4, sharex=True, sharey="row")
+    for column, (design, gait) in enumerate(product(DESIGNS, GAITS)):
+        for damping, colour in zip(DAMPINGS, (BASELINE_COLOUR, LEARNED_COLOUR), strict=True):
+            way = ways[f"{design}_{gait}_{damping}"]
+            time_s = 0.01 * np.arange(1, len(way["x_mm"]) + 1)
+            travel = 0.1 * (np.array(way["x_mm"]) - way["x_mm"][0])
+            axes[0, column].plot(time_s, travel, color=colour, label=damping)
+            moment = np.array(way["damping_Nmm"])
+            axes[1, column].plot(time_s, moment, color=colour, linewidth=0.8)
+        axes[0, column].set(title=f"{design} design, {gait} gait")
+        axes[1, column].set(xlabel="time (s)")
+    axes[0, 0].set(ylabel="forward travel (cm)")
+    axes[1, 0].set(ylabel="moment of the damping (N mm)")
+    axes[0, 0].legend(fontsize="small")
+    return figure
+
+
 def main() -> None:
-    """Walk everything and draw it."""
+    """Walk everything, compare and draw."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("runs/damping"))
     parser.add_argument("--processes", type=int, default=1)
@@ -121,6 +169,13 @@ def main() -> None:
     ]
     with ProcessPoolExecutor(options.processes) as pool:
         list(pool.map(walk, walks))
+    ways = {
+        "_".join(names): json.loads((options.out / f"{'_'.join(names)}.json").read_text())
+        for names in product(DESIGNS, GAITS, DAMPINGS)
+    }
+    write_json(options.out / "damping.json", {key: described(way) for key, way in ways.items()})
+    save_figure(damping_figure(ways), options.out / "damping.png")
+    print(f"wrote {options.out / 'damping.json'} and {options.out / 'damping.png'}")
 
 
 if __name__ == "__main__":
