@@ -1,0 +1,199 @@
+"""The bend of a leg under pressure, by pneumorph and by CalculiX."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from calculix_deck import CalculixSettings, calculix_deck
+from calculix_run import run_calculix
+
+from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.material import LegMaterials, Material, Membrane
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.rotation import Rotation
+from pneumorph.fem.static import StaticSettings, static_equilibrium
+from pneumorph.geometry.mesh import Mesh
+
+PAPER_LAW = "st_venant_kirchhoff"
+"""Law of the paper layer in both codes: it hardly stretches, where all laws are one."""
+
+
+@dataclass(frozen=True)
+class LawPair:
+    """A law here and the one in CalculiX that it is compared with."""
+
+    ours: str
+    """Name of the law here."""
+    theirs: str
+    """Name of the law there; another only where CalculiX lacks ours."""
+    rotation: Rotation = "polar"
+    """Where our corotational law takes its rotation from."""
+
+    @property
+    def same(self) -> bool:
+        """Whether both follow the same equation, so that only rounding and iteration may differ."""
+        return self.ours == self.theirs
+
+    @property
+    def label(self) -> str:
+        """Our law, with its rotation where that matters."""
+        return f"{self.ours} ({self.rotation})" if self.ours == "corotational" else self.ours
+
+
+LAW_PAIRS = (
+    LawPair("st_venant_kirchhoff", "st_venant_kirchhoff"),
+    LawPair("stable_neo_hookean", "stable_neo_hookean"),
+    LawPair("calculix_neo_hooke", "calculix_neo_hooke"),
+    # "edge": its tangent is not symmetric, and only so is it assembled in full.
+    LawPair("calculix_corotational", "calculix_corotational", "edge"),
+    LawPair("corotational", "calculix_corotational", "polar"),
+    LawPair("corotational", "calculix_corotational", "edge"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class BendCurve:
+    """Bend of one code against pressure."""
+
+    law: str
+    """Law of the solid."""
+    pressures_kPa: list[float]
+    """Pressures that were reached [kPa]."""
+    bends_deg: list[float]
+    """Bend of the outer end face at each [degrees]."""
+    iterations: int
+    """Linear solves in all."""
+    wall_s: float
+    """Time of all pressures together [s]."""
+    message: str
+    """Why the first pressure that was not reached was not; empty if all were."""
+
+    def as_json(self) -> dict[str, Any]:
+        """All fields, by name."""
+        return asdict(self)
+
+
+def silicone(law: str) -> Material:
+    """The silicone of the paper in another law."""
+    material = LegMaterials().silicone
+    return Material(material.young_modulus_kPa, material.poisson_ratio, law)
+
+
+def paper_layer() -> Membrane:
+    """The paper layer of the paper, in the law that both codes have."""
+    materials = LegMaterials()
+    paper = materials.paper
+    return Membrane(
+        "paper",
+        Material(paper.young_modulus_kPa, paper.poisson_ratio, PAPER_LAW),
+        materials.paper_thickness_mm,
+    )
+
+
+def calculix_settings(law: str) -> CalculixSettings:
+    """How CalculiX seeks the equilibrium of a law.
+
+    Its hyperfoam takes principal stretches from the roots of a cubic, which cancellation makes
+    inexact where strains are small: forces carry noise of 5e-4 of the mean one, and a test of the
+    residual would never be passed. Corrections still shrink to 1e-6.
+    """
+    return CalculixSettings(largest_residual=1e-2 if law == "stable_neo_hookean" else 1e-6)
+
+
+def calculix_bend(
+    mesh: Mesh,
+    law: str,
+    pressures_kPa: Sequence[float],
+    *,
+    with_paper: bool = True,
+    time_limit_s: float = 3600.0,
+) -> BendCurve:
+    """Bend of a leg held at its inner end face, by CalculiX.
+
+    Args:
+        mesh: The leg, linear or quadratic.
+        law: Law of the silicone, one of `calculix_laws`.
+        pressures_kPa: Pressures, one after the other [kPa].
+        with_paper: Whether the leg has its paper layer.
+        time_limit_s: When to end the run [s].
+
+    Raises:
+        FileNotFoundError: CalculiX is not installed.
+        ValueError: CalculiX has no such law.
+    """
+    deck = calculix_deck(
+        mesh,
+        silicone(law),
+        pressures_kPa,
+        membranes=(paper_layer(),) if with_paper else (),
+        settings=calculix_settings(law),
+    )
+    result = run_calculix(deck, len(mesh.nodes), time_limit_s)
+    bends = [end_face_bend_deg(mesh, mesh.nodes + moved) for moved in result.displacements]
+    return BendCurve(
+        law,
+        list(pressures_kPa[: len(bends)]),
+        bends,
+        result.iterations,
+        result.wall_s,
+        "" if len(bends) == len(pressures_kPa) else result.message or "ended early",
+    )
+
+
+def our_bend(
+    mesh: Mesh,
+    law: str,
+    pressures_kPa: Sequence[float],
+    *,
+    rotation: Rotation = "polar",
+    with_paper: bool = True,
+    settings: StaticSettings | None = None,
+) -> BendCurve:
+    """Bend of the same leg by pneumorph.
+
+    Args:
+        mesh: The leg, linear or quadratic.
+        law: Law of the silicone.
+        pressures_kPa: Pressures, one after the other [kPa].
+        rotation: As in `static_equilibrium`.
+        with_paper: Whether the leg has its paper layer.
+        settings: Steps and tolerance.
+    """
+    membranes = (paper_layer(),) if with_paper else ()
+    part = PartModel(mesh, silicone(law), LegMaterials().mass_kg, membranes, "cavity")
+    held = mesh.node_set("inner_end_face")
+    positions: np.ndarray | None = None
+    reached, bends, iterations, before, message = [], [], 0, 0.0, ""
+    start = time.perf_counter()
+    for pressure in pressures_kPa:
+        result = static_equilibrium(
+            part,
+            pressure,
+            held,
+            start=positions,
+            start_pressure_kPa=before,
+            rotation=rotation,
+            settings=settings,
+        )
+        iterations += result.iterations
+        if not result.converged:
+            message = f"no equilibrium beyond {result.pressure_kPa:g} kPa"
+            break
+        positions, before = result.positions, pressure
+        reached.append(pressure)
+        bends.append(end_face_bend_deg(mesh, positions))
+    wall = time.perf_counter() - start
+    return BendCurve(law, reached, bends, iterations, wall, message)
+
+
+def relative_difference(ours: BendCurve, theirs: BendCurve) -> list[float]:
+    """(ours - theirs) / theirs at every pressure that both reached."""
+    count = min(len(ours.bends_deg), len(theirs.bends_deg))
+    return [
+        (mine - other) / other
+        for mine, other in zip(ours.bends_deg[:count], theirs.bends_deg[:count], strict=True)
+    ]
