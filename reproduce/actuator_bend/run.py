@@ -72,7 +72,7 @@ MODELS = {
     "St. Venant-Kirchhoff": Model(4, "st_venant_kirchhoff", 1160.0, 0.2, 20.0, 19),
     "neo-Hookean": Model(4, "stable_neo_hookean", 1160.0, 0.2, 20.0, 19),
     "datasheet stiffness, quadratic": Model(
-        10, "stable_neo_hookean", 600.0, 0.45, 10.0, 14, size_mm=6.0
+        10, "stable_neo_hookean", 600.0, 0.45, 10.0, 13, size_mm=6.0
     ),
     "neo-Hookean, quadratic": Model(10, "stable_neo_hookean", 1160.0, 0.2, 20.0, 10, size_mm=6.0),
     "polar rotations, quadratic": Model(10, "corotational", 1160.0, 0.2, 20.0, 10, size_mm=6.0),
