@@ -50,14 +50,14 @@ def test_bend_of_a_held_leg():
         )
         assert found.converged
         x, reached = found.positions, pressure
-        # The shipped mesh is 2.7 to 2.9 % low; meshes of its size lie between -2.9 and +0.3 %.
+        # The shipped mesh is 2.7 to 2.9 % low; like meshes by netgen and gmsh lie at -3.3 to 0.3.
         assert end_face_bend_deg(leg.mesh, x) == pytest.approx(reference, rel=0.035)
 
 
 def test_settled_pose_of_the_baseline():
     robot = paper_full_robot(Design.parse("1.0.0.2.2.0.0.1"))
     height, pitch, roll = pose(robot, robot.settled_state()) - SETTLED_BASELINE
-    assert abs(height) < 0.5  # legs of 4 mm elements settle between -0.1 and +0.4 mm of it
+    assert abs(height) < 0.3  # shipped mesh -0.11, gmsh -0.04; half the viscosity costs 0.4 mm
     assert np.hypot(pitch, roll) < 0.1  # its meshes are not mirror symmetric: 0.01 degrees
 
 
