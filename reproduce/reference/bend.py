@@ -25,9 +25,10 @@ from tqdm import trange
 
 from pneumorph.artefact import write_json
 from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.body_equations import linearly_implicit_equations
+from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.slab_cholesky import SlabCholesky, SlabPattern
 from pneumorph.fem.static import static_equilibrium
 from pneumorph.settings import settings_to_dict
 
@@ -54,17 +55,15 @@ class BendOptions:
 
 def hold(part: PartModel, x: np.ndarray, v: np.ndarray, pressure_kPa: float) -> None:
     """Advance positions [mm] and velocities [mm/s], both (node, 3), in place by 3 s."""
-    settings = FullOrderSettings(time_step_s=TIME_STEP_S)
+    settings = FullOrderSettings(time_step_s=TIME_STEP_S, gravity_mm_per_s2=0.0)
     held = part.mesh.node_set("inner_end_face")
-    pattern = SlabPattern(part.assembly, held)
-    free = pattern.unknowns
+    pattern = FrontPattern(part.assembly, held)
     for _ in trange(round(HELD_S / TIME_STEP_S), unit="step", desc=f"{pressure_kPa:g} kPa"):
-        data = settings.stiffness_factor * part.stiffness_data(x, settings.rotation)
-        data[part.assembly.diagonal] += settings.mass_factor * np.repeat(part.node_mass, 3)
-        force = part.internal_force(x, settings.rotation) + part.pressure_force(x, pressure_kPa)
-        right = (part.node_mass[:, None] * v + TIME_STEP_S * force).ravel()[free]
+        data, right = linearly_implicit_equations(part, x, v, pressure_kPa, settings)
         velocity = np.zeros(x.size)
-        velocity[free] = SlabCholesky(pattern, data).solve(right[:, None])[:, 0]
+        velocity[pattern.unknowns] = FrontalCholesky(pattern, data).solve(
+            right[pattern.unknowns, None]
+        )[:, 0]
         v[:] = velocity.reshape(-1, 3)
         x += TIME_STEP_S * v
 

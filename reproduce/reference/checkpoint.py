@@ -5,43 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pneumorph.artefact import load_artefact, save_artefact
-from pneumorph.fem.full_robot import FullRobotState
-from pneumorph.fem.soft_hub import SoftHubState
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
 
-KIND, FORMAT_VERSION = "ReferenceCheckpoint", 1
+KIND, FORMAT_VERSION = "ReferenceCheckpoint", 2
 
 
 def save(path: Path, state: FullRobotState, description: dict[str, Any]) -> None:
-    """Write the state of a robot on a soft hub, and JSON-serialisable notes.
-
-    Raises:
-        ValueError: The hub is rigid.
-    """
-    if not isinstance(state.hub, SoftHubState):
-        raise ValueError("state.hub is rigid, expected a soft one as the reference has")
-    arrays = {
-        "hub_positions": state.hub.positions,
-        "hub_velocity": state.hub.velocity,
-        "regulated_kPa": state.regulated_kPa,
-        "impulses": state.impulses,
-    }
-    for number, (x, v) in enumerate(zip(state.positions, state.velocities, strict=True)):
-        arrays[f"positions_{number}"], arrays[f"velocities_{number}"] = x, v
-    save_artefact(path, KIND, FORMAT_VERSION, arrays, {"description": description})
+    """Write the state of a robot, and JSON-serialisable notes."""
+    header = {"description": description}
+    save_artefact(path, KIND, FORMAT_VERSION, state_to_arrays(state), header)
 
 
-def load(path: Path) -> tuple[FullRobotState, dict[str, Any]]:
-    """Read what `save` wrote."""
+def load(path: Path, robot: FullRobot) -> tuple[FullRobotState, dict[str, Any]]:
+    """Read what `save` wrote of a robot."""
     arrays, header = load_artefact(path, KIND, FORMAT_VERSION)
-    legs = sum(name.startswith("positions_") for name in arrays)
-    state = FullRobotState(
-        hub=SoftHubState(np.array(arrays["hub_positions"]), np.array(arrays["hub_velocity"])),
-        positions=tuple(arrays[f"positions_{number}"] for number in range(legs)),
-        velocities=tuple(arrays[f"velocities_{number}"] for number in range(legs)),
-        regulated_kPa=arrays["regulated_kPa"],
-        impulses=arrays["impulses"],
-    )
-    return state, header["description"]
+    return state_from_arrays(robot, arrays), header["description"]

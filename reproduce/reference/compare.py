@@ -26,7 +26,8 @@ from robot_variant import RobotVariant
 from tqdm import trange
 
 from pneumorph.artefact import write_json
-from pneumorph.fem.full_robot import FullRobot, FullRobotState
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.settings import settings_to_dict
 
 SETTLING_STEPS = 15
@@ -40,7 +41,7 @@ class CompareOptions:
 
     reference: Path
     """Folder of the reference's CSV files."""
-    case: Literal["baseline", "two_leg", "zero_action", "six_leg"]
+    case: Literal["baseline", "hamiltonian", "two_leg", "zero_action", "six_leg"]
     """Which of them."""
     name: str = "shipped"
     """What to call this variant."""
@@ -102,14 +103,14 @@ def compare(options: CompareOptions) -> dict[str, Any]:
     """Run the case as far as it is not there yet, save it and return what was saved."""
     case = CASES[options.case]
     columns = read_columns(options.reference / case.file)
-    robot = options.variant.robot(case.design)
+    robot = options.variant.robot(case)
     duration_s = min(options.duration_s, float(columns["t"][-1]))
     steps = STEPS_PER_ROW * round(duration_s / TIME_STEP_S / STEPS_PER_ROW)
     commands = commands_kPa(case, columns, steps)
     stem = options.out / f"{options.case}-{options.name}"
     variant = settings_to_dict(options.variant)
     if stem.with_suffix(".npz").exists():
-        state, there = checkpoint.load(stem.with_suffix(".npz"))
+        state, there = checkpoint.load(stem.with_suffix(".npz"), robot)
         rows = there["rows"]
         if there["variant"] != variant:
             raise ValueError(f"{stem}.npz is of another variant; give this one another --name")

@@ -47,10 +47,11 @@ def gmsh_leg(size_mm: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
     gmsh.initialize()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
-        cavity = _union(gmsh, shape.cavity_boxes(), size_mm)
-        body = _union(gmsh, shape.solid_boxes(), size_mm)
+        cavity = _union(gmsh, shape.cavity_boxes())
+        body = _union(gmsh, shape.solid_boxes())
         gmsh.model.occ.cut(body, cavity)
         gmsh.model.occ.synchronize()
+        gmsh.model.mesh.setSize(gmsh.model.getEntities(0), size_mm)
         gmsh.option.setNumber("Mesh.RandomSeed", seed)
         gmsh.option.setNumber("Mesh.RandomFactor", 1e-7)
         gmsh.model.mesh.generate(3)
@@ -63,28 +64,10 @@ def gmsh_leg(size_mm: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
     return coordinates.reshape(-1, 3), place[connectivity[0].reshape(-1, 4)]
 
 
-def _union(gmsh: Any, boxes: list[Box], size_mm: float) -> list[tuple[int, int]]:
-    solids = [_box(gmsh, corner, size, size_mm) for corner, size in boxes]
+def _union(gmsh: Any, boxes: list[Box]) -> list[tuple[int, int]]:
+    solids = [(3, gmsh.model.occ.addBox(*corner, *size)) for corner, size in boxes]
     fused, _ = gmsh.model.occ.fuse(solids[:1], solids[1:])
     result: list[tuple[int, int]] = fused
-    return result
-
-
-def _box(
-    gmsh: Any,
-    corner: tuple[float, float, float],
-    size: tuple[float, float, float],
-    size_mm: float,
-) -> tuple[int, int]:
-    """A box drawn upwards from its bottom face; the element size sits at its corners."""
-    occ = gmsh.model.occ
-    x, y, z = corner
-    ground = [(x, y), (x + size[0], y), (x + size[0], y + size[1]), (x, y + size[1])]
-    points = [occ.addPoint(*each, z, size_mm) for each in ground]
-    lines = [occ.addLine(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
-    face = occ.addPlaneSurface([occ.addCurveLoop(lines)])
-    (solid,) = (each for each in occ.extrude([(2, face)], 0, 0, size[2]) if each[0] == 3)
-    result: tuple[int, int] = solid
     return result
 
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from reference_case import ReferenceCase, case_settings
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.full_order_settings import FrictionSolver
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_model import PartModel, disk_model, leg_model
 from pneumorph.fem.soft_hub import SoftHub
@@ -20,7 +21,6 @@ from pneumorph.geometry.netgen_mesher import MesherSettings, box, tetrahedralise
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.surface import boundary_triangles
 from pneumorph.presets import disk_rim_points, paper_disk_mesh, paper_leg_mesh
-from pneumorph.robot.design import Design
 
 TRACKED_POINT_MM = (0.63, -1.87, 44.92)
 """Mean of the three nodes that the reference follows, on the disk's top face at rest [mm]."""
@@ -50,8 +50,13 @@ class RobotVariant:
     """Corners of the disk's lower rim that can touch the floor, the first straight ahead; 0 for the
     shipped disk's own. The reference's disk is a polygon of 16."""
 
-    def robot(self, design: Design) -> FullRobot:
-        """The full-order robot of a design, elastic disk and published damping."""
+    friction_solver: FrictionSolver = "newton"
+    """`gauss_seidel`: 250 sweeps wherever they end, as the reference made them."""
+
+    def robot(self, case: ReferenceCase) -> FullRobot:
+        """The full-order robot of a case, elastic disk and published damping."""
+        sweeps = {"contact_sweeps": 250, "contact_tolerance_mm_per_s": 1e-8}
+        numerics = sweeps if self.friction_solver == "gauss_seidel" else {}
         part, disk = self.leg_part(), paper_disk_mesh()
         rim = disk_rim_points(disk)
         if self.rim_corner_count:
@@ -59,8 +64,11 @@ class RobotVariant:
         mounting = RadialMounting()
         return FullRobot(
             SoftHub(disk_model(disk), rim),
-            [(part, mounting.pose(location), regulator - 1) for location, regulator in design.legs],
-            FullOrderSettings(damping="published"),
+            [
+                (part, mounting.pose(location), regulator - 1)
+                for location, regulator in case.design.legs
+            ],
+            case_settings(case, friction_solver=self.friction_solver, **numerics),
             tracked_point=np.array(TRACKED_POINT_MM),
         )
 
