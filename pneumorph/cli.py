@@ -79,7 +79,7 @@ def run(arguments: Sequence[str]) -> int:
         # The reader of the output, such as `head`, has seen enough.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except (ValueError, OSError, ImportError) as error:
+    except (ValueError, OSError, ImportError, ArithmeticError) as error:
         if debug:
             traceback.print_exc()
         return _fail(str(error), 1)
@@ -119,7 +119,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     print(f"wrote {folder.path}", file=sys.stderr)
     if "page" in summary:
         print(f"open {Path(summary['page']).resolve()}", file=sys.stderr)
-    return 0
+    return 0 if summary.get("status", "completed") == "completed" else 1
 
 
 def _parsed(

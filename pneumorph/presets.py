@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -127,7 +127,12 @@ def full_leg(name: LegName, mesh: Mesh | None = None) -> PartModel:
     Args:
         name: Which elements and materials.
         mesh: Its mesh; None for the one that ships.
+
+    Raises:
+        ValueError: No such leg.
     """
+    if name not in get_args(LegName):
+        raise ValueError(f"leg must be one of {', '.join(get_args(LegName))}, got {name!r}")
     if name == "hyperelastic":
         return leg_model(mesh or hyperelastic_leg_mesh(), HYPERELASTIC_MATERIALS)
     return paper_leg_model() if mesh is None else leg_model(mesh)
@@ -148,9 +153,14 @@ def paper_full_robot(
         settings: Physics of the reduced robot; numerics are the full model's own.
         hub: The disk as finite elements, or rigid as in the reduced robot.
         leg: Finite elements of a leg; None for the one that ships.
-        floor: What the robot stands on; None for the settings' plane.
+        floor: What the robot stands on; None for a plane or `numerics`' height map.
         **numerics: Other fields of FullOrderSettings, such as ``friction_solver``.
+
+    Raises:
+        ValueError: No such hub.
     """
+    if hub not in ("soft", "rigid"):
+        raise ValueError(f'hub must be "soft" or "rigid", got {hub!r}')
     settings = settings or SimulationSettings()
     disk = paper_disk_mesh()
     rim = disk_rim_points(disk)

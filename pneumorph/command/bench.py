@@ -39,7 +39,7 @@ class BenchOptions:
     subject: tyro.conf.Positional[Literal["engine", "full"]] = "engine"
     """The batched stepper of reduced robots, or a robot of finite elements."""
     benchmark: Annotated[EngineBenchmark, flat] = field(default_factory=EngineBenchmark)
-    full: FullBenchmark = field(default_factory=FullBenchmark)
+    full_benchmark: FullBenchmark = field(default_factory=FullBenchmark)
     design: str = BASELINE_DESIGN
     """Robot of `full`: regulator of each location, 0 for no leg."""
     expert: ExpertGait = field(default_factory=ExpertGait)
@@ -66,7 +66,9 @@ def bench(options: BenchOptions, folder: RunFolder) -> dict[str, Any]:
 def _bench_full(options: BenchOptions, workshop: Workshop, folder: RunFolder) -> dict[str, Any]:
     folder.progress.stage("measuring a full robot's steps")
     robot = workshop.full(Design.parse(options.design))
-    figures = bench_full(options.full, robot, workshop.commands(options.expert), folder.progress)
+    figures = bench_full(
+        options.full_benchmark, robot, workshop.commands(options.expert), folder.progress
+    )
     return {"design": options.design, "hub": options.robot.full.hub, **figures}
 
 

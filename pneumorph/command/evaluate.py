@@ -70,6 +70,8 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
     workshop = Workshop(robot)
     if options.model == "full":
         workshop.check_reduction()
+    else:
+        workshop.refuse_full_options()
     folder.progress.stage(f"walking {len(pairs)} pairs with the {options.model} model")
     if options.model == "reduced" and not options.record:
         distances = _together(workshop, designs, gaits, task, folder)

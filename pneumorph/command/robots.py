@@ -24,9 +24,11 @@ from pneumorph.presets import (
     paper_full_robot,
     paper_robot_builder,
 )
+from pneumorph.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
+from pneumorph.settings import settings_to_dict
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import rollout
@@ -49,6 +51,8 @@ class FullOptions:
     """One linear solve a step as published, or implicit Euler converged by Newton's method."""
     friction_solver: FrictionSolver = "newton"
     """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
+    contact_sweeps: int = 2000
+    """Most Gauss-Seidel sweeps of a contact solve; the published experiment made 250."""
     height_map: HeightMap = field(default_factory=HeightMap)
     """Floor that is no plane."""
     mesh: Path | None = None
@@ -156,15 +160,25 @@ class Workshop:
         return ReducedRobot(self.robot(design), self.options.simulation)
 
     def full(self, design: Design) -> FullRobot:
-        """Return the finite elements of a whole robot."""
-        full = self.options.full
+        """Return the finite elements of a whole robot.
+
+        Raises:
+            ValueError: The hyperelastic leg is to follow the published leg's pressure map.
+        """
+        full, physics = self.options.full, self.options.simulation
+        if full.leg == "hyperelastic" and physics.pressure_map == PressureMap():
+            raise ValueError(
+                "pressure_map is the published leg's, expected the hyperelastic leg's own; start "
+                "from --preset hyperelastic"
+            )
         return paper_full_robot(
             design,
-            self.options.simulation,
+            physics,
             full.hub,
             self.full_leg,
             integrator=full.integrator,
             friction_solver=full.friction_solver,
+            contact_sweeps=full.contact_sweeps,
             height_map=full.height_map,
         )
 
@@ -173,6 +187,20 @@ class Workshop:
         """The finite elements of a leg."""
         full = self.options.full
         return full_leg(full.leg, None if full.mesh is None else Mesh.load(full.mesh))
+
+    def refuse_full_options(self) -> None:
+        """Refuse options of finite elements where reduced robots walk.
+
+        Raises:
+            ValueError: One of them is not the usual one.
+        """
+        usual, asked = (settings_to_dict(each) for each in (FullOptions(), self.options.full))
+        changed = [name for name in usual if usual[name] != asked[name]]
+        if changed:
+            raise ValueError(
+                f"full.{changed[0]} is {asked[changed[0]]!r}, expected {usual[changed[0]]!r} with "
+                "--model reduced: it is an option of finite elements"
+            )
 
     def check_reduction(self) -> None:
         """Refuse a reduced leg that does not stand for the full one.

@@ -3,9 +3,9 @@
 The gait is a CSV file, as coopt writes them and a spreadsheet can, or else the expert's gait at
 --expert.phase-deg. The design is --design, or the one that the file names, or the expert's.
 
-A full robot takes minutes. Its way is saved as it goes: the same command with the same --out goes
-on where it was stopped. Presets: paper, and hyperelastic, quadratic finite elements of the
-silicone's own stiffness with a pressure map of their own.
+A full robot takes ten minutes for 20 s. Its way is saved every minute: the same command with the
+same --out goes on where it was stopped. Presets: paper, and hyperelastic, quadratic finite elements
+of the silicone's own stiffness with a pressure map of their own, which take an hour or two.
 
 Writes trajectory.npz and, with --film, film.mp4.
 
@@ -47,7 +47,7 @@ class SimulateOptions:
     gait: Path | None = None
     """Gait file (CSV); by default the expert's gait."""
     model: Model = "reduced"
-    """The reduced robot, or finite elements (minutes instead of seconds)."""
+    """The reduced robot, or finite elements (ten minutes instead of a second)."""
     record_every: int = 10
     """Time steps between recorded frames."""
     film: bool = False
@@ -74,6 +74,7 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
             progress=folder.progress,
         )
     else:
+        workshop.refuse_full_options()
         trajectory = workshop.recorded(design, gait, options.record_every)
     simulated_s = time.monotonic() - simulation_start
     path = with_skin_only(trajectory).save(folder / "trajectory.npz")

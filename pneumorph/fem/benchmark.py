@@ -61,9 +61,9 @@ def bench_full(
         ``friction_seconds``) and ``other_seconds``, which add up to it; ``slowest_step_seconds``;
         ``cpu_seconds_per_step``, less than the wall time where other work took the processor;
         ``leg_factorisation_seconds``, the yardstick: median for one leg's matrix at the end, in
-        the same run, by SciPy's sparse direct solver (SuperLU); ``factorisations_per_step``, a
-        step's time over it; ``front_factorisation_seconds``, of the
-        same matrix by the front that the step uses; the leg's ``unknowns``, ``largest_front`` and
+        the same run, by SciPy's sparse direct solver (SuperLU), and ``factorisations_per_step``, a
+        step's time over it; ``front_factorisation_seconds`` and ``front_factorisations_per_step``,
+        the same by the front that the step uses; the leg's ``unknowns``, ``largest_front`` and
         ``factorisation_gflop``; ``dgemm_gflops``; ``legs``, ``contact_count`` (mean of the timed
         steps) and ``threads``.
 
@@ -132,6 +132,7 @@ def bench_full(
         "leg_factorisation_seconds": general,
         "factorisations_per_step": total / general,
         "front_factorisation_seconds": front,
+        "front_factorisations_per_step": total / front,
         "unknowns": len(pattern.unknowns),
         "largest_front": pattern.largest_front,
         "factorisation_gflop": pattern.operation_count / 1e9,

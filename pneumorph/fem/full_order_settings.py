@@ -68,6 +68,8 @@ class FullOrderSettings:
     and with the floor linearised where the points came to lie [mm]."""
     contact_passes: int = 4
     """How often a step is solved at most."""
+    penetration_limit_mm: float = 0.05
+    """A step that still ends with a point deeper than this has failed [mm]."""
     regulator_count: int = 3
     """Number of pressure regulators."""
     pressure_rate_kPa_per_s: float = 150.0
@@ -86,6 +88,7 @@ class FullOrderSettings:
             "contact_sweeps",
             "penetration_tolerance_mm",
             "contact_passes",
+            "penetration_limit_mm",
             "regulator_count",
             "pressure_rate_kPa_per_s",
             "speed_limit_mm_per_s",

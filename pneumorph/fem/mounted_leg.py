@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -185,8 +186,9 @@ class MountedLeg:
 
 def _shared_pattern(part: PartModel) -> FrontPattern:
     """The order of elimination of a part, found once for all its mounts."""
-    pattern = getattr(part, "_front_pattern", None)
-    if pattern is None:
-        pattern = FrontPattern(part.assembly, part.mesh.node_set("attachment"))
-        part._front_pattern = pattern  # type: ignore[attr-defined]
-    return pattern
+    if part not in _PATTERNS:
+        _PATTERNS[part] = FrontPattern(part.assembly, part.mesh.node_set("attachment"))
+    return _PATTERNS[part]
+
+
+_PATTERNS: WeakKeyDictionary[PartModel, FrontPattern] = WeakKeyDictionary()

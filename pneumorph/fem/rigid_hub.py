@@ -52,6 +52,10 @@ class RigidHub:
         ).reshape(-1, 3)
         self.unknown_count = 6
 
+    def identity(self) -> list[np.ndarray]:
+        """Numbers that tell this hub from others: mass, centre, inertia, contacts."""
+        return [np.array([self.mass_kg]), self.rest_centre, self.inertia, self.contact_points]
+
     def initial_state(self) -> RigidHubState:
         """At rest in the initial pose."""
         return RigidHubState(self.rest_centre.copy(), np.eye(3), np.zeros(6))

@@ -40,6 +40,12 @@ class SoftHub:
         self.unknown_count = 3 * part.node_count
         self._weights: dict[bytes, np.ndarray] = {}
 
+    def identity(self) -> list[np.ndarray]:
+        """Numbers that tell this hub from others: shape, masses, stiffness at rest, contacts."""
+        part = self.part
+        stiffness = part.stiffness_data(part.rest_nodes)
+        return [part.rest_nodes, part.node_mass, stiffness, self.contact_points]
+
     def initial_state(self) -> SoftHubState:
         """At rest in the initial pose."""
         return SoftHubState(self.part.rest_nodes.copy(), np.zeros(self.unknown_count))

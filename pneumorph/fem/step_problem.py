@@ -163,15 +163,18 @@ class StepProblem:
         return float(np.sqrt(squares + hub.residual_size(of_hub) ** 2))
 
     def applied(self) -> float:
-        """Norm of the impulses at work: momentum at the start, weight and pressure [mN s]."""
-        step, gravity = self._settings.time_step_s, self._settings.gravity_mm_per_s2
-        squares = 0.0
-        for leg, x, v in zip(
-            self._robot.legs, self._start.positions, self._start.velocities, strict=True
-        ):
+        """Norm of the impulses at work at the start [mN s]: what a rest of them is small beside.
+
+        Momentum, weight, pressure and elastic forces of the legs; all of those of the hub.
+        """
+        settings, hub, start = self._settings, self._robot.hub, self._start
+        step, gravity = settings.time_step_s, settings.gravity_mm_per_s2
+        squares = hub.residual_size(hub.system(start.hub, settings)[1]) ** 2
+        for leg, x, v in zip(self._robot.legs, start.positions, start.velocities, strict=True):
             mass = leg.part.node_mass
             squares += float(np.sum((mass[:, None] * v) ** 2))
             squares += float(np.sum((step * gravity * mass) ** 2))
+            squares += float(np.sum((step * leg.part.internal_force(x, settings.rotation)) ** 2))
             pressure = self._pressure_of(leg)
             if pressure != 0.0:
                 squares += float(np.sum((step * leg.part.pressure_force(x, pressure)) ** 2))

@@ -43,6 +43,7 @@ def linearly_implicit_step(
 
     Raises:
         numpy.linalg.LinAlgError: A matrix is not positive definite.
+        StepError: A point stays too deep in the floor, or the floor has no height below one.
     """
     problem = StepProblem(robot, start, regulated_kPa, settings)
     equations = problem.linearly_implicit()
@@ -54,6 +55,11 @@ def linearly_implicit_step(
         end = problem.solve(equations, standing, contacts)
         points, deepest = _with_points_below(robot, points, end)
         solves += 1
+    if deepest > settings.penetration_limit_mm:
+        raise StepError(
+            f"a point ends {deepest:.3g} mm below the floor after {solves} solves, expected at "
+            f"most {settings.penetration_limit_mm:g}"
+        )
     return problem.finished(end, len(contacts.gaps), solves)
 
 
@@ -125,6 +131,15 @@ def _with_points_below(
     robot: FullRobot, points: Sequence[np.ndarray], trial: TrialStep
 ) -> tuple[list[np.ndarray], float]:
     """Points that take part and those that a trial puts below the floor; depth of the deepest."""
-    gaps = [robot.floor.gap(each) for each in robot.contact_positions(trial)]
+    positions = robot.contact_positions(trial)
+    gaps = [robot.floor.gap(each) for each in positions]
+    for gap, position in zip(gaps, positions, strict=True):
+        lost = np.flatnonzero(~np.isfinite(gap))
+        if len(lost):
+            x, y, z = position[lost[0]]
+            raise StepError(
+                f"the floor ({robot.floor.description}) has no height below the contact point at "
+                f"({x:.4g}, {y:.4g}, {z:.4g}) mm, or the robot has diverged"
+            )
     both = [np.union1d(p, np.flatnonzero(g < 0.0)) for p, g in zip(points, gaps, strict=True)]
     return both, max(0.0, *(-float(gap.min(initial=0.0)) for gap in gaps))

@@ -187,6 +187,11 @@ def main() -> None:
             write_json(path, {"name": name, **asdict(model), **asdict(curve), **spent})
             print("  ", [round(each, 1) for each in curve.bend_deg], flush=True)
         curves[name] = json.loads(path.read_text())
+        changed = [key for key, value in asdict(model).items() if curves[name][key] != value]
+        if changed:
+            raise ValueError(f"{path} has another {changed[0]} than now; choose another --out")
+        if not curves[name]["converged"]:
+            print(f"{name} found no equilibrium above {curves[name]['pressure_kPa'][-1]:g} kPa")
     fitted = calibration(curves)
     write_json(
         folder / "bend.json",

@@ -83,6 +83,11 @@ def walk(arguments: tuple[str, str, str, float, Path]) -> None:
     design, gait_name, damping, duration_s, folder = arguments
     path = folder / f"{design}_{gait_name}_{damping}.json"
     if path.exists():
+        there = json.loads(path.read_text())["duration_s"]
+        if there != duration_s:
+            raise ValueError(
+                f"{path} is of {there:g} s, expected {duration_s:g}; choose another --out"
+            )
         return
     gait = ExpertGait(phase_deg=110.0)
     if gait_name == "learned":
@@ -100,6 +105,7 @@ def walk(arguments: tuple[str, str, str, float, Path]) -> None:
             "design": DESIGNS[design],
             "gait": gait_name,
             "damping": damping,
+            "duration_s": duration_s,
             "status": trajectory.status,
             "distance_cm": trajectory.forward_distance_cm,
             "contact": trajectory.metadata["contact"],

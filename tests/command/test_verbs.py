@@ -132,6 +132,9 @@ def test_simulate_takes_a_full_robot_of_any_design(
         ("--design 1.1.1", "3 locations, expected 8"),
         ("--gait none.csv", "none.csv does not exist"),
         ("--part none.npz", "none.npz does not exist"),
+        ("--full.integrator implicit_euler", "full.integrator is 'implicit_euler'"),
+        ("--preset hyperelastic --model reduced", "full.leg is 'hyperelastic'"),
+        ("--model full --full.leg hyperelastic", "pressure_map is the published leg's"),
     ],
 )
 def test_simulate_refuses_bad_input(
@@ -184,8 +187,10 @@ def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFix
 def test_bench_full_times_the_stages_of_a_step(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    short = "--full.settling-steps 12 --full.walking-steps 1 --full.timed-steps 3"
-    bench = _json(f"bench full {short} --full.repetitions 3 --out {tmp_path / 'f'}", capsys)
+    short = "--full-benchmark.settling-steps 12 --full-benchmark.walking-steps 1 --full-benchmark.timed-steps 3"
+    bench = _json(
+        f"bench full {short} --full-benchmark.repetitions 3 --out {tmp_path / 'f'}", capsys
+    )
     stages = ("assembly", "factorisation", "contact", "other")
     total = sum(bench[f"{stage}_seconds"] for stage in stages)
     assert total == pytest.approx(bench["seconds_per_step"])

@@ -59,7 +59,10 @@ def placed(robot: FullRobot, rotation=None, offset=(0.0, 0.0, 0.0), velocity=(0.
 
 
 def run(robot: FullRobot, state: FullRobotState, steps: int) -> list[FullRobotState]:
-    """States after each step; every one obeys the contact law to the solver's tolerance."""
+    """States after each step; every one obeys the contact law to 1e-6 mm/s.
+
+    The solver's own tolerance of 1e-7 is at the edge of rounding here: more points press than the
+    nearly rigid block has freedoms, and their operator is singular."""
     states: list[FullRobotState] = []
     commands = np.zeros((steps, 1))
     _, trajectory = robot.rollout(state, commands, steps, record_nodes=False, observe=states.append)
@@ -67,7 +70,7 @@ def run(robot: FullRobot, state: FullRobotState, steps: int) -> list[FullRobotSt
     contact = trajectory.metadata["contact"]
     assert contact["worst_residual_mm_per_s"] == max(s.contact_residual for s in states)
     assert contact["deepest_penetration_mm"] == max(s.penetration_mm for s in states)
-    assert contact["unconverged_share"] == 0.0
+    assert contact["worst_residual_mm_per_s"] < 1e-6
     return states
 
 
@@ -200,7 +203,7 @@ def test_points_from_beyond_the_margin_are_caught():
     """Gravity of 98 m/s^2 takes the block 9.8 mm in its first step, through a floor 5 mm below."""
     penetration = {}
     for passes in (1, 4):
-        robot = block(gravity_mm_per_s2=98000.0, contact_passes=passes)
+        robot = block(gravity_mm_per_s2=98000.0, contact_passes=passes, penetration_limit_mm=10.0)
         state = robot.step(placed(robot, offset=(0.0, 0.0, 5.0)), np.zeros(1))
         penetration[passes] = state.penetration_mm
     assert penetration[1] == pytest.approx(9.8 - 5.0)
@@ -219,7 +222,13 @@ def slide_through_trough(time_step_s: float, passes: int, steps: int) -> float:
         lambda x, y: -20.0 * np.cos(WAVE * x),
         lambda x, y: (20.0 * WAVE * np.sin(WAVE * x), np.zeros_like(y)),
     )
-    robot = block(trough, friction=0.0, time_step_s=time_step_s, contact_passes=passes)
+    robot = block(
+        trough,
+        friction=0.0,
+        time_step_s=time_step_s,
+        contact_passes=passes,
+        penetration_limit_mm=10.0,
+    )
     touching = -20.0 * np.cos(WAVE * 28.0)
     state = placed(robot, offset=(0.0, 0.0, touching), velocity=(400.0, 0.0, 0.0))
     return max(each.penetration_mm for each in run(robot, state, steps))

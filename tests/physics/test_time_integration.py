@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from small_robot import small_robot
 
+from pneumorph.fem.floor import HeightField
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
@@ -54,6 +55,15 @@ def test_first_order_convergence(integrator, damping):
     assert np.linalg.norm(swapped - limit) < fine
 
 
+def gravitational(robot: FullRobot, state: FullRobotState) -> float:
+    """Energy of height [mJ]."""
+    g = robot.settings.gravity_mm_per_s2
+    height = float(robot.hub.part.node_mass @ state.hub.positions[:, 2])
+    for leg, x in zip(robot.legs, state.positions, strict=True):
+        height += float(leg.part.node_mass @ x[:, 2])
+    return 1e-3 * g * height
+
+
 def energy(robot: FullRobot, state: FullRobotState) -> float:
     """Kinetic and elastic energy [mJ]."""
     bodies = [
@@ -68,33 +78,38 @@ def energy(robot: FullRobot, state: FullRobotState) -> float:
 
 
 def dissipated(robot: FullRobot, state: FullRobotState) -> float:
-    """Power lost to stiffness damping [mW]."""
+    """Power lost to damping of mass and stiffness [mW]."""
     bodies = [
         (leg.part, x, v)
         for leg, x, v in zip(robot.legs, state.positions, state.velocities, strict=True)
     ]
     bodies.append((robot.hub.part, state.hub.positions, state.hub.velocity.reshape(-1, 3)))
-    beta = robot.settings.stiffness_damping_s
+    alpha, beta = robot.settings.mass_damping_per_s, robot.settings.stiffness_damping_s
     return 1e-3 * sum(
-        beta * float(v.ravel() @ (part.objective_stiffness(x) @ v.ravel())) for part, x, v in bodies
+        alpha * float(part.node_mass @ np.sum(v**2, axis=1))
+        + beta * float(v.ravel() @ (part.objective_stiffness(x) @ v.ravel()))
+        for part, x, v in bodies
     )
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_work_is_stored_or_dissipated(integrator):
-    """Work of pressure = kinetic + elastic energy + damping, up to the integrator's own loss.
+    """Work of pressure and gravity = kinetic + elastic energy + damping, but for the integrator's
+    own loss.
 
     That loss is of first order in the step: it halves with it, within 15 %.
     """
     losses = []
+    heavy = replace(FLYING, gravity_mm_per_s2=2000.0, mass_damping_per_s=3.0)
     for step in (2e-3, 1e-3):
-        robot = small_robot(replace(FLYING, integrator=integrator, time_step_s=step), soft=True)
+        robot = small_robot(replace(heavy, integrator=integrator, time_step_s=step), soft=True)
         lost, work = 0.0, 0.0
         state = robot.initial_state()
+        height = gravitational(robot, state)
         for _ in range(round(0.02 / step)):
             state = robot.step(state, PRESSURE)
             lost += step * dissipated(robot, state)
-            work = float(state.pressure_work_mJ.sum())
+            work = float(state.pressure_work_mJ.sum()) + height - gravitational(robot, state)
         losses.append((work - energy(robot, state) - lost) / work)
     assert abs(losses[1]) < 0.1
     assert losses[0] / losses[1] == pytest.approx(2.0, rel=0.15)
@@ -147,6 +162,75 @@ def test_a_flying_robot_keeps_its_momenta_under_objective_damping():
     assert max(change["objective"]) < 1e-9
     assert change["published"][0] < 1e-9  # its stiffness is blind to translation
     assert change["published"][1] > 1e-3
+
+
+def test_implicit_euler_keeps_angular_momentum_to_first_order():
+    """Its forces have no moment about the end of the step, where momentum is counted next: what is
+    lost is of first order, and linear momentum is kept."""
+    lost = []
+    for step, count in ((1e-2, 10), (5e-3, 20)):
+        settings = replace(FLYING, integrator="implicit_euler", time_step_s=step)
+        robot = small_robot(settings, soft=True)
+        state = spinning(robot)
+        before = momenta(robot, state)
+        for _ in range(count):
+            state = robot.step(state, PRESSURE)
+        after = momenta(robot, state)
+        assert np.linalg.norm(after[0] - before[0]) < 1e-9 * np.linalg.norm(before[0])
+        lost.append(float(np.linalg.norm(after[1] - before[1])))
+    assert lost[0] / lost[1] == pytest.approx(2.0, rel=0.15)
+
+
+def test_implicit_euler_starts_from_a_deformed_body_at_rest():
+    """No gravity, no pressure, no velocity: only elastic forces are at work."""
+    settings = replace(FLYING, integrator="implicit_euler", time_step_s=1e-3)
+    robot = small_robot(settings, soft=False)
+    state = robot.initial_state()
+    bent = []
+    for leg, x in zip(robot.legs, state.positions, strict=True):
+        moved = x + 0.01 * (x - x[leg.attachment].mean(axis=0))
+        moved[leg.attachment] = x[leg.attachment]
+        bent.append(moved)
+    new = robot.step(replace(state, positions=tuple(bent)), np.zeros(2))
+    assert new.substeps == 1
+    assert max(np.abs(v).max() for v in new.velocities) > 1.0
+
+
+def test_a_halved_step_reports_its_worst_part_and_all_its_impulses():
+    """On the floor, and halved by force: the impulses of the parts carry the weight of both."""
+    settings = FullOrderSettings(floor_height_mm=0.0, regulator_count=2)
+    robot = small_robot(settings)
+    state, _ = robot.rollout(robot.initial_state(), np.zeros((150, 2)), record_nodes=False)
+    calls = []
+    undivided = robot._undivided
+
+    def failing_first(state, command, settings):
+        calls.append(settings.time_step_s)
+        if len(calls) == 1:
+            raise StepError("for the test")
+        new = undivided(state, command, settings)
+        return replace(new, contact_residual=5.0) if len(calls) == 2 else new
+
+    robot._undivided = failing_first
+    new = robot.step(state, np.zeros(2))
+    assert calls == [0.01, 0.005, 0.005]
+    assert new.contact_residual == 5.0
+    weight = (0.03 + 2 * 0.02) * 9800.0
+    assert new.impulses[:, 0].sum() == pytest.approx(0.01 * weight, rel=2e-3)
+
+
+def test_a_floor_without_height_ends_the_run():
+    def pit(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.where(np.abs(x) < 5.0, 0.0, np.nan) + 0.0 * y
+
+    settings = FullOrderSettings(regulator_count=2)
+    robot = small_robot(settings)
+    robot.floor = HeightField(pit)
+    _, trajectory = robot.rollout(robot.initial_state(), np.zeros((5, 2)), record_nodes=False)
+    assert trajectory.status == "diverged"
+    assert "has no height below the contact point" in trajectory.metadata["reason"]
+    with pytest.raises(StepError, match="has no height"):
+        robot.settled_state()
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
