@@ -187,10 +187,9 @@ def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFix
 def test_bench_full_times_the_stages_of_a_step(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    short = "--full-benchmark.settling-steps 12 --full-benchmark.walking-steps 1 --full-benchmark.timed-steps 3"
-    bench = _json(
-        f"bench full {short} --full-benchmark.repetitions 3 --out {tmp_path / 'f'}", capsys
-    )
+    flag = "--full-benchmark"
+    short = f"{flag}.settling-steps 12 {flag}.walking-steps 1 {flag}.timed-steps 3"
+    bench = _json(f"bench full {short} {flag}.repetitions 3 --out {tmp_path / 'f'}", capsys)
     stages = ("assembly", "factorisation", "contact", "other")
     total = sum(bench[f"{stage}_seconds"] for stage in stages)
     assert total == pytest.approx(bench["seconds_per_step"])
