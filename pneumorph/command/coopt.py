@@ -75,7 +75,7 @@ def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
         folder.path / TRAINING_FOLDER,
         time_step_s=options.robot.simulation.time_step_s,
         provenance={
-            "simulation": settings_to_dict(options.robot.simulation),
+            "simulation": settings_to_dict(workshop.simulation),
             "leg": workshop.leg.digest(),
         },
         resume=options.resume,
@@ -97,6 +97,7 @@ def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
         "failed_episode_count": learned["failed_episode_count"],
         "seed": options.coopt.seed,
         "damping": options.robot.simulation.damping,
+        "calibration": workshop.calibration_description,
         "pairs": [{**each, "gait": _under_training(each["gait"])} for each in learned["pairs"]],
         "notes": learned["remarks"],
         "leg": workshop.leg_description,

@@ -90,6 +90,7 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
         "best_distance_cm": results[0]["distance_cm"],
         "reported_distance_cm": results[0]["reported_distance_cm"],
         "damping": robot.simulation.damping,
+        "calibration": workshop.calibration_description,
         "notes": _notes(results) if options.model == "reduced" else [],
         "pairs": results,
         "wall_s": time.monotonic() - start,

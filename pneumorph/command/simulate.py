@@ -70,6 +70,7 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
         "mean_contact_count": float(trajectory.contact_count.mean()),
         "trajectory": str(path),
         "damping": options.robot.simulation.damping,
+        "calibration": workshop.calibration_description,
         "simulation_wall_s": simulated_s,
     }
     if options.film:
