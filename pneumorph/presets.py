@@ -15,6 +15,7 @@ import numpy as np
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.material import DiskMaterials
 from pneumorph.fem.part_model import PartModel, disk_model, leg_model
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
@@ -101,6 +102,7 @@ def paper_full_robot(
     settings: SimulationSettings | None = None,
     hub: Literal["soft", "rigid"] = "soft",
     leg: PartModel | None = None,
+    disk_materials: DiskMaterials | None = None,
 ) -> FullRobot:
     """Finite elements of a whole robot: the one that a reduced robot of this design stands for.
 
@@ -109,8 +111,10 @@ def paper_full_robot(
         settings: Physics of the reduced robot; numerics are the full model's own.
         hub: The disk as finite elements, or rigid as in the reduced robot.
         leg: Finite elements of a leg; None for the one that ships.
+        disk_materials: What the disk is made of; None for the paper's.
     """
     settings = settings or SimulationSettings()
+    disk_materials = disk_materials or DiskMaterials(mass_kg=DISK_MASS_KG)
     if settings.floor_slope_deg:
         raise ValueError(
             f"floor_slope_deg is {settings.floor_slope_deg}, expected 0: full robots know a level "
@@ -121,7 +125,9 @@ def paper_full_robot(
     mounting = RadialMounting()
     leg = leg or paper_leg_model()
     return FullRobot(
-        SoftHub(disk_model(disk), rim) if hub == "soft" else RigidHub(disk, DISK_MASS_KG, rim),
+        SoftHub(disk_model(disk, disk_materials), rim)
+        if hub == "soft"
+        else RigidHub(disk, disk_materials.mass_kg, rim),
         [(leg, mounting.pose(location), regulator - 1) for location, regulator in design.legs],
         FullOrderSettings(
             time_step_s=settings.time_step_s,

@@ -26,6 +26,8 @@ from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
 from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.simulation.randomised_simulator import RandomisedSimulator
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import RobotModel, rollout
 from pneumorph.simulation.simulation_settings import SimulationSettings
@@ -82,6 +84,14 @@ class Workshop:
     def simulator(self, robots: Sequence[Robot]) -> BatchedSimulator:
         """Return a simulator of robots."""
         return BatchedSimulator(robots, self.simulation, self.options.threads)
+
+    def randomised_simulator(
+        self, robots: Sequence[Robot], randomisation: Randomisation, seed: int, world_count: int
+    ) -> RandomisedSimulator:
+        """Return a simulator of robots in worlds drawn at random."""
+        return RandomisedSimulator(
+            robots, self.simulation, randomisation, seed, world_count, self.options.threads
+        )
 
     def commands(self, gait: OpenLoopGait) -> np.ndarray:
         """Return the command of every step of a gait [real kPa], (step, regulator)."""

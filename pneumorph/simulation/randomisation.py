@@ -68,8 +68,3 @@ class Randomisation:
                 for item in fields(self)
             }
         )
-
-
-def nominal_world(settings: SimulationSettings) -> World:
-    """The simulated world as it stands."""
-    return World(settings.friction, 1.0, 1.0, 0.0, settings.floor_slope_deg)
