@@ -94,6 +94,8 @@ def _table(rows: Any) -> np.ndarray | None:
     table = np.array(rows, dtype=float)
     if table.ndim != 2 or table.shape[1] < 2:
         raise ValueError(f"waypoints have shape {table.shape}, expected (waypoint, 1 + signal)")
+    if np.any(np.diff(table[:, 0]) <= 0.0):
+        raise ValueError(f"times of waypoints are {table[:, 0].tolist()}, expected rising ones")
     return table
 
 

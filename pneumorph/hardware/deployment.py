@@ -40,9 +40,9 @@ class DeploymentReport:
     ended_s: float
     """When it ended, since the gait's start [s]."""
     vented: bool
-    """Whether a zero command was taken at the end."""
+    """Whether a zero command was taken at the end; after a fault, over a new connection too."""
     vent_time_s: float
-    """From the end or the fault's discovery to the zero command [s]."""
+    """From the end or the fault's discovery to the first zero command [s]."""
     worst_delay_s: float
     """Latest command after its time in the schedule [s]."""
     sample_count: int
@@ -157,6 +157,13 @@ class _Run:
         except DriverError as error:
             errors, vented = [str(error)], False
         vent_time_s = self._now() - found_s
+        if vented and not completed:
+            # Zero may have gone into a dead wire: a connection made anew proves that it is not.
+            self._driver.close()
+            try:
+                self._driver.vent()
+            except DriverError as error:
+                errors, vented = [str(error)], False
         if not completed:
             self._log.event(found_s, f"stopped: {reason}")
         for error_text in errors:
