@@ -89,11 +89,11 @@ def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
 
 def _of_policy(path: Path, design: str | None) -> GaitSource:
     """The deterministic gait of a design: the policy sees its own last actions only."""
+    if design is None:
+        raise ValueError(f"{path} is a policy for every design, expected --design to name one")
     from pneumorph.coopt.policy_file import load_policy
     from pneumorph.coopt.sac import Sac
 
-    if design is None:
-        raise ValueError(f"{path} is a policy for every design, expected --design to name one")
     policy, settings, _ = load_policy(path)
     task, chosen = settings.task, Design.parse(design)
     one_hot = chosen.one_hot(task.regulator_count)

@@ -66,7 +66,7 @@ def transfer_rewards_figure(comparisons: Sequence[Comparison]) -> Figure:
     axes.axhline(0.0, color=INK_COLOUR, linewidth=0.6)
     axes.set_xticks(place, [each.label for each in comparisons])
     axes.set(xlim=(-0.6, count - 0.4), ylabel="forward distance (cm)")
-    axes.legend(loc="best")
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -112,9 +112,11 @@ def transfer_gaits_figure(
         axes.plot(comparison.time_s, mean, color=MEASURED_COLOUR, label=label)
         axes.axhline(0.0, color=INK_COLOUR, linewidth=0.6)
         axes.set_xlabel("time (s)")
-        panels[0, column].set_title(f"{comparison.label}: {comparison.design}")
+        panels[0, column].set_title(f"{comparison.label}: {comparison.design}", pad=16)
     panels[-1, 0].set_ylabel("forward distance (cm)")
-    panels[-1, 0].legend(loc="upper left")
+    panels[-1, 0].legend(
+        loc="lower left", bbox_to_anchor=(0.0, 0.98), ncols=2, fontsize=7, borderaxespad=0.1
+    )
     return figure
 
 
@@ -145,4 +147,7 @@ def _draw_pressures(panels: np.ndarray, trials: Sequence[Trial]) -> None:
         if axes.get_subplotspec().is_first_col():
             axes.set_ylabel(f"p{index + 1} (kPa)", color=colour)
             if index == 0:
-                axes.legend(loc="upper right", ncols=2, fontsize=7)
+                axes.legend(
+                    loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, fontsize=7,
+                    borderaxespad=0.1,
+                )  # fmt: skip
