@@ -67,7 +67,7 @@ def deploy(
         schedule: The commands.
         driver: The rig's driver, not opened yet.
         rig: Timing and limits.
-        log: Where samples and events go; every row is on disk before the next command.
+        log: Where samples and events go; every row is written before the next command.
         clock: The wall's, or the virtual rig's.
         guardian: Told that this process lives; None where it needs none (the virtual rig).
         progress: Told how many commands are done.

@@ -1,7 +1,8 @@
 """The log of a deployment: a CSV file that is complete up to any moment.
 
-Each row is on disk before the next command is given, so what a killed process leaves behind is
-whole but for the row being written.
+Each row is handed to the operating system before the next command is given, so what a killed
+process leaves behind is whole but for the row being written. Events are forced to the disk as well;
+samples are not, for a busy disk can take longer than the time between two of them.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class DeploymentLog:
     def row(
         self, time_s: float, commanded: np.ndarray, sensed: np.ndarray, event: str = ""
     ) -> None:
-        """Write a sample and have it on disk."""
+        """Write a sample."""
         numbers = ["" if np.isnan(v) else f"{v:.3f}" for v in (*commanded, *sensed)]
         self._write([f"{time_s:.4f}", *numbers, event])
 
@@ -57,9 +58,10 @@ class DeploymentLog:
         self.row(time_s, commanded, np.full(self._channel_count, np.nan), COMMAND)
 
     def event(self, time_s: float, text: str) -> None:
-        """Write an event."""
+        """Write an event and force everything so far to the disk."""
         nothing = np.full(self._channel_count, np.nan)
         self.row(time_s, nothing, nothing, text)
+        os.fsync(self._stream.fileno())
 
     def close(self) -> None:
         """Close the file."""
@@ -79,7 +81,6 @@ class DeploymentLog:
     def _write(self, cells: list[str]) -> None:
         self._writer.writerow(cells)
         self._stream.flush()
-        os.fsync(self._stream.fileno())
 
 
 @dataclass(frozen=True, eq=False)
