@@ -235,10 +235,13 @@ def _real_trial(
     rig: RigSettings, schedule: Schedule, folder: RunFolder, name: str
 ) -> DeploymentReport:
     guardian = Guardian(rig, folder / f"{name}/guardian.json")
+    vented = False
     try:
-        return _trial(rig, schedule, open_driver(rig), WallClock(), guardian, folder, name)
+        report = _trial(rig, schedule, open_driver(rig), WallClock(), guardian, folder, name)
+        vented = report.vented
+        return report
     finally:
-        guardian.dismiss()
+        guardian.dismiss(vented)
 
 
 def _trial(

@@ -62,15 +62,16 @@ class Guardian:
         """
         self._send(b".")
 
-    def dismiss(self) -> None:
-        """Say that the run has ended and everything is vented."""
-        with suppress(DriverError):
-            self._send(b"q")
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(5.0)
+    def dismiss(self, vented: bool) -> None:
+        """Say that the run has ended; where it could not vent, the guardian tries once more."""
+        if vented:
+            with suppress(DriverError):
+                self._send(b"q")
         for stream in (self._process.stdin, self._process.stdout):
             if stream is not None:
                 stream.close()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(5.0)
 
     def _send(self, data: bytes) -> None:
         try:
