@@ -84,6 +84,27 @@ def test_deploy_and_transfer_on_the_virtual_rig(
         assert Path(figure).stat().st_size > 5000
 
 
+def test_parameters_are_fitted_to_trials(
+    calibration: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What the fit finds is tested in test_virtual_rig.py; here, that the verb writes it down."""
+    _json(f"deploy --model reduced {SHORT} --trials 1 --out {tmp_path / 'B'}", capsys)
+    fitted = _json(
+        f"calibrate --trials {tmp_path / 'B'} --calibration {calibration} --fit.names friction "
+        f"--fit.scan-count 1 --fit.evaluation-limit 3 --out {tmp_path / 'c'}",
+        capsys,
+    )
+    assert fitted["slope"] == pytest.approx(4.0785, abs=1e-4)  # kept from the file
+    low, high = fitted["confidence_intervals_95"]["friction"]
+    assert low < fitted["friction"] < high
+    assert fitted["modulus_factor"] is None
+    quality = fitted["fit"]["trajectories"]
+    assert quality["rms_mm"] <= quality["start_rms_mm"]
+    source = json.loads((tmp_path / "c" / "calibration.json").read_text())["source"]
+    assert source["trajectories"]["trials"] == ["trial_1"]
+    assert source["pressure"]["measured"].endswith("pairs.csv")
+
+
 def test_dry_run_commands_nothing_and_prints_the_schedule(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
