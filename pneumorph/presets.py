@@ -16,7 +16,7 @@ import numpy as np
 from pneumorph.fem.floor import Floor
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.material import LegMaterials, Material
+from pneumorph.fem.material import DiskMaterials, LegMaterials, Material
 from pneumorph.fem.part_model import PartModel, disk_model, leg_model
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
@@ -121,21 +121,33 @@ def hyperelastic_leg_mesh() -> Mesh:
     return Mesh.load(data_file("leg_mesh_quadratic.npz"))
 
 
-def full_leg(name: LegName, mesh: Mesh | None = None) -> PartModel:
-    """Finite elements of a leg.
-
-    Args:
-        name: Which elements and materials.
-        mesh: Its mesh; None for the one that ships.
+def leg_materials(name: LegName) -> LegMaterials:
+    """What a leg is made of.
 
     Raises:
         ValueError: No such leg.
     """
     if name not in get_args(LegName):
         raise ValueError(f"leg must be one of {', '.join(get_args(LegName))}, got {name!r}")
-    if name == "hyperelastic":
-        return leg_model(mesh or hyperelastic_leg_mesh(), HYPERELASTIC_MATERIALS)
-    return paper_leg_model() if mesh is None else leg_model(mesh)
+    return HYPERELASTIC_MATERIALS if name == "hyperelastic" else LegMaterials()
+
+
+def full_leg(
+    name: LegName, mesh: Mesh | None = None, materials: LegMaterials | None = None
+) -> PartModel:
+    """Finite elements of a leg.
+
+    Args:
+        name: Which elements and materials.
+        mesh: Its mesh; None for the one that ships.
+        materials: What it is made of; None for what the name says.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    materials = materials or leg_materials(name)
+    shipped = hyperelastic_leg_mesh if name == "hyperelastic" else paper_leg_mesh
+    return leg_model(mesh or shipped(), materials)
 
 
 def paper_full_robot(
@@ -144,6 +156,7 @@ def paper_full_robot(
     hub: Literal["soft", "rigid"] = "soft",
     leg: PartModel | None = None,
     floor: Floor | None = None,
+    disk_materials: DiskMaterials | None = None,
     **numerics: Any,
 ) -> FullRobot:
     """Finite elements of a whole robot: the one that a reduced robot of this design stands for.
@@ -154,6 +167,7 @@ def paper_full_robot(
         hub: The disk as finite elements, or rigid as in the reduced robot.
         leg: Finite elements of a leg; None for the one that ships.
         floor: What the robot stands on; None for a plane or `numerics`' height map.
+        disk_materials: What the disk is made of; None for the paper's.
         **numerics: Other fields of FullOrderSettings, such as ``friction_solver``.
 
     Raises:
@@ -162,12 +176,15 @@ def paper_full_robot(
     if hub not in ("soft", "rigid"):
         raise ValueError(f'hub must be "soft" or "rigid", got {hub!r}')
     settings = settings or SimulationSettings()
+    disk_materials = disk_materials or DiskMaterials(mass_kg=DISK_MASS_KG)
     disk = paper_disk_mesh()
     rim = disk_rim_points(disk)
     mounting = RadialMounting()
     leg = leg or paper_leg_model()
     return FullRobot(
-        SoftHub(disk_model(disk), rim) if hub == "soft" else RigidHub(disk, DISK_MASS_KG, rim),
+        SoftHub(disk_model(disk, disk_materials), rim)
+        if hub == "soft"
+        else RigidHub(disk, disk_materials.mass_kg, rim),
         [(leg, mounting.pose(location), regulator - 1) for location, regulator in design.legs],
         FullOrderSettings(
             time_step_s=settings.time_step_s,

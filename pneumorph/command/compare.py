@@ -83,6 +83,7 @@ def compare(options: CompareOptions, folder: RunFolder) -> dict[str, Any]:
     return summary | {
         "full_hub": options.robot.full.hub,
         "damping": options.robot.simulation.damping,
+        "calibration": workshop.calibration_description,
         "duration_s": options.duration_s,
         "wall_s": time.monotonic() - start,
     }

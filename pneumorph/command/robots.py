@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -13,13 +13,16 @@ import numpy as np
 from pneumorph.fem.full_order_settings import FrictionSolver, Integrator
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.height_map import HeightMap
+from pneumorph.fem.material import LegMaterials, Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.hardware.calibration import Calibration, describe_calibration
 from pneumorph.presets import (
     LegName,
     full_leg,
+    leg_materials,
     load_default_leg,
     paper_full_robot,
     paper_robot_builder,
@@ -28,8 +31,11 @@ from pneumorph.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
+from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.settings import settings_to_dict
 from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.simulation.randomised_simulator import RandomisedSimulator
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import rollout
 from pneumorph.simulation.simulation_settings import SimulationSettings
@@ -68,6 +74,8 @@ class RobotOptions:
     threads: int = 0
     """Threads of the engine; 0 takes every processor."""
     full: FullOptions = field(default_factory=FullOptions)
+    calibration: Path | None = None
+    """Calibration file, as `pneumorph calibrate` writes it; by default the paper's line."""
     simulation: SimulationSettings = field(default_factory=SimulationSettings)
 
 
@@ -76,16 +84,32 @@ class Workshop:
 
     def __init__(self, options: RobotOptions) -> None:
         self.options = options
+        self.calibration = (
+            None if options.calibration is None else Calibration.load(options.calibration)
+        )
+        self.simulation = self._calibrated(options.simulation)
+        self.modulus_factor = (self.calibration and self.calibration.modulus_factor) or 1.0
 
     @cached_property
     def leg(self) -> ReducedPart:
         """The reduced leg."""
         part = self.options.part
-        return load_default_leg() if part is None else ReducedPart.load(part)
+        leg = load_default_leg() if part is None else ReducedPart.load(part)
+        return leg if self.modulus_factor == 1.0 else scaled_part(leg, self.modulus_factor)
 
     @cached_property
     def _build(self) -> Callable[[Design], Robot]:
         return paper_robot_builder(self.leg)
+
+    def _calibrated(self, settings: SimulationSettings) -> SimulationSettings:
+        if self.calibration is None:
+            return settings
+        if settings.pressure_map != PressureMap():
+            raise ValueError(
+                f"both a calibration file ({self.options.calibration}) and simulation.pressure_map "
+                "were given, expected one of them"
+            )
+        return self.calibration.applied_to(settings)
 
     def robot(self, design: Design) -> Robot:
         """Return the robot of a design."""
@@ -93,11 +117,19 @@ class Workshop:
 
     def simulator(self, robots: Sequence[Robot]) -> BatchedSimulator:
         """Return a simulator of robots."""
-        return BatchedSimulator(robots, self.options.simulation, self.options.threads)
+        return BatchedSimulator(robots, self.simulation, self.options.threads)
+
+    def randomised_simulator(
+        self, robots: Sequence[Robot], randomisation: Randomisation, seed: int, world_count: int
+    ) -> RandomisedSimulator:
+        """Return a simulator of robots in worlds drawn at random."""
+        return RandomisedSimulator(
+            robots, self.simulation, randomisation, seed, world_count, self.options.threads
+        )
 
     def commands(self, gait: OpenLoopGait) -> np.ndarray:
         """Return the command of every step of a gait [real kPa], (step, regulator)."""
-        step_s = self.options.simulation.time_step_s
+        step_s = self.simulation.time_step_s
         return sample_commands(gait, step_s, round(gait.duration_s / step_s))
 
     def recorded(
@@ -157,7 +189,7 @@ class Workshop:
 
     def reduced(self, design: Design) -> ReducedRobot:
         """Return one reduced robot to roll out."""
-        return ReducedRobot(self.robot(design), self.options.simulation)
+        return ReducedRobot(self.robot(design), self.simulation)
 
     def full(self, design: Design) -> FullRobot:
         """Return the finite elements of a whole robot.
@@ -165,7 +197,7 @@ class Workshop:
         Raises:
             ValueError: The hyperelastic leg is to follow the published leg's pressure map.
         """
-        full, physics = self.options.full, self.options.simulation
+        full, physics = self.options.full, self.simulation
         if full.leg == "hyperelastic" and physics.pressure_map == PressureMap():
             raise ValueError(
                 "pressure_map is the published leg's, expected the hyperelastic leg's own; start "
@@ -186,7 +218,9 @@ class Workshop:
     def full_leg(self) -> PartModel:
         """The finite elements of a leg."""
         full = self.options.full
-        return full_leg(full.leg, None if full.mesh is None else Mesh.load(full.mesh))
+        mesh = None if full.mesh is None else Mesh.load(full.mesh)
+        materials = scaled_materials(leg_materials(full.leg), self.modulus_factor)
+        return full_leg(full.leg, mesh, materials)
 
     def refuse_full_options(self) -> None:
         """Refuse options of finite elements where reduced robots walk.
@@ -211,9 +245,32 @@ class Workshop:
         self.leg.check_mesh(self.full_leg.mesh)
 
     @property
+    def calibration_description(self) -> dict[str, Any]:
+        """Which calibration the robots have, for a summary."""
+        return describe_calibration(
+            self.calibration, self.options.calibration, self.simulation.pressure_map
+        )
+
+    @property
     def leg_description(self) -> dict[str, Any]:
         """What the leg is and how well it stands for the full model, for a summary."""
         return part_description(self.leg, str(self.options.part or "the leg that ships"))
+
+
+def scaled_materials(
+    usual: LegMaterials, modulus_factor: float = 1.0, mass_factor: float = 1.0
+) -> LegMaterials:
+    """A leg of a stiffer or heavier material."""
+
+    def stiffer(material: Material) -> Material:
+        return replace(material, young_modulus_kPa=material.young_modulus_kPa * modulus_factor)
+
+    return replace(
+        usual,
+        silicone=stiffer(usual.silicone),
+        paper=stiffer(usual.paper),
+        mass_kg=usual.mass_kg * mass_factor,
+    )
 
 
 def part_description(part: ReducedPart, name: str) -> dict[str, Any]:

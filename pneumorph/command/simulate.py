@@ -92,6 +92,7 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
         },
         "trajectory": str(path),
         "damping": options.robot.simulation.damping,
+        "calibration": workshop.calibration_description,
         "simulation_wall_s": simulated_s,
     }
     if options.film:
