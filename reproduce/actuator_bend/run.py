@@ -18,6 +18,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from pneumorph.artefact import write_json
+from pneumorph.command.run_folder import finite
 from pneumorph.fem.bend_curve import BendCurve, bend_curve
 from pneumorph.fem.material import LegMaterials, Material
 from pneumorph.fem.part_model import leg_model
@@ -151,8 +152,8 @@ def calibration(curves: dict[str, dict[str, Any]]) -> dict[str, Any]:
 @figure_style()
 def bend_figure(curves: dict[str, dict[str, Any]], fitted: dict[str, Any]) -> Figure:
     """Bend against pressure of every model, and the real leg's as published."""
-    figure = new_figure()
-    axes = figure.add_subplot()
+    figure = new_figure(7.5, 3.6)
+    axes = figure.add_axes((0.08, 0.14, 0.6, 0.82))
     for number, (name, curve) in enumerate(curves.items()):
         dashed = curve["nodes"] == 4
         axes.plot(
@@ -166,7 +167,7 @@ def bend_figure(curves: dict[str, dict[str, Any]], fitted: dict[str, Any]) -> Fi
         fitted["real_kPa"], fitted["bend_deg"], "ko", markersize=4, label="real leg, as published"
     )
     axes.set(xlabel="pressure (kPa)", ylabel="bend (°)", xlim=(0, 380), ylim=(0, 170))
-    axes.legend(fontsize="x-small")
+    axes.legend(fontsize="x-small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
@@ -198,7 +199,7 @@ def main() -> None:
         {
             "bend_deg": {name: curve["bend_deg"] for name, curve in curves.items()},
             "pressure_kPa": {name: curve["pressure_kPa"] for name, curve in curves.items()},
-            "factors": contributions(curves),
+            "factors": finite(contributions(curves)),
             "calibration": fitted,
         },
     )
