@@ -109,7 +109,7 @@ HYPERELASTIC_MATERIALS = LegMaterials(
 """A leg as its silicone's data sheet has it, the paper layer twice as stiff."""
 
 HYPERELASTIC_PRESSURE_MAP = PressureMap(1.247, -4.404)
-"""Makes the hyperelastic leg bend as the published pairs say the real one does, within 2 kPa; made by
+"""Makes the hyperelastic leg bend as the published pairs say the real one does, to 2 kPa; made by
 reproduce/actuator_bend."""
 
 

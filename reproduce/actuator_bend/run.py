@@ -153,7 +153,7 @@ def calibration(curves: dict[str, dict[str, Any]]) -> dict[str, Any]:
 def bend_figure(curves: dict[str, dict[str, Any]], fitted: dict[str, Any]) -> Figure:
     """Bend against pressure of every model, and the real leg's as published."""
     figure = new_figure(7.5, 3.6)
-    axes = figure.add_axes((0.08, 0.14, 0.6, 0.82))
+    axes = figure.add_subplot()
     for number, (name, curve) in enumerate(curves.items()):
         dashed = curve["nodes"] == 4
         axes.plot(
@@ -167,7 +167,7 @@ def bend_figure(curves: dict[str, dict[str, Any]], fitted: dict[str, Any]) -> Fi
         fitted["real_kPa"], fitted["bend_deg"], "ko", markersize=4, label="real leg, as published"
     )
     axes.set(xlabel="pressure (kPa)", ylabel="bend (°)", xlim=(0, 380), ylim=(0, 170))
-    axes.legend(fontsize="x-small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    figure.legend(fontsize="x-small", loc="outside right upper")
     return figure
 
 
