@@ -8,7 +8,7 @@
 PYTHON ?= $(firstword $(foreach name,python3 python3.13 python3.12 python3.11,$(shell \
 	$(name) -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
 	&& command -v $(name))))
-EXTRAS := meshing
+EXTRAS := meshing,hardware
 ENGINE := pyproject.toml CMakeLists.txt $(wildcard engine/*)
 
 # Our own threads share the cores with BLAS: two BLAS threads stall tens of milliseconds at random.

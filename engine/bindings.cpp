@@ -265,8 +265,11 @@ class PythonBatch {
   pneumorph::Batch batch_;
 };
 
+void bind_frontal_cholesky(nb::module_& module);
+
 NB_MODULE(_engine, module) {
-  module.doc() = "Batched reduced-order stepper and contact solver.";
+  module.doc() = "Batched reduced-order stepper; contact solver and sparse factors of full robots.";
+  bind_frontal_cholesky(module);
   module.def("solve_friction_contacts", &solve_friction_contacts, nb::arg("delassus"),
              nb::arg("free_velocity"), nb::arg("friction"), nb::arg("warm_start"), nb::arg("tolerance"),
              nb::arg("max_sweeps"),

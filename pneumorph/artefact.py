@@ -71,7 +71,7 @@ def save_artefact(
 
 
 def load_artefact(
-    path: Path | str, kind: str, version: int
+    path: Path | str, kind: str, *versions: int
 ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Read what `save_artefact` wrote.
 
@@ -96,9 +96,10 @@ def load_artefact(
         ) from error
     if metadata.get("kind") != kind:
         raise ArtefactError(f"{path} holds a {metadata.get('kind')}, expected a {kind}")
-    if metadata.get("format_version") != version:
+    if metadata.get("format_version") not in versions:
         raise ArtefactError(
             f"{path} has {kind} format version {metadata.get('format_version')}, this pneumorph "
-            f"reads version {version}; make the file again or install the matching release"
+            f"reads version {' and '.join(map(str, versions))}; make the file again or install the "
+            "matching release"
         )
     return arrays, metadata

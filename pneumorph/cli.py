@@ -26,8 +26,13 @@ VERBS = {
     "baseline": "the expert's gait  ->  distance at each phase",
     "coopt": "design space and task  ->  design and gait learned together",
     "evaluate": "learned pairs, simulated again  ->  distances, reduced or full",
+    "calibrate": "measured bends, trials  ->  calibration file",
+    "deploy": "gait or policy  ->  timed commands to a rig, logs of its trials",
+    "transfer": "logs and tracks beside the simulation  ->  distances, transfer ratio, figures",
+    "fabricate": "design  ->  moulds, hub, parts list, drawing",
+    "exchange": "gaits and reductions  <->  files of sorotraj and SOFA",
     "report": "any run folder  ->  one self-contained page",
-    "bench": "how fast the engine is on this machine",
+    "bench": "how fast robots are simulated on this machine",
     "demo": "baseline, coopt and report in one go",
 }
 
@@ -79,7 +84,7 @@ def run(arguments: Sequence[str]) -> int:
         # The reader of the output, such as `head`, has seen enough.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except (ValueError, OSError, ImportError) as error:
+    except (ValueError, OSError, ImportError, ArithmeticError) as error:
         if debug:
             traceback.print_exc()
         return _fail(str(error), 1)
@@ -119,7 +124,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     print(f"wrote {folder.path}", file=sys.stderr)
     if "page" in summary:
         print(f"open {Path(summary['page']).resolve()}", file=sys.stderr)
-    return 0
+    return 0 if summary.get("status", "completed") == "completed" else 1
 
 
 def _parsed(

@@ -9,22 +9,28 @@ from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
+from pneumorph.fem.floor import Floor
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.material import DiskMaterials, LegMaterials, Material
 from pneumorph.fem.part_model import PartModel, disk_model, leg_model
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Hub, Robot, hub_of_mesh, robot_builder
 from pneumorph.simulation.simulation_settings import SimulationSettings
+
+LegName = Literal["paper", "hyperelastic"]
+"""The published leg, or one of the silicone's own stiffness."""
 
 DISK_MASS_KG = 0.075
 """Mass of the disk in the simulation: 2.5 times the real one's [kg]."""
@@ -96,11 +102,63 @@ def paper_leg_model() -> PartModel:
     return leg_model(paper_leg_mesh())
 
 
+HYPERELASTIC_MATERIALS = LegMaterials(
+    silicone=Material(600.0, 0.45, "stable_neo_hookean"),
+    paper=Material(1200.0, 0.49, "stable_neo_hookean"),
+)
+"""A leg as its silicone's data sheet has it, the paper layer twice as stiff."""
+
+HYPERELASTIC_PRESSURE_MAP = PressureMap(1.247, -4.404)
+"""Makes the hyperelastic leg bend as the published pairs say the real one does, to 2 kPa; made by
+reproduce/actuator_bend."""
+
+
+@cache
+def hyperelastic_leg_mesh() -> Mesh:
+    """Mesh of quadratic tetrahedra that ships.
+
+    Made by ``pneumorph mesh leg --quadratic --leg-mesher.size-mm 6 --leg-mesher.grading 0.9``.
+    """
+    return Mesh.load(data_file("leg_mesh_quadratic.npz"))
+
+
+def leg_materials(name: LegName) -> LegMaterials:
+    """What a leg is made of.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    if name not in get_args(LegName):
+        raise ValueError(f"leg must be one of {', '.join(get_args(LegName))}, got {name!r}")
+    return HYPERELASTIC_MATERIALS if name == "hyperelastic" else LegMaterials()
+
+
+def full_leg(
+    name: LegName, mesh: Mesh | None = None, materials: LegMaterials | None = None
+) -> PartModel:
+    """Finite elements of a leg.
+
+    Args:
+        name: Which elements and materials.
+        mesh: Its mesh; None for the one that ships.
+        materials: What it is made of; None for what the name says.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    materials = materials or leg_materials(name)
+    shipped = hyperelastic_leg_mesh if name == "hyperelastic" else paper_leg_mesh
+    return leg_model(mesh or shipped(), materials)
+
+
 def paper_full_robot(
     design: Design,
     settings: SimulationSettings | None = None,
     hub: Literal["soft", "rigid"] = "soft",
     leg: PartModel | None = None,
+    floor: Floor | None = None,
+    disk_materials: DiskMaterials | None = None,
+    **numerics: Any,
 ) -> FullRobot:
     """Finite elements of a whole robot: the one that a reduced robot of this design stands for.
 
@@ -109,19 +167,25 @@ def paper_full_robot(
         settings: Physics of the reduced robot; numerics are the full model's own.
         hub: The disk as finite elements, or rigid as in the reduced robot.
         leg: Finite elements of a leg; None for the one that ships.
+        floor: What the robot stands on; None for a plane or `numerics`' height map.
+        disk_materials: What the disk is made of; None for the paper's.
+        **numerics: Other fields of FullOrderSettings, such as ``friction_solver``.
+
+    Raises:
+        ValueError: No such hub.
     """
+    if hub not in ("soft", "rigid"):
+        raise ValueError(f'hub must be "soft" or "rigid", got {hub!r}')
     settings = settings or SimulationSettings()
-    if settings.floor_slope_deg:
-        raise ValueError(
-            f"floor_slope_deg is {settings.floor_slope_deg}, expected 0: full robots know a level "
-            "floor only"
-        )
+    disk_materials = disk_materials or DiskMaterials(mass_kg=DISK_MASS_KG)
     disk = paper_disk_mesh()
     rim = disk_rim_points(disk)
     mounting = RadialMounting()
     leg = leg or paper_leg_model()
     return FullRobot(
-        SoftHub(disk_model(disk), rim) if hub == "soft" else RigidHub(disk, DISK_MASS_KG, rim),
+        SoftHub(disk_model(disk, disk_materials), rim)
+        if hub == "soft"
+        else RigidHub(disk, disk_materials.mass_kg, rim),
         [(leg, mounting.pose(location), regulator - 1) for location, regulator in design.legs],
         FullOrderSettings(
             time_step_s=settings.time_step_s,
@@ -129,11 +193,14 @@ def paper_full_robot(
             mass_damping_per_s=settings.mass_damping_per_s,
             stiffness_damping_s=settings.stiffness_damping_s,
             gravity_mm_per_s2=settings.gravity_mm_per_s2,
+            floor_slope_deg=settings.floor_slope_deg,
             friction=settings.friction,
             floor_height_mm=settings.floor_height_mm,
             regulator_count=settings.regulator_count,
             pressure_rate_kPa_per_s=settings.pressure_rate_kPa_per_s,
             pressure_map=settings.pressure_map,
+            **numerics,
         ),
         tracked_point=np.array(DiskShape().top_centre_mm),
+        floor=floor,
     )

@@ -31,6 +31,21 @@ class PressureMap:
         """Simulated pressure [kPa] of a real one [kPa], any shape."""
         return np.maximum(0.0, self.slope * np.asarray(real_kPa, dtype=float) + self.intercept_kPa)
 
+    def real(self, simulated_kPa: np.ndarray | float) -> np.ndarray:
+        """Real pressure [kPa] of a simulated one above zero [kPa], any shape; never below zero."""
+        simulated = np.asarray(simulated_kPa, dtype=float)
+        return np.maximum(0.0, (simulated - self.intercept_kPa) / self.slope)
+
+    def equivalent(self, real_kPa: np.ndarray | float, other: PressureMap) -> np.ndarray:
+        """Real pressure [kPa] that means under ``other`` what ``real_kPa`` means under this map.
+
+        Pressures that this map cuts off at zero stay where they are, or just cut off under
+        ``other``, whichever is less.
+        """
+        real = np.asarray(real_kPa, dtype=float)
+        simulated = self.simulated(real)
+        return np.where(simulated > 0.0, other.real(simulated), np.minimum(real, other.real(0.0)))
+
 
 def rate_limit(
     regulated_kPa: np.ndarray, command_kPa: np.ndarray, rate_kPa_per_s: float, time_step_s: float

@@ -39,6 +39,11 @@ class Trajectory:
     """World positions of every leg's nodes [mm], (frame, leg, node, 3) float32, where recorded."""
     skin_triangles: np.ndarray | None = None
     """Outer triangles of a leg, indices of its nodes, (triangle, 3), for drawing."""
+    cavity_volume_mm3: np.ndarray | None = None
+    """Volume of each leg's cavity [mm^3], (frame, leg), of full-order robots."""
+    pressure_work_mJ: np.ndarray | None = None
+    """Work of the pressure in each leg since the robot was at rest [mJ], (frame, leg), of
+    full-order robots."""
     status: str = "completed"
     """How the rollout ended: `completed`, or why it stopped early."""
     metadata: dict[str, Any] = field(default_factory=dict)
@@ -70,14 +75,15 @@ class Trajectory:
         """Forward (x) travel of the tracked point from first to last frame [cm]."""
         return float(self.tracked_point_mm[-1, 0] - self.tracked_point_mm[0, 0]) / 10.0
 
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Every array that was recorded, by name."""
+        names = (*_REQUIRED, *_OPTIONAL)
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+
     def save(self, path: Path | str) -> Path:
         """Write the trajectory as one npz file."""
-        arrays = {name: getattr(self, name) for name in _REQUIRED}
-        for name in _OPTIONAL:
-            if getattr(self, name) is not None:
-                arrays[name] = getattr(self, name)
         header = {"status": self.status, "description": self.metadata}
-        return save_artefact(path, "Trajectory", FORMAT_VERSION, arrays, header)
+        return save_artefact(path, "Trajectory", FORMAT_VERSION, self.arrays(), header)
 
     @classmethod
     def load(cls, path: Path | str) -> Trajectory:
@@ -93,4 +99,4 @@ class Trajectory:
 
 _REQUIRED = ("time_s", "hub_position_mm", "hub_rotation", "tracked_point_mm", "commanded_kPa",
              "regulated_kPa", "contact_count")  # fmt: skip
-_OPTIONAL = ("node_positions_mm", "skin_triangles")
+_OPTIONAL = ("node_positions_mm", "skin_triangles", "cavity_volume_mm3", "pressure_work_mJ")

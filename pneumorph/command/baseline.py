@@ -42,10 +42,12 @@ class BaselineOptions:
 def baseline(options: BaselineOptions, folder: RunFolder) -> dict[str, Any]:
     """Sweep the phases and return the distance of each."""
     start = time.monotonic()
-    sweep = swept(Workshop(options.robot), options.sweep, folder)
+    workshop = Workshop(options.robot)
+    sweep = swept(workshop, options.sweep, folder)
     return {
         **sweep_summary(sweep, options.sweep),
         "damping": options.robot.simulation.damping,
+        "calibration": workshop.calibration_description,
         "wall_s": time.monotonic() - start,
     }
 

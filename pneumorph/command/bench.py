@@ -1,9 +1,13 @@
-"""Measure how fast the engine is on this machine.
+"""Measure how fast robots are simulated on this machine.
 
-Robots drawn from the paper's design space walk under random gaits. The machine's own matrix-product
-rate is measured in the same run, because a figure in steps per second says nothing without it.
+`engine`: reduced robots drawn from the paper's design space walk under random gaits. `full`: the
+finite elements of a whole robot walk the expert's gait, on one thread, by stage of a step. The
+machine's own matrix-product rate is measured in the same run, because a figure in steps per second
+says nothing without it.
 
 Example: pneumorph bench engine --json
+
+Example: pneumorph bench full --json
 """
 
 from __future__ import annotations
@@ -18,6 +22,9 @@ import tyro
 from pneumorph.command.robots import RobotOptions, Workshop
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
+from pneumorph.fem.benchmark import FullBenchmark, bench_full
+from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.robot import Robot
 from pneumorph.simulation.benchmark import EngineBenchmark, bench_engine
@@ -29,17 +36,23 @@ flat = tyro.conf.arg(name="")
 class BenchOptions:
     """What to measure."""
 
-    subject: tyro.conf.Positional[Literal["engine"]] = "engine"
-    """The batched stepper."""
+    subject: tyro.conf.Positional[Literal["engine", "full"]] = "engine"
+    """The batched stepper of reduced robots, or a robot of finite elements."""
     benchmark: Annotated[EngineBenchmark, flat] = field(default_factory=EngineBenchmark)
+    full_benchmark: FullBenchmark = field(default_factory=FullBenchmark)
+    design: str = BASELINE_DESIGN
+    """Robot of `full`: regulator of each location, 0 for no leg."""
+    expert: ExpertGait = field(default_factory=ExpertGait)
     space: DesignSpace = field(default_factory=DesignSpace)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
 
 def bench(options: BenchOptions, folder: RunFolder) -> dict[str, Any]:
     """Run the benchmark and return its figures."""
-    folder.progress.stage("measuring the engine")
     workshop = Workshop(options.robot)
+    if options.subject == "full":
+        return _bench_full(options, workshop, folder)
+    folder.progress.stage("measuring the engine")
 
     def draw_robots(generator: np.random.Generator, count: int) -> Sequence[Robot]:
         drawn = generator.integers(len(options.space), size=count)
@@ -48,6 +61,15 @@ def bench(options: BenchOptions, folder: RunFolder) -> dict[str, Any]:
     return bench_engine(
         options.benchmark, options.robot.simulation, draw_robots, options.robot.threads
     )
+
+
+def _bench_full(options: BenchOptions, workshop: Workshop, folder: RunFolder) -> dict[str, Any]:
+    folder.progress.stage("measuring a full robot's steps")
+    robot = workshop.full(Design.parse(options.design))
+    figures = bench_full(
+        options.full_benchmark, robot, workshop.commands(options.expert), folder.progress
+    )
+    return {"design": options.design, "hub": options.robot.full.hub, **figures}
 
 
 VERB = Verb(BenchOptions, bench)

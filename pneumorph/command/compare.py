@@ -29,6 +29,7 @@ from pneumorph.comparison.animations import Animation, animations
 from pneumorph.comparison.bend_error import BendComparison, compare_bend
 from pneumorph.fem.rotation import Rotation
 from pneumorph.report.skin import with_skin_only
+from pneumorph.simulation.rollout import RobotModel
 
 flat = tyro.conf.arg(name="")
 
@@ -54,7 +55,7 @@ def compare(options: CompareOptions, folder: RunFolder) -> dict[str, Any]:
     """Run both models and return the errors and the time ratio."""
     start = time.monotonic()
     workshop = Workshop(options.robot)
-    workshop.full_leg()  # refuses a reduction of another mesh before the long part
+    workshop.check_reduction()
     chosen = animations(options.animations, options.duration_s)
     errors = [_compared(each, options, folder) for each in chosen]
     bend = _bent(workshop, options, folder)
@@ -80,8 +81,9 @@ def compare(options: CompareOptions, folder: RunFolder) -> dict[str, Any]:
             "bend_reduced_deg": bend.reduced_deg.tolist(),
         }
     return summary | {
-        "full_hub": options.robot.full_hub,
+        "full_hub": options.robot.full.hub,
         "damping": options.robot.simulation.damping,
+        "calibration": workshop.calibration_description,
         "duration_s": options.duration_s,
         "wall_s": time.monotonic() - start,
     }
@@ -92,9 +94,10 @@ def _compared(animation: Animation, options: CompareOptions, folder: RunFolder) 
     # The Hamiltonian animation has a regulator for every leg.
     simulation = replace(options.robot.simulation, regulator_count=animation.gait.regulator_count)
     workshop = Workshop(replace(options.robot, simulation=simulation))
+    finite_elements: RobotModel[Any] = workshop.full(animation.design)
     error, full, reduced = compare_animation(
         animation,
-        workshop.full(animation.design),
+        finite_elements,
         workshop.reduced(animation.design),
         simulation.time_step_s,
         options.record_every,
@@ -116,7 +119,7 @@ def _bent(workshop: Workshop, options: CompareOptions, folder: RunFolder) -> Ben
     folder.progress.stage("bending one leg, full and reduced")
     rotation: Rotation = "edge" if options.robot.simulation.damping == "published" else "polar"
     bend = compare_bend(
-        workshop.full_leg(),
+        workshop.full_leg,
         workshop.leg,
         options.bend_pressures_kPa,
         rotation,

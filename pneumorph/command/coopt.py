@@ -5,7 +5,9 @@ over designs are trained together, as in the paper. The best pairs are open-loop
 can replay. A stopped run goes on from its last checkpoint with --resume and the same --out.
 
 Presets: quick (minutes on two cores: three or four legs, many updates an action, mirror images) and
-paper (one million timesteps). Both use the published damping; see --simulation.damping.
+paper (one million timesteps). Both use the published damping; see --simulation.damping. With
+--randomize every round is walked in worlds drawn from --randomisation, so that a pair's distance is
+that of the world it was seen in; `pneumorph evaluate RUN --randomize` ranks pairs over many worlds.
 
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
 metrics.jsonl, TensorBoard logs, checkpoints, policy.npz and gaits/L1.csv, L2.csv ...
@@ -16,6 +18,7 @@ Example: pneumorph coopt --preset quick --seed 1 --out runs/quick-1
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -28,12 +31,14 @@ from pneumorph.command.verb import Verb
 from pneumorph.coopt.checkpoint import has_checkpoint
 from pneumorph.coopt.cooptimise import cooptimise
 from pneumorph.coopt.settings import CooptSettings, paper_settings, quick_settings
+from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.report.skin import with_skin_only
 from pneumorph.robot.design import Design
 from pneumorph.settings import settings_to_dict
+from pneumorph.simulation.randomisation import Randomisation
 
 flat = tyro.conf.arg(name="")
 
@@ -47,6 +52,11 @@ class CooptOptions:
 
     resume: bool = False
     """Go on from the newest checkpoint in the run folder."""
+    randomize: bool = False
+    """Train in worlds drawn anew every round, instead of one; see --randomisation."""
+    world_count: int = 8
+    """Worlds side by side in a round of --randomize."""
+    randomisation: Randomisation = field(default_factory=Randomisation)
     coopt: Annotated[CooptSettings, flat] = field(default_factory=quick_settings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     baseline: PhaseSweepSettings = field(default_factory=PhaseSweepSettings)
@@ -70,13 +80,14 @@ def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
     folder.progress.stage("learning design and gait together")
     learned = cooptimise(
         workshop.robot,
-        workshop.simulator,
+        _simulator_factory(workshop, options),
         options.coopt,
         folder.path / TRAINING_FOLDER,
         time_step_s=options.robot.simulation.time_step_s,
         provenance={
-            "simulation": settings_to_dict(options.robot.simulation),
+            "simulation": settings_to_dict(workshop.simulation),
             "leg": workshop.leg.digest(),
+            **_randomised(options),
         },
         resume=options.resume,
         progress=folder.progress,
@@ -97,10 +108,32 @@ def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
         "failed_episode_count": learned["failed_episode_count"],
         "seed": options.coopt.seed,
         "damping": options.robot.simulation.damping,
+        "calibration": workshop.calibration_description,
+        **_randomised(options),
         "pairs": [{**each, "gait": _under_training(each["gait"])} for each in learned["pairs"]],
         "notes": learned["remarks"],
         "leg": workshop.leg_description,
     }
+
+
+def _simulator_factory(workshop: Workshop, options: CooptOptions) -> SimulatorFactory:
+    if not options.randomize:
+        return workshop.simulator
+
+    def make(robots: Sequence[Any]) -> CrawlingSimulator:
+        return workshop.randomised_simulator(
+            robots, options.randomisation, options.coopt.seed, options.world_count
+        )
+
+    return make
+
+
+def _randomised(options: CooptOptions) -> dict[str, Any]:
+    """What a summary and a checkpoint say of the worlds of a randomised training."""
+    if not options.randomize:
+        return {}
+    drawn = {**settings_to_dict(options.randomisation), "world_count": options.world_count}
+    return {"randomisation": drawn}
 
 
 def _replay_best(

@@ -3,9 +3,10 @@
 With the reduced model all pairs walk side by side in a second and must repeat the distances that
 the run reported. With --model full each pair walks as finite elements, which takes minutes and
 tells how far the reduction can be trusted for these gaits. Physics can be changed:
---simulation.friction 0.8.
+--simulation.friction 0.8. With --randomize the pairs walk in worlds drawn from --randomisation
+(friction, modulus, mass, regulator lag and floor slope, written like "U(0.9, 1.5)") as well.
 
-Writes evaluation.json and, with --record, each pair's trajectory.
+Writes evaluation.json, robustness.json with --randomize, and with --record each pair's trajectory.
 
 Example: pneumorph evaluate runs/quick --model full --pair-count 1 --out runs/check
 """
@@ -17,10 +18,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import tyro
 
 from pneumorph.artefact import write_json
 from pneumorph.command.robots import Model, RobotOptions, Workshop
+from pneumorph.command.robustness import distances_in_worlds, draw_worlds, robustness
 from pneumorph.command.run_folder import RunFolder, finite, read_settings, read_summary
 from pneumorph.command.verb import Verb
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -30,6 +33,7 @@ from pneumorph.gait.walk import walk
 from pneumorph.report.skin import with_skin_only
 from pneumorph.robot.design import Design
 from pneumorph.settings import settings_from_dict, settings_to_dict
+from pneumorph.simulation.randomisation import Randomisation
 
 flat = tyro.conf.arg(name="")
 
@@ -49,11 +53,25 @@ class EvaluateOptions:
     """How many of the best pairs."""
     record: bool = False
     """Save the trajectory of each pair."""
+    randomize: bool = False
+    """Walk the pairs in worlds drawn at random as well, and report how their ranking changes."""
+    world_count: int = 64
+    """Worlds of --randomize."""
+    world_seed: int = 0
+    """Seed of their draws."""
+    randomisation: Randomisation = field(default_factory=Randomisation)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
     def __post_init__(self) -> None:
         if self.pair_count < 1:
             raise ValueError(f"pair_count is {self.pair_count}, expected at least 1")
+        if self.world_count < 1:
+            raise ValueError(f"world_count is {self.world_count}, expected at least 1")
+        if self.randomize and self.model == "full":
+            raise ValueError(
+                "randomize walks reduced robots only (a full robot takes minutes for each world), "
+                "got --model full"
+            )
 
 
 def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
@@ -68,6 +86,10 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
     limits = (task.minimum_pressure_kPa, task.maximum_pressure_kPa)
     gaits = [read_gait(options.run / pair["gait"], *limits)[0] for pair in pairs]
     workshop = Workshop(robot)
+    if options.model == "full":
+        workshop.check_reduction()
+    else:
+        workshop.refuse_full_options()
     folder.progress.stage(f"walking {len(pairs)} pairs with the {options.model} model")
     if options.model == "reduced" and not options.record:
         distances = _together(workshop, designs, gaits, task, folder)
@@ -83,6 +105,11 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
         for pair, distance in zip(pairs, distances, strict=True)
     ]
     write_json(folder / "evaluation.json", {"pairs": finite(results)})
+    worlds = {}
+    if options.randomize:
+        worlds["robustness"] = _in_worlds(
+            workshop, options, designs, gaits, distances, task, folder
+        )
     return {
         "run": str(options.run),
         "model": options.model,
@@ -90,10 +117,36 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
         "best_distance_cm": results[0]["distance_cm"],
         "reported_distance_cm": results[0]["reported_distance_cm"],
         "damping": robot.simulation.damping,
+        "calibration": workshop.calibration_description,
         "notes": _notes(results) if options.model == "reduced" else [],
         "pairs": results,
+        **worlds,
         "wall_s": time.monotonic() - start,
     }
+
+
+def _in_worlds(
+    workshop: Workshop,
+    options: EvaluateOptions,
+    designs: list[Design],
+    gaits: list[HeldGait],
+    nominal_cm: list[float],
+    task: CrawlingTask,
+    folder: RunFolder,
+) -> dict[str, Any]:
+    worlds = draw_worlds(options.randomisation, options.world_count, options.world_seed)
+    folder.progress.stage(f"walking in {len(worlds)} worlds")
+    distances = distances_in_worlds(
+        workshop, designs, gaits, worlds, task.settling_step_count, folder
+    )
+    labels = [f"L{rank}" for rank in range(1, len(designs) + 1)]
+    found = robustness(labels, np.array(nominal_cm), distances)
+    drawn = [
+        {**world.as_dict(), "distances_cm": row.tolist()}
+        for world, row in zip(worlds, distances, strict=True)
+    ]
+    write_json(folder / "robustness.json", finite({**found, "worlds": drawn}))
+    return {**found, "distributions": settings_to_dict(options.randomisation)}
 
 
 def _of_run(options: EvaluateOptions) -> tuple[CrawlingTask, RobotOptions]:
@@ -155,7 +208,14 @@ def _one_by_one(
 ) -> list[float]:
     distances = []
     for number, (design, gait) in enumerate(zip(designs, gaits, strict=True), start=1):
-        trajectory = workshop.recorded(design, gait, model, settling_steps=task.settling_step_count)
+        settling = task.settling_step_count
+        if model == "full":
+            checkpoint = folder / f"checkpoint_L{number}.npz"
+            trajectory = workshop.recorded_full(
+                design, gait, checkpoint, settling_steps=settling, progress=folder.progress
+            )
+        else:
+            trajectory = workshop.recorded(design, gait, settling_steps=settling)
         with_skin_only(trajectory).save(folder / f"trajectory_{model}_L{number}.npz")
         sound = trajectory.status == "completed"
         distances.append(trajectory.forward_distance_cm if sound else float("nan"))

@@ -2,32 +2,67 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from pneumorph.fem.part_model import PartModel, leg_model
+from pneumorph.fem.full_order_settings import FrictionSolver, Integrator
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.height_map import HeightMap
+from pneumorph.fem.material import LegMaterials, Material
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.hardware.calibration import Calibration, describe_calibration
 from pneumorph.presets import (
+    LegName,
+    full_leg,
+    leg_materials,
     load_default_leg,
     paper_full_robot,
-    paper_leg_model,
     paper_robot_builder,
 )
+from pneumorph.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
+from pneumorph.robot.scaled_part import scaled_part
+from pneumorph.settings import settings_to_dict
 from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.simulation.randomised_simulator import RandomisedSimulator
 from pneumorph.simulation.reduced_robot import ReducedRobot
-from pneumorph.simulation.rollout import RobotModel, rollout
+from pneumorph.simulation.rollout import rollout
 from pneumorph.simulation.simulation_settings import SimulationSettings
 from pneumorph.trajectory import Trajectory
 
 Model = Literal["reduced", "full"]
+
+
+@dataclass(frozen=True)
+class FullOptions:
+    """Robots of finite elements."""
+
+    leg: LegName = "paper"
+    """`paper`: linear elements of the published material. `hyperelastic`: quadratic neo-Hookean
+    elements of the silicone's own stiffness, for its own pressure map."""
+    hub: Literal["soft", "rigid"] = "soft"
+    """Disk as finite elements, or rigid as in the reduced robots."""
+    integrator: Integrator = "linearly_implicit"
+    """One linear solve a step as published, or implicit Euler converged by Newton's method."""
+    friction_solver: FrictionSolver = "newton"
+    """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
+    contact_sweeps: int = 2000
+    """Most Gauss-Seidel sweeps of a contact solve; the published experiment made 250."""
+    height_map: HeightMap = field(default_factory=HeightMap)
+    """Floor that is no plane."""
+    mesh: Path | None = None
+    """Mesh of the legs, as `pneumorph mesh` writes it; by default the one that ships."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +73,9 @@ class RobotOptions:
     """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
     threads: int = 0
     """Threads of the engine; 0 takes every processor."""
-    mesh: Path | None = None
-    """Mesh of full models' legs, as `pneumorph mesh` writes it; by default the shipped one."""
-    full_hub: Literal["soft", "rigid"] = "soft"
-    """Disk of full models: finite elements, or rigid as in the reduced robots."""
+    full: FullOptions = field(default_factory=FullOptions)
+    calibration: Path | None = None
+    """Calibration file, as `pneumorph calibrate` writes it; by default the paper's line."""
     simulation: SimulationSettings = field(default_factory=SimulationSettings)
 
 
@@ -50,8 +84,32 @@ class Workshop:
 
     def __init__(self, options: RobotOptions) -> None:
         self.options = options
-        self.leg = load_default_leg() if options.part is None else ReducedPart.load(options.part)
-        self._build = paper_robot_builder(self.leg)
+        self.calibration = (
+            None if options.calibration is None else Calibration.load(options.calibration)
+        )
+        self.simulation = self._calibrated(options.simulation)
+        self.modulus_factor = (self.calibration and self.calibration.modulus_factor) or 1.0
+
+    @cached_property
+    def leg(self) -> ReducedPart:
+        """The reduced leg."""
+        part = self.options.part
+        leg = load_default_leg() if part is None else ReducedPart.load(part)
+        return leg if self.modulus_factor == 1.0 else scaled_part(leg, self.modulus_factor)
+
+    @cached_property
+    def _build(self) -> Callable[[Design], Robot]:
+        return paper_robot_builder(self.leg)
+
+    def _calibrated(self, settings: SimulationSettings) -> SimulationSettings:
+        if self.calibration is None:
+            return settings
+        if settings.pressure_map != PressureMap():
+            raise ValueError(
+                f"both a calibration file ({self.options.calibration}) and simulation.pressure_map "
+                "were given, expected one of them"
+            )
+        return self.calibration.applied_to(settings)
 
     def robot(self, design: Design) -> Robot:
         """Return the robot of a design."""
@@ -59,70 +117,160 @@ class Workshop:
 
     def simulator(self, robots: Sequence[Robot]) -> BatchedSimulator:
         """Return a simulator of robots."""
-        return BatchedSimulator(robots, self.options.simulation, self.options.threads)
+        return BatchedSimulator(robots, self.simulation, self.options.threads)
+
+    def randomised_simulator(
+        self, robots: Sequence[Robot], randomisation: Randomisation, seed: int, world_count: int
+    ) -> RandomisedSimulator:
+        """Return a simulator of robots in worlds drawn at random."""
+        return RandomisedSimulator(
+            robots, self.simulation, randomisation, seed, world_count, self.options.threads
+        )
 
     def commands(self, gait: OpenLoopGait) -> np.ndarray:
         """Return the command of every step of a gait [real kPa], (step, regulator)."""
-        step_s = self.options.simulation.time_step_s
+        step_s = self.simulation.time_step_s
         return sample_commands(gait, step_s, round(gait.duration_s / step_s))
 
     def recorded(
         self,
         design: Design,
         gait: OpenLoopGait,
-        model: Model = "reduced",
         record_every: int = 10,
         settling_steps: int = 15,
         description: dict[str, Any] | None = None,
     ) -> Trajectory:
-        """Return the trajectory of one robot with its nodes.
+        """Return the trajectory of one reduced robot with its nodes.
 
         Args:
             design: Its design.
             gait: What it walks.
-            model: The reduced robot, or the finite elements it stands for.
             record_every: Time steps between frames.
             settling_steps: Time steps at zero pressure before the gait.
             description: What else to note in the trajectory's metadata.
         """
-        simulated: RobotModel[Any] = (
-            self.reduced(design) if model == "reduced" else self.full(design)
-        )
         _, trajectory = rollout(
-            simulated,
+            self.reduced(design),
             self.commands(gait),
             record_every=record_every,
             settling_steps=settling_steps,
-            progress=model == "full",
             description={"design": str(design), **(description or {})},
         )
         return trajectory
 
-    def reduced(self, design: Design) -> ReducedRobot:
-        """Return one reduced robot to roll out."""
-        return ReducedRobot(self.robot(design), self.options.simulation)
+    def recorded_full(
+        self,
+        design: Design,
+        gait: OpenLoopGait,
+        checkpoint: Path,
+        record_every: int = 10,
+        settling_steps: int = 15,
+        progress: Callable[[int, int, str], None] | None = None,
+    ) -> Trajectory:
+        """Return the trajectory of one full robot; interrupted, it goes on from its checkpoint.
 
-    def full(self, design: Design) -> RobotModel[Any]:
-        """Return the finite elements of a whole robot to roll out."""
-        return paper_full_robot(
-            design, self.options.simulation, self.options.full_hub, self.full_leg()
+        Args:
+            design: Its design.
+            gait: What it walks.
+            checkpoint: File for the way so far.
+            record_every: Time steps between frames.
+            settling_steps: Time steps at zero pressure before the gait.
+            progress: Told the steps made and those to make.
+        """
+        return resumable_rollout(
+            self.full(design),
+            self.commands(gait),
+            checkpoint,
+            settling_steps=settling_steps,
+            record_every=record_every,
+            description={"design": str(design)},
+            progress=progress,
         )
 
-    def full_leg(self) -> PartModel:
-        """Return the finite elements of a leg.
+    def reduced(self, design: Design) -> ReducedRobot:
+        """Return one reduced robot to roll out."""
+        return ReducedRobot(self.robot(design), self.simulation)
+
+    def full(self, design: Design) -> FullRobot:
+        """Return the finite elements of a whole robot.
 
         Raises:
-            ArtefactError: The reduced leg was made from another mesh.
+            ValueError: The hyperelastic leg is to follow the published leg's pressure map.
         """
-        mesh = self.options.mesh
-        leg = paper_leg_model() if mesh is None else leg_model(Mesh.load(mesh))
-        self.leg.check_mesh(leg.mesh)
-        return leg
+        full, physics = self.options.full, self.simulation
+        if full.leg == "hyperelastic" and physics.pressure_map == PressureMap():
+            raise ValueError(
+                "pressure_map is the published leg's, expected the hyperelastic leg's own; start "
+                "from --preset hyperelastic"
+            )
+        return paper_full_robot(
+            design,
+            physics,
+            full.hub,
+            self.full_leg,
+            integrator=full.integrator,
+            friction_solver=full.friction_solver,
+            contact_sweeps=full.contact_sweeps,
+            height_map=full.height_map,
+        )
+
+    @cached_property
+    def full_leg(self) -> PartModel:
+        """The finite elements of a leg."""
+        full = self.options.full
+        mesh = None if full.mesh is None else Mesh.load(full.mesh)
+        materials = scaled_materials(leg_materials(full.leg), self.modulus_factor)
+        return full_leg(full.leg, mesh, materials)
+
+    def refuse_full_options(self) -> None:
+        """Refuse options of finite elements where reduced robots walk.
+
+        Raises:
+            ValueError: One of them is not the usual one.
+        """
+        usual, asked = (settings_to_dict(each) for each in (FullOptions(), self.options.full))
+        changed = [name for name in usual if usual[name] != asked[name]]
+        if changed:
+            raise ValueError(
+                f"full.{changed[0]} is {asked[changed[0]]!r}, expected {usual[changed[0]]!r} with "
+                "--model reduced: it is an option of finite elements"
+            )
+
+    def check_reduction(self) -> None:
+        """Refuse a reduced leg that does not stand for the full one.
+
+        Raises:
+            ArtefactError: It was made from another mesh.
+        """
+        self.leg.check_mesh(self.full_leg.mesh)
+
+    @property
+    def calibration_description(self) -> dict[str, Any]:
+        """Which calibration the robots have, for a summary."""
+        return describe_calibration(
+            self.calibration, self.options.calibration, self.simulation.pressure_map
+        )
 
     @property
     def leg_description(self) -> dict[str, Any]:
         """What the leg is and how well it stands for the full model, for a summary."""
         return part_description(self.leg, str(self.options.part or "the leg that ships"))
+
+
+def scaled_materials(
+    usual: LegMaterials, modulus_factor: float = 1.0, mass_factor: float = 1.0
+) -> LegMaterials:
+    """A leg of a stiffer or heavier material."""
+
+    def stiffer(material: Material) -> Material:
+        return replace(material, young_modulus_kPa=material.young_modulus_kPa * modulus_factor)
+
+    return replace(
+        usual,
+        silicone=stiffer(usual.silicone),
+        paper=stiffer(usual.paper),
+        mass_kg=usual.mass_kg * mass_factor,
+    )
 
 
 def part_description(part: ReducedPart, name: str) -> dict[str, Any]:

@@ -85,7 +85,9 @@ class Training:
         designs = self.distribution.sample(self.settings.environment_count, self._rng)
         started = time.perf_counter()
         observation, _ = self.environment.reset(
-            options={"designs": [self.space[int(index)] for index in designs]}
+            # Where physics are drawn, a resumed run sees those that it would have seen.
+            seed=self.timestep,
+            options={"designs": [self.space[int(index)] for index in designs]},
         )
         self.seconds["simulate"] += time.perf_counter() - started
         returns = np.zeros(len(designs))

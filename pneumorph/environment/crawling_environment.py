@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space
 from pneumorph.environment.crawling_simulator import (
     RUNNING,
     CrawlingSimulator,
+    RedrawingSimulator,
     RobotBuilder,
     SimulatorFactory,
 )
@@ -106,7 +107,8 @@ class CrawlingEnvironment(VectorEnv):
         """Start a new episode of every robot.
 
         Args:
-            seed: Kept for Gymnasium's sake: neither task nor simulator draws random numbers.
+            seed: Given to a simulator that draws its physics (`RedrawingSimulator`); the task
+                itself draws no random numbers.
             options: ``{"designs": [...]}`` gives every robot a new design, else it keeps its own.
 
         Raises:
@@ -119,6 +121,8 @@ class CrawlingEnvironment(VectorEnv):
                 f"reset option {sorted(unknown)[0]!r} is unknown, expected 'designs': the design "
                 "of each robot"
             )
+        if seed is not None and isinstance(self._simulator, RedrawingSimulator):
+            self._simulator.redraw(seed)
         if options and options.get("designs") is not None:
             self._accept(options["designs"])
             self._simulator.set_robots([self._robot(design) for design in self._designs])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -47,6 +47,14 @@ class CrawlingSimulator(Protocol):
     @property
     def status(self) -> np.ndarray:
         """Status of each robot, shape (robot,) uint8; `RUNNING` or a failure."""
+
+
+@runtime_checkable
+class RedrawingSimulator(Protocol):
+    """A simulator whose physics are drawn at random."""
+
+    def redraw(self, number: int) -> None:
+        """Draw new physics, which depend on the number alone, and reset every robot."""
 
 
 SimulatorFactory = Callable[[Sequence[Any]], CrawlingSimulator]

@@ -8,21 +8,26 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
+from pneumorph.fem.friction_problem import FrictionProblem, FrictionSolution
 from pneumorph.fem.full_order_settings import FullOrderSettings
+
+FIRST_SWEEPS = 20
+"""Gauss-Seidel sweeps before the first attempt of Newton's method; each next attempt has four times
+as many."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactSolution:
-    """Motion of the hub and impulses of the contacts."""
+    """Motion of the hub, and impulses and motion of the contacts."""
 
     hub_velocity: np.ndarray
     """The hub's unknowns, (unknown,)."""
     impulses: np.ndarray
-    """Normal, x, y [mN s], (contact, 3)."""
+    """Normal, tangent, tangent [mN s], (contact, 3)."""
+    velocities: np.ndarray
+    """Of the contacts, in the same rows [mm/s], (contact, 3)."""
     residual: float
     """Contact law violated by at most this [mm/s]."""
-    sweeps: int
-    """Sweeps of the friction solver."""
 
 
 def solve_contacts(
@@ -46,7 +51,8 @@ def solve_contacts(
         coupling: C, (3 contact, unknown).
         leg_delassus: Blocks of G by leg; the hub's own contacts come last and have none.
         leg_velocity: u_legs, of the contacts with the hub at rest [mm/s], (3 contact,).
-        gaps: Height above the floor [mm], (contact,).
+        gaps: Gap that each contact would have at the step's end if it did not move [mm],
+            (contact,).
         warm_start: Impulses to start from [mN s], (contact, 3).
         settings: Friction and tolerance.
 
@@ -55,25 +61,41 @@ def solve_contacts(
     """
     factor = cho_factor(matrix, lower=True, check_finite=False)
     velocity = cho_solve(factor, right, check_finite=False)
-    count = len(gaps)
-    if count == 0:
-        return ContactSolution(velocity, np.zeros((0, 3)), 0.0, 0)
-    import pneumorph._engine as engine
-
+    if len(gaps) == 0:
+        return ContactSolution(velocity, np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
     response = cho_solve(factor, coupling.T, check_finite=False)  # S^-1 C^T
     operator = coupling @ response
     size = sum(len(block) for block in leg_delassus)
     operator[:size, :size] += block_diag(*leg_delassus)
     free = coupling @ velocity + leg_velocity
     free[::3] += gaps / settings.time_step_s
-    impulse, residual, sweeps = engine.solve_friction_contacts(
-        np.ascontiguousarray(operator),
-        free,
-        settings.friction,
-        np.ascontiguousarray(warm_start.ravel()),
-        settings.contact_tolerance_mm_per_s,
-        settings.contact_sweeps,
-    )
+    problem = FrictionProblem(operator, free, settings.friction)
+    solution = _solve_friction(problem, warm_start, settings)
+    velocities = solution.velocities.copy()
+    velocities[:, 0] -= gaps / settings.time_step_s
     return ContactSolution(
-        velocity + response @ impulse, impulse.reshape(-1, 3), float(residual), int(sweeps)
+        velocity + response @ solution.impulses.ravel(),
+        solution.impulses,
+        velocities,
+        solution.residual,
     )
+
+
+def _solve_friction(
+    problem: FrictionProblem, warm_start: np.ndarray, settings: FullOrderSettings
+) -> FrictionSolution:
+    """Sweeps alone, or Newton's method with ever more sweeps before each attempt."""
+    tolerance, newton = settings.contact_tolerance_mm_per_s, settings.friction_solver == "newton"
+    impulses, best = warm_start, None
+    sweeps = FIRST_SWEEPS if newton else settings.contact_sweeps
+    left = settings.contact_sweeps
+    while True:
+        impulses = problem.sweep(impulses, tolerance, min(sweeps, left))
+        found = problem.newton(impulses, tolerance) if newton else impulses
+        solution = problem.solution(found)
+        if best is None or solution.residual < best.residual:
+            best = solution
+        left -= sweeps
+        sweeps *= 4
+        if best.residual <= tolerance or left <= 0:
+            return best

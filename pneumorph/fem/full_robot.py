@@ -1,53 +1,33 @@
 """A whole robot at full order: legs of finite elements on a hub, on a floor with friction.
 
-One linearly implicit Euler step with Rayleigh damping (Baraff and Witkin 1998; the paper's
-equation for dv), solved for the new velocity:
+`pneumorph.fem.time_integration` makes its steps, with impulses lambda that obey, at every contact,
 
-    ((1 + alpha h) M + h (h + beta) K) v_new = M v_old + h f + H^T lambda,
+    0 <= v_n + gap / h  perp  lambda_n >= 0,   |lambda_t| <= mu lambda_n, opposite to any sliding,
 
-f elastic, pressure and weight at the old positions; lambda impulses that obey, at every contact,
-
-    0 <= v_n + gap / h  perp  lambda_n >= 0,   |lambda_t| <= mu lambda_n, opposite to any sliding.
+normal and tangents those of the floor below each point.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from pneumorph.fem.contact_solve import solve_contacts
+from pneumorph.fem.floor import Floor
 from pneumorph.fem.full_order_settings import FullOrderSettings
-from pneumorph.fem.mounted_leg import CONTACT_AXES, CondensedLeg, MountedLeg
+from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.mounted_leg import MountedLeg
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
-from pneumorph.fem.soft_hub import SoftHub, SoftHubState
+from pneumorph.fem.rigid_hub import RigidHub
+from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.fem.stage_clock import StageClock
+from pneumorph.fem.step_problem import TrialStep
+from pneumorph.fem.time_integration import StepError, implicit_euler_step, linearly_implicit_step
 from pneumorph.geometry.pose import Pose
 from pneumorph.pressure import rate_limit
 from pneumorph.trajectory import Trajectory
-
-
-@dataclass(frozen=True, eq=False)
-class FullRobotState:
-    """State of a full-order robot."""
-
-    hub: RigidHubState | SoftHubState
-    """Of the hub."""
-    positions: tuple[np.ndarray, ...]
-    """World positions of each leg's nodes [mm], each (node, 3)."""
-    velocities: tuple[np.ndarray, ...]
-    """Their velocities [mm/s], each (node, 3)."""
-    regulated_kPa: np.ndarray
-    """Pressure of each regulator [real kPa], (regulator,)."""
-    impulses: np.ndarray
-    """Contact impulses of the last step, rows normal x y [mN s], (contact point, 3); legs' points
-    first, then the hub's."""
-    active_contacts: int = 0
-    """Contact points that took part in the last step."""
-    contact_residual: float = 0.0
-    """Contact law violated by at most this in the last step [mm/s]."""
 
 
 class FullRobot:
@@ -59,9 +39,11 @@ class FullRobot:
         settings: Physics and numerics.
         tracked_point: Point of the hub's frame whose travel is rewarded [mm], (3,); the frame's
             origin by default.
+        floor: What it stands on; the settings' floor by default.
 
     Raises:
-        ValueError: No legs, or a regulator that does not exist.
+        FileNotFoundError: The settings' height map is missing.
+        ValueError: No legs, a regulator that does not exist, or no heights in the height map.
     """
 
     def __init__(
@@ -70,9 +52,11 @@ class FullRobot:
         mounts: Sequence[tuple[PartModel, Pose, int]],
         settings: FullOrderSettings | None = None,
         tracked_point: np.ndarray | None = None,
+        floor: Floor | None = None,
     ) -> None:
         self.hub: Any = hub
         self.settings = settings or FullOrderSettings()
+        self.floor = floor or self.settings.floor()
         if not mounts:
             raise ValueError("mounts is empty: a robot needs at least one leg")
         self.legs = tuple(MountedLeg(*mount) for mount in mounts)
@@ -85,6 +69,8 @@ class FullRobot:
         self.tracked_point: np.ndarray = np.array(
             (0.0, 0.0, 0.0) if tracked_point is None else tracked_point, dtype=float
         )
+        self.clock = StageClock()
+        """Time spent in ``assembly``, ``factorisation``, ``elimination`` and ``friction``."""
         counts = [leg.contact_count for leg in self.legs]
         self._contact_starts: np.ndarray = np.concatenate([[0], np.cumsum(counts)])
 
@@ -101,6 +87,8 @@ class FullRobot:
             velocities=tuple(np.zeros_like(leg.part.rest_nodes) for leg in self.legs),
             regulated_kPa=np.zeros(self.settings.regulator_count),
             impulses=np.zeros((self.contact_point_count, 3)),
+            contact_velocities=np.zeros((self.contact_point_count, 3)),
+            pressure_work_mJ=np.zeros(len(self.legs)),
         )
 
     def tracked_point_mm(self, state: FullRobotState) -> np.ndarray:
@@ -120,91 +108,94 @@ class FullRobot:
             for leg, x in zip(self.legs, state.positions, strict=True)
         )
 
+    def contact_positions(self, state: FullRobotState | TrialStep) -> tuple[np.ndarray, ...]:
+        """Where the contact points of each leg, and last the hub's, are [mm], each (point, 3)."""
+        legs = (leg.contact_weights @ x for leg, x in zip(self.legs, state.positions, strict=True))
+        return (*legs, self.hub.point_positions(state.hub, self.hub.contact_points))
+
     def step(self, state: FullRobotState, command_kPa: np.ndarray) -> FullRobotState:
         """Advance by one time step.
+
+        A step that fails is made as two of half the length, and those again where they fail; the
+        new state's `substeps` says how many there were.
 
         Args:
             state: Where the robot is.
             command_kPa: Real pressure asked of each regulator [kPa], (regulator,).
 
         Raises:
-            numpy.linalg.LinAlgError: A matrix of the step is not positive definite.
+            StepError: The step fails even in the smallest parts.
         """
-        settings, hub = self.settings, self.hub
+        return self._divided(state, np.asarray(command_kPa, dtype=float), self.settings, 0)
+
+    def _divided(
+        self,
+        state: FullRobotState,
+        command_kPa: np.ndarray,
+        settings: FullOrderSettings,
+        halvings: int,
+    ) -> FullRobotState:
+        """One step of the settings' length, or its halves where it fails."""
+        try:
+            return self._undivided(state, command_kPa, settings)
+        except (StepError, np.linalg.LinAlgError) as error:
+            if halvings == settings.step_halvings:
+                raise StepError(
+                    f"a step of {settings.time_step_s:g} s failed, {halvings} times halved: {error}"
+                ) from error
+        half = replace(settings, time_step_s=0.5 * settings.time_step_s)
+        middle = self._divided(state, command_kPa, half, halvings + 1)
+        end = self._divided(middle, command_kPa, half, halvings + 1)
+        return replace(
+            end,
+            impulses=middle.impulses + end.impulses,
+            active_contacts=max(middle.active_contacts, end.active_contacts),
+            contact_residual=max(middle.contact_residual, end.contact_residual),
+            penetration_mm=max(middle.penetration_mm, end.penetration_mm),
+            substeps=middle.substeps + end.substeps,
+            iterations=middle.iterations + end.iterations,
+        )
+
+    def _undivided(
+        self, state: FullRobotState, command_kPa: np.ndarray, settings: FullOrderSettings
+    ) -> FullRobotState:
         regulated = rate_limit(
             state.regulated_kPa, command_kPa, settings.pressure_rate_kPa_per_s, settings.time_step_s
         )
-        pressure = settings.pressure_map.simulated(regulated)
-        active, gaps = self._active_contacts(state)
+        implicit = settings.integrator == "implicit_euler"
+        with np.errstate(all="ignore"):
+            advance = implicit_euler_step if implicit else linearly_implicit_step
+            new = advance(self, state, regulated, settings)
+        # numpy's maximum is NaN where any speed is.
+        speed = float(np.max([np.abs(v).max() for v in (*new.velocities, new.hub.velocity)]))
+        if not speed < settings.speed_limit_mm_per_s:  # NaN compares false
+            raise StepError(
+                f"a node moves at {speed:.3g} mm/s, expected less than "
+                f"{settings.speed_limit_mm_per_s:g}"
+            )
+        return new
 
-        matrix, right = hub.system(state.hub, settings)
-        condensed: list[CondensedLeg] = []
-        ties: list[np.ndarray] = []
-        for leg, x, v, points in zip(
-            self.legs, state.positions, state.velocities, active, strict=False
-        ):
-            share = leg.condense(x, v, float(pressure[leg.regulator]), points, settings)
-            tie = hub.point_map(state.hub, leg.attachment_in_hub)
-            matrix += tie.T @ share.attachment_matrix @ tie
-            right += tie.T @ share.attachment_right
-            condensed.append(share)
-            ties.append(tie)
+    def contact_numbers(self, points: Sequence[np.ndarray]) -> np.ndarray:
+        """Numbers among all contact points of the given ones of each body, (contact,)."""
+        numbers: np.ndarray = np.concatenate(
+            [start + each for start, each in zip(self._contact_starts, points, strict=True)]
+        )
+        return numbers
 
-        hub_points = hub.point_map(state.hub, hub.contact_points[active[-1]]).reshape(
-            -1, 3, hub.unknown_count
-        )[:, CONTACT_AXES]
-        coupling = np.concatenate(
-            [
-                *(
-                    share.contact_attachment @ tie
-                    for share, tie in zip(condensed, ties, strict=True)
-                ),
-                hub_points.reshape(-1, hub.unknown_count),
-            ]
-        )
-        numbers = np.concatenate(
-            [start + points for start, points in zip(self._contact_starts, active, strict=True)]
-        )
-        solution = solve_contacts(
-            matrix,
-            right,
-            coupling,
-            [share.delassus for share in condensed],
-            np.concatenate(
-                [*(share.contact_right for share in condensed), np.zeros(3 * len(hub_points))]
-            ),
-            gaps,
-            state.impulses[numbers],
-            settings,
-        )
-        new_hub = hub.advance(state.hub, solution.hub_velocity, settings.time_step_s)
-        positions, velocities = [], []
-        start = 0
-        for leg, x, share, tie, points in zip(
-            self.legs, state.positions, condensed, ties, active, strict=False
-        ):
-            impulse = solution.impulses[start : start + len(points)].ravel()
-            start += len(points)
-            attached = tie @ solution.hub_velocity
-            velocity = leg.full_velocity(share.free_velocity(attached, impulse), attached)
-            position = x + settings.time_step_s * velocity
-            position[leg.attachment] = hub.point_positions(new_hub, leg.attachment_in_hub)
-            # The next step starts from the hub's motion at its new place.
-            next_tie = hub.point_map(new_hub, leg.attachment_in_hub)
-            velocity[leg.attachment] = (next_tie @ solution.hub_velocity).reshape(-1, 3)
-            positions.append(position)
-            velocities.append(velocity)
-        impulses = np.zeros_like(state.impulses)
-        impulses[numbers] = solution.impulses
-        return FullRobotState(
-            hub=new_hub,
-            positions=tuple(positions),
-            velocities=tuple(velocities),
-            regulated_kPa=regulated,
-            impulses=impulses,
-            active_contacts=len(numbers),
-            contact_residual=solution.residual,
-        )
+    def points_near(self, state: FullRobotState, time_step_s: float) -> list[np.ndarray]:
+        """Points of each body that could reach the floor within a step of this length [s]."""
+        velocities = [
+            leg.contact_weights @ v for leg, v in zip(self.legs, state.velocities, strict=True)
+        ]
+        hub_map = self.hub.point_map(state.hub, self.hub.contact_points)
+        velocities.append((hub_map @ state.hub.velocity).reshape(-1, 3))
+        near = []
+        for position, velocity in zip(self.contact_positions(state), velocities, strict=True):
+            normal = self.floor.frames(position)[:, 0]
+            speed = np.einsum("pa,pa->p", normal, velocity)
+            coming = self.floor.gap(position) + time_step_s * np.minimum(speed, 0.0)
+            near.append(np.flatnonzero(coming < self.settings.contact_margin_mm))
+        return near
 
     def rollout(
         self,
@@ -229,8 +220,8 @@ class FullRobot:
             progress: Show a progress bar with the time left.
 
         Returns:
-            The last sound state, and the trajectory; its status is ``diverged`` when the robot
-            became faster than the settings' limit or a matrix lost its definiteness.
+            The last sound state, and the trajectory; its status is ``diverged`` when a step failed
+            in its smallest parts, and its metadata then says why.
 
         Raises:
             ValueError: The commands have a wrong shape or are not finite.
@@ -249,46 +240,27 @@ class FullRobot:
             raise ValueError("commands_kPa must be finite, got NaN or infinity")
         recorder = Recorder(self, record_nodes)
         recorder.record(0, state.regulated_kPa, state)
-        status = "completed"
+        status, reason = "completed", None
         for number in trange(len(commands), disable=not progress, unit="step"):
-            with np.errstate(all="ignore"):
-                try:
-                    new = self.step(state, commands[number])
-                except np.linalg.LinAlgError:
-                    status = "diverged"
-                    break
-            speed = max(float(np.abs(v).max()) for v in new.velocities)
-            if not speed < self.settings.speed_limit_mm_per_s:  # NaN compares false
-                status = "diverged"
+            try:
+                state = self.step(state, commands[number])
+            except StepError as error:
+                status, reason = "diverged", str(error)
                 break
-            state = new
+            recorder.watch(state)
             if observe is not None:
                 observe(state)
             if (number + 1) % record_every == 0 or number + 1 == len(commands):
                 recorder.record(number + 1, commands[number], state)
-        return state, recorder.trajectory(status, description)
+        return state, recorder.trajectory(status, reason, description)
 
     def settled_state(self, step_count: int = 15) -> FullRobotState:
-        """Let the robot fall and settle without pressure, 15 steps in the paper's episodes."""
-        rest = np.zeros((step_count, self.settings.regulator_count))
-        state, _ = self.rollout(self.initial_state(), rest, step_count, record_nodes=False)
-        return replace(state)
+        """Let the robot fall and settle without pressure, 15 steps in the paper's episodes.
 
-    def _active_contacts(self, state: FullRobotState) -> tuple[list[np.ndarray], np.ndarray]:
-        """Points that take part, by leg and last the hub's; and the gaps of all of them [mm]."""
-        settings, hub = self.settings, self.hub
-        heights, speeds = [], []
-        for leg, x, v in zip(self.legs, state.positions, state.velocities, strict=True):
-            heights.append(leg.contact_weights @ x[:, 2])
-            speeds.append(leg.contact_weights @ v[:, 2])
-        heights.append(hub.point_positions(state.hub, hub.contact_points)[:, 2])
-        map_z = hub.point_map(state.hub, hub.contact_points)[2::3]
-        speeds.append(map_z @ state.hub.velocity)
-        active, gaps = [], []
-        for height, speed in zip(heights, speeds, strict=True):
-            gap = height - settings.floor_height_mm
-            coming = gap + settings.time_step_s * np.minimum(speed, 0.0)
-            chosen = np.flatnonzero(coming < settings.contact_margin_mm)
-            active.append(chosen)
-            gaps.append(gap[chosen])
-        return active, np.concatenate(gaps)
+        Raises:
+            StepError: A step fails even in the smallest parts.
+        """
+        state, rest = self.initial_state(), np.zeros(self.settings.regulator_count)
+        for _ in range(step_count):
+            state = self.step(state, rest)
+        return state

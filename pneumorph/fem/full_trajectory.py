@@ -11,7 +11,8 @@ from pneumorph.settings import settings_to_dict
 from pneumorph.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from pneumorph.fem.full_robot import FullRobot, FullRobotState
+    from pneumorph.fem.full_robot import FullRobot
+    from pneumorph.fem.full_robot_state import FullRobotState
 
 
 class Recorder:
@@ -34,6 +35,18 @@ class Recorder:
             )
         self._robot, self._record_nodes = robot, record_nodes
         self._frames: dict[str, list[Any]] = {}
+        self._worst_residual = self._deepest = 0.0
+        self._steps = self._unconverged = self._halved = self._iterations = 0
+
+    def watch(self, state: FullRobotState) -> None:
+        """Note how well a step obeyed the contact law; called after every step."""
+        tolerance = self._robot.settings.contact_tolerance_mm_per_s
+        self._worst_residual = max(self._worst_residual, state.contact_residual)
+        self._deepest = max(self._deepest, state.penetration_mm)
+        self._steps += 1
+        self._unconverged += state.contact_residual > tolerance
+        self._halved += state.substeps > 1
+        self._iterations += state.iterations
 
     def record(self, step: int, command: np.ndarray, state: FullRobotState) -> None:
         """Add the frame after a step."""
@@ -47,14 +60,29 @@ class Recorder:
             "commanded_kPa": np.array(command, dtype=float),
             "regulated_kPa": state.regulated_kPa,
             "contact_count": state.active_contacts,
+            "pressure_work_mJ": state.pressure_work_mJ,
+            "cavity_volume_mm3": np.array(
+                [
+                    leg.part.cavity_volume(x) if leg.part.cavity is not None else 0.0
+                    for leg, x in zip(robot.legs, state.positions, strict=True)
+                ]
+            ),
         }
         if self._record_nodes:
             frame["node_positions_mm"] = np.array(state.positions, dtype=np.float32)
         for name, value in frame.items():
             self._frames.setdefault(name, []).append(value)
 
-    def trajectory(self, status: str, description: dict[str, Any] | None) -> Trajectory:
-        """What was recorded."""
+    def trajectory(
+        self, status: str, reason: str | None, description: dict[str, Any] | None
+    ) -> Trajectory:
+        """What was recorded.
+
+        Args:
+            status: How the rollout ended.
+            reason: Why it ended early; None where it did not.
+            description: What else to note.
+        """
         robot = self._robot
         skin = robot.legs[0].part.mesh.surfaces.get("skin") if self._record_nodes else None
         return Trajectory(
@@ -65,6 +93,18 @@ class Recorder:
                 "model": "full",
                 "hub": "soft" if isinstance(robot.hub, SoftHub) else "rigid",
                 "settings": settings_to_dict(robot.settings),
+                "contact": {
+                    "floor": robot.floor.description,
+                    "worst_residual_mm_per_s": self._worst_residual,
+                    "unconverged_share": self._unconverged / max(self._steps, 1),
+                    "deepest_penetration_mm": self._deepest,
+                },
+                "steps": {
+                    "count": self._steps,
+                    "halved": self._halved,
+                    "mean_iterations": self._iterations / max(self._steps, 1),
+                },
+                **({} if reason is None else {"reason": reason}),
                 **(description or {}),
             },
         )

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.slab_cholesky import SlabCholesky, SlabPattern
+from pneumorph.fem.stage_clock import StageClock
 from pneumorph.geometry.pose import Pose
-
-CONTACT_AXES = (2, 0, 1)
-"""World axes of a contact's rows: normal z, tangents x and y."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,9 +22,12 @@ class CondensedLeg:
     points, the Gram matrix of L^-1 [A_fa, b_f, H_f^T] holds all that the hub and the contacts need.
     """
 
-    factor: SlabCholesky
+    factor: FrontalCholesky
     half: np.ndarray
-    """L^-1 [A_fa, b_f, H_f^T], (free, 3 attachment + 1 + 3 contact)."""
+    """L^-1 [A_fa, b_f, H_f^T], (free, 3 attachment + 1 + 3 contact), the columns of the contacts in
+    the order that the elimination meets them."""
+    met: np.ndarray
+    """Row of the contacts, as the hub numbers them, of each of those columns, (3 contact,)."""
     attachment_matrix: np.ndarray
     """A_aa - A_af A_ff^-1 A_fa, (3 attachment, 3 attachment)."""
     attachment_right: np.ndarray
@@ -45,9 +46,7 @@ class CondensedLeg:
             attachment_velocity: Of the attachment nodes [mm/s], (3 attachment,).
             impulse: Of the contacts [mN s], (3 contact,).
         """
-        count = len(attachment_velocity)
-        right = self.half[:, count] + self.half[:, count + 1 :] @ impulse
-        right -= self.half[:, :count] @ attachment_velocity
+        right = self.half @ np.concatenate([-attachment_velocity, [1.0], impulse[self.met]])
         return self.factor.half_solve_transposed(right[:, None])[:, 0]
 
 
@@ -76,14 +75,11 @@ class MountedLeg:
         """Contact points as sums of nodes, (point, node)."""
         self._pattern = _shared_pattern(part)
         self._attached_unknowns = (3 * self.attachment[:, None] + np.arange(3)).ravel()
-        slab_of = np.searchsorted(
-            self._pattern.starts, np.arange(self._pattern.starts[-1]), side="right"
-        )
         place = self._pattern.place[3 * self.contact_weights.indices]
-        slab = np.where(place >= 0, slab_of[place] - 1, len(self._pattern.slabs))
-        first = np.minimum.reduceat(slab, self.contact_weights.indptr[:-1]) if len(slab) else slab
-        self._first_slab: np.ndarray = first
-        """Slab where the weights of each contact point begin, (point,)."""
+        block = np.where(place >= 0, self._pattern.block[place], self._pattern.block_count)
+        starts = self.contact_weights.indptr[:-1]
+        self._first_block: np.ndarray = np.minimum.reduceat(block, starts) if len(block) else block
+        """Block of the elimination that meets each contact point first, (point,)."""
 
     @property
     def contact_count(self) -> int:
@@ -96,61 +92,51 @@ class MountedLeg:
 
     def condense(
         self,
-        x: np.ndarray,
-        v: np.ndarray,
-        pressure_kPa: float,
+        data: np.ndarray,
+        right: np.ndarray,
         active: np.ndarray,
-        settings: FullOrderSettings,
+        frames: np.ndarray,
+        clock: StageClock,
     ) -> CondensedLeg:
-        """Assemble one step's equations and eliminate the free nodes.
+        """Eliminate the free nodes from one step's equations.
 
         Args:
-            x: World positions of the nodes [mm], (node, 3).
-            v: Their velocities [mm/s], (node, 3).
-            pressure_kPa: Pressure in the cavity [simulated kPa].
+            data: A in the pattern of the part's assembly [kg], (entry,).
+            right: b [mN s], (3 node,).
             active: Contact points that take part, (contact,).
-            settings: Time step and physics.
+            frames: Their normal, tangent, tangent, as rows, (contact, 3, 3).
+            clock: Told the time of ``factorisation`` and ``elimination``.
 
         Raises:
-            numpy.linalg.LinAlgError: The leg is deformed beyond what the step can take.
+            numpy.linalg.LinAlgError: A is not positive definite.
         """
-        part, pattern, assembly = self.part, self._pattern, self.part.assembly
-        if settings.damping == "published":
-            data = part.stiffness_data(x, settings.rotation)
-        else:
-            data = part.objective_stiffness_data(x)
-        data *= settings.stiffness_factor
-        data[assembly.diagonal] += settings.mass_factor * np.repeat(part.node_mass, 3)
-        force = part.internal_force(x, settings.rotation)
-        if pressure_kPa != 0.0:
-            force += part.pressure_force(x, pressure_kPa)
-        force[:, 2] -= part.node_mass * settings.gravity_mm_per_s2
-        b = (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
-
+        pattern = self._pattern
+        factor = clock.timed("factorisation", FrontalCholesky)(pattern, data)
         count = len(self._attached_unknowns)
-        order = np.argsort(self._first_slab[active], kind="stable")
-        columns = np.zeros((len(pattern.unknowns), count + 1 + 3 * len(active)), order="F")
+        order = np.argsort(self._first_block[active], kind="stable")
+        met = (3 * order[:, None] + np.arange(3)).ravel()
+        columns = np.zeros((len(pattern.unknowns), count + 1 + 3 * len(active)))
         coupling, own = self._attachment_blocks(data)
         columns[:, :count] = coupling
-        columns[:, count] = b[pattern.unknowns]
-        at_attachment = self._fill_contacts(columns[:, count + 1 :], active[order])
+        columns[:, count] = right[pattern.unknowns]
+        at_attachment = np.empty((3 * len(active), count))
+        at_attachment[met] = self._fill_contacts(
+            columns[:, count + 1 :], active[order], frames[order]
+        )
         first = np.zeros(count + 1, dtype=int)
-        first = np.concatenate([first, np.repeat(self._first_slab[active[order]], 3)])
+        first = np.concatenate([first, np.repeat(self._first_block[active[order]], 3)])
 
-        factor = SlabCholesky(pattern, data)
-        half = factor.half_solve(columns, first)
-        # Back from the order of slabs to that of the contacts.
-        back = np.empty(3 * len(active), dtype=int)
-        back[(3 * order[:, None] + np.arange(3)).ravel()] = np.arange(3 * len(active))
-        half[:, count + 1 :] = half[:, count + 1 :][:, back]
-        at_attachment = at_attachment[back]
-        gram = half.T @ half
+        half, gram_as_met = clock.timed("elimination", factor.half_solve)(columns, first)
+        numbers = np.concatenate([np.arange(count + 1), count + 1 + met])
+        gram = np.empty_like(gram_as_met)
+        gram[np.ix_(numbers, numbers)] = gram_as_met
         a, c = slice(0, count), slice(count + 1, None)
         return CondensedLeg(
             factor=factor,
             half=half,
+            met=met,
             attachment_matrix=own - gram[a, a],
-            attachment_right=b[self._attached_unknowns] - gram[a, count],
+            attachment_right=right[self._attached_unknowns] - gram[a, count],
             contact_attachment=at_attachment - gram[c, a],
             delassus=gram[c, c],
             contact_right=gram[c, count],
@@ -178,27 +164,31 @@ class MountedLeg:
             own[local[rows[~free]], column] = values[~free]
         return coupling, own
 
-    def _fill_contacts(self, columns: np.ndarray, active: np.ndarray) -> np.ndarray:
+    def _fill_contacts(
+        self, columns: np.ndarray, active: np.ndarray, frames: np.ndarray
+    ) -> np.ndarray:
         """Write H_f^T of the active points into columns; return H_a, (3 contact, 3 attachment)."""
         weights = self.contact_weights[active].tocoo()
         attached = np.full(self.part.node_count, -1)
         attached[self.attachment] = np.arange(len(self.attachment))
         at_attachment = np.zeros((3 * len(active), 3 * len(self.attachment)))
-        for row, axis in enumerate(CONTACT_AXES):
+        for row, axis in np.ndindex(3, 3):
             place = self._pattern.place[3 * weights.col + axis]
+            values = weights.data * frames[weights.row, row, axis]
             free = place >= 0
-            columns[place[free], 3 * weights.row[free] + row] = weights.data[free]
+            columns[place[free], 3 * weights.row[free] + row] = values[free]
             tied = ~free
             at_attachment[3 * weights.row[tied] + row, 3 * attached[weights.col[tied]] + axis] = (
-                weights.data[tied]
+                values[tied]
             )
         return at_attachment
 
 
-def _shared_pattern(part: PartModel) -> SlabPattern:
-    """The slabs of a part, found once for all its mounts."""
-    pattern = getattr(part, "_slab_pattern", None)
-    if pattern is None:
-        pattern = SlabPattern(part.assembly, part.mesh.node_set("attachment"))
-        part._slab_pattern = pattern  # type: ignore[attr-defined]
-    return pattern
+def _shared_pattern(part: PartModel) -> FrontPattern:
+    """The order of elimination of a part, found once for all its mounts."""
+    if part not in _PATTERNS:
+        _PATTERNS[part] = FrontPattern(part.assembly, part.mesh.node_set("attachment"))
+    return _PATTERNS[part]
+
+
+_PATTERNS: WeakKeyDictionary[PartModel, FrontPattern] = WeakKeyDictionary()

@@ -52,6 +52,10 @@ class RigidHub:
         ).reshape(-1, 3)
         self.unknown_count = 6
 
+    def identity(self) -> list[np.ndarray]:
+        """Numbers that tell this hub from others: mass, centre, inertia, contacts."""
+        return [np.array([self.mass_kg]), self.rest_centre, self.inertia, self.contact_points]
+
     def initial_state(self) -> RigidHubState:
         """At rest in the initial pose."""
         return RigidHubState(self.rest_centre.copy(), np.eye(3), np.zeros(6))
@@ -86,9 +90,24 @@ class RigidHub:
         right = matrix @ state.velocity
         spin = state.velocity[3:]
         step = settings.time_step_s
-        right[2] -= step * self.mass_kg * settings.gravity_mm_per_s2
+        right[:3] += step * self.mass_kg * settings.gravity_vector
         right[3:] -= step * np.cross(spin, inertia @ spin)
         return settings.mass_factor * matrix, right
+
+    def implicit_system(
+        self,
+        start: RigidHubState,
+        trial: RigidHubState,
+        settings: FullOrderSettings,
+        definite: bool,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The same as `system`: no stiffness, and the spin is taken at the start."""
+        return self.system(start, settings)
+
+    def residual_size(self, residual: np.ndarray) -> float:
+        """Norm of an unbalanced impulse and moment, (6,), with the radius of gyration [mN s]."""
+        radius = np.sqrt(np.trace(self.inertia) / (2.0 * self.mass_kg))
+        return float(np.linalg.norm([*residual[:3], *(residual[3:] / radius)]))
 
     def advance(self, state: RigidHubState, velocity: np.ndarray, step: float) -> RigidHubState:
         """Move with a velocity (6,) for a time step [s]."""

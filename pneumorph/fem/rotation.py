@@ -65,6 +65,8 @@ def polar_rotation(gradient: np.ndarray) -> np.ndarray:
     if gradient.shape[1] == 2:
         return cast(np.ndarray, _plane_polar(gradient))
     rotation = gradient.copy()
+    wrong = ~(np.einsum("ie,ie->e", gradient[:, 0], cofactor(gradient)[:, 0]) > 0.0)
+    rotation[:, :, wrong] = np.eye(3)[:, :, None]  # must not end the others' iteration
     for _ in range(_POLAR_ITERATIONS):
         cof = cofactor(rotation)
         determinant = np.einsum("ie,ie->e", rotation[:, 0], cof[:, 0])
@@ -76,7 +78,6 @@ def polar_rotation(gradient: np.ndarray) -> np.ndarray:
             break
         if change < 1e-7:  # quadratic convergence: the next change would be rounding
             break
-    wrong = ~(np.einsum("ie,ie->e", gradient[:, 0], cofactor(gradient)[:, 0]) > 0.0)
     if wrong.any() and np.all(np.isfinite(gradient)):
         left, _, right = np.linalg.svd(np.moveaxis(gradient[:, :, wrong], 2, 0))
         left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.fem.bend import best_rotation
+from pneumorph.fem.body_equations import implicit_equations, linearly_implicit_equations
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
@@ -39,6 +40,12 @@ class SoftHub:
         self.unknown_count = 3 * part.node_count
         self._weights: dict[bytes, np.ndarray] = {}
 
+    def identity(self) -> list[np.ndarray]:
+        """Numbers that tell this hub from others: shape, masses, stiffness at rest, contacts."""
+        part = self.part
+        stiffness = part.stiffness_data(part.rest_nodes)
+        return [part.rest_nodes, part.node_mass, stiffness, self.contact_points]
+
     def initial_state(self) -> SoftHubState:
         """At rest in the initial pose."""
         return SoftHubState(self.part.rest_nodes.copy(), np.zeros(self.unknown_count))
@@ -61,22 +68,38 @@ class SoftHub:
     def system(
         self, state: SoftHubState, settings: FullOrderSettings
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The hub's own share of the step: matrix (3 node, 3 node) and right side (3 node,)."""
-        part, x = self.part, state.positions
-        if settings.damping == "published":
-            stiffness = part.stiffness(x, settings.rotation)
-        else:
-            stiffness = part.objective_stiffness(x)
-        matrix = settings.stiffness_factor * stiffness.toarray()
-        mass = np.repeat(part.node_mass, 3)
-        matrix[np.diag_indices(len(mass))] += settings.mass_factor * mass
-        force = part.internal_force(x, settings.rotation)
-        force[:, 2] -= part.node_mass * settings.gravity_mm_per_s2
-        return matrix, mass * state.velocity + settings.time_step_s * force.ravel()
+        """A, (3 node, 3 node), and b, (3 node,), of the linearly implicit step."""
+        v = state.velocity.reshape(-1, 3)
+        return self._dense(
+            *linearly_implicit_equations(self.part, state.positions, v, 0.0, settings)
+        )
+
+    def implicit_system(
+        self, start: SoftHubState, trial: SoftHubState, settings: FullOrderSettings, definite: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A and b of the implicit Euler step linearised at a trial end of it."""
+        return self._dense(
+            *implicit_equations(
+                self.part,
+                start.velocity.reshape(-1, 3),
+                trial.positions,
+                trial.velocity.reshape(-1, 3),
+                0.0,
+                settings,
+                definite,
+            )
+        )
+
+    def residual_size(self, residual: np.ndarray) -> float:
+        """Norm of unbalanced impulses [mN s] of the unknowns, (3 node,)."""
+        return float(np.linalg.norm(residual))
 
     def advance(self, state: SoftHubState, velocity: np.ndarray, step: float) -> SoftHubState:
         """Move with velocities (3 node,) for a time step [s]."""
         return SoftHubState(state.positions + step * velocity.reshape(-1, 3), velocity)
+
+    def _dense(self, data: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return self.part.assembly.matrix(data).toarray(), right
 
     def _interpolation(self, points: np.ndarray) -> np.ndarray:
         key = np.ascontiguousarray(points).tobytes()

@@ -20,6 +20,8 @@ class StaticSettings:
     """Unbalanced force over the largest applied one at which a step counts as found."""
     iteration_limit: int = 40
     """Newton steps for one load step."""
+    patience: int = 15
+    """Newton steps without a smaller imbalance after which a load step has failed."""
     largest_move_mm: float = 8.0
     """No node moves further than this in one Newton step [mm]."""
     halving_limit: int = 5
@@ -99,10 +101,10 @@ def static_equilibrium(
             x, current, residual = moved, target, residual_there
             if current == pressure_kPa:
                 return StaticResult(x, True, residual, iterations, current)
-        elif step / 2.0 < smallest:
-            return StaticResult(x, False, residual, iterations, current)
         else:
-            step /= 2.0
+            step = 0.5 * abs(target - current)
+            if step < smallest:
+                return StaticResult(x, False, residual, iterations, current)
 
 
 def _newton(
@@ -117,8 +119,9 @@ def _newton(
     """One load step: found, positions, relative residual, Newton steps."""
     from scipy.sparse.linalg import splu
 
-    x, relative = start.copy(), np.inf
-    for iteration in range(settings.iteration_limit + 1):
+    x, relative, best, since = start.copy(), np.inf, np.inf, 0
+    iteration = 0
+    while True:
         load = external + (part.pressure_force(x, pressure) if pressure != 0.0 else 0.0)
         residual = (part.internal_force(x, rotation) + load).ravel()[free]
         scale = max(float(np.linalg.norm(load)), 1.0)
@@ -127,8 +130,9 @@ def _newton(
             return False, x, relative, iteration
         if relative < settings.tolerance:
             return True, x, relative, iteration
-        if iteration == settings.iteration_limit:
-            break
+        best, since = (relative, 0) if relative < best else (best, since + 1)
+        if iteration == settings.iteration_limit or since == settings.patience:
+            return False, x, relative, iteration
         tangent = part.tangent(x, pressure, rotation)[free][:, free].tocsc()
         change = np.zeros(x.size)
         change[free] = splu(
@@ -139,4 +143,4 @@ def _newton(
         ).solve(residual)
         longest = float(np.linalg.norm(change.reshape(-1, 3), axis=1).max())
         x = x + change.reshape(-1, 3) * min(1.0, settings.largest_move_mm / max(longest, 1e-300))
-    return False, x, relative, settings.iteration_limit
+        iteration += 1

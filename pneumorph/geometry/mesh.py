@@ -13,7 +13,8 @@ import numpy as np
 
 from pneumorph.artefact import load_artefact, save_artefact
 
-FORMAT_VERSION = 1
+LINEAR_VERSION, QUADRATIC_VERSION = 1, 2
+"""Format versions of meshes without and with midside nodes."""
 
 TETRAHEDRON_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 """Ends of the edges that carry nodes 4 to 9 of a quadratic tetrahedron."""
@@ -160,7 +161,7 @@ class Mesh:
         return save_artefact(
             path,
             "Mesh",
-            FORMAT_VERSION,
+            LINEAR_VERSION if self.edge_nodes is None else QUADRATIC_VERSION,
             self._arrays(),
             {**(metadata or {}), "digest": self.digest()},
         )
@@ -172,7 +173,7 @@ class Mesh:
         Raises:
             ArtefactError: The file is truncated, of another kind or of another format version.
         """
-        arrays, _ = load_artefact(path, "Mesh", FORMAT_VERSION)
+        arrays, _ = load_artefact(path, "Mesh", LINEAR_VERSION, QUADRATIC_VERSION)
 
         def named(prefix: str) -> dict[str, np.ndarray]:
             return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}

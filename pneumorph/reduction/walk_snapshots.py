@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
-from pneumorph.fem.full_robot import FullRobot, FullRobotState
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose

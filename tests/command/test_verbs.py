@@ -104,6 +104,25 @@ def test_simulate_walks_a_gait_file_and_films_it(
     assert (tmp_path / "film.mp4").stat().st_size > 1000
 
 
+def test_simulate_takes_a_full_robot_of_any_design(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two legs and five steps of 10 ms: the contact law, and that no step failed, are reported."""
+    summary = _json(
+        "simulate --model full --design 1.0.0.0.2.0.0.0 --expert.duration-s 0.05 --record-every 2 "
+        f"--full.hub rigid --out {tmp_path}",
+        capsys,
+    )
+    assert summary["status"] == "completed"
+    assert summary["steps"] == {"count": 5, "halved": 0, "mean_iterations": 1.0}
+    assert summary["contact"]["worst_residual_mm_per_s"] < 1e-6
+    trajectory = Trajectory.load(tmp_path / "trajectory.npz")
+    assert trajectory.time_s == pytest.approx([0.0, 0.02, 0.04, 0.05])
+    assert trajectory.cavity_volume_mm3 is not None
+    assert trajectory.cavity_volume_mm3.shape == (4, 2)
+    assert not (tmp_path / "checkpoint.npz").exists()
+
+
 @pytest.mark.parametrize(
     ("flags", "message"),
     [
@@ -113,6 +132,9 @@ def test_simulate_walks_a_gait_file_and_films_it(
         ("--design 1.1.1", "3 locations, expected 8"),
         ("--gait none.csv", "none.csv does not exist"),
         ("--part none.npz", "none.npz does not exist"),
+        ("--full.integrator implicit_euler", "full.integrator is 'implicit_euler'"),
+        ("--preset hyperelastic --model reduced", "full.leg is 'hyperelastic'"),
+        ("--model full --full.leg hyperelastic", "pressure_map is the published leg's"),
     ],
 )
 def test_simulate_refuses_bad_input(
@@ -160,3 +182,18 @@ def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert bench["modes"] == 4
     assert set(bench) >= {"threads", "elements", "mean_contacts", "stage_seconds", "gemm_gflops",
                           "gemm_threads", "gemm_precision"}  # fmt: skip
+
+
+def test_bench_full_times_the_stages_of_a_step(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flag = "--full-benchmark"
+    short = f"{flag}.settling-steps 12 {flag}.walking-steps 1 {flag}.timed-steps 3"
+    bench = _json(f"bench full {short} {flag}.repetitions 3 --out {tmp_path / 'f'}", capsys)
+    stages = ("assembly", "factorisation", "contact", "other")
+    total = sum(bench[f"{stage}_seconds"] for stage in stages)
+    assert total == pytest.approx(bench["seconds_per_step"])
+    assert bench["leg_factorisation_seconds"] > 0
+    assert bench["legs"] == 4
+    assert bench["contact_count"] > 0
+    assert bench["threads"] == 1

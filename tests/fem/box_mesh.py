@@ -8,11 +8,12 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.surface import boundary_triangles
 
 
-def box_mesh(size=(10.0, 6.0, 4.0), cells=(5, 3, 2), hollow=False) -> Mesh:
+def box_mesh(size=(10.0, 6.0, 4.0), cells=(5, 3, 2), hollow=False, keep=None) -> Mesh:
     """A box from the origin; with `hollow` the cubes not at the surface are left out.
 
-    Regions: surfaces ``skin``, ``bottom`` (z = 0) and, where hollow, ``cavity``; node sets
-    ``left`` (x = 0) and ``right``.
+    `keep` says of a cube's indices whether it stays, all by default. Regions: surfaces ``skin``,
+    ``bottom`` (z = 0), ``cavity`` where hollow, and with `keep` ``inner``, what is not on the box's
+    sides, normals into the solid; node sets ``left`` (x = 0) and ``right``.
     """
     shape = np.array(cells) + 1
 
@@ -22,7 +23,7 @@ def box_mesh(size=(10.0, 6.0, 4.0), cells=(5, 3, 2), hollow=False) -> Mesh:
     tetrahedra = []
     for cell in itertools.product(*(range(n) for n in cells)):
         inside = all(0 < c < n - 1 for c, n in zip(cell, cells, strict=True))
-        if hollow and inside:
+        if (hollow and inside) or (keep and not keep(np.array(cell))):
             continue
         for order in itertools.permutations(range(3)):  # Kuhn's six tetrahedra of a cube
             path = [np.array(cell)]
@@ -42,6 +43,8 @@ def box_mesh(size=(10.0, 6.0, 4.0), cells=(5, 3, 2), hollow=False) -> Mesh:
     surfaces = {"skin": boundary[outer], "bottom": boundary[centre[:, 2] < 1e-9]}
     if hollow:
         surfaces["cavity"] = boundary[~outer][:, ::-1]
+    if keep:
+        surfaces["inner"] = boundary[~outer][:, ::-1]
     return Mesh(
         nodes,
         tetrahedra,

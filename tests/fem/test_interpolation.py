@@ -2,6 +2,7 @@ import numpy as np
 from box_mesh import box_mesh
 
 from pneumorph.fem.interpolation import interpolation_matrix
+from pneumorph.geometry.quadratic import quadratic_mesh
 
 
 def test_linear_fields_are_reproduced_inside_and_outside():
@@ -12,6 +13,19 @@ def test_linear_fields_are_reproduced_inside_and_outside():
     np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-12)
     inside = np.all((points > 0.0) & (points < [10.0, 6.0, 4.0]), axis=1)
     assert weights[np.flatnonzero(inside)].data.min() > -1e-12
+
+
+def test_quadratic_fields_are_reproduced_by_quadratic_elements():
+    mesh = quadratic_mesh(box_mesh())
+    points = np.random.default_rng(0).uniform([0, 0, 0], [10.0, 6.0, 4.0], (40, 3))
+
+    def field(x):
+        return x[:, 0] * x[:, 1] - 2.0 * x[:, 2] ** 2 + x[:, 1] - 3.0
+
+    weights = interpolation_matrix(mesh, points)
+    # Rounding of values of 60.
+    np.testing.assert_allclose(weights @ field(mesh.nodes), field(points), atol=1e-11)
+    np.testing.assert_allclose(weights @ mesh.nodes, points, atol=1e-12)
 
 
 def test_mirrored_points_get_mirrored_weights(leg_mesh):

@@ -1,11 +1,11 @@
-"""Closed forms of a robot's motion: free fall, weight on the floor, braking, mirror images."""
+"""Closed forms of a robot's motion: free fall, weight on the floor, mirror images."""
 
 import numpy as np
 import pytest
-from small_robot import small_leg, small_robot
+from small_robot import small_robot
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
-from pneumorph.fem.full_robot import FullRobot, FullRobotState
+from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_model import leg_model
 from pneumorph.fem.rigid_hub import RigidHub, rotation_of
 from pneumorph.geometry.mounting import RadialMounting
@@ -13,72 +13,29 @@ from pneumorph.geometry.mounting import RadialMounting
 
 @pytest.mark.parametrize("soft", [False, True])
 def test_free_fall(soft):
-    """Every point falls alike: (1 + alpha h) v_new = v - h g."""
-    settings = FullOrderSettings(floor_height_mm=-1e6, regulator_count=2)
+    """Every point falls alike, along a gravity that leans: (1 + alpha h) v_new = v + h g."""
+    settings = FullOrderSettings(floor_height_mm=-1e6, floor_slope_deg=20.0, regulator_count=2)
     robot = small_robot(settings, soft)
     state = robot.initial_state()
-    speed = fallen = 0.0
+    speed, fallen = np.zeros(3), np.zeros(3)
+    slope = np.radians(20.0)
+    gravity = 9800.0 * np.array([-np.sin(slope), 0.0, -np.cos(slope)])
     for _ in range(10):
         state = robot.step(state, np.zeros(2))
-        speed = (speed - 0.01 * 9800.0) / (1.0 + 0.1 * 0.01)
+        speed = (speed + 0.01 * gravity) / (1.0 + 0.1 * 0.01)
         fallen += 0.01 * speed
     for v, x, leg in zip(state.velocities, state.positions, robot.legs, strict=True):
         # Velocities of 1000 mm/s; elastic forces at rest are rounding.
-        np.testing.assert_allclose(v, np.broadcast_to([0.0, 0.0, speed], v.shape), atol=1e-7)
-        np.testing.assert_allclose(
-            x, leg.initial_positions() + np.array([0.0, 0.0, fallen]), atol=1e-8
-        )
+        np.testing.assert_allclose(v, np.broadcast_to(speed, v.shape), atol=1e-7)
+        np.testing.assert_allclose(x, leg.initial_positions() + fallen, atol=1e-8)
 
 
 def test_floor_carries_the_weight():
-    settings = FullOrderSettings(
-        floor_height_mm=0.0, regulator_count=2, contact_tolerance_mm_per_s=1e-4, contact_sweeps=5000
-    )
-    robot = small_robot(settings)
+    robot = small_robot()
     state, _ = robot.rollout(robot.initial_state(), np.zeros((150, 2)), record_nodes=False)
     weight = (0.03 + 2 * 0.02) * 9800.0
     # The robot has come to rest to about 0.1 % of g.
     assert state.impulses[:, 0].sum() == pytest.approx(0.01 * weight, rel=2e-3)
-
-
-def test_a_sliding_block_stops_after_v_squared_over_two_mu_g():
-    """Coulomb's law, discretised: v_new = v - h mu g until it sticks, then it stays for good."""
-    friction, speed = 0.3, 100.0
-    settings = FullOrderSettings(
-        floor_height_mm=0.0,
-        regulator_count=1,
-        friction=friction,
-        mass_damping_per_s=0.0,
-        contact_tolerance_mm_per_s=1e-6,
-        contact_sweeps=20000,
-    )
-    legs = ((0.0, 0), (180.0, 0))
-    robot = small_robot(settings, leg=small_leg(young=3e5), legs=legs, height=0.0)
-    state, _ = robot.rollout(robot.initial_state(), np.zeros((40, 1)), record_nodes=False)
-    start = robot.tracked_point_mm(state)[0]
-    along = np.array([speed, 0.0, 0.0])
-    hub = robot.hub.initial_state()
-    hub = type(hub)(
-        state.hub.centre, state.hub.rotation, state.hub.velocity + np.pad(along, (0, 3))
-    )
-    state = FullRobotState(
-        hub,
-        state.positions,
-        tuple(v + along for v in state.velocities),
-        state.regulated_kPa,
-        state.impulses,
-    )
-    state, _ = robot.rollout(state, np.zeros((12, 1)), record_nodes=False)
-    loss = 0.01 * friction * 9800.0
-    steps = np.arange(1, 12)
-    expected = 0.01 * np.maximum(speed - loss * steps, 0.0).sum()
-    travelled = robot.tracked_point_mm(state)[0] - start
-    # The block is elastic: braking bends it by a fraction of a percent of the way.
-    assert travelled == pytest.approx(expected, rel=0.02)
-    later, _ = robot.rollout(state, np.zeros((20, 1)), record_nodes=False)
-    # Stick is stick: what moves is the block's own elastic ringing, damped within the solver's
-    # tolerance of 1e-6 mm/s.
-    assert abs(robot.tracked_point_mm(later)[0] - robot.tracked_point_mm(state)[0]) < 1e-3
 
 
 def test_mirror_image_robots_walk_mirror_image_paths(leg_mesh):
@@ -90,9 +47,7 @@ def test_mirror_image_robots_walk_mirror_image_paths(leg_mesh):
         mesh = type(leg_mesh)(hub_nodes, [[0, 1, 2, 4]])
         hub = RigidHub(mesh, 0.075)
         mounts = [(leg, mounting.pose(place), number) for number, place in enumerate(places)]
-        settings = FullOrderSettings(
-            regulator_count=2, contact_tolerance_mm_per_s=1e-6, contact_sweeps=2000
-        )
+        settings = FullOrderSettings(regulator_count=2)
         robot = FullRobot(hub, mounts, settings, np.array([0.0, 0.0, 45.0]))
         state, path = robot.rollout(
             robot.initial_state(), np.tile([60.0, 0.0], (10, 1)), 5, record_nodes=False

@@ -9,6 +9,7 @@ from pneumorph.comparison.bend_error import compare_bend
 from pneumorph.geometry.pose import rotation_about
 from pneumorph.presets import (
     load_default_leg,
+    paper_full_robot,
     paper_leg_mesh,
     paper_leg_model,
     paper_robot_builder,
@@ -93,6 +94,15 @@ def test_no_point_of_a_walking_robot_sinks_into_the_floor():
     # Contact is solved on velocities linearised at the step's start: a point's curvature leaves
     # second-order errors of h v^2 / r, some hundredths of a millimetre.
     assert simulator.read("worst_penetration").max() < 0.1
+
+
+def test_the_full_robot_stands_on_the_slope_of_the_reduced_one():
+    settings = SimulationSettings(floor_slope_deg=10.0)
+    robot = paper_full_robot(
+        Design.parse("1.0.0.2.2.0.0.1"), settings, "rigid", friction_solver="gauss_seidel"
+    )
+    np.testing.assert_array_equal(robot.settings.gravity_vector, settings.gravity_vector)
+    assert robot.settings.friction_solver == "gauss_seidel"
 
 
 def test_the_leg_that_ships_bends_like_its_full_model():

@@ -1,0 +1,147 @@
+"""Where a verb's gait comes from: a file, a run's best pairs, a policy, or the expert."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.command.run_folder import read_settings, read_summary
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.exchange.sorotraj import read_sorotraj
+from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.gait.open_loop_gait import OpenLoopGait
+from pneumorph.hardware.calibration import Calibration
+from pneumorph.pressure import PressureMap
+from pneumorph.robot.design import Design
+from pneumorph.settings import settings_from_dict
+
+
+@dataclass(frozen=True)
+class GaitSource:
+    """A gait, whose it is, and the pressure map it was made with."""
+
+    gait: OpenLoopGait
+    design: Design
+    name: str
+    pressure_map: PressureMap
+
+
+def find_gait(
+    source: Path | None, design: str | None, expert: ExpertGait, rank: int = 1
+) -> GaitSource:
+    """Find a gait.
+
+    Args:
+        source: A coopt run's folder, a gait file (CSV, or sorotraj YAML), or a policy's npz; None
+            for the expert's gait.
+        design: The design, where the source does not name it or another is wanted.
+        expert: The expert's gait.
+        rank: Which of a run's pairs, counted from 1.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: None of these, or the design uses a regulator that the gait does not command.
+    """
+    if source is None:
+        name = f"the expert's gait, {expert.phase_deg:g}°"
+        found = GaitSource(expert, _design(design, None), name, PressureMap())
+    elif source.is_dir():
+        found = _of_run(source, design, rank)
+    elif source.suffix in (".yaml", ".yml"):
+        found = GaitSource(read_sorotraj(source), _design(design, None), str(source), PressureMap())
+    elif source.suffix == ".npz":
+        found = _of_policy(source, design)
+    else:
+        gait, comments = read_gait(source)
+        found = GaitSource(
+            gait, _design(design, comments.get("design")), str(source), PressureMap()
+        )
+    found.design.check_regulators(found.gait.regulator_count)
+    return found
+
+
+def _design(asked: str | None, named: str | None) -> Design:
+    return Design.parse(asked or named or BASELINE_DESIGN)
+
+
+def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
+    pairs = read_summary(folder).get("pairs") or []
+    if not 1 <= rank <= len(pairs):
+        raise ValueError(
+            f"{folder} holds {len(pairs)} design-gait pairs, expected one of rank {rank} in a "
+            "coopt run"
+        )
+    pair = pairs[rank - 1]
+    saved = read_settings(folder)
+    task = settings_from_dict(CrawlingTask, saved["coopt"]["task"])
+    path = folder / pair["gait"]
+    gait, _ = read_gait(path, task.minimum_pressure_kPa, task.maximum_pressure_kPa)
+    robot = saved["robot"]
+    trained = settings_from_dict(PressureMap, robot["simulation"]["pressure_map"])
+    if robot.get("calibration"):
+        trained = Calibration.load(robot["calibration"]).pressure_map
+    return GaitSource(gait, _design(design, pair["design"]), str(path), trained)
+
+
+def _of_policy(path: Path, design: str | None) -> GaitSource:
+    """The deterministic gait of a design: the policy sees its own last actions only."""
+    if design is None:
+        raise ValueError(f"{path} is a policy for every design, expected --design to name one")
+    from pneumorph.coopt.policy_file import load_policy
+    from pneumorph.coopt.sac import Sac
+
+    policy, settings, _ = load_policy(path)
+    task, chosen = settings.task, Design.parse(design)
+    one_hot = chosen.one_hot(task.regulator_count)
+    learner = Sac(task.state_size + len(one_hot), task.regulator_count, settings.sac)
+    memory = np.zeros(task.state_size, dtype=np.float32)
+    held = []
+    for _ in range(task.action_count):
+        observation = np.concatenate([memory, one_hot])[None]
+        action = np.asarray(learner.mode_actions(policy, observation))[0]
+        held.append(task.pressure_kPa(np.clip(action, -1.0, 1.0)))
+        memory = np.concatenate([action, memory[: -task.regulator_count]]).astype(np.float32)
+    # Actions are in simulation steps of 0.01 s (the paper's).
+    gait = HeldGait.evenly(np.array(held), 0.01 * task.action_step_count, task)
+    return GaitSource(gait, chosen, f"{path} for {design}", PressureMap())
+
+
+def recalibrated(
+    gait: OpenLoopGait, trained: PressureMap, measured: PressureMap, highest_kPa: float
+) -> OpenLoopGait:
+    """The gait whose real pressures mean to the measured robot what they meant in training.
+
+    Args:
+        gait: The gait.
+        trained: Pressure map it was made with.
+        measured: Pressure map of the robot at hand.
+        highest_kPa: Pressures are cut off here [kPa].
+    """
+    if trained == measured:
+        return gait
+    return _Recalibrated(gait, trained, measured, highest_kPa)
+
+
+@dataclass(frozen=True)
+class _Recalibrated:
+    gait: OpenLoopGait
+    trained: PressureMap
+    measured: PressureMap
+    highest_kPa: float
+
+    @property
+    def regulator_count(self) -> int:
+        return self.gait.regulator_count
+
+    @property
+    def duration_s(self) -> float:
+        return self.gait.duration_s
+
+    def pressure_kPa(self, time_s: float) -> np.ndarray:
+        """Real pressure commanded at a time [kPa], (regulator,)."""
+        meant = self.trained.equivalent(self.gait.pressure_kPa(time_s), self.measured)
+        return np.minimum(meant, self.highest_kPa)

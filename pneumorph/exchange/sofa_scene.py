@@ -1,0 +1,210 @@
+"""A SOFA scene of a reduced leg, for the plugins SoftRobots and ModelOrderReduction.
+
+The leg is held at its attachment, where its modes vanish, and inflated by a pressure that follows a
+staircase. Units are the house's: mm, kg, s, mN, kPa.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.artefact import write_atomically
+from pneumorph.exchange.sofa_reduction import write_sofa_reduction
+from pneumorph.fem.part_model import PartModel
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.simulation.simulation_settings import SimulationSettings
+
+SCENE_FILE = "scene.py"
+
+_SCENE = '''"""A reduced leg, held at its attachment and inflated; made by pneumorph.
+
+runSofa -l SofaPython3 scene.py
+"""
+
+import os
+
+import Sofa
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+DATA = os.path.join(HERE, "data")
+MODES = os.path.join(DATA, "modes.txt")
+MODE_COUNT = {mode_count}
+PLUGINS = [
+    "SoftRobots",
+    "ModelOrderReduction",
+    "Sofa.Component.AnimationLoop",
+    "Sofa.Component.Constraint.Lagrangian.Correction",
+    "Sofa.Component.Constraint.Lagrangian.Solver",
+    "Sofa.Component.IO.Mesh",
+    "Sofa.Component.LinearSolver.Direct",
+    "Sofa.Component.Mapping.Linear",
+    "Sofa.Component.Mass",
+    "Sofa.Component.ODESolver.Backward",
+    "Sofa.Component.SolidMechanics.FEM.Elastic",
+    "Sofa.Component.StateContainer",
+    "Sofa.Component.Topology.Container.Constant",
+    "Sofa.Component.Topology.Container.Dynamic",
+]
+
+
+class Staircase(Sofa.Core.Controller):
+    """Raises the pressure by 20 kPa (simulated) every three seconds."""
+
+    def __init__(self, pressure, time_step):
+        Sofa.Core.Controller.__init__(self)
+        self.pressure, self.time_step, self.steps = pressure, time_step, 0
+
+    def onAnimateBeginEvent(self, event):
+        self.steps += 1
+        self.pressure.value = [20.0 * int(self.steps * self.time_step / 3.0)]
+
+
+def hyper_reduced(name):
+    return dict(
+        nbModes=MODE_COUNT,
+        performECSW=True,
+        modesPath=MODES,
+        RIDPath=os.path.join(DATA, name + "_RID.txt"),
+        weightsPath=os.path.join(DATA, name + "_weight.txt"),
+    )
+
+
+def createScene(root):
+    root.dt = {time_step}
+    root.gravity = [0.0, 0.0, -{gravity}]
+    for plugin in PLUGINS:
+        root.addObject("RequiredPlugin", name=plugin)
+    root.addObject("FreeMotionAnimationLoop")
+    root.addObject("GenericConstraintSolver", tolerance=1e-8, maxIterations=250)
+
+    solver = root.addChild("solver")
+    solver.addObject(
+        "EulerImplicitSolver", rayleighStiffness={stiffness_damping}, rayleighMass={mass_damping}
+    )
+    solver.addObject("SparseLDLSolver", template="CompressedRowSparseMatrixd")
+    solver.addObject("GenericConstraintCorrection")
+    solver.addObject(
+        "MechanicalMatrixMapperMOR",
+        template="Vec1d,Vec1d",
+        object1="@./reduced/modes",
+        object2="@./reduced/modes",
+        nodeToParse="@./reduced/leg",
+    )
+    reduced = solver.addChild("reduced")
+    reduced.addObject(
+        "MechanicalObject", template="Vec1d", name="modes", position=[0.0] * MODE_COUNT
+    )
+    leg = reduced.addChild("leg")
+    leg.addObject("MeshVTKLoader", name="loader", filename=os.path.join(HERE, "leg.vtk"))
+    leg.addObject("TetrahedronSetTopologyContainer", src="@loader", name="tetrahedra")
+    leg.addObject("MechanicalObject", name="nodes", template="Vec3d")
+    leg.addObject("UniformMass", totalMass={mass})
+    leg.addObject(
+        "HyperReducedTetrahedronFEMForceField",
+        name="silicone",
+        template="Vec3d",
+        method="large",
+        youngModulus={young},
+        poissonRatio={poisson},
+        **hyper_reduced("tetrahedra"),
+    )
+    leg.addObject(
+        "ModelOrderReductionMapping", input="@../modes", output="@./nodes", modesPath=MODES
+    )
+    paper = leg.addChild("paper")
+    paper.addObject("MeshVTKLoader", name="loader", filename=os.path.join(HERE, "paper.vtk"))
+    paper.addObject("TriangleSetTopologyContainer", src="@loader", name="triangles")
+    paper.addObject(
+        "HyperReducedTriangleFEMForceField",
+        name="paper",
+        template="Vec3d",
+        method="large",
+        youngModulus={paper_young},
+        poissonRatio={paper_poisson},
+        thickness={paper_thickness},
+        **hyper_reduced("membrane"),
+    )
+    cavity = leg.addChild("cavity")
+    cavity.addObject("MeshSTLLoader", name="loader", filename=os.path.join(HERE, "cavity.stl"))
+    cavity.addObject("MeshTopology", src="@loader")
+    cavity.addObject("MechanicalObject")
+    pressure = cavity.addObject(
+        "SurfacePressureConstraint", name="pressure", value=[0.0], valueType="pressure"
+    )
+    cavity.addObject("BarycentricMapping", mapForces=False, mapMasses=False)
+    root.addObject(Staircase(pressure, {time_step}))
+'''
+
+
+def export_sofa_scene(
+    folder: Path, part: ReducedPart, model: PartModel, settings: SimulationSettings | None = None
+) -> Path:
+    """Write a scene script, the meshes and the reduction into a folder.
+
+    Args:
+        folder: Where to write.
+        part: The reduced leg.
+        model: Finite elements that it was reduced from: one solid, one membrane, one cavity.
+        settings: Time step, damping and gravity of the scene; None for the paper's.
+
+    Returns:
+        The scene's path.
+
+    Raises:
+        ArtefactError: The part was reduced from another mesh.
+        ValueError: The model has no membrane.
+    """
+    settings = settings or SimulationSettings()
+    part.check_mesh(model.mesh)
+    if not model.membranes:
+        raise ValueError("the model has no membrane, expected a leg with its layer of paper")
+    mesh, membrane = model.mesh, model.membranes[0]
+    paper = mesh.surface(membrane.surface)
+    counts = {"tetrahedra": len(mesh.tetrahedra), "membrane": len(paper)}
+    write_sofa_reduction(folder / "data", part, counts)
+    _write_vtk(folder / "leg.vtk", mesh.nodes, mesh.tetrahedra, 10)
+    _write_vtk(folder / "paper.vtk", mesh.nodes, paper, 5)
+    _write_stl(folder / "cavity.stl", mesh.nodes[mesh.surface("cavity")])
+    text = _SCENE.format(
+        mode_count=part.mode_count,
+        time_step=settings.time_step_s,
+        gravity=settings.gravity_mm_per_s2,
+        stiffness_damping=settings.stiffness_damping_s,
+        mass_damping=settings.mass_damping_per_s,
+        mass=model.mass_kg,
+        young=model.material.young_modulus_kPa,
+        poisson=model.material.poisson_ratio,
+        paper_young=membrane.material.young_modulus_kPa,
+        paper_poisson=membrane.material.poisson_ratio,
+        paper_thickness=membrane.thickness_mm,
+    )
+    return write_atomically(folder / SCENE_FILE, lambda stream: stream.write(text.encode()))
+
+
+def _write_vtk(path: Path, nodes: np.ndarray, cells: np.ndarray, cell_type: int) -> None:
+    """Write nodes and cells of one type as a legacy VTK file; nodes and cells keep their order."""
+    count, corners = cells.shape
+    lines = ["# vtk DataFile Version 2.0", "pneumorph, millimetres", "ASCII"]
+    lines += ["DATASET UNSTRUCTURED_GRID", f"POINTS {len(nodes)} double"]
+    lines += [" ".join(repr(float(v)) for v in node) for node in nodes]
+    lines.append(f"CELLS {count} {count * (corners + 1)}")
+    lines += [" ".join(map(str, (corners, *cell))) for cell in cells]
+    lines.append(f"CELL_TYPES {count}")
+    lines += [str(cell_type)] * count
+    write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
+
+
+def _write_stl(path: Path, corners: np.ndarray) -> None:
+    """Write triangles (triangle, 3, 3) as ASCII STL."""
+    lines = ["solid cavity"]
+    for triangle in corners:
+        normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
+        normal = normal / np.linalg.norm(normal)
+        lines.append("facet normal " + " ".join(f"{v:.9g}" for v in normal))
+        lines.append("outer loop")
+        lines += ["vertex " + " ".join(f"{v:.9g}" for v in corner) for corner in triangle]
+        lines += ["endloop", "endfacet"]
+    lines.append("endsolid cavity")
+    write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))

@@ -1,0 +1,174 @@
+"""Gaits as YAML files of sorotraj, which drive Ctrl-P pressure controllers and SoMo simulations.
+
+A trajectory is waypoints ``[time, signal, signal, ...]`` joined by straight lines: a prefix, a main
+part that can be repeated, and a suffix, each with times of its own. Three ways to write the main
+part are read: ``direct``, ``interp`` (linear, cubic or none) and ``waveform``. The format and its
+wave forms are described at https://sorotraj.readthedocs.io.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.artefact import write_atomically
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.gait.interpolated_gait import InterpolatedGait
+
+SWITCH_S = 1e-3
+"""A held command is written as a straight line that lasts this long at its end [s]."""
+
+
+def read_sorotraj(
+    path: Path | str, kPa_per_unit: float = 1.0, repetitions: int = 1
+) -> InterpolatedGait:
+    """Read a trajectory.
+
+    Args:
+        path: The YAML file.
+        kPa_per_unit: What one unit of the file is [kPa]; 6.894757 for psi.
+        repetitions: How often the main part is run.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ModuleNotFoundError: PyYAML is not installed.
+        ValueError: Not such a file, or a pressure out of range.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"gait file {path} does not exist")
+    yaml = _yaml()
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        kind = str(content["settings"]["traj_type"])
+        config = content["config"]
+        setpoints = config.get("setpoints") or {}
+        parts = [_table(setpoints.get("prefix"))]
+        parts += [_main(kind, config, setpoints)] * repetitions
+        parts.append(_table(setpoints.get("suffix")))
+        table = _joined([part for part in parts if part is not None])
+        return InterpolatedGait(table[:, 0], kPa_per_unit * table[:, 1:])
+    except (yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ValueError(
+            f"gait file {path} is not a sorotraj trajectory with settings.traj_type, config and "
+            f"pressures in range: {error}"
+        ) from error
+
+
+def write_sorotraj(
+    path: Path | str,
+    gait: HeldGait | InterpolatedGait,
+    comments: Mapping[str, str] | None = None,
+) -> Path:
+    """Write a gait as a direct trajectory in kPa.
+
+    Held commands switch within `SWITCH_S` at their end, for the format knows straight lines only.
+    """
+    if isinstance(gait, HeldGait):
+        rows = []
+        ends = [*gait.start_s[1:], gait.duration_s]
+        for start, end, held in zip(gait.start_s, ends, gait.held_kPa, strict=True):
+            last = end if end == gait.duration_s else end - SWITCH_S
+            rows += [[start, *held], [last, *held]]
+        table = np.array(rows)
+    else:
+        table = np.column_stack([gait.time_s, gait.waypoint_kPa])
+    lines = [f"# {name}: {value}" for name, value in (comments or {}).items()]
+    lines += ["# pressures in kPa", "settings:", "  traj_type: direct", "config:", "  setpoints:"]
+    lines.append("    main:")
+    for row in table:
+        # repr is the shortest text that reads back to the same double.
+        lines.append("      - [" + ", ".join(repr(float(value)) for value in row) + "]")
+    lines += ["    prefix:", "    suffix:"]
+    text = "\n".join(lines) + "\n"
+    return write_atomically(path, lambda stream: stream.write(text.encode()))
+
+
+def _table(rows: Any) -> np.ndarray | None:
+    if not rows:
+        return None
+    table = np.array(rows, dtype=float)
+    if table.ndim != 2 or table.shape[1] < 2:
+        raise ValueError(f"waypoints have shape {table.shape}, expected (waypoint, 1 + signal)")
+    if np.any(np.diff(table[:, 0]) <= 0.0):
+        raise ValueError(f"times of waypoints are {table[:, 0].tolist()}, expected rising ones")
+    return table
+
+
+def _main(kind: str, config: Mapping[str, Any], setpoints: Mapping[str, Any]) -> np.ndarray:
+    if kind == "waveform":
+        return _waveform(config)
+    table = _table(setpoints.get("main"))
+    if kind not in ("direct", "interp") or table is None:
+        raise ValueError(
+            f"traj_type is {kind!r} with {'no' if table is None else 'a'} main part, expected "
+            "direct or interp with one, or waveform"
+        )
+    if kind == "interp" and str(config.get("interp_type")) == "cubic":
+        from scipy.interpolate import CubicSpline
+
+        spline = CubicSpline(table[:, 0], table[:, 1:], bc_type="periodic")
+        times = np.linspace(table[0, 0], table[-1, 0], int(config["subsample_num"]) + 1)
+        return np.column_stack([times, spline(times)])
+    return table  # straight lines between the waypoints are what every reader makes of them
+
+
+def _waveform(config: Mapping[str, Any]) -> np.ndarray:
+    """Cycles of a wave between each signal's minimum and maximum."""
+    kind, frequency = str(config["waveform_type"]), float(config["waveform_freq"])
+    cycles = int(config["num_cycles"])
+    channels = np.array(config["channels"], dtype=float)
+    low, high = (np.array(config[f"waveform_{name}"], dtype=float) for name in ("min", "max"))
+    # Phase and value of one cycle's knots; smooth waves are sampled.
+    knots = {
+        "triangle": ([0.0, 0.5], [-1.0, 1.0]),
+        "sawtooth-f": ([0.0, 0.99], [-1.0, 1.0]),
+        "sawtooth-r": ([0.0, 0.01], [-1.0, 1.0]),
+        "square": ([0.0, 0.49, 0.5, 0.99], [-1.0, -1.0, 1.0, 1.0]),
+    }
+    if kind in knots:
+        phases, values = knots[kind]
+        phase = np.concatenate([c + np.array(phases) for c in range(cycles)] + [[float(cycles)]])
+        value = np.concatenate([np.tile(values, cycles), [values[0]]])
+    else:
+        phase = np.linspace(0.0, cycles, int(config["subsample_num"]) + 1)
+        turn = 2.0 * math.pi * phase
+        smooth = {
+            "sin": np.sin(turn),
+            "cos-up": np.cos(turn),
+            "cos-down": -np.cos(turn),
+            "square-sampled": np.where(phase % 1.0 < 0.5, 1.0, -1.0),
+        }
+        if kind not in smooth:
+            raise ValueError(f"waveform_type {kind!r} is unknown, expected {[*knots, *smooth]}")
+        value = smooth[kind]
+    signal = (0.5 * (high + low) + 0.5 * (high - low) * value[:, None]) * channels
+    return np.column_stack([phase / frequency, signal])
+
+
+def _joined(parts: list[np.ndarray]) -> np.ndarray:
+    """Put parts behind one another; a waypoint at the very time of the one before it is dropped."""
+    joined = parts[0].copy()
+    joined[:, 0] -= joined[0, 0] if joined[0, 0] < 0.0 else 0.0
+    for part in parts[1:]:
+        later = part.copy()
+        later[:, 0] += joined[-1, 0]
+        joined = np.concatenate([joined, later[later[:, 0] > joined[-1, 0]]])
+    if joined[0, 0] > 0.0:
+        joined = np.concatenate([[[0.0, *joined[0, 1:]]], joined])
+    return joined
+
+
+def _yaml() -> Any:
+    try:
+        import yaml
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "sorotraj files need PyYAML, which is not installed; install the extra with "
+            "pip install 'pneumorph[hardware]'"
+        ) from error
+    return yaml

@@ -1,0 +1,1 @@
+"""What a workshop needs to build a design: moulds, hub, parts list."""

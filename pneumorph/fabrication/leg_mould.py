@@ -1,0 +1,268 @@
+"""The mould of a PneuNet leg: two halves and a core, and the two castings they make.
+
+First the body with its chambers: upper half and core, whose plate closes it from below. Then, the
+core taken out, the upper half with the cured body is put on the lower half, in which the paper lies
+in the base plate's silicone. All in the leg's frame; both halves open along z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pneumorph.fabrication.solid import FabricationError, single_solid
+from pneumorph.geometry.netgen_mesher import box, open_cascade
+from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.settings import check_numbers
+
+
+@dataclass(frozen=True)
+class MouldSettings:
+    """Sizes of a mould [mm]."""
+
+    wall_mm: float = 6.0
+    """Thickness of the walls around the casting."""
+    core_plate_mm: float = 4.0
+    """Thickness of the plate that carries the core."""
+    pin_radius_mm: float = 2.5
+    """Radius of the registration pins."""
+    pin_length_mm: float = 8.0
+    """Length of the pins; they reach through the core's plate into the lower half."""
+    clearance_mm: float = 0.15
+    """Gap around a pin."""
+    pour_radius_mm: float = 2.0
+    """Radius of the holes to pour through."""
+    vent_radius_mm: float = 0.75
+    """Radius of the holes through which air leaves."""
+    smallest_wall_mm: float = 0.8
+    """Thinnest wall of a mould that can be printed."""
+    smallest_silicone_mm: float = 1.5
+    """Thinnest wall of the leg that fills reliably."""
+
+    def __post_init__(self) -> None:
+        names = (
+            "wall_mm",
+            "core_plate_mm",
+            "pin_radius_mm",
+            "pin_length_mm",
+            "clearance_mm",
+            "pour_radius_mm",
+            "vent_radius_mm",
+            "smallest_wall_mm",
+            "smallest_silicone_mm",
+        )
+        check_numbers(self, names, (), ())
+        if self.pin_length_mm <= self.core_plate_mm:
+            raise ValueError(
+                f"pin_length_mm is {self.pin_length_mm}, expected more than the core plate's "
+                f"{self.core_plate_mm} mm"
+            )
+
+
+@dataclass(frozen=True)
+class LegMould:
+    """Solids of a mould, OpenCASCADE shapes in the leg's frame."""
+
+    upper: Any
+    """Forms tooth base and teeth; opens upwards (+z)."""
+    lower: Any
+    """Forms the base plate; opens downwards (-z)."""
+    core: Any
+    """Forms the cavity in the first casting; is drawn downwards (-z)."""
+    body: Any
+    """What the first casting makes."""
+    plate: Any
+    """What the second casting adds."""
+    body_volume_mm3: float
+    """Volume left between upper half and core, without the holes [mm^3]."""
+    plate_volume_mm3: float
+    """Volume left in the lower half [mm^3]."""
+
+    @property
+    def cast_volume_mm3(self) -> float:
+        """Silicone of one leg [mm^3]."""
+        return self.body_volume_mm3 + self.plate_volume_mm3
+
+
+def make_leg_mould(
+    shape: PneuNetShape | None = None, settings: MouldSettings | None = None
+) -> LegMould:
+    """Make the mould of a leg.
+
+    Args:
+        shape: Sizes of the leg; those of the paper by default.
+        settings: Sizes of the mould.
+
+    Raises:
+        ModuleNotFoundError: netgen is not installed.
+        FabricationError: The sizes do not fit: a part falls to pieces, or holes cut into the leg.
+    """
+    shape, settings = shape or PneuNetShape(), settings or MouldSettings()
+    plate_size = np.array(shape.base_plate_mm)
+    parting, top = plate_size[2], shape.height_mm
+    margin = settings.wall_mm + 2.0 * (settings.pin_radius_mm + settings.clearance_mm)
+    reach = plate_size[:2] / 2.0 + margin + settings.wall_mm / 2.0
+
+    def slab(low: float, high: float) -> Any:
+        return box((-reach[0], -reach[1], low), (2 * reach[0], 2 * reach[1], high - low))
+
+    plate = _boxes(shape.solid_boxes()[:1])
+    body_outside = _boxes(shape.solid_boxes()[1:])
+    cavity = _boxes(shape.cavity_boxes())
+    body = single_solid("the body of the leg", body_outside - cavity)
+
+    pins = _pin_places(reach, settings)
+    holes = _vertical(_hole_places(shape), settings, parting - 1.0, top + settings.wall_mm + 1.0)
+    pin_solids = _cylinders(
+        pins, settings.pin_radius_mm, parting - settings.pin_length_mm, parting + 1.0
+    )
+    pin_holes = _cylinders(
+        pins,
+        settings.pin_radius_mm + settings.clearance_mm,
+        parting - settings.pin_length_mm - 1.0,
+        parting + 1.0,
+    )
+    floor = min(-settings.wall_mm, parting - settings.pin_length_mm - 1.0 - settings.wall_mm / 2)
+    upper = single_solid(
+        "the upper half",
+        (slab(parting, top + settings.wall_mm) - body_outside - holes) + pin_solids,
+    )
+    lower = single_solid("the lower half", slab(floor, parting) - plate - pin_holes)
+    core = single_solid(
+        "the core", (slab(parting - settings.core_plate_mm, parting) - pin_holes) + cavity
+    )
+    return LegMould(
+        upper,
+        lower,
+        core,
+        body,
+        plate,
+        _space(body_outside, upper, core),
+        _space(plate, lower),
+    )
+
+
+def undercut_mm3(
+    cast: Any, mould: Any, direction: int, travel_mm: float, step_mm: float = 0.5
+) -> float:
+    """Largest volume of a mould that is in the casting's way while it is drawn off [mm^3].
+
+    The mould is moved along z in steps and intersected with the casting; 0 means no undercut wider
+    than the step.
+
+    Args:
+        cast: The casting.
+        mould: The part of the mould.
+        direction: +1 to draw upwards, -1 downwards.
+        travel_mm: How far [mm].
+        step_mm: Step [mm], at most half of the narrowest feature.
+    """
+    occ = open_cascade()
+    worst = 0.0
+    for shift in np.arange(step_mm, travel_mm + step_mm, step_mm):
+        moved = mould.Move(occ.Vec(0.0, 0.0, float(direction * shift)))
+        worst = max(worst, _volume(moved * cast))
+    return worst
+
+
+def _volume(shape: Any) -> float:
+    return float(sum(solid.mass for solid in shape.solids))
+
+
+def _space(envelope: Any, *solids: Any) -> float:
+    """Volume of an envelope that no solid fills [mm^3]."""
+    left = envelope
+    for solid in solids:
+        left = left - solid
+    return _volume(left)
+
+
+def _boxes(boxes: list[Any]) -> Any:
+    first, *others = [box(corner, size) for corner, size in boxes]
+    for other in others:
+        first = first + other
+    return first
+
+
+def _cylinders(places: list[tuple[float, float]], radius: float, low: float, high: float) -> Any:
+    occ = open_cascade()
+    made = None
+    for x, y in places:
+        each = occ.Cylinder(occ.Pnt(x, y, low), occ.Z, radius, high - low)
+        made = each if made is None else made + each
+    return made
+
+
+def _pin_places(reach: np.ndarray, settings: MouldSettings) -> list[tuple[float, float]]:
+    """Three corners, and a fourth off its corner: the halves fit one way round only."""
+    inset = settings.wall_mm / 2.0 + settings.pin_radius_mm + settings.clearance_mm
+    x, y = reach - inset
+    return [(-x, -y), (-x, y), (x, -y), (0.8 * x, y)]
+
+
+def _hole_places(shape: PneuNetShape) -> dict[str, list[tuple[float, float]]]:
+    """Where to pour and to vent: over the end teeth, every tooth, and the plate's overhang."""
+    length, width, _ = shape.tooth_base_mm
+    plate_length, plate_width, _ = shape.base_plate_mm
+    end = length / 2.0 - shape.end_tooth_length_mm / 2.0
+    side = (width + plate_width) / 4.0
+    outer = (length + plate_length) / 4.0
+    middle = (shape.inner_tooth_count - 1) / 2.0
+    teeth = [(i - middle) * shape.tooth_pitch_mm for i in range(shape.inner_tooth_count)]
+    return {
+        "pour": [(-end, 0.0), (-end, side)],
+        "vent": [(end, 0.0), *((x, 0.0) for x in teeth), (outer, side), (outer, -side),
+                 (-outer, -side)],
+    }  # fmt: skip
+
+
+def _vertical(
+    places: dict[str, list[tuple[float, float]]], settings: MouldSettings, low: float, high: float
+) -> Any:
+    wide = _cylinders(places["pour"], settings.pour_radius_mm, low, high)
+    return wide + _cylinders(places["vent"], settings.vent_radius_mm, low, high)
+
+
+def check_leg_mould(mould: LegMould, shape: PneuNetShape, mesh_volume_mm3: float) -> dict[str, Any]:
+    """Check that a mould makes the leg that was meshed and lets go of it.
+
+    Args:
+        mould: The mould.
+        shape: The leg.
+        mesh_volume_mm3: Volume of the leg's mesh [mm^3].
+
+    Returns:
+        Volumes and undercuts, for a summary.
+
+    Raises:
+        FabricationError: The cast volume is off by more than 0.5 %, or a part does not come off.
+    """
+    error_percent = 100.0 * (mould.cast_volume_mm3 / mesh_volume_mm3 - 1.0)
+    if abs(error_percent) > 0.5:
+        raise FabricationError(
+            f"the mould holds {mould.cast_volume_mm3:.0f} mm^3 of silicone, the mesh "
+            f"{mesh_volume_mm3:.0f} mm^3: they differ by {error_percent:.2f} %, expected 0.5 % or "
+            "less; the mesh is of another shape"
+        )
+    travel = shape.height_mm + 1.0
+    step = min(0.5, shape.tooth_gap_mm / 2.0)
+    cast = mould.body + mould.plate
+    undercuts = {
+        "upper": undercut_mm3(cast, mould.upper, +1, travel, step),
+        "lower": undercut_mm3(cast, mould.lower, -1, travel, step),
+        "core": undercut_mm3(mould.body, mould.core, -1, travel, step),
+    }
+    for name, volume in undercuts.items():
+        if volume > 1e-3:  # [mm^3]; Boolean operations round at 1e-7 mm times the faces' area
+            raise FabricationError(
+                f"the {name} part of the mould has an undercut: {volume:.2f} mm^3 of it are in the "
+                "casting's way"
+            )
+    return {
+        "cast_volume_mm3": mould.cast_volume_mm3,
+        "mesh_volume_mm3": mesh_volume_mm3,
+        "cast_volume_error_percent": error_percent,
+        "undercut_mm3": undercuts,
+    }

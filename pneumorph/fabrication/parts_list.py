@@ -1,0 +1,182 @@
+"""What a design is made of: legs, silicone, tubes, connectors, prints."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+
+from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.robot.design import Design
+from pneumorph.settings import check_numbers
+
+MM3_PER_ML = 1000.0
+
+
+@dataclass(frozen=True)
+class WorkshopSettings:
+    """Materials and supplies."""
+
+    silicone: str = "Dragon Skin 30"
+    """Name of the silicone."""
+    silicone_density_g_per_ml: float = 1.08
+    """Its density [g/ml]."""
+    silicone_waste: float = 0.2
+    """Share that stays in cups, holes and syringes."""
+    print_density_g_per_ml: float = 1.24
+    """Density of printed parts (PLA) [g/ml]."""
+    tube: str = "silicone tube 2 x 3 mm"
+    """Name of the tube."""
+    supply_tube_mm: float = 800.0
+    """From the middle of the hub to a regulator [mm]."""
+    tube_slack_mm: float = 40.0
+    """Added to each leg's tube: into the leg, and slack at the hub [mm]."""
+
+    def __post_init__(self) -> None:
+        check_numbers(
+            self,
+            ("silicone_density_g_per_ml", "print_density_g_per_ml", "supply_tube_mm"),
+            ("silicone_waste", "tube_slack_mm"),
+            (),
+        )
+
+
+@dataclass(frozen=True)
+class Part:
+    """One line of the parts list."""
+
+    number: int
+    name: str
+    count: int
+    detail: str
+    volume_ml: float | None = None
+    mass_g: float | None = None
+
+
+@dataclass(frozen=True)
+class TubeRun:
+    """One leg's tube."""
+
+    location: int
+    """Location around the hub, from 0."""
+    direction_deg: float
+    """Counter-clockwise from forward [degrees]."""
+    regulator: int
+    """Regulator, from 1."""
+    length_mm: float
+    """Cut length [mm]."""
+
+
+def tube_plan(
+    design: Design, mounting: RadialMounting, channel_length_mm: float, workshop: WorkshopSettings
+) -> list[TubeRun]:
+    """The tube of every leg: through its channel to the hub's middle, with slack.
+
+    Args:
+        design: The design.
+        mounting: Where legs sit.
+        channel_length_mm: From a socket's face to the well [mm].
+        workshop: Slack.
+    """
+    length = channel_length_mm + workshop.tube_slack_mm
+    return [
+        TubeRun(
+            location,
+            360.0 / mounting.location_count * (location + 0.5),
+            regulator,
+            round(length, 1),
+        )
+        for location, regulator in design.legs
+    ]
+
+
+def parts_list(
+    design: Design,
+    leg: PneuNetShape,
+    leg_volume_mm3: float,
+    hub_volume_mm3: float,
+    mould_volumes_mm3: dict[str, float],
+    tubes: list[TubeRun],
+    workshop: WorkshopSettings,
+) -> list[Part]:
+    """Everything to buy, print, cut and cast for one robot.
+
+    Args:
+        design: The design.
+        leg: The leg's sizes.
+        leg_volume_mm3: Silicone of one leg [mm^3].
+        hub_volume_mm3: Printed volume of the hub [mm^3].
+        mould_volumes_mm3: Printed volume of each part of the mould by name [mm^3].
+        tubes: The tube plan.
+        workshop: Materials.
+    """
+    count = design.leg_count
+    leg_ml = leg_volume_mm3 / MM3_PER_ML
+    mixed_ml = count * leg_ml * (1.0 + workshop.silicone_waste)
+    hub_ml = hub_volume_mm3 / MM3_PER_ML
+    regulators = sorted({run.regulator for run in tubes})
+    # A regulator with n legs needs n - 1 tees.
+    tees = sum(sum(run.regulator == r for run in tubes) - 1 for r in regulators)
+    plate_length, plate_width, _ = leg.base_plate_mm
+    tube_mm = sum(run.length_mm for run in tubes) + len(regulators) * workshop.supply_tube_mm
+    rows = [
+        (
+            "PneuNet leg, cast",
+            count,
+            f"{workshop.silicone}, each",
+            leg_ml,
+            leg_ml * workshop.silicone_density_g_per_ml,
+        ),
+        (
+            "silicone to mix",
+            1,
+            f"{workshop.silicone}, {100 * workshop.silicone_waste:.0f} % waste included",
+            mixed_ml,
+            mixed_ml * workshop.silicone_density_g_per_ml,
+        ),
+        ("paper layer", count, f"{plate_length:g} x {plate_width:g} mm, under the leg", None, None),
+        (
+            "hub, printed",
+            1,
+            "solid, eight sockets",
+            hub_ml,
+            hub_ml * workshop.print_density_g_per_ml,
+        ),
+        ("tube", 1, f"{workshop.tube}, {math.ceil(tube_mm / 10) / 100:g} m in all", None, None),
+        ("T piece", tees, "joins legs of one regulator", None, None),
+        ("tube to a regulator", len(regulators), f"{workshop.supply_tube_mm:g} mm", None, None),
+        *(
+            (
+                f"mould, {name}",
+                1,
+                "printed once",
+                volume / MM3_PER_ML,
+                volume / MM3_PER_ML * workshop.print_density_g_per_ml,
+            )
+            for name, volume in mould_volumes_mm3.items()
+        ),
+    ]
+    return [Part(number, *row) for number, row in enumerate(rows, start=1)]
+
+
+def parts_csv(parts: list[Part]) -> str:
+    """The list as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["number", "name", "count", "detail", "volume_ml", "mass_g"])
+    for part in parts:
+        numbers = ["" if v is None else f"{v:.2f}" for v in (part.volume_ml, part.mass_g)]
+        writer.writerow([part.number, part.name, part.count, part.detail, *numbers])
+    return text.getvalue()
+
+
+def tubes_csv(tubes: list[TubeRun]) -> str:
+    """The tube plan as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["location", "direction_deg", "regulator", "length_mm"])
+    for run in tubes:
+        writer.writerow([run.location, f"{run.direction_deg:g}", run.regulator, run.length_mm])
+    return text.getvalue()

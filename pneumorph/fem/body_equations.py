@@ -1,0 +1,94 @@
+"""One time step's equations of the nodes of a body: A v = b + impulses from outside.
+
+With M the mass, f(x) all forces but damping, K their negative derivative and D the stiffness that
+damping acts on, the converged implicit Euler step of length h asks for v such that
+
+    r(v) = (1 + alpha h) M v + h beta D(x) v - M v_0 - h f(x) = impulses,   x = x_0 + h v.
+
+Newton's method linearises it at a trial v_k: A = (1 + alpha h) M + h beta D + h^2 K and
+b = A v_k - r. The linearly implicit step (Baraff and Witkin 1998; the paper's equation for dv) is
+one such step from v_k = 0 in which K is D, without geometric and pressure terms.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.part_model import PartModel
+
+
+def linearly_implicit_equations(
+    part: PartModel,
+    x: np.ndarray,
+    v: np.ndarray,
+    pressure_kPa: float,
+    settings: FullOrderSettings,
+) -> tuple[np.ndarray, np.ndarray]:
+    """A = (1 + alpha h) M + h (h + beta) D and b = M v + h f, at the start of a step.
+
+    Args:
+        part: The body.
+        x: World positions of the nodes [mm], (node, 3).
+        v: Their velocities [mm/s], (node, 3).
+        pressure_kPa: Pressure in the cavity [simulated kPa].
+        settings: Time step and physics.
+
+    Returns:
+        Data of A in the pattern of the part's assembly [kg], (entry,), and b [mN s], (3 node,).
+    """
+    data = settings.stiffness_factor * _damped_stiffness(part, x, settings)
+    data[part.assembly.diagonal] += settings.mass_factor * np.repeat(part.node_mass, 3)
+    force = _force(part, x, pressure_kPa, settings)
+    return data, (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
+
+
+def implicit_equations(
+    part: PartModel,
+    start_velocity: np.ndarray,
+    x: np.ndarray,
+    v: np.ndarray,
+    pressure_kPa: float,
+    settings: FullOrderSettings,
+    definite: bool,
+) -> tuple[np.ndarray, np.ndarray]:
+    """A and b of the implicit Euler step linearised at a trial end of it.
+
+    Args:
+        part: The body.
+        start_velocity: v_0, velocities at the start of the step [mm/s], (node, 3).
+        x: World positions at the trial end [mm], (node, 3).
+        v: Velocities that lead there [mm/s], (node, 3).
+        pressure_kPa: Pressure in the cavity [simulated kPa].
+        settings: Time step and physics.
+        definite: Make A positive definite at the price of a slower convergence.
+
+    Returns:
+        As `linearly_implicit_equations`; A v - b is the residual r(v).
+    """
+    h, beta = settings.time_step_s, settings.stiffness_damping_s
+    mass = np.repeat(part.node_mass, 3)
+    data = h * beta * _damped_stiffness(part, x, settings)
+    data[part.assembly.diagonal] += settings.mass_factor * mass
+    velocity = v.ravel()
+    residual = part.assembly.matrix(data) @ velocity - mass * start_velocity.ravel()
+    residual -= h * _force(part, x, pressure_kPa, settings).ravel()
+    data += h**2 * part.tangent_data(x, pressure_kPa, settings.rotation, definite)
+    return data, part.assembly.matrix(data) @ velocity - residual
+
+
+def _damped_stiffness(part: PartModel, x: np.ndarray, settings: FullOrderSettings) -> np.ndarray:
+    if settings.damping == "published":
+        return part.stiffness_data(x, settings.rotation)
+    return part.objective_stiffness_data(x)
+
+
+def _force(
+    part: PartModel, x: np.ndarray, pressure_kPa: float, settings: FullOrderSettings
+) -> np.ndarray:
+    """Elastic force, pressure and weight [mN], (node, 3)."""
+    force = part.internal_force(x, settings.rotation)
+    if pressure_kPa != 0.0:
+        force += part.pressure_force(x, pressure_kPa)
+    force += part.node_mass[:, None] * settings.gravity_vector
+    return force

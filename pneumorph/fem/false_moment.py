@@ -1,0 +1,60 @@
+"""The moment that internal forces exert on a whole robot, which should be none.
+
+Rayleigh damping by a stiffness without geometric part resists turning a stressed leg as a whole,
+and edge-based element rotations leave the elastic forces a resultant moment. Both act as if a hand
+held the robot; under objective damping and polar rotations both vanish.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.soft_hub import SoftHubState
+
+
+@dataclass(frozen=True, eq=False)
+class FalseMoment:
+    """Resultant moments about a point, world axes [N mm]."""
+
+    damping: np.ndarray
+    """Of the stiffness damping, (3,)."""
+    elasticity: np.ndarray
+    """Of the elastic forces, (3,)."""
+
+
+def false_moment(robot: FullRobot, state: FullRobotState) -> FalseMoment:
+    """Moments of a robot's internal forces about its tracked point.
+
+    Args:
+        robot: The robot; a rigid hub has no internal forces.
+        state: Where it is.
+    """
+    settings, centre = robot.settings, robot.tracked_point_mm(state)
+    bodies = [
+        (leg.part, x, v)
+        for leg, x, v in zip(robot.legs, state.positions, state.velocities, strict=True)
+    ]
+    if isinstance(state.hub, SoftHubState):
+        v = state.hub.velocity.reshape(-1, 3)
+        bodies.append((robot.hub.part, state.hub.positions, v))
+    damping, elasticity = np.zeros((2, 3))
+    for part, x, v in bodies:
+        arm = x - centre
+        resistance = -settings.stiffness_damping_s * (_damped(part, x, settings) @ v.ravel())
+        # mN mm to N mm
+        damping += 1e-3 * np.cross(arm, resistance.reshape(-1, 3)).sum(axis=0)
+        force = part.internal_force(x, settings.rotation)
+        elasticity += 1e-3 * np.cross(arm, force).sum(axis=0)
+    return FalseMoment(damping, elasticity)
+
+
+def _damped(part: PartModel, x: np.ndarray, settings: FullOrderSettings) -> np.ndarray:
+    if settings.damping == "published":
+        return part.stiffness(x, settings.rotation)
+    return part.objective_stiffness(x)

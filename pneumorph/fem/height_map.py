@@ -1,0 +1,143 @@
+"""A floor whose heights come from an image or an array."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.fem.floor import HeightField
+from pneumorph.settings import check_numbers
+
+
+@dataclass(frozen=True)
+class HeightMap:
+    """A file of heights, seen from above: columns go along x (forward), rows from +y to -y."""
+
+    path: Path | None = None
+    """A grey image (such as PNG of 8 or 16 bits), or ``.npy`` with heights in mm; none for a
+    plane."""
+    mm_per_pixel: float = 1.0
+    """Distance between neighbouring pixels [mm]."""
+    black_mm: float = 0.0
+    """Height of black in an image [mm]."""
+    white_mm: float = 10.0
+    """Height of white in an image [mm]."""
+    centre_x_mm: float = 0.0
+    """Where the middle of the map lies, x [mm]."""
+    centre_y_mm: float = 0.0
+    """Where the middle of the map lies, y [mm]."""
+    smoothing_mm: float = 0.0
+    """Standard deviation of a Gaussian that rounds the map's edges and steps [mm]."""
+
+    def __post_init__(self) -> None:
+        finite = ("black_mm", "white_mm", "centre_x_mm", "centre_y_mm")
+        check_numbers(self, ("mm_per_pixel",), ("smoothing_mm",), finite)
+
+    def heights_mm(self) -> np.ndarray:
+        """Read the file [mm], (row, column).
+
+        Raises:
+            FileNotFoundError: No such file.
+            ValueError: Not a grey image or array of heights.
+        """
+        if self.path is None:
+            raise ValueError("path of the height map is None, expected an image or a .npy file")
+        path = Path(self.path)
+        if not path.exists():
+            raise FileNotFoundError(f"height map {path} does not exist")
+        if path.suffix == ".npy":
+            return np.asarray(np.load(path, allow_pickle=False), dtype=float)
+        from matplotlib.image import imread
+
+        try:
+            pixels = imread(path)
+        except (OSError, SyntaxError) as error:
+            raise ValueError(
+                f"height map {path} is not an image that can be read ({error}); expected a grey "
+                "image such as PNG, or a .npy of heights in mm"
+            ) from error
+        if pixels.dtype.kind == "u":
+            pixels = pixels / np.iinfo(pixels.dtype).max
+        if pixels.ndim == 3:
+            colours = pixels[:, :, : 3 if pixels.shape[2] > 2 else 1]
+            if np.ptp(colours, axis=2).max() > 0.0:
+                raise ValueError(
+                    f"height map {path} has colours, expected greys: a colour names no height"
+                )
+            pixels = colours[:, :, 0]
+        grey = np.asarray(pixels, dtype=float)
+        return self.black_mm + (self.white_mm - self.black_mm) * grey
+
+    def floor(self, base_mm: float) -> HeightField:
+        """Read the file and return the floor, heights counted from a base [mm].
+
+        Raises:
+            FileNotFoundError: No such file.
+            ValueError: Not a grey image or array of heights.
+        """
+        return height_field(
+            self.heights_mm(),
+            self.mm_per_pixel,
+            (self.centre_x_mm, self.centre_y_mm),
+            self.smoothing_mm,
+            base_mm,
+            f"height map {self.path}",
+        )
+
+
+def height_field(
+    heights_mm: np.ndarray,
+    mm_per_pixel: float,
+    centre_mm: tuple[float, float] = (0.0, 0.0),
+    smoothing_mm: float = 0.0,
+    base_mm: float = 0.0,
+    description: str = "height field given as an array",
+) -> HeightField:
+    """Return the floor through an array of heights, by bicubic splines (twice differentiable).
+
+    Beyond its edges the floor goes on level, at the height of the nearest edge.
+
+    Args:
+        heights_mm: Heights seen from above [mm], (row, column), at least 4 x 4: columns go along x,
+            rows from +y to -y.
+        mm_per_pixel: Distance between neighbours [mm].
+        centre_mm: Where the middle of the array lies, x and y [mm].
+        smoothing_mm: Standard deviation of a Gaussian smoothing [mm].
+        base_mm: Added to every height [mm].
+        description: What it is, in words.
+
+    Raises:
+        ValueError: The array is not of two axes, too small, or not finite.
+    """
+    from scipy.interpolate import RectBivariateSpline
+    from scipy.ndimage import gaussian_filter
+
+    heights = np.array(heights_mm, dtype=float)
+    if heights.ndim != 2 or min(heights.shape) < 4:
+        raise ValueError(
+            f"heights_mm must have shape (row, column) of at least 4 x 4, got {heights.shape}; "
+            "smaller arrays have no bicubic spline"
+        )
+    if not np.all(np.isfinite(heights)):
+        raise ValueError("heights_mm must be finite, got NaN or infinity: holes must be filled")
+    if smoothing_mm > 0.0:
+        heights = gaussian_filter(heights, smoothing_mm / mm_per_pixel, mode="nearest")
+    row_count, column_count = heights.shape
+    x = centre_mm[0] + mm_per_pixel * (np.arange(column_count) - (column_count - 1) / 2.0)
+    y = centre_mm[1] + mm_per_pixel * (np.arange(row_count) - (row_count - 1) / 2.0)
+    spline = RectBivariateSpline(x, y, heights[::-1].T)
+
+    def height(at_x: np.ndarray, at_y: np.ndarray) -> np.ndarray:
+        values: np.ndarray = spline.ev(np.clip(at_x, x[0], x[-1]), np.clip(at_y, y[0], y[-1]))
+        return values
+
+    def gradient(at_x: np.ndarray, at_y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        inner_x, inner_y = np.clip(at_x, x[0], x[-1]), np.clip(at_y, y[0], y[-1])
+        return (
+            np.where(inner_x == at_x, spline.ev(inner_x, inner_y, dx=1), 0.0),
+            np.where(inner_y == at_y, spline.ev(inner_x, inner_y, dy=1), 0.0),
+        )
+
+    return HeightField(height, gradient, base_mm, description)

@@ -1,0 +1,161 @@
+"""A rollout of a full-order robot that goes on where it was interrupted."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.artefact import load_artefact, save_artefact
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
+from pneumorph.settings import settings_to_dict
+from pneumorph.trajectory import Trajectory
+
+FORMAT_VERSION = 1
+STATE = "state:"
+
+
+def resumable_rollout(
+    robot: FullRobot,
+    commands_kPa: np.ndarray,
+    checkpoint: Path,
+    *,
+    settling_steps: int = 15,
+    record_every: int = 5,
+    description: dict[str, Any] | None = None,
+    checkpoint_every_s: float = 60.0,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> Trajectory:
+    """Follow commands from the settled state, saving the way so far.
+
+    The same commands and the same robot go on from the checkpoint; others start anew. It is removed
+    at the end.
+
+    Args:
+        robot: The robot.
+        commands_kPa: Real pressure asked for in every step [kPa], (step, regulator).
+        checkpoint: File to save the way so far in.
+        settling_steps: Steps at zero pressure before the start.
+        record_every: Steps between frames, each with the nodes.
+        description: What else to note in the trajectory's metadata.
+        checkpoint_every_s: Wall time between checkpoints, which are made at frames [s].
+        progress: Told the steps made, those to make, and what goes on.
+
+    Raises:
+        ValueError: A command is negative or not finite.
+        StepError: The robot fails while it settles.
+    """
+    commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
+    if not np.all(np.isfinite(commands)) or np.any(commands < 0.0):
+        raise ValueError("commands_kPa must be finite and not negative; a regulator only inflates")
+    identity = _identity(robot, commands, settling_steps, record_every)
+    done, state, pieces = _loaded(robot, checkpoint, identity)
+    if state is None:
+        state = robot.settled_state(settling_steps)
+    saved_at, status = time.monotonic(), "completed"
+    while done < len(commands) and status == "completed":
+        state, piece = robot.rollout(state, commands[done : done + record_every], record_every)
+        pieces.append(piece)
+        status = piece.status
+        done = min(done + record_every, len(commands))
+        if progress is not None:
+            progress(done, len(commands), "simulating")
+        if done < len(commands) and time.monotonic() - saved_at >= checkpoint_every_s:
+            pieces = [joined(pieces)]
+            _save(checkpoint, identity, done, state, pieces[0])
+            saved_at = time.monotonic()
+    checkpoint.unlink(missing_ok=True)
+    way = joined(pieces)
+    way.metadata.update(description or {})
+    return way
+
+
+def _loaded(
+    robot: FullRobot, checkpoint: Path, identity: str
+) -> tuple[int, FullRobotState | None, list[Trajectory]]:
+    """Steps made, the state after them, and the way so far, if they are of this rollout."""
+    if not checkpoint.exists():
+        return 0, None, []
+    arrays, header = load_artefact(checkpoint, "FullRollout", FORMAT_VERSION)
+    if header["identity"] != identity:
+        return 0, None, []
+    kept = {k.removeprefix(STATE): v for k, v in arrays.items() if k.startswith(STATE)}
+    recorded: dict[str, Any] = {k: v for k, v in arrays.items() if not k.startswith(STATE)}
+    way = Trajectory(**recorded, metadata=header["way"])
+    return header["done"], state_from_arrays(robot, kept), [way]
+
+
+def _save(
+    checkpoint: Path, identity: str, done: int, state: FullRobotState, way: Trajectory
+) -> None:
+    arrays = {STATE + name: value for name, value in state_to_arrays(state).items()}
+    header = {"identity": identity, "done": done, "way": way.metadata}
+    save_artefact(checkpoint, "FullRollout", FORMAT_VERSION, arrays | way.arrays(), header)
+
+
+def joined(pieces: Sequence[Trajectory]) -> Trajectory:
+    """One trajectory of several, each of which starts where the one before it ends.
+
+    Args:
+        pieces: The pieces; the last frame of one is the first of the next.
+    """
+    arrays: dict[str, Any] = {}
+    for name, value in pieces[0].arrays().items():
+        later = [piece.arrays()[name][1:] for piece in pieces[1:]]
+        if name == "time_s":
+            starts = np.cumsum([piece.time_s[-1] for piece in pieces])
+            later = [each + start for each, start in zip(later, starts, strict=False)]
+        arrays[name] = value if name == "skin_triangles" else np.concatenate([value, *later])
+    steps = [piece.metadata["steps"] for piece in pieces]
+    contact = [piece.metadata["contact"] for piece in pieces]
+    share = np.array([each["count"] for each in steps], dtype=float)
+    share /= max(share.sum(), 1.0)
+    metadata = {
+        **pieces[-1].metadata,
+        "contact": {
+            "floor": contact[0]["floor"],
+            "worst_residual_mm_per_s": max(each["worst_residual_mm_per_s"] for each in contact),
+            "unconverged_share": float(share @ [each["unconverged_share"] for each in contact]),
+            "deepest_penetration_mm": max(each["deepest_penetration_mm"] for each in contact),
+        },
+        "steps": {
+            "count": sum(each["count"] for each in steps),
+            "halved": sum(each["halved"] for each in steps),
+            "mean_iterations": float(share @ [each["mean_iterations"] for each in steps]),
+        },
+    }
+    return Trajectory(**arrays, status=pieces[-1].status, metadata=metadata)
+
+
+def _identity(
+    robot: FullRobot, commands: np.ndarray, settling_steps: int, record_every: int
+) -> str:
+    """Digest of all that decides a rollout."""
+    described: dict[str, Any] = {
+        "settings": settings_to_dict(robot.settings),
+        "floor": robot.floor.description,
+        "steps": [settling_steps, record_every],
+        "hub": type(robot.hub).__name__,
+        "legs": [
+            [leg.part.mesh.digest(), leg.regulator, repr(leg.part.material),
+             repr(leg.part.membranes)]
+            for leg in robot.legs
+        ],
+    }  # fmt: skip
+    digest = hashlib.sha256(json.dumps(described, sort_keys=True).encode())
+    # The floor where a robot may walk, and everything else that is numbers.
+    across = np.linspace(-500.0, 500.0, 101)
+    below = np.stack(np.meshgrid(across, across, [0.0]), axis=-1).reshape(-1, 3)
+    numbers = [commands, robot.tracked_point, robot.floor.gap(below), *robot.hub.identity()]
+    for leg in robot.legs:
+        numbers += [leg.part.node_mass, leg.pose.rotation, leg.pose.translation]
+    for each in numbers:
+        digest.update(np.ascontiguousarray(each, dtype=float).tobytes())
+    return digest.hexdigest()

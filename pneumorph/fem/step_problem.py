@@ -1,0 +1,309 @@
+"""One time step of a robot: its equations at a trial end, and the linear solve to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pneumorph.fem.body_equations import implicit_equations, linearly_implicit_equations
+from pneumorph.fem.contact_points import Contacts, linearise_contacts
+from pneumorph.fem.contact_solve import solve_contacts
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.mounted_leg import MountedLeg
+
+if TYPE_CHECKING:
+    from pneumorph.fem.full_robot import FullRobot
+
+
+@dataclass(frozen=True, eq=False)
+class TrialStep:
+    """Where a step may end; axes as in `FullRobotState`."""
+
+    hub: Any
+    """State of the hub; its velocity leads there from the step's start."""
+    positions: tuple[np.ndarray, ...]
+    """World positions of each leg's nodes [mm], each (node, 3)."""
+    velocities: tuple[np.ndarray, ...]
+    """Velocities that lead there [mm/s], each (node, 3)."""
+    impulses: np.ndarray
+    """Contact impulses, rows of the floor's frames [mN s], (contact point, 3)."""
+    contact_velocities: np.ndarray
+    """Velocities of the contact points in the same rows [mm/s], (contact point, 3)."""
+    contact_residual: float = 0.0
+    """Contact law violated by at most this [mm/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """A v = b + impulses from outside, of each body."""
+
+    hub: tuple[np.ndarray, np.ndarray]
+    """A, (unknown, unknown), and b, (unknown,)."""
+    legs: tuple[tuple[np.ndarray, np.ndarray], ...]
+    """Data of A in the pattern of the part's assembly, (entry,), and b, (3 node,), of each."""
+
+
+class StepProblem:
+    """The step of a robot from one state, under given pressures.
+
+    Args:
+        robot: The robot.
+        start: Where it is.
+        regulated_kPa: Pressure of each regulator at the end of the step [real kPa], (regulator,).
+        settings: Physics and numerics; the time step may be a fraction of the robot's.
+    """
+
+    def __init__(
+        self,
+        robot: FullRobot,
+        start: FullRobotState,
+        regulated_kPa: np.ndarray,
+        settings: FullOrderSettings,
+    ) -> None:
+        self._robot, self._start, self._settings = robot, start, settings
+        self._regulated = regulated_kPa
+        self._pressure = settings.pressure_map.simulated(regulated_kPa)
+
+    def standing(self) -> TrialStep:
+        """The trial in which nothing moves and contacts press as they did before."""
+        start = self._start
+        return self._moved(
+            np.zeros_like(start.hub.velocity),
+            [np.zeros_like(v) for v in start.velocities],
+            start.impulses,
+            np.zeros_like(start.contact_velocities),
+        )
+
+    def between(self, first: TrialStep, second: TrialStep, share: float) -> TrialStep:
+        """The trial whose velocities and impulses are a share of the way from first to second."""
+        if share == 1.0:
+            return second
+
+        def mean(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+            return a + share * (b - a)
+
+        return self._moved(
+            mean(first.hub.velocity, second.hub.velocity),
+            [mean(a, b) for a, b in zip(first.velocities, second.velocities, strict=True)],
+            mean(first.impulses, second.impulses),
+            mean(first.contact_velocities, second.contact_velocities),
+        )
+
+    def contact_positions(self, trial: TrialStep | FullRobotState) -> tuple[np.ndarray, ...]:
+        """Where the contact points of each leg, and last the hub's, are [mm], each (point, 3)."""
+        return self._robot.contact_positions(trial)
+
+    def contacts(self, points: Sequence[np.ndarray], trial: TrialStep) -> Contacts:
+        """The floor, linearised where a trial puts the contact points that take part."""
+        start, now = self.contact_positions(self._start), self.contact_positions(trial)
+        moved = [after - before for after, before in zip(now, start, strict=True)]
+        return linearise_contacts(self._robot.floor, points, now, moved)
+
+    def linearly_implicit(self) -> Equations:
+        """Equations of the published step."""
+        start, settings, clock = self._start, self._settings, self._robot.clock
+        assemble = clock.timed("assembly", linearly_implicit_equations)
+        return Equations(
+            clock.timed("assembly", self._robot.hub.system)(start.hub, settings),
+            tuple(
+                assemble(leg.part, x, v, self._pressure_of(leg), settings)
+                for leg, x, v in zip(
+                    self._robot.legs, start.positions, start.velocities, strict=True
+                )
+            ),
+        )
+
+    def implicit_euler(self, trial: TrialStep, definite: bool = False) -> Equations:
+        """Equations of the implicit Euler step, linearised at a trial."""
+        start, settings, clock = self._start, self._settings, self._robot.clock
+        assemble = clock.timed("assembly", implicit_equations)
+        hub = clock.timed("assembly", self._robot.hub.implicit_system)
+        return Equations(
+            hub(start.hub, trial.hub, settings, definite),
+            tuple(
+                assemble(leg.part, before, x, v, self._pressure_of(leg), settings, definite)
+                for leg, before, x, v in zip(
+                    self._robot.legs,
+                    start.velocities,
+                    trial.positions,
+                    trial.velocities,
+                    strict=True,
+                )
+            ),
+        )
+
+    def unbalanced(self, equations: Equations, trial: TrialStep, contacts: Contacts) -> float:
+        """Norm of the impulses that a trial leaves unbalanced [mN s].
+
+        Args:
+            equations: Linearised at the trial.
+            trial: The trial.
+            contacts: The floor, linearised at the trial.
+        """
+        robot, hub = self._robot, self._robot.hub
+        matrix, right = equations.hub
+        of_hub = matrix @ trial.hub.velocity - right
+        impulses = self._world_impulses(trial, contacts)
+        points = hub.contact_points[contacts.points[-1]]
+        of_hub -= hub.point_map(trial.hub, points).T @ impulses[-1].ravel()
+        squares = 0.0
+        for leg, (data, b), v, active, impulse in zip(
+            robot.legs, equations.legs, trial.velocities, contacts.points, impulses, strict=False
+        ):
+            of_leg = (leg.part.assembly.matrix(data) @ v.ravel() - b).reshape(-1, 3)
+            of_leg -= leg.contact_weights[active].T @ impulse
+            tie = hub.point_map(trial.hub, leg.attachment_in_hub)
+            of_hub += tie.T @ of_leg[leg.attachment].ravel()
+            of_leg[leg.attachment] = 0.0
+            squares += float(np.vdot(of_leg, of_leg))
+        return float(np.sqrt(squares + hub.residual_size(of_hub) ** 2))
+
+    def applied(self) -> float:
+        """Norm of the impulses at work at the start [mN s]: what a rest of them is small beside.
+
+        Momentum, weight, pressure and elastic forces of the legs; all of those of the hub.
+        """
+        settings, hub, start = self._settings, self._robot.hub, self._start
+        step, gravity = settings.time_step_s, settings.gravity_mm_per_s2
+        squares = hub.residual_size(hub.system(start.hub, settings)[1]) ** 2
+        for leg, x, v in zip(self._robot.legs, start.positions, start.velocities, strict=True):
+            mass = leg.part.node_mass
+            squares += float(np.sum((mass[:, None] * v) ** 2))
+            squares += float(np.sum((step * gravity * mass) ** 2))
+            squares += float(np.sum((step * leg.part.internal_force(x, settings.rotation)) ** 2))
+            pressure = self._pressure_of(leg)
+            if pressure != 0.0:
+                squares += float(np.sum((step * leg.part.pressure_force(x, pressure)) ** 2))
+        return float(np.sqrt(squares))
+
+    def solve(self, equations: Equations, trial: TrialStep, contacts: Contacts) -> TrialStep:
+        """The trial that obeys equations linearised at another, and the contact law.
+
+        Raises:
+            numpy.linalg.LinAlgError: A matrix is not positive definite.
+        """
+        robot, hub, active = self._robot, self._robot.hub, contacts.points
+        matrix, right = equations.hub[0].copy(), equations.hub[1].copy()
+        condensed, ties = [], []
+        for leg, (data, b), points, frames in zip(
+            robot.legs, equations.legs, active, contacts.frames, strict=False
+        ):
+            share = leg.condense(data, b, points, frames, robot.clock)
+            tie = hub.point_map(trial.hub, leg.attachment_in_hub)
+            matrix += tie.T @ share.attachment_matrix @ tie
+            right += tie.T @ share.attachment_right
+            condensed.append(share)
+            ties.append(tie)
+        hub_points = contacts.frames[-1] @ hub.point_map(
+            trial.hub, hub.contact_points[active[-1]]
+        ).reshape(-1, 3, hub.unknown_count)
+        numbers = robot.contact_numbers(active)
+        solution = robot.clock.timed("friction", solve_contacts)(
+            matrix,
+            right,
+            np.concatenate(
+                [
+                    *(s.contact_attachment @ t for s, t in zip(condensed, ties, strict=True)),
+                    hub_points.reshape(-1, hub.unknown_count),
+                ]
+            ),
+            [share.delassus for share in condensed],
+            np.concatenate([*(s.contact_right for s in condensed), np.zeros(3 * len(hub_points))]),
+            contacts.gaps,
+            trial.impulses[numbers],
+            self._settings,
+        )
+        velocities, first = [], 0
+        for leg, share, tie, points in zip(robot.legs, condensed, ties, active, strict=False):
+            impulse = solution.impulses[first : first + len(points)].ravel()
+            first += len(points)
+            attached = tie @ solution.hub_velocity
+            velocities.append(leg.full_velocity(share.free_velocity(attached, impulse), attached))
+        impulses, contact_velocities = np.zeros((2, robot.contact_point_count, 3))
+        impulses[numbers], contact_velocities[numbers] = solution.impulses, solution.velocities
+        return self._moved(
+            solution.hub_velocity, velocities, impulses, contact_velocities, solution.residual
+        )
+
+    def finished(self, trial: TrialStep, active_contacts: int, iterations: int) -> FullRobotState:
+        """The state after the step, if the trial is its end.
+
+        Args:
+            trial: The end.
+            active_contacts: Contact points that took part.
+            iterations: Linear solves that led there.
+        """
+        hub = self._robot.hub
+        gaps = [self._robot.floor.gap(each) for each in self.contact_positions(trial)]
+        velocities, work = [], self._start.pressure_work_mJ.copy()
+        for number, leg in enumerate(self._robot.legs):
+            # The next step starts from the hub's motion at its new place.
+            tie = hub.point_map(trial.hub, leg.attachment_in_hub)
+            velocity = trial.velocities[number].copy()
+            velocity[leg.attachment] = (tie @ trial.hub.velocity).reshape(-1, 3)
+            velocities.append(velocity)
+            pressure = self._pressure_of(leg)
+            if pressure != 0.0:
+                before, after = (
+                    leg.part.cavity_volume(each.positions[number]) for each in (self._start, trial)
+                )
+                work[number] += 1e-3 * pressure * (after - before)
+        return FullRobotState(
+            hub=trial.hub,
+            positions=trial.positions,
+            velocities=tuple(velocities),
+            regulated_kPa=self._regulated,
+            impulses=trial.impulses,
+            contact_velocities=trial.contact_velocities,
+            pressure_work_mJ=work,
+            active_contacts=active_contacts,
+            contact_residual=trial.contact_residual,
+            penetration_mm=max(0.0, *(-float(gap.min(initial=0.0)) for gap in gaps)),
+            iterations=iterations,
+        )
+
+    def _moved(
+        self,
+        hub_velocity: np.ndarray,
+        velocities: Sequence[np.ndarray],
+        impulses: np.ndarray,
+        contact_velocities: np.ndarray,
+        contact_residual: float = 0.0,
+    ) -> TrialStep:
+        """Move with these velocities from the start; attachment nodes go with the hub."""
+        robot, start, step = self._robot, self._start, self._settings.time_step_s
+        hub = robot.hub.advance(start.hub, hub_velocity, step)
+        positions, consistent = [], []
+        for leg, x, v in zip(robot.legs, start.positions, velocities, strict=True):
+            position, velocity = x + step * v, v.copy()
+            position[leg.attachment] = robot.hub.point_positions(hub, leg.attachment_in_hub)
+            tie = robot.hub.point_map(hub, leg.attachment_in_hub)
+            velocity[leg.attachment] = (tie @ hub_velocity).reshape(-1, 3)
+            positions.append(position)
+            consistent.append(velocity)
+        return TrialStep(
+            hub,
+            tuple(positions),
+            tuple(consistent),
+            impulses,
+            contact_velocities,
+            contact_residual,
+        )
+
+    def _world_impulses(self, trial: TrialStep, contacts: Contacts) -> list[np.ndarray]:
+        """Impulses on the points of each body along the world's axes, each (contact, 3)."""
+        numbers = np.split(
+            self._robot.contact_numbers(contacts.points),
+            np.cumsum([len(points) for points in contacts.points])[:-1],
+        )
+        return [
+            np.einsum("pra,pr->pa", frames, trial.impulses[chosen])
+            for frames, chosen in zip(contacts.frames, numbers, strict=True)
+        ]
+
+    def _pressure_of(self, leg: MountedLeg) -> float:
+        return float(self._pressure[leg.regulator])

@@ -1,0 +1,59 @@
+"""A gait of pressures that are approached in straight lines, as rigs' waypoint files prescribe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.environment.crawling_task import CrawlingTask, check_pressure
+from pneumorph.gait.held_gait import HeldGait
+
+
+@dataclass(frozen=True, eq=False)
+class InterpolatedGait:
+    """Waypoints joined by straight lines.
+
+    Attributes:
+        time_s: Time of each waypoint, rising from 0 [s], (waypoint,).
+        waypoint_kPa: Real pressures [kPa], (waypoint, regulator).
+
+    Raises:
+        ValueError: Times that do not rise from 0, other shapes, or a pressure out of range.
+    """
+
+    time_s: np.ndarray
+    waypoint_kPa: np.ndarray
+
+    def __post_init__(self) -> None:
+        if self.waypoint_kPa.ndim != 2 or len(self.time_s) != len(self.waypoint_kPa):
+            raise ValueError(
+                f"waypoint_kPa has shape {self.waypoint_kPa.shape}, expected (waypoint, regulator) "
+                f"with {len(self.time_s)} waypoints"
+            )
+        if len(self.time_s) < 2 or self.time_s[0] != 0.0 or np.any(np.diff(self.time_s) <= 0.0):
+            raise ValueError("times of waypoints must rise from 0, at least two of them")
+        check_pressure(
+            self.waypoint_kPa, CrawlingTask.minimum_pressure_kPa, CrawlingTask.maximum_pressure_kPa
+        )
+
+    @property
+    def regulator_count(self) -> int:
+        """Number of regulators it commands."""
+        return int(self.waypoint_kPa.shape[1])
+
+    @property
+    def duration_s(self) -> float:
+        """How long the gait lasts [s]."""
+        return float(self.time_s[-1])
+
+    def pressure_kPa(self, time_s: float) -> np.ndarray:
+        """Real pressure commanded at a time [kPa], (regulator,)."""
+        return np.array([np.interp(time_s, self.time_s, p) for p in self.waypoint_kPa.T])
+
+    def held(self, hold_s: float) -> HeldGait:
+        """The gait as commands that are each held, taken in the middle of their span."""
+        count = max(1, round(self.duration_s / hold_s))
+        start_s = hold_s * np.arange(count)
+        held = np.array([self.pressure_kPa(time_s + 0.5 * hold_s) for time_s in start_s])
+        return HeldGait(start_s, held, self.duration_s)

@@ -1,0 +1,1 @@
+"""Between simulation and a rig on a table: calibration, deployment, logs, comparison."""

@@ -1,0 +1,176 @@
+"""Simulated pressures at which the model bends as a real leg did (paper, appendix B).
+
+A leg is held at its root in free air, inflated, and the turn of its free end is measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from pneumorph.fem import static as full_static
+from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.rotation import Rotation
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.hardware.measured_table import read_measured_table
+from pneumorph.reduction import static_equilibrium as reduced_static
+from pneumorph.reduction.reduced_part import ReducedPart
+
+Progress = Callable[[int, int, str], None]
+"""Told (done, total, message)."""
+
+
+@dataclass(frozen=True, eq=False)
+class BendCurve:
+    """Bend of a simulated leg against simulated pressure, rising from zero.
+
+    Attributes:
+        pressure_kPa: Simulated pressures [kPa], (pressure,), the first is 0.
+        bend_deg: Bend at each [degrees], (pressure,).
+
+    Raises:
+        ValueError: The bend does not rise with the pressure.
+    """
+
+    pressure_kPa: np.ndarray
+    bend_deg: np.ndarray
+
+    def __post_init__(self) -> None:
+        if np.any(np.diff(self.bend_deg) <= 0.0) or np.any(np.diff(self.pressure_kPa) <= 0.0):
+            raise ValueError(
+                "the simulated bend does not rise with the pressure, so that no pressure of equal "
+                "bend is defined; the leg may be damaged or the pressures too high"
+            )
+
+    def bend(self, pressure_kPa: np.ndarray | float) -> np.ndarray:
+        """Bend at simulated pressures [degrees], by a monotone cubic; NaN beyond the curve."""
+        curve = PchipInterpolator(self.pressure_kPa, self.bend_deg, extrapolate=False)
+        value: np.ndarray = curve(pressure_kPa)
+        return value
+
+    def pressure(self, bend_deg: np.ndarray | float) -> np.ndarray:
+        """Simulated pressures of equal bend [kPa], any shape.
+
+        Raises:
+            ValueError: A bend is beyond the curve.
+        """
+        wanted = np.asarray(bend_deg, dtype=float)
+        lowest, highest = self.bend_deg[[0, -1]]
+        if np.any(wanted < lowest) or np.any(wanted > highest):
+            worst = float(wanted.max() if np.any(wanted > highest) else wanted.min())
+            raise ValueError(
+                f"bend_deg {worst:g} is beyond the simulated leg's {lowest:g} to {highest:g} "
+                f"degrees (0 to {self.pressure_kPa[-1]:g} simulated kPa); raise the largest "
+                "simulated pressure, or the bends are not in degrees"
+            )
+        low, high = np.zeros_like(wanted), np.full_like(wanted, self.pressure_kPa[-1])
+        # Bisection: 60 halvings of 1000 kPa are below rounding.
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            below = self.bend(middle) < wanted
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        return 0.5 * (low + high)
+
+
+def simulated_bend_curve(
+    leg: ReducedPart | PartModel,
+    mesh: Mesh,
+    largest_kPa: float = 450.0,
+    step_kPa: float = 10.0,
+    rotation: Rotation = "edge",
+    progress: Progress | None = None,
+) -> BendCurve:
+    """Bend a simulated leg held at its attachment, without gravity or floor.
+
+    Args:
+        leg: The reduced leg, or its finite elements.
+        mesh: The leg's mesh.
+        largest_kPa: Last simulated pressure [kPa]; the curve ends earlier where the leg finds no
+            equilibrium or bends no further.
+        step_kPa: Step between pressures [kPa].
+        rotation: Where elements take their rotation from.
+        progress: Told how many pressures are done.
+
+    Raises:
+        ValueError: Hardly any equilibrium was found.
+    """
+    pressures = np.arange(step_kPa, largest_kPa + 0.5 * step_kPa, step_kPa)
+    bends = [0.0]
+    alpha: np.ndarray | None = None
+    positions: np.ndarray | None = None
+    for number, pressure in enumerate(map(float, pressures)):
+        if isinstance(leg, ReducedPart):
+            small = reduced_static.static_equilibrium(leg, pressure, start=alpha, rotation=rotation)
+            converged, alpha = small.converged, small.alpha
+            positions = leg.positions(alpha)
+        else:
+            exact = full_static.static_equilibrium(
+                leg,
+                pressure,
+                mesh.node_set("attachment"),
+                start=positions,
+                start_pressure_kPa=pressure - step_kPa if positions is not None else 0.0,
+                rotation=rotation,
+            )
+            converged, positions = exact.converged, exact.positions
+        bend = end_face_bend_deg(mesh, positions)
+        if not converged or bend <= bends[-1]:
+            break  # A leg too soft for this pressure; the curve ends at the one before.
+        bends.append(bend)
+        if progress is not None:
+            progress(number + 1, len(pressures), "bending the simulated leg")
+    if len(bends) < 3:
+        raise ValueError(
+            f"the leg found equilibria at {len(bends) - 1} of the pressures from {step_kPa:g} kPa, "
+            "expected at least 2; the reduction or the material is at fault"
+        )
+    return BendCurve(np.concatenate([[0.0], pressures])[: len(bends)], np.array(bends))
+
+
+@dataclass(frozen=True, eq=False)
+class PressurePairs:
+    """Real pressures and the simulated ones of equal bend [kPa], each (pair,)."""
+
+    real_kPa: np.ndarray
+    simulated_kPa: np.ndarray
+
+
+def read_pairs(path: Path | str) -> PressurePairs:
+    """Read pairs that were found before: ``real_pressure_kPa,simulated_pressure_kPa``."""
+    table = read_measured_table(path, {"real_pressure": "kPa", "simulated_pressure": "kPa"})
+    return PressurePairs(table["real_pressure"], table["simulated_pressure"])
+
+
+def read_bends(path: Path | str) -> tuple[np.ndarray, np.ndarray]:
+    """Read measured bends: columns ``pressure`` and ``bend`` with units; repeats are welcome.
+
+    Returns:
+        Real pressures [kPa], (measurement,), and bends [degrees], (measurement,).
+    """
+    table = read_measured_table(path, {"pressure": "kPa", "bend": "deg"})
+    return table["pressure"], table["bend"]
+
+
+def equal_bend_pairs(
+    pressure_kPa: np.ndarray, bend_deg: np.ndarray, curve: BendCurve
+) -> PressurePairs:
+    """Find the simulated pressure of equal bend for each measurement.
+
+    A bend that is not above zero says only that the simulated pressure is zero or cut off there
+    (`PressureMap`), so it takes no part in the line.
+
+    Raises:
+        ValueError: A bend beyond the curve, or fewer than three bends above zero.
+    """
+    bent = bend_deg > 0.0
+    if bent.sum() < 3:
+        raise ValueError(
+            f"{int(bent.sum())} measured bends are above zero, expected at least 3; bends are "
+            "counted positive towards the paper side"
+        )
+    return PressurePairs(pressure_kPa[bent], curve.pressure(bend_deg[bent]))

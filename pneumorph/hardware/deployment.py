@@ -1,0 +1,210 @@
+"""Drive a rig through a schedule, watch it, and vent it whatever happens."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from pneumorph.hardware.deployment_log import DeploymentLog
+from pneumorph.hardware.driver import Clock, DriverError, RegulatorDriver
+from pneumorph.hardware.guardian import vent
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.schedule import Schedule
+from pneumorph.hardware.watch import PressureWatch
+
+Progress = Callable[[int, int, str], None]
+"""Told (done, total, message)."""
+
+
+class Beats(Protocol):
+    """A guardian's near end."""
+
+    def beat(self) -> None:
+        """Say that the deploying process is well."""
+
+
+@dataclass(frozen=True)
+class DeploymentReport:
+    """How a run ended."""
+
+    completed: bool
+    """Whether the whole schedule was followed."""
+    reason: str
+    """``completed``, or why the run was stopped."""
+    ended_s: float
+    """When it ended, since the gait's start [s]."""
+    vented: bool
+    """Whether a zero command was taken at the end; after a fault, over a new connection too."""
+    vent_time_s: float
+    """From the end or the fault's discovery to the first zero command [s]."""
+    worst_delay_s: float
+    """Latest command after its time in the schedule [s]."""
+    sample_count: int
+    """Samples logged."""
+
+
+def deploy(
+    schedule: Schedule,
+    driver: RegulatorDriver,
+    rig: RigSettings,
+    log: DeploymentLog,
+    clock: Clock,
+    guardian: Beats | None = None,
+    progress: Progress | None = None,
+) -> DeploymentReport:
+    """Follow a schedule.
+
+    The run stops and vents on Ctrl-C, SIGTERM, SIGHUP, a lost connection, a late or senseless
+    answer, and on whatever `PressureWatch` finds. It never returns without having tried to vent.
+
+    Args:
+        schedule: The commands.
+        driver: The rig's driver, not opened yet.
+        rig: Timing and limits.
+        log: Where samples and events go; every row is written before the next command.
+        clock: The wall's, or the virtual rig's.
+        guardian: Told that this process lives; None where it needs none (the virtual rig).
+        progress: Told how many commands are done.
+    """
+    state = _Run(schedule, driver, rig, log, clock, guardian, progress)
+    reason = "completed"
+    with _signals_noted() as signals:
+        try:
+            driver.open()
+            state.follow(signals)
+        except (DriverError, ValueError) as error:
+            reason = str(error)
+        except BaseException as error:
+            # An error of our own must not leave a robot inflated either.
+            state.stop(f"{type(error).__name__}: {error}")
+            raise
+        return state.stop(reason)
+
+
+class _Run:
+    """The state of one run."""
+
+    def __init__(
+        self,
+        schedule: Schedule,
+        driver: RegulatorDriver,
+        rig: RigSettings,
+        log: DeploymentLog,
+        clock: Clock,
+        guardian: Beats | None,
+        progress: Progress | None,
+    ) -> None:
+        self._schedule, self._driver, self._rig = schedule, driver, rig
+        self._log, self._clock = log, clock
+        self._guardian, self._progress = guardian, progress
+        self._start_s = clock.now_s()
+        self._worst_delay_s = 0.0
+        self._sample_count = 0
+
+    def follow(self, signals: list[str]) -> None:
+        """Give the commands in time and look at the sensors in between.
+
+        Args:
+            signals: Names of the signals that came; the first one ends the run.
+        """
+        schedule, rig = self._schedule, self._rig
+        watch = PressureWatch(rig.safety)
+        given, commanded = -1, np.zeros(schedule.pressure_kPa.shape[1])
+        self._start_s = self._clock.now_s()
+        self._log.event(0.0, "start")
+        next_s = 0.0
+        while True:
+            self._clock.wait_until(self._start_s + next_s)
+            if signals:
+                raise DriverError(f"stopped by {signals[0]}")
+            now = self._now()
+            self._beat()
+            place = min(schedule.place(now), len(schedule.time_s) - 1)
+            if place > given:
+                # A command that was missed is skipped: what counts is what holds now.
+                self._worst_delay_s = max(self._worst_delay_s, now - schedule.time_s[given + 1])
+                commanded = schedule.pressure_kPa[place]
+                self._log.command(now, commanded)
+                self._driver.command(commanded)
+                given = place
+                self._beat()
+                if self._progress is not None:
+                    self._progress(given + 1, len(schedule.time_s), "deploying")
+            sensed = self._driver.sense()
+            now = self._now()
+            self._log.row(now, commanded, sensed)
+            self._sample_count += 1
+            fault = watch.fault(now, commanded, sensed)
+            if fault is not None:
+                raise DriverError(fault)
+            if given == len(schedule.time_s) - 1:
+                return
+            # The next sample, or the next command if that is sooner.
+            next_s = min(now + rig.sample_interval_s, float(schedule.time_s[given + 1]))
+
+    def stop(self, reason: str) -> DeploymentReport:
+        """Vent, log how it ended, and let go of the rig."""
+        found_s = self._now()
+        completed = reason == "completed"
+        try:
+            errors, vented = vent(self._driver, self._rig.safety.vent_attempts), True
+        except DriverError as error:
+            errors, vented = [str(error)], False
+        vent_time_s = self._now() - found_s
+        if vented and not completed:
+            # Zero may have gone into a dead wire: a connection made anew proves that it is not.
+            self._driver.close()
+            try:
+                self._driver.vent()
+            except DriverError as error:
+                errors, vented = [str(error)], False
+        if not completed:
+            self._log.event(found_s, f"stopped: {reason}")
+        for error_text in errors:
+            self._log.event(self._now(), f"vent failed: {error_text}")
+        self._log.event(self._now(), "vented" if vented else "NOT VENTED: cut the supply by hand")
+        self._driver.close()
+        return DeploymentReport(
+            completed,
+            reason,
+            found_s,
+            vented,
+            vent_time_s,
+            self._worst_delay_s,
+            self._sample_count,
+        )
+
+    def _now(self) -> float:
+        return self._clock.now_s() - self._start_s
+
+    def _beat(self) -> None:
+        if self._guardian is not None:
+            self._guardian.beat()
+
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@contextmanager
+def _signals_noted() -> Iterator[list[str]]:
+    """Note signals instead of raising: venting must not be interrupted by a second Ctrl-C."""
+    came: list[str] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield came  # signals are the main thread's
+        return
+
+    def note(number: int, frame: Any) -> None:
+        came.append(signal.Signals(number).name)
+
+    before = {number: signal.signal(number, note) for number in _SIGNALS}
+    try:
+        yield came
+    finally:
+        for number, earlier in before.items():
+            signal.signal(number, earlier)

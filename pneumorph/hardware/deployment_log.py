@@ -1,0 +1,129 @@
+"""The log of a deployment: a CSV file that is complete up to any moment.
+
+Each row is handed to the operating system before the next command is given, so what a killed
+process leaves behind is whole but for the row being written. Events are forced to the disk as well;
+samples are not, for a busy disk can take longer than the time between two of them.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+
+from pneumorph.hardware.measured_table import read_rows
+
+COMMAND = "command"
+"""Event of the row that is written just before a command is given."""
+
+
+class DeploymentLog:
+    """Writes rows of time, commanded and sensed pressures, and events.
+
+    Args:
+        path: The file; replaced if it exists.
+        channel_count: Channels of the rig.
+        comments: Named remarks for the head of the file, such as the design.
+    """
+
+    def __init__(
+        self, path: Path | str, channel_count: int, comments: Mapping[str, str] | None = None
+    ) -> None:
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._stream = path.open("w", encoding="utf-8", newline="")
+        self._channel_count = channel_count
+        for name, value in (comments or {}).items():
+            self._stream.write(f"# {name}: {value}\n")
+        channels = range(1, channel_count + 1)
+        commanded = [f"commanded_{n}_kPa" for n in channels]
+        sensed = [f"sensed_{n}_kPa" for n in channels]
+        self._writer = csv.writer(self._stream, lineterminator="\n")
+        self._write(["time_s", *commanded, *sensed, "event"])
+
+    def row(
+        self, time_s: float, commanded: np.ndarray, sensed: np.ndarray, event: str = ""
+    ) -> None:
+        """Write a sample."""
+        numbers = ["" if np.isnan(v) else f"{v:.3f}" for v in (*commanded, *sensed)]
+        self._write([f"{time_s:.4f}", *numbers, event])
+
+    def command(self, time_s: float, commanded: np.ndarray) -> None:
+        """Write what is about to be commanded."""
+        self.row(time_s, commanded, np.full(self._channel_count, np.nan), COMMAND)
+
+    def event(self, time_s: float, text: str) -> None:
+        """Write an event and force everything so far to the disk."""
+        nothing = np.full(self._channel_count, np.nan)
+        self.row(time_s, nothing, nothing, text)
+        os.fsync(self._stream.fileno())
+
+    def close(self) -> None:
+        """Close the file."""
+        self._stream.close()
+
+    def __enter__(self) -> DeploymentLog:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _write(self, cells: list[str]) -> None:
+        self._writer.writerow(cells)
+        self._stream.flush()
+
+
+@dataclass(frozen=True, eq=False)
+class LoggedPressures:
+    """What a log holds.
+
+    Attributes:
+        time_s: Time of each sample since the gait's start [s], (sample,).
+        commanded_kPa: Commanded pressures [real kPa], (sample, channel).
+        sensed_kPa: Sensed pressures [real kPa], (sample, channel); NaN without a sensor.
+        events: (time, text) of each event.
+    """
+
+    time_s: np.ndarray
+    commanded_kPa: np.ndarray
+    sensed_kPa: np.ndarray
+    events: tuple[tuple[float, str], ...]
+
+
+def read_log(path: Path | str) -> LoggedPressures:
+    """Read a log, whole or cut off in its last row.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: Not a deployment log.
+    """
+    header, rows = read_rows(path)
+    commanded = [i for i, name in enumerate(header) if name.startswith("commanded_")]
+    sensed = [i for i, name in enumerate(header) if name.startswith("sensed_")]
+    if not commanded or len(commanded) != len(sensed) or header[0] != "time_s":
+        raise ValueError(
+            f"{path} begins {','.join(header)!r}, expected time_s,commanded_1_kPa,..., "
+            "sensed_1_kPa,...,event as deploy writes it"
+        )
+    samples: list[list[float]] = []
+    events: list[tuple[float, str]] = []
+    event_column = header.index("event") if "event" in header else None
+    for row in rows:
+        if len(row) < max(sensed) + 1:
+            continue  # the row that was being written when the process was killed
+        if event_column is not None and len(row) > event_column and row[event_column]:
+            events.append((float(row[0]), row[event_column]))
+        if row[commanded[0]] and COMMAND not in row:
+            samples.append([float(v) if v else np.nan for v in row[: max(sensed) + 1]])
+    table = np.array(samples).reshape(-1, max(sensed) + 1)
+    return LoggedPressures(table[:, 0], table[:, commanded], table[:, sensed], tuple(events))

@@ -1,0 +1,76 @@
+"""What deployment asks of a rig: four verbs, and a clock."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+import numpy as np
+
+
+class DriverError(OSError):
+    """The rig cannot be commanded or read: lost connection, late or senseless answer."""
+
+
+class Clock(Protocol):
+    """Tells and passes time; the virtual rig has one of its own."""
+
+    def now_s(self) -> float:
+        """Time since some start [s]."""
+
+    def wait_until(self, time_s: float) -> None:
+        """Return when the time has come, at once if it has passed."""
+
+
+class WallClock:
+    """The clock on the wall, from now on."""
+
+    def __init__(self) -> None:
+        self._start = time.monotonic()
+
+    def now_s(self) -> float:
+        """Time since the clock was made [s]."""
+        return time.monotonic() - self._start
+
+    def wait_until(self, time_s: float) -> None:
+        """Sleep until then."""
+        time.sleep(max(0.0, time_s - self.now_s()))
+
+
+class RegulatorDriver(Protocol):
+    """Pressure regulators and their sensors behind some wire.
+
+    No call may block for longer than the rig's reply timeout.
+    """
+
+    def open(self) -> None:
+        """Connect, check who answers, and command zero.
+
+        Raises:
+            DriverError: Nothing or the wrong thing answers.
+        """
+
+    def command(self, pressure_kPa: np.ndarray) -> None:
+        """Set every regulator [real kPa], (channel,).
+
+        Raises:
+            DriverError: The rig did not take the command.
+            ValueError: A pressure beyond the channel's hard limits.
+        """
+
+    def sense(self) -> np.ndarray:
+        """Sensed pressures [real kPa], (channel,); NaN where a channel has no sensor.
+
+        Raises:
+            DriverError: No answer, a late one, or one that makes no sense.
+        """
+
+    def vent(self) -> None:
+        """Command zero to every regulator, whatever else is wrong; connects first if need be.
+
+        Raises:
+            DriverError: Zero could not be sent.
+        """
+
+    def close(self) -> None:
+        """Let go of the wire; never raises."""

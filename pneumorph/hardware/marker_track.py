@@ -1,0 +1,179 @@
+"""The path of a robot's marker, from the tables that video trackers write.
+
+Four formats are told apart by their header:
+
+- ours: ``time_s,x_mm,y_mm`` (units of the header, see `measured_table`);
+- Tracker (Open Source Physics): a line with the mass's name, then ``t,x,y``;
+- DeepLabCut: three header rows ``scorer``, ``bodyparts``, ``coords`` with x, y, likelihood;
+- SLEAP: ``track,frame_idx,instance.score,NODE.x,NODE.y,NODE.score``.
+
+The last three give pixels, or whatever unit their user chose: `VideoSettings` turns them into mm.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.hardware.measured_table import read_measured_table
+
+
+@dataclass(frozen=True)
+class VideoSettings:
+    """How a video's points become millimetres on the floor."""
+
+    units_per_mm: float = 1.0
+    """Pixels (or the tracker's units) for one millimetre."""
+    frames_per_second: float = 30.0
+    """Of the video, where a table counts frames."""
+    start_s: float = 0.0
+    """Time in the video at which the gait starts [s]."""
+    heading_deg: float = 0.0
+    """Direction of the robot's forward axis in the picture, counter-clockwise from the picture's x
+    axis [degrees]."""
+    y_down: bool = True
+    """Whether the picture's y axis points down, as pixels do (Tracker's points up)."""
+    marker: str = ""
+    """Which body part or node to follow; empty for the first."""
+    least_likelihood: float = 0.6
+    """Points that the tracker trusts less are left out."""
+
+    def __post_init__(self) -> None:
+        for name in ("units_per_mm", "frames_per_second"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} must be positive and finite, got {value}")
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerTrack:
+    """Where a marker was.
+
+    Attributes:
+        time_s: Times since the gait's start, rising [s], (frame,).
+        position_mm: Forward (x) and leftward (y) place [mm], (frame, 2).
+
+    Raises:
+        ValueError: Fewer than two points, or times that do not rise.
+    """
+
+    time_s: np.ndarray
+    position_mm: np.ndarray
+
+    def __post_init__(self) -> None:
+        if len(self.time_s) < 2:
+            raise ValueError(f"a track needs at least 2 points, got {len(self.time_s)}")
+        if np.any(np.diff(self.time_s) <= 0.0):
+            raise ValueError("times of a track must rise; frames may be doubled or out of order")
+
+    def forward_cm(self, time_s: np.ndarray) -> np.ndarray:
+        """Forward travel since the gait's start at given times [cm], linear in between.
+
+        Before the first and after the last point the nearest point counts.
+        """
+        x = np.interp(time_s, self.time_s, self.position_mm[:, 0])
+        start = np.interp(0.0, self.time_s, self.position_mm[:, 0])
+        travel: np.ndarray = (x - start) / 10.0
+        return travel
+
+
+def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTrack:
+    """Read a track in any of the formats.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: Not one of the formats, an unknown marker, or hardly any trusted point.
+    """
+    path, video = Path(path), video or VideoSettings()
+    if not path.exists():
+        raise FileNotFoundError(f"track {path} does not exist")
+    text = path.read_text(encoding="utf-8-sig")
+    delimiter = next((mark for mark in ("\t", ";") if mark in text.split("\n", 2)[-1]), ",")
+    lines = [line for line in text.splitlines() if line.strip()]
+    rows = [
+        [cell.strip() for cell in row]
+        for row in csv.reader((x for x in lines if not x.startswith("#")), delimiter=delimiter)
+    ]
+    head = rows[0] if rows else []
+    try:
+        if any(name.startswith(("time_", "x_")) for name in head):
+            table = read_measured_table(path, {"time": "s", "x": "mm", "y": "mm"})
+            return MarkerTrack(table["time"], np.column_stack([table["x"], table["y"]]))
+        if head and head[0] == "scorer":
+            return _placed(*_deeplabcut(rows, video), video)
+        if "frame_idx" in head:
+            return _placed(*_sleap(rows, video), video)
+        for place in range(min(2, len(rows))):
+            if rows[place][:3] == ["t", "x", "y"]:
+                values = np.array([[float(v) for v in row[:3]] for row in rows[place + 1 :]])
+                return _placed(values[:, 0], values[:, 1:], video)
+    except (ValueError, IndexError) as error:
+        raise ValueError(f"track {path}: {error}") from error
+    raise ValueError(
+        f"track {path} begins {','.join(head)!r}, expected time_s,x_mm,y_mm, or the table of "
+        "Tracker (t,x,y), DeepLabCut (scorer,...) or SLEAP (track,frame_idx,...)"
+    )
+
+
+def write_track(path: Path | str, track: MarkerTrack) -> Path:
+    """Write a track in the package's own format."""
+    from pneumorph.artefact import write_atomically
+
+    lines = ["time_s,x_mm,y_mm"]
+    for time_s, (x, y) in zip(track.time_s, track.position_mm, strict=True):
+        lines.append(f"{time_s:.6g},{x:.6g},{y:.6g}")
+    return write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
+
+
+def _deeplabcut(rows: list[list[str]], video: VideoSettings) -> tuple[np.ndarray, np.ndarray]:
+    parts, coordinates = rows[1], rows[2]
+    name = _marker(sorted(set(parts[1:]), key=parts.index), video.marker)
+    column = {c: i for i, c in enumerate(coordinates) if parts[i] == name}
+    times, points = [], []
+    for row in rows[3:]:
+        trusted = "likelihood" not in column or _number(row[column["likelihood"]]) >= (
+            video.least_likelihood
+        )
+        if trusted:
+            times.append(_number(row[0]) / video.frames_per_second)
+            points.append([_number(row[column["x"]]), _number(row[column["y"]])])
+    return np.array(times), np.array(points).reshape(-1, 2)
+
+
+def _sleap(rows: list[list[str]], video: VideoSettings) -> tuple[np.ndarray, np.ndarray]:
+    head = rows[0]
+    nodes = [c.removesuffix(".x") for c in head if c.endswith(".x")]
+    name = _marker(nodes, video.marker)
+    x, y, frame = head.index(f"{name}.x"), head.index(f"{name}.y"), head.index("frame_idx")
+    score = head.index(f"{name}.score") if f"{name}.score" in head else None
+    times, points = [], []
+    for row in rows[1:]:
+        if not row[x] or (score is not None and _number(row[score]) < video.least_likelihood):
+            continue
+        times.append(_number(row[frame]) / video.frames_per_second)
+        points.append([_number(row[x]), _number(row[y])])
+    return np.array(times), np.array(points).reshape(-1, 2)
+
+
+def _marker(known: list[str], wanted: str) -> str:
+    if wanted and wanted not in known:
+        raise ValueError(f"marker {wanted!r} is unknown, the table has {', '.join(known)}")
+    return wanted or known[0]
+
+
+def _number(text: str) -> float:
+    return float(text) if text else math.nan
+
+
+def _placed(time_s: np.ndarray, points: np.ndarray, video: VideoSettings) -> MarkerTrack:
+    """Turn a picture's points into forward and leftward millimetres since the gait's start."""
+    seen = np.isfinite(points).all(axis=1)
+    points = points[seen] / video.units_per_mm * np.array([1.0, -1.0 if video.y_down else 1.0])
+    angle = math.radians(video.heading_deg)
+    forward = np.array([math.cos(angle), math.sin(angle)])
+    left = np.array([-math.sin(angle), math.cos(angle)])
+    return MarkerTrack(time_s[seen] - video.start_s, points @ np.column_stack([forward, left]))

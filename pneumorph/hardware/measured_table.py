@@ -1,0 +1,103 @@
+"""Measured tables: CSV whose header names each column with its unit, read into the house's units.
+
+Every conversion from a laboratory's units is in this file.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+CONVERSIONS: Mapping[str, Mapping[str, float]] = {
+    "kPa": {
+        "kPa": 1.0,
+        "Pa": 1e-3,
+        "MPa": 1e3,
+        "bar": 100.0,
+        "mbar": 0.1,
+        "psi": 6.894757293168361,
+    },
+    "deg": {"deg": 1.0, "rad": 180.0 / math.pi},
+    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    "mm": {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4},
+    "V": {"V": 1.0, "mV": 1e-3},
+}
+"""House unit -> accepted unit -> factor."""
+
+
+def read_measured_table(path: Path | str, columns: Mapping[str, str]) -> dict[str, np.ndarray]:
+    """Read columns of a CSV file.
+
+    Lines that begin with # are comments; further columns are ignored.
+
+    Args:
+        path: The file. Its header names each quantity with its unit, such as ``pressure_kPa`` or
+            ``pressure_psi``.
+        columns: House unit of each quantity by name, such as ``{"pressure": "kPa"}``.
+
+    Returns:
+        Each quantity in its house unit, (row,).
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: A quantity is missing, has an unknown unit or none, or a value is not a finite
+            number.
+    """
+    header, rows = read_rows(path)
+    found = {name: _column(Path(path), header, name, unit) for name, unit in columns.items()}
+    table: dict[str, list[float]] = {name: [] for name in columns}
+    for number, row in enumerate(rows, start=1):
+        for name, (place, factor) in found.items():
+            text = row[place] if place < len(row) else ""
+            try:
+                value = float(text)
+            except ValueError:
+                value = math.nan
+            if not math.isfinite(value):
+                raise ValueError(
+                    f"{path}, row {number}: {header[place]} is {text!r}, expected a finite number"
+                )
+            table[name].append(value * factor)
+    return {name: np.array(values) for name, values in table.items()}
+
+
+def read_rows(path: Path | str) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of a CSV file without its comments.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: No header or no row.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"measured table {path} does not exist")
+    lines = [
+        line
+        for line in path.read_text(encoding="utf-8-sig").splitlines()
+        if line.strip() and not line.startswith("#")
+    ]
+    header, *rows = list(csv.reader(lines)) or [[]]
+    if not rows:
+        raise ValueError(f"measured table {path} has no rows, expected a header and rows below it")
+    return [name.strip() for name in header], rows
+
+
+def _column(path: Path, header: Sequence[str], name: str, unit: str) -> tuple[int, float]:
+    """Place of a quantity's column and the factor to its house unit."""
+    for place, column in enumerate(header):
+        if column == name or column.startswith(f"{name}_"):
+            given = column.removeprefix(name).removeprefix("_")
+            if given in CONVERSIONS[unit]:
+                return place, CONVERSIONS[unit][given]
+            raise ValueError(
+                f"{path}: column {column!r} has the unit {given or 'none'!r}, expected {name}_UNIT "
+                f"with one of {', '.join(CONVERSIONS[unit])}"
+            )
+    raise ValueError(
+        f"{path}: column {name}_{unit} is missing, the header is {','.join(header)}; units are "
+        "part of the names"
+    )

@@ -1,0 +1,245 @@
+"""Modulus, damping and friction from measured trajectories, by non-linear least squares.
+
+The simulated robot is driven with the pressures that were sensed, so the regulators take no part;
+what differs between its path and the measured one is put down to the parameters. Residuals are
+correlated from one instant to the next, so intervals count the effective number of samples,
+n (1 - r) / (1 + r) with the residuals' lag-one correlation r (Bayley and Hammersley 1946).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.hardware.trial import Trial
+
+Parameters = dict[str, float]
+"""Value by name: ``modulus_factor``, ``stiffness_damping_s``, ``friction``."""
+
+PathSimulator = Callable[[Parameters, np.ndarray], np.ndarray]
+"""Simulates a robot: parameters and real pressures (step, regulator) -> place of the marker [mm]
+after every step, (step + 1, 2); NaN where the simulation failed."""
+
+BOUNDS: dict[str, tuple[float, float]] = {
+    "modulus_factor": (0.4, 2.5),
+    "stiffness_damping_s": (0.01, 0.5),
+    "friction": (0.2, 2.5),
+}
+"""Where a parameter is looked for."""
+
+FAILED_MM = 200.0
+"""Residual of a simulation that failed [mm]."""
+
+
+@dataclass(frozen=True)
+class ParameterFitSettings:
+    """How the fit is searched for."""
+
+    names: tuple[str, ...] = ("modulus_factor", "stiffness_damping_s", "friction")
+    """Parameters to fit; the others stay as they are."""
+    samples_per_s: float = 10.0
+    """Instants at which paths are compared [1/s]."""
+    scan_count: int = 5
+    """Values of each parameter tried first, one parameter after the other."""
+    step: float = 0.02
+    """Relative step of the derivatives; contact makes smaller ones meaningless."""
+    evaluation_limit: int = 30
+    """Most simulations of all trials in the search, besides derivatives."""
+
+    def __post_init__(self) -> None:
+        unknown = set(self.names) - set(BOUNDS)
+        if unknown or not self.names:
+            raise ValueError(f"names is {self.names}, expected some of {', '.join(BOUNDS)}")
+
+
+@dataclass(frozen=True)
+class ParameterFit:
+    """What was found."""
+
+    values: Parameters
+    """Best parameters."""
+    intervals: dict[str, tuple[float, float]]
+    """95 % confidence interval of each."""
+    r_squared: float
+    """Share of the measured paths' variance that the simulation explains."""
+    rms_mm: float
+    """Root mean square distance of the paths [mm]."""
+    start_rms_mm: float
+    """The same before the fit [mm]."""
+    effective_sample_count: float
+    """Independent samples that the residuals amount to."""
+    simulation_count: int
+    """Robots simulated."""
+    converged: bool
+    """Whether the search ended by itself."""
+
+
+def fit_parameters(
+    trials: Sequence[Trial],
+    simulate: PathSimulator,
+    start: Parameters,
+    time_step_s: float,
+    settings: ParameterFitSettings | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> ParameterFit:
+    """Fit parameters to the paths of trials.
+
+    Args:
+        trials: Measured trials of one robot.
+        simulate: Simulates that robot.
+        start: Parameters to begin with.
+        time_step_s: The simulation's time step [s].
+        settings: What to fit and how.
+        progress: Told how many simulations are done.
+
+    Raises:
+        ValueError: No trial, or too few samples for the parameters.
+    """
+    from scipy.optimize import least_squares
+    from scipy.stats import t as student
+
+    settings = settings or ParameterFitSettings()
+    problem = _Problem(trials, simulate, dict(start), time_step_s, settings, progress)
+    first = problem.residual(problem.logarithms(start))
+    best = _scanned(problem, start)
+    low, high = np.log(np.array([BOUNDS[name] for name in settings.names])).T
+    found = least_squares(
+        problem.residual,
+        np.clip(problem.logarithms(best), low + 1e-6, high - 1e-6),
+        bounds=(low, high),
+        diff_step=settings.step,
+        x_scale=0.1,
+        xtol=1e-4,
+        ftol=1e-5,
+        gtol=1e-12,
+        max_nfev=settings.evaluation_limit,
+    )
+    jacobian = problem.jacobian(found.x)
+    residual, count = found.fun, len(settings.names)
+    effective = problem.effective_count(residual)
+    freedom = max(effective - count, 1.0)
+    variance = float(residual @ residual) / len(residual) * effective / freedom
+    # The information of n samples that amount to so many independent ones.
+    information = jacobian.T @ jacobian * effective / len(residual)
+    covariance = variance * np.linalg.pinv(information)
+    reach = float(student.ppf(0.975, freedom)) * np.sqrt(np.diag(covariance))
+    total = float(np.sum(problem.deviation**2))
+    square_sum = float(residual @ residual)
+    return ParameterFit(
+        values={n: float(np.exp(x)) for n, x in zip(settings.names, found.x, strict=True)},
+        intervals={
+            n: (float(np.exp(x - r)), float(np.exp(x + r)))
+            for n, x, r in zip(settings.names, found.x, reach, strict=True)
+        },
+        r_squared=1.0 - square_sum / total,
+        rms_mm=float(np.sqrt(2.0 * square_sum / len(residual))),
+        start_rms_mm=float(np.sqrt(2.0 * first @ first / len(first))),
+        effective_sample_count=effective,
+        simulation_count=problem.simulation_count,
+        converged=bool(found.status > 0),
+    )
+
+
+class _Problem:
+    """Residuals as a function of the logarithms of the parameters."""
+
+    def __init__(
+        self,
+        trials: Sequence[Trial],
+        simulate: PathSimulator,
+        start: Parameters,
+        time_step_s: float,
+        settings: ParameterFitSettings,
+        progress: Callable[[int, int, str], None] | None,
+    ) -> None:
+        if not trials:
+            raise ValueError("trials is empty, expected at least one measured trial")
+        self._simulate, self._start, self._settings = simulate, start, settings
+        self._progress = progress
+        self.simulation_count = 0
+        self._cases = []
+        deviation = []
+        for trial in trials:
+            end = min(float(trial.pressures.time_s[-1]), float(trial.track.time_s[-1]))
+            steps = int(end / time_step_s)
+            driven = trial.driven_kPa(time_step_s * np.arange(steps))
+            every = max(1, round(1.0 / (settings.samples_per_s * time_step_s)))
+            chosen = np.arange(every, steps + 1, every)
+            if len(chosen) <= len(settings.names):
+                raise ValueError(
+                    f"{trial.name} lasts {end:g} s, too short for {len(settings.names)} parameters"
+                )
+            measured = np.column_stack(
+                [
+                    np.interp(time_step_s * chosen, trial.track.time_s, x)
+                    - np.interp(0.0, trial.track.time_s, x)
+                    for x in trial.track.position_mm.T
+                ]
+            )
+            self._cases.append((driven, chosen, measured))
+            deviation.append((measured - measured.mean(axis=0)).ravel())
+        self.deviation: np.ndarray = np.concatenate(deviation)
+
+    def logarithms(self, values: Parameters) -> np.ndarray:
+        return np.log([values[name] for name in self._settings.names])
+
+    def residual(self, logarithms: np.ndarray) -> np.ndarray:
+        values = dict(self._start)
+        values |= {
+            n: float(np.exp(x)) for n, x in zip(self._settings.names, logarithms, strict=True)
+        }
+        parts = []
+        for driven, chosen, measured in self._cases:
+            path = self._simulate(values, driven)
+            part = path[chosen] - path[0] - measured
+            parts.append(np.where(np.isfinite(part), part, FAILED_MM).ravel())
+            self.simulation_count += 1
+        if self._progress is not None:
+            # How many a search takes is not known before; most end within the limit.
+            expected = self._settings.evaluation_limit * len(self._cases) * 2
+            self._progress(min(self.simulation_count, expected - 1), expected, "fitting")
+        return np.concatenate(parts)
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Central differences, (residual, parameter)."""
+        step = self._settings.step
+        columns = []
+        for place in range(len(x)):
+            shift = np.zeros(len(x))
+            shift[place] = step
+            columns.append((self.residual(x + shift) - self.residual(x - shift)) / (2.0 * step))
+        return np.column_stack(columns)
+
+    def effective_count(self, residual: np.ndarray) -> float:
+        """Independent samples that correlated residuals amount to."""
+        effective, begin = 0.0, 0
+        for _, chosen, _ in self._cases:
+            block = residual[begin : begin + 2 * len(chosen)].reshape(-1, 2)
+            begin += block.size
+            for path in block.T:
+                square = float(path @ path)
+                r = float(path[1:] @ path[:-1]) / square if square > 0.0 else 0.0
+                r = min(max(r, 0.0), 0.999)
+                effective += max(1.0, len(path) * (1.0 - r) / (1.0 + r))
+        return effective
+
+
+def _scanned(problem: _Problem, start: Parameters) -> Parameters:
+    """Go along one parameter after the other and keep the best value: a start near the minimum."""
+    best = dict(start)
+    best_cost = _cost(problem, best)
+    for name in problem._settings.names:
+        low, high = BOUNDS[name]
+        for value in np.geomspace(low, high, problem._settings.scan_count + 2)[1:-1]:
+            tried = {**best, name: float(value)}
+            cost = _cost(problem, tried)
+            if cost < best_cost:
+                best, best_cost = tried, cost
+    return best
+
+
+def _cost(problem: _Problem, values: Parameters) -> float:
+    residual = problem.residual(problem.logarithms(values))
+    return float(residual @ residual)

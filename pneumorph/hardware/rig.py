@@ -1,0 +1,214 @@
+"""A rig as a file: which driver, its channels with their limits, and its timing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from pneumorph.hardware.driver import RegulatorDriver
+from pneumorph.settings import check_numbers, load_settings
+
+DriverKind = Literal["9129b", "serial", "virtual"]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One regulator with its command voltage and its pressure sensor, both affine.
+
+    The defaults are an analog regulator that takes 0 to 10 V for 0 to 100 kPa, and a sensor that
+    gives 1 to 5 V for the same.
+    """
+
+    command_volt_per_kPa: float = 0.1
+    """Command voltage for one kPa [V/kPa]."""
+    command_volt_at_zero: float = 0.0
+    """Command voltage for zero pressure [V]."""
+    lowest_volt: float = 0.0
+    """Hard limit: the driver refuses a command below [V]."""
+    highest_volt: float = 10.0
+    """Hard limit: the driver refuses a command above [V]."""
+    highest_kPa: float = 95.0
+    """Hard limit: the driver refuses a command above [kPa]."""
+    sensor_volt_per_kPa: float = 0.04
+    """Sensor voltage for one kPa [V/kPa]."""
+    sensor_volt_at_zero: float = 1.0
+    """Sensor voltage at zero pressure [V]."""
+
+    def __post_init__(self) -> None:
+        check_numbers(
+            self,
+            ("highest_kPa",),
+            (),
+            ("command_volt_at_zero", "lowest_volt", "highest_volt", "sensor_volt_at_zero"),
+        )
+        for name in ("command_volt_per_kPa", "sensor_volt_per_kPa"):
+            value = getattr(self, name)
+            if not math.isfinite(value) or value == 0.0:
+                raise ValueError(f"{name} must be finite and not zero, got {value}")
+        if not self.lowest_volt <= self.command_volt_at_zero <= self.highest_volt:
+            raise ValueError(
+                f"command_volt_at_zero is {self.command_volt_at_zero} V, expected it within the "
+                f"hard limits {self.lowest_volt} to {self.highest_volt} V: venting must be allowed"
+            )
+
+    def command_volt(self, pressure_kPa: float) -> float:
+        """Command voltage of a pressure [V].
+
+        Raises:
+            ValueError: The pressure or its voltage is beyond a hard limit.
+        """
+        if not 0.0 <= pressure_kPa <= self.highest_kPa:
+            raise ValueError(
+                f"pressure {pressure_kPa:g} kPa is beyond the channel's hard limits of 0 to "
+                f"{self.highest_kPa:g} kPa"
+            )
+        volt = self.command_volt_at_zero + self.command_volt_per_kPa * pressure_kPa
+        if not self.lowest_volt <= volt <= self.highest_volt:
+            raise ValueError(
+                f"pressure {pressure_kPa:g} kPa needs {volt:g} V, beyond the channel's hard limits "
+                f"of {self.lowest_volt:g} to {self.highest_volt:g} V"
+            )
+        return volt
+
+    def sensed_kPa(self, volt: float) -> float:
+        """Pressure that a sensor voltage stands for [kPa]."""
+        return (volt - self.sensor_volt_at_zero) / self.sensor_volt_per_kPa
+
+
+@dataclass(frozen=True)
+class SafetySettings:
+    """When a run is stopped and vented."""
+
+    highest_sensed_kPa: float = 100.0
+    """A sensed pressure above stops the run [kPa]."""
+    lowest_sensed_kPa: float = -10.0
+    """A sensed pressure below means a broken sensor or wire and stops the run [kPa]."""
+    stuck_s: float = 0.4
+    """A sensor that shows the very same value for this long while its command moves is stuck."""
+    stuck_command_change_kPa: float = 5.0
+    """How far the command must have moved for that [kPa]."""
+    watchdog_s: float = 0.45
+    """Silence of the deploying process after which the guardian vents [s]; its death is noticed at
+    once."""
+    vent_attempts: int = 3
+    """How often zero is sent until one is taken."""
+
+    def __post_init__(self) -> None:
+        check_numbers(
+            self,
+            ("highest_sensed_kPa", "stuck_s", "stuck_command_change_kPa", "watchdog_s"),
+            (),
+            ("lowest_sensed_kPa",),
+        )
+        if self.vent_attempts < 1:
+            raise ValueError(f"vent_attempts is {self.vent_attempts}, expected at least 1")
+
+
+@dataclass(frozen=True)
+class RigSettings:
+    """A rig; `deploy --rig FILE` reads it from JSON or TOML."""
+
+    driver: DriverKind = "virtual"
+    """`9129b`: analog regulators on a BK Precision 9129B supply, sensors on an ADC. `serial`: a
+    controller that speaks `serial_controller.py`'s lines. `virtual`: a simulated rig."""
+    resource: str = ""
+    """VISA resource of the supply, such as ASRL/dev/ttyUSB0::INSTR, or the controller's port."""
+    visa_library: str = "@py"
+    """PyVISA backend; @py is pyvisa-py."""
+    adc_port: str = ""
+    """Serial port of the ADC with the pressure sensors (9129b only); empty for none."""
+    baud_rate: int = 9600
+    """Of serial lines."""
+    channels: tuple[Channel, ...] = (Channel(), Channel(), Channel())
+    """The regulators, in the order of the gait's."""
+    update_interval_s: float = 0.33
+    """Time between commands [s]; a 9129B takes 0.2 s for one and its check."""
+    sample_interval_s: float = 0.1
+    """Time between sensor readings, log rows and beats of the watchdog [s]."""
+    reply_timeout_s: float = 0.2
+    """Longest wait for an answer [s]; later is an error."""
+    command_time_s: float = 0.1
+    """Time that a 9129B is busy after each message [s]."""
+    rate_kPa_per_s: float = 150.0
+    """Most change of a command [kPa/s]."""
+    safety: SafetySettings = field(default_factory=SafetySettings)
+    """When a run is stopped."""
+
+    def __post_init__(self) -> None:
+        check_numbers(
+            self,
+            (
+                "baud_rate",
+                "update_interval_s",
+                "sample_interval_s",
+                "reply_timeout_s",
+                "rate_kPa_per_s",
+            ),
+            ("command_time_s",),
+            (),
+        )
+        if not self.channels:
+            raise ValueError("channels is empty, expected one channel for each regulator")
+        if self.driver != "virtual" and not self.resource:
+            raise ValueError(
+                f"resource is empty, expected where the {self.driver} rig is connected, such as "
+                "ASRL/dev/ttyUSB0::INSTR or /dev/ttyACM0"
+            )
+        if self.sample_interval_s >= self.safety.watchdog_s:
+            raise ValueError(
+                f"sample_interval_s is {self.sample_interval_s}, expected less than the watchdog's "
+                f"{self.safety.watchdog_s} s: it beats once a sample"
+            )
+
+    def command_volts(self, pressure_kPa: np.ndarray) -> list[float]:
+        """Command voltage of each channel [V].
+
+        Raises:
+            ValueError: Another number of pressures, or one beyond a hard limit; names the channel.
+        """
+        if len(pressure_kPa) != len(self.channels):
+            raise ValueError(
+                f"pressure_kPa has {len(pressure_kPa)} numbers, the rig {len(self.channels)} "
+                "channels"
+            )
+        volts = []
+        for number, (channel, pressure) in enumerate(
+            zip(self.channels, pressure_kPa, strict=True), start=1
+        ):
+            try:
+                volts.append(channel.command_volt(float(pressure)))
+            except ValueError as error:
+                raise ValueError(f"channel {number}: {error}") from error
+        return volts
+
+    @property
+    def zero_volts(self) -> list[float]:
+        """Command voltage of each channel for zero pressure [V]."""
+        return [channel.command_volt_at_zero for channel in self.channels]
+
+
+def load_rig(path: Path | str) -> RigSettings:
+    """Read a rig file."""
+    return load_settings(RigSettings, path)
+
+
+def open_driver(rig: RigSettings) -> RegulatorDriver:
+    """Return the driver of a real rig, not connected yet.
+
+    Raises:
+        ValueError: The rig is virtual: it needs a robot.
+        ModuleNotFoundError: The driver's library is not installed.
+    """
+    if rig.driver == "9129b":
+        from pneumorph.hardware.analog_rig import AnalogRig
+
+        return AnalogRig(rig)
+    if rig.driver == "serial":
+        from pneumorph.hardware.serial_controller import SerialController
+
+        return SerialController(rig)
+    raise ValueError("a virtual rig is made of a robot, see pneumorph/hardware/virtual_rig.py")

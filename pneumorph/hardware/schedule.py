@@ -1,0 +1,100 @@
+"""A gait as timed commands that a rig can follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.gait.open_loop_gait import SAME_TIME_S, OpenLoopGait
+from pneumorph.hardware.rig import RigSettings
+
+SEARCH_STEP_S = 0.01
+"""The gait is looked at this often for changes [s]: the simulation's time step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """Commands in time; the last one is zero and marks the end.
+
+    Attributes:
+        time_s: When each command is given, rising from 0 [s], (command,).
+        pressure_kPa: Real pressures [kPa], (command, channel).
+        volts: Command voltages [V], (command, channel).
+    """
+
+    time_s: np.ndarray
+    pressure_kPa: np.ndarray
+    volts: np.ndarray
+
+    @property
+    def duration_s(self) -> float:
+        """When the last command vents [s]."""
+        return float(self.time_s[-1])
+
+    def place(self, time_s: float) -> int:
+        """Number of the command that holds at a time."""
+        return int(np.searchsorted(self.time_s, time_s + SAME_TIME_S, side="right")) - 1
+
+    def lines(self) -> list[str]:
+        """The schedule as text, a line a command."""
+        channels = range(1, self.pressure_kPa.shape[1] + 1)
+        head = "  time_s  " + "  ".join(f"{f'channel {n}':>20}" for n in channels)
+        lines = [head]
+        for time_s, pressures, volts in zip(
+            self.time_s, self.pressure_kPa, self.volts, strict=True
+        ):
+            cells = "  ".join(
+                f"{p:7.2f} kPa {v:6.3f} V" for p, v in zip(pressures, volts, strict=True)
+            )
+            lines.append(f"{time_s:8.2f}  {cells}")
+        return lines
+
+
+def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:
+    """Plan the commands of a gait.
+
+    A command is given when the gait's target differs from the last command, at least
+    ``update_interval_s`` after it, and changes by at most ``rate_kPa_per_s`` times the time since
+    (the first: times the interval). At the end everything is vented.
+
+    Args:
+        gait: The gait; it must command as many regulators as the rig has channels.
+        rig: The rig.
+
+    Raises:
+        ValueError: Another number of regulators, or a pressure beyond a channel's hard limits.
+    """
+    if gait.regulator_count != len(rig.channels):
+        raise ValueError(
+            f"the gait commands {gait.regulator_count} regulators, the rig has "
+            f"{len(rig.channels)} channels, expected the same number"
+        )
+    times, pressures = [0.0], [np.zeros(gait.regulator_count)]
+    pressures[0] = _approached(pressures[0], gait.pressure_kPa(0.0), rig, rig.update_interval_s)
+    count = round(gait.duration_s / SEARCH_STEP_S)
+    for step in range(1, count):
+        time_s = step * SEARCH_STEP_S
+        waited = time_s - times[-1]
+        if waited < rig.update_interval_s - SAME_TIME_S:
+            continue
+        target = gait.pressure_kPa(time_s)
+        if not np.array_equal(target, pressures[-1]):
+            times.append(time_s)
+            pressures.append(_approached(pressures[-1], target, rig, rig.update_interval_s))
+    times.append(gait.duration_s)
+    pressures.append(np.zeros(gait.regulator_count))
+    volts = []
+    for time_s, pressure in zip(times, pressures, strict=True):
+        try:
+            volts.append(rig.command_volts(pressure))
+        except ValueError as error:
+            raise ValueError(f"the gait's command at {time_s:g} s: {error}") from error
+    return Schedule(np.array(times), np.array(pressures), np.array(volts))
+
+
+def _approached(
+    last: np.ndarray, target: np.ndarray, rig: RigSettings, elapsed_s: float
+) -> np.ndarray:
+    most = rig.rate_kPa_per_s * elapsed_s
+    return last + np.clip(target - last, -most, most)

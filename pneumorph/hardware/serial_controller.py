@@ -1,0 +1,62 @@
+"""A generic pressure controller on a serial port, such as a microcontroller with three valves.
+
+A line is sent, a line comes back:
+
+    ?                     ->  pneumorph 3                   greeting with the number of channels
+    P 12.30,0.00,45.00    ->  12.10,0.00,44.20              command [kPa]; sensed [kPa]
+    S                     ->  12.10,0.00,44.20              sensed [kPa]
+    Z                                                       vent everything, no answer needed
+
+A controller's own firmware should vent when it has heard nothing for half a second.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.serial_line import SerialLine, numbers
+
+
+class SerialController:
+    """Driver of a serial controller; see `RegulatorDriver`.
+
+    Args:
+        rig: The rig.
+    """
+
+    def __init__(self, rig: RigSettings) -> None:
+        self._rig = rig
+        self._count = len(rig.channels)
+        self._line = SerialLine(rig.resource, rig.baud_rate, rig.reply_timeout_s)
+
+    def open(self) -> None:
+        """Open the port, check who answers, and vent."""
+        self._line.open()
+        greeting = self._line.ask("?")
+        if greeting != f"pneumorph {self._count}":
+            raise DriverError(
+                f"{self._rig.resource} greets with {greeting!r}, expected 'pneumorph {self._count}'"
+            )
+        self.vent()
+
+    def command(self, pressure_kPa: np.ndarray) -> None:
+        """Set every regulator [real kPa]."""
+        self._rig.command_volts(pressure_kPa)  # the hard limits of the channels hold here too
+        message = "P " + ",".join(f"{pressure:.2f}" for pressure in pressure_kPa)
+        numbers(self._line.ask(message), self._count, message)
+
+    def sense(self) -> np.ndarray:
+        """Sensed pressures [real kPa], (channel,)."""
+        return np.array(numbers(self._line.ask("S"), self._count, "S"))
+
+    def vent(self) -> None:
+        """Command zero pressure."""
+        if not self._line.is_open:
+            self._line.open()
+        self._line.send("Z")
+
+    def close(self) -> None:
+        """Close the port."""
+        self._line.close()

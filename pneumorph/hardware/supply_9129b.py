@@ -1,0 +1,146 @@
+"""BK Precision 9129B: a triple-output supply over SCPI that commands three analog regulators.
+
+SCPI as in the manufacturer's programming manual of the 9129B. The instrument is busy for about
+0.1 s after each message and may lose what comes meanwhile, so messages keep that distance.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+from pneumorph.hardware.driver import DriverError
+
+
+class Supply9129B:
+    """Three output voltages.
+
+    Args:
+        resource: VISA resource name.
+        visa_library: PyVISA backend, such as ``@py``.
+        command_time_s: Distance between messages [s].
+        reply_timeout_s: Longest wait for an answer [s].
+        baud_rate: Of a serial line.
+    """
+
+    def __init__(
+        self,
+        resource: str,
+        visa_library: str = "@py",
+        command_time_s: float = 0.1,
+        reply_timeout_s: float = 0.2,
+        baud_rate: int = 9600,
+    ) -> None:
+        self._resource, self._library = resource, visa_library
+        self._command_time_s, self._baud_rate = command_time_s, baud_rate
+        self._timeout_ms = 1000.0 * reply_timeout_s
+        self._instrument: Any = None
+        self._free_at = 0.0
+        self._visa = _pyvisa()
+        self._manager: Any = self._visa.ResourceManager(visa_library)
+
+    def open(self) -> None:
+        """Connect, check the model, take remote control, command zero, switch the outputs on.
+
+        Raises:
+            DriverError: No answer, or not from a 9129B.
+        """
+        self._connect()
+        identity = self._query("*IDN?")
+        if "9129B" not in identity:
+            raise DriverError(
+                f"{self._resource} is {identity!r}, expected a BK Precision 9129B; the resource "
+                "may be another instrument's"
+            )
+        for message in ("*CLS", "SYST:REM", "APP:VOLT 0,0,0", "OUTP:STAT:ALL ON"):
+            self._write(message)
+        self.check()
+
+    def set_volts(self, volts: Sequence[float]) -> None:
+        """Set the three outputs [V] and have it confirmed.
+
+        Raises:
+            DriverError: The supply refused, answered late, not at all, or senselessly.
+        """
+        self._write("APP:VOLT " + ",".join(f"{volt:.3f}" for volt in volts))
+        self.check()
+
+    def check(self) -> None:
+        """Ask for the supply's last error.
+
+        Raises:
+            DriverError: There is one, or the answer is none of the kind ``0,'No Error'``.
+        """
+        answer = self._query("SYST:ERR?")
+        code = answer.split(",")[0].strip()
+        try:
+            number = int(code)
+        except ValueError:
+            raise DriverError(
+                f"the supply answered {answer!r} to SYST:ERR?, expected an error number; the line "
+                "may be disturbed"
+            ) from None
+        if number != 0:
+            raise DriverError(f"the supply reports error {answer}")
+
+    def set_volts_unconfirmed(self, volts: Sequence[float]) -> None:
+        """Set the outputs [V] without waiting for an answer; connects first if need be."""
+        if self._instrument is None:
+            self._connect()
+        self._write("APP:VOLT " + ",".join(f"{volt:.3f}" for volt in volts))
+
+    def close(self) -> None:
+        """Let go of the instrument; never raises."""
+        if self._instrument is not None:
+            # Whatever a dying connection raises: there is nothing left to do about it.
+            with suppress(Exception):
+                self._instrument.close()
+            self._instrument = None
+
+    def _connect(self) -> None:
+        self.close()
+        try:
+            self._instrument = self._manager.open_resource(
+                self._resource, read_termination="\n", write_termination="\n"
+            )
+            self._instrument.timeout = self._timeout_ms
+            if self._resource.upper().startswith("ASRL"):
+                self._instrument.baud_rate = self._baud_rate
+        except (self._visa.errors.Error, OSError, ValueError) as error:
+            self._instrument = None
+            raise DriverError(f"{self._resource} does not open: {error}") from error
+
+    def _write(self, message: str) -> None:
+        self._exchange(message, lambda instrument: instrument.write(message))
+
+    def _query(self, message: str) -> str:
+        def exchange(instrument: Any) -> str:
+            instrument.write(message)
+            return str(instrument.read()).strip()
+
+        answer: str = self._exchange(message, exchange)
+        return answer
+
+    def _exchange(self, message: str, action: Any) -> Any:
+        if self._instrument is None:
+            raise DriverError(f"the supply is not connected, {message!r} was not sent")
+        time.sleep(max(0.0, self._free_at - time.monotonic()))
+        try:
+            return action(self._instrument)
+        except (self._visa.errors.Error, OSError, UnicodeDecodeError) as error:
+            raise DriverError(f"{message!r} failed: {error}") from error
+        finally:
+            self._free_at = time.monotonic() + self._command_time_s
+
+
+def _pyvisa() -> Any:
+    try:
+        import pyvisa
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "a 9129B needs PyVISA, which is not installed; install the extra with "
+            "pip install 'pneumorph[hardware]'"
+        ) from error
+    return pyvisa

@@ -1,0 +1,75 @@
+"""One measured trial: what was commanded, what was sensed, and where the robot went."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.hardware.deployment_log import LoggedPressures, read_log
+from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_track
+
+LOG_FILE = "log.csv"
+TRACK_PATTERN = "track*"
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A trial's log and track."""
+
+    name: str
+    pressures: LoggedPressures
+    track: MarkerTrack
+
+    def driven_kPa(self, time_s: np.ndarray) -> np.ndarray:
+        """Pressure that drove the robot at given times [real kPa], (time, channel).
+
+        The sensed pressure, linear between samples, or the commanded one where there is no sensor.
+        """
+        log = self.pressures
+        columns = []
+        for sensed, commanded in zip(log.sensed_kPa.T, log.commanded_kPa.T, strict=True):
+            known = np.isfinite(sensed)
+            if known.sum() >= 2:
+                columns.append(np.interp(time_s, log.time_s[known], sensed[known]))
+            else:
+                place = np.searchsorted(log.time_s, time_s + 1e-9, side="right") - 1
+                columns.append(commanded[np.clip(place, 0, None)])
+        return np.maximum(0.0, np.column_stack(columns))
+
+
+def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
+    """Read the trial of a folder: its ``log.csv`` and its ``track`` in any format.
+
+    Raises:
+        FileNotFoundError: The log or the track is missing.
+        ValueError: One of them cannot be read, or there are several tracks.
+    """
+    tracks = sorted(folder.glob(TRACK_PATTERN))
+    if not tracks:
+        raise FileNotFoundError(
+            f"{folder} holds no track, expected a file such as track.csv with the marker's path; "
+            "put the table of your video tracker there"
+        )
+    if len(tracks) > 1:
+        raise ValueError(f"{folder} holds {[each.name for each in tracks]}, expected one track")
+    return Trial(folder.name, read_log(folder / LOG_FILE), read_track(tracks[0], video))
+
+
+def trial_folders(run: Path) -> list[Path]:
+    """Folders of a deployment's trials, in order.
+
+    Raises:
+        FileNotFoundError: There are none.
+    """
+    folders = sorted(
+        (log.parent for log in run.glob(f"*/{LOG_FILE}")),
+        key=lambda path: (len(path.name), path.name),
+    )
+    if not folders:
+        raise FileNotFoundError(
+            f"{run} holds no trials, expected the folder of `pneumorph deploy` with trial_1/"
+            f"{LOG_FILE} and so on"
+        )
+    return folders

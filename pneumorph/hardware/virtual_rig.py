@@ -1,0 +1,230 @@
+"""A stand-in for reality: a robot that is off by a seeded amount, behind imperfect regulators."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.marker_track import MarkerTrack
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.pressure import PressureMap
+from pneumorph.settings import check_numbers
+from pneumorph.simulation.distribution import Distribution
+from pneumorph.simulation.randomisation import Randomisation, World
+from pneumorph.simulation.rollout import RobotModel
+from pneumorph.simulation.simulation_settings import SimulationSettings
+
+UNLIMITED_KPA_PER_S = 1e9
+"""The rig's own regulators limit the rate, so the robot's must not."""
+
+
+@dataclass(frozen=True)
+class VirtualRigSettings:
+    """How the virtual reality differs from the simulation, and how imperfect its rig is."""
+
+    seed: int = 0
+    """Of what is off; trials of one seed share the same robot."""
+    reality: Randomisation = field(
+        default_factory=lambda: Randomisation(
+            friction="N(1.1, 0.1)",
+            modulus_factor="N(1.05, 0.1)",
+            mass_factor="N(1, 0.03)",
+            regulator_lag_s="U(0.05, 0.15)",
+            floor_slope_deg="0",
+        )
+    )
+    """Distributions of what is off."""
+    pressure_slope_factor: str = "N(1, 0.05)"
+    """Slope of the true pressure map over the simulation's."""
+    pressure_intercept_kPa: str = "N(-20, 3)"
+    """Intercept of the true pressure map [simulated kPa]."""
+    regulator_noise_kPa: float = 0.3
+    """Standard deviation of a regulator's pressure about its course [kPa]."""
+    sensor_noise_kPa: float = 0.2
+    """Standard deviation of a reading [kPa]."""
+    resolution_kPa: float = 0.1
+    """Step of commands and readings [kPa]."""
+    frames_per_second: float = 30.0
+    """Of the camera that follows the marker."""
+    marker_noise_mm: float = 0.2
+    """Standard deviation of the marker's place [mm]."""
+    bend_noise_deg: float = 0.5
+    """Standard deviation of a measured bend [degrees]."""
+    friction_between_trials: float = 0.02
+    """Standard deviation of a trial's friction, relative."""
+    settling_steps: int = 15
+    """Time steps at zero pressure before a trial."""
+
+    def __post_init__(self) -> None:
+        check_numbers(
+            self,
+            ("resolution_kPa", "frames_per_second"),
+            (
+                "seed",
+                "regulator_noise_kPa",
+                "sensor_noise_kPa",
+                "marker_noise_mm",
+                "bend_noise_deg",
+                "friction_between_trials",
+                "settling_steps",
+            ),
+            (),
+        )
+        Distribution.parse(self.pressure_slope_factor)
+        Distribution.parse(self.pressure_intercept_kPa)
+
+
+@dataclass(frozen=True)
+class Reality:
+    """What is true behind the virtual rig; a calibration tries to find it."""
+
+    world: World
+    pressure_map: PressureMap
+
+    def settings(self, simulation: SimulationSettings) -> SimulationSettings:
+        """Physics of the true robot; the modulus and the mass are the robot's."""
+        return replace(
+            self.world.applied_to(simulation),
+            pressure_map=self.pressure_map,
+            pressure_rate_kPa_per_s=UNLIMITED_KPA_PER_S,
+        )
+
+
+def draw_reality(settings: VirtualRigSettings) -> Reality:
+    """The reality of a seed."""
+    rng = np.random.default_rng([settings.seed, 1])
+    world = settings.reality.draw(rng)
+    usual = PressureMap()
+    return Reality(
+        world,
+        PressureMap(
+            usual.slope * Distribution.parse(settings.pressure_slope_factor).draw(rng),
+            Distribution.parse(settings.pressure_intercept_kPa).draw(rng),
+        ),
+    )
+
+
+def trial_reality(reality: Reality, settings: VirtualRigSettings, trial: int) -> Reality:
+    """The reality of one trial: the floor is never quite the same twice."""
+    rng = np.random.default_rng([settings.seed, 2, trial])
+    factor = 1.0 + settings.friction_between_trials * float(rng.standard_normal())
+    return replace(
+        reality, world=replace(reality.world, friction=reality.world.friction * max(factor, 0.0))
+    )
+
+
+class VirtualClock:
+    """A clock whose time is the virtual rig's: waiting simulates."""
+
+    def __init__(self, advance_to: Callable[[float], None]) -> None:
+        self._advance_to, self._now_s = advance_to, 0.0
+
+    def now_s(self) -> float:
+        """Simulated time [s]."""
+        return self._now_s
+
+    def wait_until(self, time_s: float) -> None:
+        """Simulate until then."""
+        if time_s > self._now_s:
+            self._advance_to(time_s)
+            self._now_s = time_s
+
+
+class VirtualRig:
+    """Regulators with lag, noise and quantisation, and a robot they inflate.
+
+    Args:
+        robot: The true robot; its settings must not limit the pressures' rate (`Reality.settings`).
+        rig: Channels and rate of the rig.
+        settings: How imperfect it is.
+        lag_s: Time constant of the regulators [s].
+        time_step_s: The robot's time step [s].
+        trial: Number of the trial, which seeds the noise.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel[Any],
+        rig: RigSettings,
+        settings: VirtualRigSettings,
+        lag_s: float,
+        time_step_s: float,
+        trial: int = 1,
+    ) -> None:
+        self._robot, self._rig, self._settings = robot, rig, settings
+        self._step_s = time_step_s
+        self._kept = math.exp(-time_step_s / lag_s) if lag_s > 0.0 else 0.0
+        self._rng = np.random.default_rng([settings.seed, 3, trial])
+        count = len(rig.channels)
+        self._target, self._pressure = np.zeros(count), np.zeros(count)
+        self._state: Any = None
+        self._steps = 0
+        self._places: list[np.ndarray] = []
+        self.clock = VirtualClock(self._advance_to)
+
+    def open(self) -> None:
+        """Put the robot on the floor and let it settle."""
+        rest = np.zeros((max(self._settings.settling_steps, 1), len(self._rig.channels)))
+        self._state, trajectory = self._robot.rollout(
+            self._robot.initial_state(), rest, record_every=len(rest), record_nodes=False
+        )
+        self._places = [trajectory.tracked_point_mm[-1]]
+
+    def command(self, pressure_kPa: np.ndarray) -> None:
+        """Set every regulator [real kPa]."""
+        self._rig.command_volts(pressure_kPa)  # hard limits hold here as on a real rig
+        self._target = self._quantised(np.asarray(pressure_kPa, dtype=float))
+
+    def sense(self) -> np.ndarray:
+        """Sensed pressures [real kPa], (channel,)."""
+        noise = self._settings.sensor_noise_kPa * self._rng.standard_normal(len(self._pressure))
+        return self._quantised(self._pressure + noise)
+
+    def vent(self) -> None:
+        """Command zero."""
+        self._target = np.zeros_like(self._target)
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+    def track(self) -> MarkerTrack:
+        """What the camera saw, from the opening of the rig."""
+        settings = self._settings
+        every = 1.0 / (settings.frames_per_second * self._step_s)
+        places = np.array(self._places)[:, :2]
+        frames = np.arange(0.0, len(places) - 1e-9, every)
+        seen = np.column_stack(
+            [np.interp(frames, np.arange(len(places)), places[:, axis]) for axis in (0, 1)]
+        )
+        seen += settings.marker_noise_mm * self._rng.standard_normal(seen.shape)
+        return MarkerTrack(frames * self._step_s, seen)
+
+    def _advance_to(self, time_s: float) -> None:
+        count = round(time_s / self._step_s) - self._steps
+        if count <= 0:
+            return
+        self._steps += count
+        most = self._rig.rate_kPa_per_s * self._step_s
+        pressures = np.empty((count, len(self._target)))
+        for step in range(count):
+            wanted = self._target + (self._pressure - self._target) * self._kept
+            self._pressure = self._pressure + np.clip(wanted - self._pressure, -most, most)
+            noise = self._settings.regulator_noise_kPa * self._rng.standard_normal(
+                len(self._pressure)
+            )
+            pressures[step] = np.maximum(0.0, self._pressure + noise)
+        self._state, trajectory = self._robot.rollout(
+            self._state, pressures, record_every=1, record_nodes=False
+        )
+        if trajectory.status != "completed":
+            raise DriverError(f"the virtual robot's simulation {trajectory.status}")
+        self._places.extend(trajectory.tracked_point_mm[1:])
+
+    def _quantised(self, pressure: np.ndarray) -> np.ndarray:
+        step = self._settings.resolution_kPa
+        return np.round(pressure / step) * step

@@ -1,0 +1,80 @@
+"""The same part of a stiffer or heavier material: exact, without a new reduction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.robot import Hub, Robot
+
+
+def scaled_part(
+    part: ReducedPart, modulus_factor: float = 1.0, mass_factor: float = 1.0
+) -> ReducedPart:
+    """Scale all moduli and all masses of a part.
+
+    Elastic forces are linear in the moduli. The stepper takes modes to be orthonormal in mass, so a
+    heavier part has modes Phi / sqrt(m) and coordinates sqrt(m) alpha: the same motions, written in
+    other units.
+
+    Args:
+        part: The reduced part.
+        modulus_factor: New Young's moduli (of solid and membrane) over the old.
+        mass_factor: New mass over the old.
+
+    Raises:
+        ValueError: A factor is not positive and finite.
+    """
+    for name, value in (("modulus_factor", modulus_factor), ("mass_factor", mass_factor)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} must be positive and finite, got {value}")
+    root = math.sqrt(mass_factor)
+    return replace(
+        part,
+        modes=part.modes / root,
+        contact_modes=part.contact_modes / root,
+        tetrahedron_mode_gradient=part.tetrahedron_mode_gradient / root,
+        membrane_mode_gradient=part.membrane_mode_gradient / root,
+        tetrahedron_lambda=part.tetrahedron_lambda * modulus_factor,
+        tetrahedron_mu=part.tetrahedron_mu * modulus_factor,
+        membrane_lambda=part.membrane_lambda * modulus_factor,
+        membrane_mu=part.membrane_mu * modulus_factor,
+        linear_stiffness=part.linear_stiffness * modulus_factor / mass_factor,
+        cavity_volume_1=part.cavity_volume_1 / root,
+        cavity_volume_2=part.cavity_volume_2 / root**2,
+        cavity_volume_3=part.cavity_volume_3 / root**3,
+        mass=part.mass * mass_factor,
+        first_moment=part.first_moment * mass_factor,
+        first_moment_modes=part.first_moment_modes * root,
+        second_moment=part.second_moment * mass_factor,
+        second_moment_modes=part.second_moment_modes * root,
+        # sum (m m_i) (Phi / sqrt m)(Phi / sqrt m) is what it was.
+        metadata={
+            **part.metadata,
+            "scaled": {"modulus_factor": modulus_factor, "mass_factor": mass_factor},
+        },
+    )
+
+
+def scaled_hub(hub: Hub, mass_factor: float) -> Hub:
+    """The same hub of another mass."""
+    return replace(
+        hub,
+        mass=hub.mass * mass_factor,
+        first_moment=hub.first_moment * mass_factor,
+        second_moment=hub.second_moment * mass_factor,
+    )
+
+
+def scaled_robot(robot: Robot, modulus_factor: float = 1.0, mass_factor: float = 1.0) -> Robot:
+    """The same robot of other material; a part mounted many times is scaled once."""
+    parts = {
+        id(mount.part): scaled_part(mount.part, modulus_factor, mass_factor)
+        for mount in robot.mounts
+    }
+    return replace(
+        robot,
+        hub=scaled_hub(robot.hub, mass_factor),
+        mounts=tuple(replace(mount, part=parts[id(mount.part)]) for mount in robot.mounts),
+    )

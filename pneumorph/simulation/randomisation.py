@@ -1,0 +1,70 @@
+"""Domain randomisation: worlds that differ from the simulated one as reality may."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields, replace
+
+import numpy as np
+
+from pneumorph.simulation.distribution import Distribution
+from pneumorph.simulation.simulation_settings import SimulationSettings
+
+
+@dataclass(frozen=True)
+class World:
+    """One draw of what is uncertain."""
+
+    friction: float
+    """Coulomb friction coefficient."""
+    modulus_factor: float
+    """Young's moduli of the legs over the model's."""
+    mass_factor: float
+    """Masses of legs and hub over the model's."""
+    regulator_lag_s: float
+    """Time constant of the regulators, first order [s]."""
+    floor_slope_deg: float
+    """How steeply the floor rises forward [degrees]."""
+
+    def applied_to(self, settings: SimulationSettings) -> SimulationSettings:
+        """Settings of this world; modulus and mass are the robots', the lag the command's."""
+        return replace(settings, friction=self.friction, floor_slope_deg=self.floor_slope_deg)
+
+    def as_dict(self) -> dict[str, float]:
+        """The numbers by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Randomisation:
+    """Distributions of what is uncertain; see `Distribution` for how they are written."""
+
+    friction: str = "U(0.9, 1.5)"
+    """Coulomb friction coefficient."""
+    modulus_factor: str = "U(0.8, 1.25)"
+    """Young's moduli of the legs over the model's."""
+    mass_factor: str = "U(0.9, 1.1)"
+    """Masses of legs and hub over the model's."""
+    regulator_lag_s: str = "U(0, 0.2)"
+    """Time constant of the regulators, first order [s]."""
+    floor_slope_deg: str = "N(0, 0.5)"
+    """How steeply the floor rises forward [degrees]."""
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            distribution = Distribution.parse(getattr(self, item.name))
+            least = {"modulus_factor": 1e-9, "mass_factor": 1e-9, "floor_slope_deg": -90.0}
+            if distribution.lowest < least.get(item.name, 0.0):
+                raise ValueError(
+                    f"{item.name} is {getattr(self, item.name)!r}, which may give "
+                    f"{distribution.lowest:g}; expected no draw below "
+                    f"{least.get(item.name, 0.0):g}"
+                )
+
+    def draw(self, rng: np.random.Generator) -> World:
+        """Draw a world."""
+        return World(
+            **{
+                item.name: Distribution.parse(getattr(self, item.name)).draw(rng)
+                for item in fields(self)
+            }
+        )

@@ -1,0 +1,59 @@
+"""A policy's gait is what it commands in the environment, where it sees its own actions alone."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from pneumorph.command.gait_source import find_gait, recalibrated
+from pneumorph.coopt.evaluation import evaluate_policy
+from pneumorph.coopt.networks import Policy
+from pneumorph.coopt.policy_file import save_policy
+from pneumorph.coopt.sac import Sac, SacSettings
+from pneumorph.coopt.settings import CooptSettings
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.viscous_crawler import ViscousCrawler
+from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.pressure import PressureMap
+
+SETTINGS = CooptSettings(
+    task=CrawlingTask(action_count=6, action_step_count=10), sac=SacSettings(hidden_sizes=(16, 16))
+)
+
+
+def test_policy_and_environment_agree(tmp_path: Path) -> None:
+    task, space = SETTINGS.task, SETTINGS.space
+    size = task.state_size + space.one_hot.shape[1]
+    policy = Policy(size, task.regulator_count, SETTINGS.sac.hidden_sizes, jax.random.PRNGKey(3))
+    path = save_policy(tmp_path / "policy.npz", policy, SETTINGS)
+    design = space[1234]
+    environment = CrawlingEnvironment(
+        [design], lambda each: each, partial(ViscousCrawler, time_step_s=0.01), task
+    )
+    learner = Sac(size, task.regulator_count, SETTINGS.sac)
+    (pair,) = evaluate_policy(environment, space, policy, learner, np.array([1234]))
+    found = find_gait(path, str(design), ExpertGait())
+    assert found.design == design
+    assert found.gait.duration_s == pytest.approx(0.6)
+    held = np.array([found.gait.pressure_kPa(0.1 * action) for action in range(6)])
+    # Single precision in another batch: some rounding of 90 kPa.
+    np.testing.assert_allclose(held, pair.held_kPa, atol=1e-3)
+    assert np.ptp(held) > 1.0
+
+
+def test_nothing_asked_is_the_experts_gait() -> None:
+    found = find_gait(None, None, ExpertGait(phase_deg=20.0))
+    assert str(found.design) == BASELINE_DESIGN
+    assert found.gait.pressure_kPa(2.0)[0] > 80.0
+
+
+def test_recalibrated_gaits_are_cut_off_at_the_limit() -> None:
+    soft = PressureMap(4.0785 / 1.2, -20.361)
+    gait = recalibrated(ExpertGait(), PressureMap(), soft, 95.0)
+    assert gait.pressure_kPa(2.0)[0] == 95.0
+    assert recalibrated(ExpertGait(), soft, soft, 95.0) == ExpertGait()

@@ -1,0 +1,181 @@
+"""Verbs around a rig: small runs of each, and what they refuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pneumorph.cli import run
+from pneumorph.gait.gait_file import read_gait
+
+PAIRS = """real_pressure_kPa,simulated_pressure_kPa
+10,29.54
+20,65.67
+30,93.51
+40,128.17
+50,178.47
+60,224.37
+70,277.59
+80,316.16
+90,343.51
+100,382.57
+"""
+SHORT = "--expert.duration-s 1 --expert.period-s 1"
+
+
+def _json(command: str, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    capsys.readouterr()
+    assert run([*command.split(), "--json"]) == 0
+    content: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return content
+
+
+def _refused(command: str, capsys: pytest.CaptureFixture[str]) -> str:
+    capsys.readouterr()
+    assert run(command.split()) == 1
+    return capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.fixture(scope="module")
+def calibration(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("calibration")
+    (folder / "pairs.csv").write_text(PAIRS)
+    assert run(f"calibrate --pairs {folder / 'pairs.csv'} --out {folder / 'c'}".split()) == 0
+    return folder / "c" / "calibration.json"
+
+
+def test_calibrate_pairs_gives_the_papers_line(calibration: Path) -> None:
+    summary = json.loads((calibration.parent / "summary.json").read_text())
+    assert summary["slope"] == pytest.approx(4.0785, abs=1e-4)
+    assert summary["intercept_kPa"] == pytest.approx(-20.361, abs=5e-3)
+    low, high = summary["confidence_intervals_95"]["slope"]
+    assert low < 4.0785 < high
+    assert (calibration.parent / "calibration.png").stat().st_size > 5000
+
+
+def test_deploy_and_transfer_on_the_virtual_rig(
+    calibration: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    deployed = _json(
+        f"deploy --model reduced {SHORT} --trials 2 --calibration {calibration} "
+        f"--out {tmp_path / 'B'}",
+        capsys,
+    )
+    assert deployed["calibration"]["file"] == str(calibration)
+    assert deployed["calibration"]["slope"] == pytest.approx(4.0785, abs=1e-4)
+    assert [trial["completed"] for trial in deployed["trials"]] == [True, True]
+    assert all(trial["vented"] for trial in deployed["trials"])
+    gait, comments = read_gait(tmp_path / "B" / "schedule.csv")
+    assert comments["design"] == deployed["design"]
+    assert gait.duration_s == 1.0
+    compared = _json(
+        f"transfer B={tmp_path / 'B'} --cycle-s 1 --step-s 0.5 --out {tmp_path / 't'}", capsys
+    )
+    (robot,) = compared["robots"]
+    assert robot["distances_cm"] == pytest.approx(
+        [trial["distance_cm"] for trial in deployed["trials"]], abs=0.05
+    )
+    assert compared["calibration"]["file"] == "the published line"
+    assert len(robot["mean_reward_per_step_cm"]) == 2
+    for figure in compared["figures"]:
+        assert Path(figure).stat().st_size > 5000
+
+
+def test_parameters_are_fitted_to_trials(
+    calibration: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What the fit finds is tested in test_virtual_rig.py; here, that the verb writes it down."""
+    _json(f"deploy --model reduced {SHORT} --trials 1 --out {tmp_path / 'B'}", capsys)
+    fitted = _json(
+        f"calibrate --trials {tmp_path / 'B'} --calibration {calibration} --fit.names friction "
+        f"--fit.scan-count 1 --fit.evaluation-limit 3 --out {tmp_path / 'c'}",
+        capsys,
+    )
+    assert fitted["slope"] == pytest.approx(4.0785, abs=1e-4)  # kept from the file
+    low, high = fitted["confidence_intervals_95"]["friction"]
+    assert low < fitted["friction"] < high
+    assert fitted["modulus_factor"] is None
+    quality = fitted["fit"]["trajectories"]
+    assert quality["rms_mm"] <= quality["start_rms_mm"]
+    source = json.loads((tmp_path / "c" / "calibration.json").read_text())["source"]
+    assert source["trajectories"]["trials"] == ["trial_1"]
+    assert source["pressure"]["measured"].endswith("pairs.csv")
+
+
+def test_dry_run_commands_nothing_and_prints_the_schedule(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    summary = _json(f"deploy --dry-run {SHORT} --out {tmp_path / 'd'}", capsys)
+    assert "trials" not in summary
+    assert "kPa" in summary["schedule"][1]
+    assert len(summary["schedule"]) == summary["command_count"] + 1
+    assert not list((tmp_path / "d").glob("trial_*"))
+
+
+def test_a_calibration_moves_the_gaits_pressures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A leg that needs half the slope gets the pressures that mean the same to it."""
+    lines = ["real_pressure_kPa,simulated_pressure_kPa"]
+    lines += [f"{p},{8.157 * p - 40.722 + 1e-6 * (p % 3)}" for p in range(10, 100, 10)]
+    (tmp_path / "pairs.csv").write_text("\n".join(lines) + "\n")
+    run(f"calibrate --pairs {tmp_path / 'pairs.csv'} --out {tmp_path / 'c'}".split())
+    file = tmp_path / "c" / "calibration.json"
+    gait = tmp_path / "gait.csv"
+    gait.write_text("time_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa\n0,40,4,0\n2,40,4,0\n")
+    _json(f"deploy {gait} --dry-run --calibration {file} --out {tmp_path / 'd'}", capsys)
+    planned, _ = read_gait(tmp_path / "d" / "schedule.csv")
+    # 4.0785 p - 20.361 = 8.157 q - 40.722  gives  q = (p + 4.9923) / 2.
+    assert planned.held_kPa[0] == pytest.approx([22.496, 4.0, 0.0], abs=1e-3)
+
+
+def test_a_calibration_with_a_modulus_changes_the_robot(
+    calibration: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    content = json.loads(calibration.read_text())
+    (tmp_path / "stiff.json").write_text(json.dumps({**content, "modulus_factor": 1.3}))
+    usual = _json(f"simulate {SHORT} --calibration {calibration} --out {tmp_path / 'a'}", capsys)
+    stiff = _json(
+        f"simulate {SHORT} --calibration {tmp_path / 'stiff.json'} --out {tmp_path / 'b'}", capsys
+    )
+    assert stiff["distance_cm"] != usual["distance_cm"]
+    assert stiff["calibration"]["modulus_factor"] == 1.3
+    assert stiff["calibration"]["digest"] != usual["calibration"]["digest"]
+
+
+def test_gaits_are_exchanged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gait = tmp_path / "gait.csv"
+    gait.write_text(
+        "# design: 1.0.0.2.2.0.0.1\ntime_s,regulator_1_kPa,regulator_2_kPa\n0,40,4\n1,0,9\n2,0,9\n"
+    )
+    there = _json(f"exchange {gait} --to sorotraj --out {tmp_path / 'y'}", capsys)
+    assert there["duration_s"] == 2.0
+    back = _json(f"exchange {there['gait']} --to csv --hold-s 0.5 --out {tmp_path / 'c'}", capsys)
+    held, _ = read_gait(back["gait"])
+    assert held.held_kPa.tolist() == [[40.0, 4.0], [40.0, 4.0], [0.0, 9.0], [0.0, 9.0]]
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ("calibrate", "nothing to calibrate from"),
+        ("calibrate --pairs none.csv", "none.csv does not exist"),
+        ("deploy --rig none.toml", "none.toml does not exist"),
+        ("deploy none.csv --dry-run", "none.csv does not exist"),
+        ("deploy policy.npz --dry-run", "expected --design to name one"),
+        ("deploy --dry-run --expert.amplitude-kPa 48", "beyond the channel's hard limits"),
+        ("transfer B=.", "holds no trials"),
+        ("fabricate 1.0.1", "3 locations, expected 8"),
+        ("fabricate 0.0.0.0.0.0.0.0", "has no legs"),
+        ("exchange none --to part", "modes.txt does not exist"),
+        ("simulate --calibration none.json", "none.json does not exist"),
+        ("evaluate . --randomize --model full", "randomize walks reduced robots only"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(
+    command: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert message in _refused(f"{command} --out {tmp_path / 'run'}", capsys)

@@ -1,0 +1,160 @@
+"""Reductions in the plugin's files: written, read back, and taken out of the world's frame."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.artefact import ArtefactError
+from pneumorph.exchange.sofa_reduction import (
+    in_hub_frame,
+    read_sofa_reduction,
+    read_table,
+    reduced_part_of,
+    write_sofa_reduction,
+    write_table,
+)
+from pneumorph.exchange.sofa_scene import export_sofa_scene
+from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.part_model import PartModel
+from pneumorph.presets import load_default_leg, paper_leg_model
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.static_equilibrium import static_equilibrium
+
+
+@pytest.fixture(scope="module")
+def model() -> PartModel:
+    return paper_leg_model()
+
+
+def _counts(model: PartModel) -> dict[str, int]:
+    tetrahedra, membrane = (len(group.connectivity) for group in model.element_groups)
+    return {"tetrahedra": tetrahedra, "membrane": membrane}
+
+
+def _bend(part: ReducedPart, model: PartModel) -> float:
+    return end_face_bend_deg(model.mesh, part.positions(static_equilibrium(part, 150.0).alpha))
+
+
+def test_a_leg_reads_back_as_it_was(model: PartModel, tmp_path: Path) -> None:
+    part = load_default_leg()
+    write_sofa_reduction(tmp_path, part, _counts(model))
+    read = reduced_part_of(read_sofa_reduction(tmp_path), model)
+    # Modes are written to nine digits and kept in single precision (seven); the mesh's sums of mass
+    # make them orthonormal to the same.
+    np.testing.assert_allclose(read.modes, part.modes, atol=1e-6 * np.abs(part.modes).max())
+    np.testing.assert_array_equal(read.tetrahedron_index, part.tetrahedron_index)
+    np.testing.assert_allclose(read.tetrahedron_weight, part.tetrahedron_weight, rtol=1e-8)
+    np.testing.assert_array_equal(read.membrane_index, part.membrane_index)
+    assert _bend(read, model) == pytest.approx(_bend(part, model), rel=1e-5)
+
+
+def test_files_have_the_plugins_layout(model: PartModel, tmp_path: Path) -> None:
+    part = load_default_leg()
+    write_sofa_reduction(tmp_path, part, _counts(model))
+    lines = (tmp_path / "modes.txt").read_text().splitlines()
+    assert lines[0] == f"{3 * len(part.rest_nodes)} {part.mode_count}"
+    assert float(lines[4].split()[2]) == pytest.approx(part.modes[1, 0, 2], rel=1e-8)
+    lines = (tmp_path / "tetrahedra_RID.txt").read_text().splitlines()
+    assert lines[0] == f"{len(part.tetrahedron_index)} 1"
+    assert [int(v) for v in lines[1:]] == part.tetrahedron_index.tolist()
+    lines = (tmp_path / "tetrahedra_weight.txt").read_text().splitlines()
+    assert lines[0] == f"{_counts(model)['tetrahedra']} 1"
+    assert sum(float(v) > 0 for v in lines[1:]) == len(part.tetrahedron_index)
+
+
+def test_modes_of_the_world_give_the_same_leg(model: PartModel, tmp_path: Path) -> None:
+    """The same span, mixed and with rigid motions in every mode, as the plugin's own modes have."""
+    part = load_default_leg()
+    rng = np.random.default_rng(2)
+    # An orthogonal mix: an ill-conditioned one would magnify the nine digits of the file.
+    mixed = part.modes @ np.linalg.qr(rng.standard_normal((part.mode_count,) * 2))[0]
+    arms = part.rest_nodes - part.rest_nodes.mean(axis=0)
+    for mode in range(part.mode_count):
+        turn = 0.02 * np.abs(mixed).max() * rng.standard_normal(3) / 50.0
+        shift = 0.5 * np.abs(mixed).max() * rng.standard_normal(3)
+        mixed[:, :, mode] += shift + np.cross(turn, arms)
+    shifts = np.zeros((len(arms), 3, 3))
+    shifts[:, [0, 1, 2], [0, 1, 2]] = 1.0
+    write_sofa_reduction(tmp_path / "data", part, _counts(model))
+    modes = np.concatenate([mixed, shifts], axis=2)  # three modes are pure translation
+    write_table(tmp_path / "data" / "modes.txt", modes.reshape(-1, modes.shape[2]))
+    read = reduced_part_of(read_sofa_reduction(tmp_path), model)
+    assert read.mode_count == part.mode_count
+    assert read.metadata["torn_attachment"] < 1e-6
+    # Nine digits are written, seven kept; the stiff paper magnifies what is lost a hundredfold.
+    assert _bend(read, model) == pytest.approx(_bend(part, model), rel=1e-5)
+
+
+def test_a_rigid_motion_is_taken_out_whole() -> None:
+    rng = np.random.default_rng(0)
+    nodes = rng.standard_normal((30, 3))
+    motion = np.array([1.0, 2.0, 3.0]) + np.cross([0.1, -0.2, 0.3], nodes)
+    left, torn = in_hub_frame(motion[:, :, None], nodes, np.arange(4))
+    assert np.abs(left).max() < 1e-12
+    assert torn < 1e-12
+
+
+def test_modes_that_tear_the_attachment_are_refused(model: PartModel, tmp_path: Path) -> None:
+    part = load_default_leg()
+    write_sofa_reduction(tmp_path, part, _counts(model))
+    modes = part.modes.copy()
+    modes[model.mesh.node_set("attachment")[0], 0, 0] = 0.5 * np.abs(modes).max()
+    write_table(tmp_path / "modes.txt", modes.reshape(-1, part.mode_count))
+    with pytest.raises(ValueError, match=r"tear the attachment: .* is not rigid"):
+        reduced_part_of(read_sofa_reduction(tmp_path), model)
+
+
+def test_reductions_of_another_mesh_are_refused(model: PartModel, tmp_path: Path) -> None:
+    part = load_default_leg()
+    counts = _counts(model)
+    write_sofa_reduction(tmp_path, part, {**counts, "tetrahedra": counts["tetrahedra"] + 7})
+    with pytest.raises(ValueError, match="fits 0 of the weights"):
+        reduced_part_of(read_sofa_reduction(tmp_path), model)
+    write_table(tmp_path / "modes.txt", part.modes.reshape(-1, part.mode_count)[:-3])
+    with pytest.raises(ValueError, match="the reduction was made from another mesh"):
+        reduced_part_of(read_sofa_reduction(tmp_path), model)
+
+
+def test_a_truncated_table_is_refused(tmp_path: Path) -> None:
+    write_table(tmp_path / "t.txt", np.arange(12.0).reshape(4, 3))
+    np.testing.assert_array_equal(read_table(tmp_path / "t.txt"), np.arange(12.0).reshape(4, 3))
+    text = (tmp_path / "t.txt").read_text()
+    (tmp_path / "t.txt").write_text(text[: len(text) // 2])
+    with pytest.raises(ValueError, match="it is truncated or no file of ModelOrderReduction"):
+        read_table(tmp_path / "t.txt")
+
+
+def test_the_scene_is_python_and_names_files_that_exist(model: PartModel, tmp_path: Path) -> None:
+    """SOFA itself is not at hand in tests: syntax, files, and the mesh's order are checked."""
+    import meshio
+
+    part = load_default_leg()
+    scene = export_sofa_scene(tmp_path, part, model)
+    text = scene.read_text()
+    tree = ast.parse(text)
+    assert {node.name for node in tree.body if isinstance(node, ast.FunctionDef)} == {
+        "hyper_reduced",
+        "createScene",
+    }
+    assert f"MODE_COUNT = {part.mode_count}\n" in text
+    for name in ("leg.vtk", "paper.vtk", "cavity.stl"):
+        assert f'"{name}"' in text
+        assert (tmp_path / name).exists()
+    leg = meshio.read(tmp_path / "leg.vtk")
+    np.testing.assert_array_equal(leg.points, model.mesh.nodes)
+    np.testing.assert_array_equal(leg.cells_dict["tetra"], model.mesh.tetrahedra)
+    paper = meshio.read(tmp_path / "paper.vtk")
+    np.testing.assert_array_equal(paper.cells_dict["triangle"], model.mesh.surface("paper"))
+    read = reduced_part_of(read_sofa_reduction(tmp_path), model)
+    assert read.mode_count == part.mode_count
+
+
+def test_a_part_of_another_mesh_has_no_scene(model: PartModel, tmp_path: Path) -> None:
+    from synthetic_part import synthetic_reduced_part
+
+    with pytest.raises(ArtefactError, match="this reduction was made from the mesh"):
+        export_sofa_scene(tmp_path, synthetic_reduced_part(mode_count=4, cells=(4, 4, 4)), model)

@@ -1,0 +1,115 @@
+"""sorotraj files: every way to write a trajectory, and gaits written and read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.exchange.sorotraj import SWITCH_S, read_sorotraj, write_sorotraj
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.gait.interpolated_gait import InterpolatedGait
+
+pytest.importorskip("yaml")
+
+DIRECT = """settings: {traj_type: direct}
+config:
+  setpoints:
+    main: [[0.0, 10, 0], [1.0, 30, 20], [2.0, 10, 0]]
+    prefix: [[0.0, 0, 0], [1.0, 10, 0]]
+    suffix: [[0.0, 10, 0], [1.0, 0, 0]]
+"""
+
+
+def _read(text: str, path: Path, **options: float) -> InterpolatedGait:
+    (path / "gait.yaml").write_text(text)
+    return read_sorotraj(path / "gait.yaml", **options)  # type: ignore[arg-type]
+
+
+def test_prefix_main_and_suffix_follow_one_another(tmp_path: Path) -> None:
+    gait = _read(DIRECT, tmp_path, repetitions=2)
+    assert gait.duration_s == 6.0
+    for time_s, expected in [(0.5, [5, 0]), (1.5, [20, 10]), (2.0, [30, 20]), (4.0, [30, 20]),
+                             (5.5, [5, 0])]:  # fmt: skip
+        np.testing.assert_allclose(gait.pressure_kPa(time_s), expected)
+
+
+def test_psi(tmp_path: Path) -> None:
+    gait = _read(
+        DIRECT.replace("30", "5").replace("10", "1").replace("20", "2"),
+        tmp_path,
+        kPa_per_unit=6.894757,
+    )
+    np.testing.assert_allclose(gait.pressure_kPa(2.0)[0], 34.47, atol=0.01)
+
+
+def test_cubic_goes_through_its_waypoints(tmp_path: Path) -> None:
+    text = """settings: {traj_type: interp}
+config:
+  interp_type: cubic
+  subsample_num: 40
+  setpoints: {main: [[0, 40], [1, 60], [2, 40], [3, 20], [4, 40]], prefix: , suffix: }
+"""
+    gait = _read(text, tmp_path)
+    waypoints = [gait.pressure_kPa(t)[0] for t in range(5)]
+    np.testing.assert_allclose(waypoints, [40, 60, 40, 20, 40], atol=1e-9)
+    # A sampled periodic spline through a sine's extremes is near the sine.
+    assert gait.pressure_kPa(0.5)[0] == pytest.approx(40 + 20 * np.sin(np.pi / 4), abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("kind", "quarter", "half"),
+    [
+        ("sin", 60.0, 40.0),
+        ("cos-down", 40.0, 60.0),
+        ("triangle", 40.0, 60.0),
+        ("square", 20.0, 60.0),
+    ],
+)
+def test_wave_forms(kind: str, quarter: float, half: float, tmp_path: Path) -> None:
+    text = f"""settings: {{traj_type: waveform}}
+config: {{subsample_num: 80, num_cycles: 2, channels: [1, 0], waveform_type: {kind},
+  waveform_freq: 0.25, waveform_max: [60, 50], waveform_min: [20, 10],
+  setpoints: {{main: , prefix: , suffix: }}}}
+"""
+    gait = _read(text, tmp_path)
+    assert gait.duration_s == 8.0
+    for cycle in (0.0, 4.0):
+        np.testing.assert_allclose(gait.pressure_kPa(cycle + 1.0), [quarter, 0.0], atol=1e-9)
+        np.testing.assert_allclose(gait.pressure_kPa(cycle + 2.0), [half, 0.0], atol=1e-9)
+
+
+def test_a_held_gait_reads_back_but_for_its_switches(tmp_path: Path) -> None:
+    held = HeldGait.evenly(np.array([[90.0, 0, 10], [0, 45.5, 10], [0, 45.5, 90]]), 1.0)
+    path = write_sorotraj(tmp_path / "gait.yaml", held, {"design": "1.0.0.2.2.0.0.1"})
+    read = read_sorotraj(path)
+    assert read.duration_s == held.duration_s
+    for time_s in np.arange(0.0, 3.0, 0.01):
+        if (time_s % 1.0) < 1.0 - SWITCH_S:
+            np.testing.assert_array_equal(read.pressure_kPa(time_s), held.pressure_kPa(time_s))
+
+
+def test_an_interpolated_gait_reads_back_to_the_bit(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    gait = InterpolatedGait(np.arange(8.0) / 3.0, 90.0 * rng.random((8, 3)))
+    read = read_sorotraj(write_sorotraj(tmp_path / "gait.yaml", gait))
+    np.testing.assert_array_equal(read.time_s, gait.time_s)
+    np.testing.assert_array_equal(read.waypoint_kPa, gait.waypoint_kPa)
+    held = gait.held(0.1)
+    assert held.duration_s == gait.duration_s
+    np.testing.assert_allclose(held.pressure_kPa(0.32), gait.pressure_kPa(0.35))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("- 1\n", "is not a sorotraj trajectory"),
+        (DIRECT.replace("30", "300"), "expected a finite number from 0 to 90"),
+        (DIRECT.replace("direct", "magic"), "traj_type is 'magic'"),
+        (DIRECT.replace("[1.0, 30, 20]", "[0.0, 30, 20]"), "expected rising ones"),
+    ],
+)  # fmt: skip
+def test_what_is_no_trajectory_is_refused(text: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=message):
+        _read(text, tmp_path)

@@ -1,0 +1,149 @@
+"""Moulds, hub and walls against volumes and thicknesses that are known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+occ = pytest.importorskip("netgen.occ")
+
+from pneumorph.fabrication.hub import HubSettings, make_hub  # noqa: E402
+from pneumorph.fabrication.leg_mould import (  # noqa: E402
+    LegMould,
+    MouldSettings,
+    check_leg_mould,
+    make_leg_mould,
+    undercut_mm3,
+)
+from pneumorph.fabrication.solid import (  # noqa: E402
+    ClosedSurface,
+    FabricationError,
+    mounted,
+    surface_of,
+    write_step,
+    write_stl,
+)
+from pneumorph.fabrication.wall_thickness import wall_thickness_mm  # noqa: E402
+from pneumorph.geometry.mounting import RadialMounting  # noqa: E402
+from pneumorph.geometry.netgen_mesher import box  # noqa: E402
+from pneumorph.geometry.pneunet import PneuNetShape  # noqa: E402
+from pneumorph.presets import paper_leg_mesh  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def mould() -> LegMould:
+    return make_leg_mould()
+
+
+def test_the_mould_holds_the_meshed_leg(mould: LegMould) -> None:
+    """Space left by the finished solids, against the mesh; boxes are exact to rounding."""
+    shape = PneuNetShape()
+    assert mould.cast_volume_mm3 == pytest.approx(shape.solid_volume_mm3(), rel=1e-9)
+    found = check_leg_mould(mould, shape, float(paper_leg_mesh().volumes.sum()))
+    assert abs(found["cast_volume_error_percent"]) < 0.5
+    assert max(found["undercut_mm3"].values()) < 1e-3
+
+
+def test_a_mould_of_another_leg_is_refused(mould: LegMould) -> None:
+    with pytest.raises(FabricationError, match=r"differ by .* the mesh is of another shape"):
+        check_leg_mould(mould, PneuNetShape(), 1.006 * 43072.0)
+
+
+def test_the_halves_meet_and_do_not_overlap(mould: LegMould) -> None:
+    def overlap(a: Any, b: Any) -> float:
+        return float(sum(solid.mass for solid in (a * b).solids))
+
+    assert overlap(mould.upper, mould.lower) < 1e-6
+    assert overlap(mould.upper, mould.core) < 1e-6
+    assert overlap(mould.upper, mould.body) < 1e-6
+    assert overlap(mould.core, mould.body) < 1e-6
+    assert overlap(mould.lower, mould.plate) < 1e-6
+    # Turned about z the pins do not find their holes: the halves fit one way round only.
+    turned = mould.upper.Rotate(occ.Axis(occ.Pnt(0, 0, 0), occ.Z), 180.0)
+    assert overlap(turned, mould.lower) > 1.0
+
+
+def test_an_undercut_is_found() -> None:
+    """A hook over a block: drawing it upwards meets 4 x 10 x 2 mm^3 of the block."""
+    block = box((0, 0, 0), (10, 10, 10)) - box((0, 0, 4), (4, 10, 2))
+    hook = box((-5, 0, 0), (5, 10, 12)) + box((-1, 0, 4), (5, 10, 2))
+    assert undercut_mm3(block, hook, +1, 12.0) == pytest.approx(4 * 10 * 2, rel=1e-6)
+    straight = box((-5, 0, 0), (5, 10, 12))
+    assert undercut_mm3(block, straight, +1, 12.0) == 0.0
+
+
+def test_walls_of_the_leg_are_three_millimetres(mould: LegMould) -> None:
+    """Roof 20 - 17, sides (20 - 14) / 2 and ends (8 - 2) / 2 are all 3 mm in the paper's leg."""
+    surface = surface_of(mould.body + mould.plate)
+    assert surface.volume_mm3 == pytest.approx(43072.0, rel=1e-9)  # flat faces only
+    assert wall_thickness_mm(surface).min() == pytest.approx(3.0, abs=1e-9)
+
+
+def test_thickness_of_a_tube_and_a_wedge() -> None:
+    tube = occ.Cylinder(occ.Pnt(0, 0, 0), occ.Z, 10, 20) - occ.Cylinder(
+        occ.Pnt(0, 0, -1), occ.Z, 8.5, 22
+    )
+    thinnest = wall_thickness_mm(surface_of(tube, 3.0)).min()
+    # Chords of the facets lie inside the circles by at most e^2 / 8 r.
+    assert thinnest == pytest.approx(1.5, abs=2 * 3.0**2 / (8 * 8.5))
+    # A block's edges are no walls.
+    assert wall_thickness_mm(surface_of(box((0, 0, 0), (30, 30, 30)))).min() == np.inf
+
+
+def test_the_hub_carries_legs_without_touching_them() -> None:
+    """Every socket clears its leg by the gap; the channel is open from the socket to the well."""
+    hub, mounting, leg = make_hub(), RadialMounting(), PneuNetShape()
+    surface = surface_of(hub)
+    # Facets of the round faces are chords: the volume differs by some hundredths of a percent.
+    assert surface.volume_mm3 == pytest.approx(hub.mass, rel=1e-3)
+    assert wall_thickness_mm(surface, 5.0).min() > HubSettings().smallest_wall_mm
+    boxes = [box(low, size) for low, size in leg.solid_boxes()]
+    for location in (0, 3):
+        for each in boxes:
+            placed = mounted(each, mounting, location)
+            assert sum(solid.mass for solid in (placed * hub).solids) == 0.0
+        probe = occ.Cylinder(occ.Pnt(-51.0, 0, 8.0), occ.Dir(-1, 0, 0), 1.5, 40.0)
+        assert sum(s.mass for s in (mounted(probe, mounting, location) * hub).solids) == 0.0
+        fat = occ.Cylinder(occ.Pnt(-53.0, 0, 8.0), occ.Dir(-1, 0, 0), 2.5, 20.0)
+        assert sum(s.mass for s in (mounted(fat, mounting, location) * hub).solids) > 1.0
+
+
+def test_solids_sit_where_the_simulated_legs_do() -> None:
+    mounting = RadialMounting(location_count=5)
+    low, size = np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0])
+    for location in range(5):
+        placed = mounted(box(tuple(low), tuple(size)), mounting, location)
+        centre = mounting.pose(location).apply(low + size / 2.0)
+        np.testing.assert_allclose([placed.center.x, placed.center.y, placed.center.z], centre)
+
+
+def test_open_and_inverted_surfaces_are_refused() -> None:
+    surface = surface_of(box((0, 0, 0), (10, 10, 10)))
+    with pytest.raises(FabricationError, match="is not watertight"):
+        ClosedSurface(surface.nodes, surface.triangles[:-1])
+    with pytest.raises(FabricationError, match="inside out"):
+        ClosedSurface(surface.nodes, surface.triangles[:, ::-1])
+
+
+def test_files_read_back(mould: LegMould, tmp_path: Path) -> None:
+    import meshio
+    from netgen.occ import OCCGeometry
+
+    surface = surface_of(mould.lower)
+    stl = meshio.read(write_stl(tmp_path / "lower.stl", surface))
+    assert len(stl.cells_dict["triangle"]) == len(surface.triangles)
+    np.testing.assert_allclose(stl.points.max(axis=0), surface.nodes.max(axis=0), rtol=1e-6)
+    step = write_step(tmp_path / "lower.step", mould.lower)
+    assert OCCGeometry(str(step)).shape.mass == pytest.approx(mould.lower.mass, rel=1e-9)
+    assert [path.name for path in tmp_path.iterdir() if path.name.startswith("tmp")] == []
+
+
+def test_sizes_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"pin_length_mm is 3\.0, expected more than"):
+        MouldSettings(pin_length_mm=3.0)
+    with pytest.raises(FabricationError, match="the hub consists of"):
+        make_hub(settings=replace(HubSettings(), well_radius_mm=60.0, well_depth_mm=30.0))

@@ -1,0 +1,110 @@
+"""Floors read from images and arrays."""
+
+import numpy as np
+import pytest
+
+from pneumorph.fem.floor import PlaneFloor
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.height_map import HeightMap, height_field
+from pneumorph.settings import settings_from_dict, settings_to_dict
+
+
+def cubic(x, y):
+    return 1e-3 * x**3 - 2e-3 * x * y**2 + 0.05 * y + 2.0
+
+
+def grid(columns=21, rows=15, pitch=2.0):
+    """Pixel centres as seen from above: x to the right, y upwards."""
+    x = pitch * (np.arange(columns) - (columns - 1) / 2)
+    y = pitch * ((rows - 1) / 2 - np.arange(rows))
+    return np.meshgrid(x, y)
+
+
+def test_bicubic_splines_follow_a_cubic_exactly():
+    field = height_field(cubic(*grid()), 2.0, base_mm=-1.0)
+    rng = np.random.default_rng(0)
+    points = np.column_stack([rng.uniform(-19, 19, 30), rng.uniform(-13, 13, 30), np.zeros(30)])
+    x, y, _ = points.T
+    slopes = np.stack([3e-3 * x**2 - 2e-3 * y**2, -4e-3 * x * y + 0.05])
+    length = np.sqrt(1.0 + (slopes**2).sum(axis=0))
+    # Rounding of heights of 10 mm; splines of degree three have no other error.
+    np.testing.assert_allclose(field.gap(points), (1.0 - cubic(x, y)) / length, atol=1e-12)
+    expected = np.stack([-slopes[0], -slopes[1], np.ones(30)]) / length
+    np.testing.assert_allclose(field.frames(points)[:, 0], expected.T, atol=1e-12)
+
+
+def test_columns_go_along_x_and_rows_down_from_positive_y():
+    heights = np.zeros((9, 11))
+    heights[1, 8] = 5.0
+    field = height_field(heights, 10.0, centre_mm=(100.0, 0.0))
+    peak = np.array([[100.0 + 3 * 10.0, 3 * 10.0, 5.0]])
+    assert abs(field.gap(peak)[0]) < 1e-12
+
+
+def test_beyond_its_edge_the_floor_goes_on_level():
+    field = height_field(np.tile(np.arange(6.0), (5, 1)), 1.0)
+    outside = np.array([[40.0, 0.0, 5.0], [-40.0, 90.0, 0.0]])
+    np.testing.assert_allclose(field.gap(outside), 0.0, atol=1e-12)
+    np.testing.assert_allclose(field.frames(outside), PlaneFloor(0.0).frames(outside), atol=1e-12)
+
+
+@pytest.mark.parametrize(("kind", "levels"), [("uint8", 255), ("uint16", 65535)])
+def test_greys_of_an_image_are_heights(tmp_path, kind, levels):
+    from PIL import Image
+
+    greys = np.linspace(0, levels, 8 * 9).round().astype(kind).reshape(8, 9)
+    Image.fromarray(greys).save(tmp_path / "hills.png")
+    heights = HeightMap(tmp_path / "hills.png", black_mm=-2.0, white_mm=6.0).heights_mm()
+    # Images are read in single precision.
+    np.testing.assert_allclose(heights, -2.0 + 8.0 * greys / levels, atol=1e-6)
+
+
+def test_a_grey_image_with_three_equal_colours_is_grey(tmp_path):
+    from matplotlib.image import imsave
+
+    greys = np.linspace(0.0, 1.0, 30).reshape(5, 6)
+    imsave(tmp_path / "hills.png", greys, cmap="gray", vmin=0.0, vmax=1.0)
+    heights = HeightMap(tmp_path / "hills.png", white_mm=1.0).heights_mm()
+    # Written with 256 colours of 256 levels.
+    np.testing.assert_allclose(heights, greys, atol=2.0 / 255)
+
+
+def test_settings_name_the_map(tmp_path):
+    np.save(tmp_path / "hills.npy", cubic(*grid()))
+    map_of_hills = HeightMap(tmp_path / "hills.npy", mm_per_pixel=2.0)
+    settings = FullOrderSettings(floor_height_mm=-1.0, height_map=map_of_hills)
+    again = settings_from_dict(FullOrderSettings, settings_to_dict(settings))
+    assert again == settings
+    point = np.array([[4.0, 2.0, -1.0 + cubic(4.0, 2.0)]])
+    assert abs(again.floor().gap(point)[0]) < 1e-12
+    assert again.floor().description == "height map hills.npy"
+    assert FullOrderSettings().floor() == PlaneFloor(-12.797)
+
+
+def test_smoothing_rounds_a_step():
+    step = np.repeat([[0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]], 6, axis=0)
+    points = np.array([[-0.4, 0.0, 0.0], [0.4, 0.0, 0.0]])
+    steep, smooth = (height_field(step, 1.0, smoothing_mm=s).frames(points)[0] for s in (0.0, 1.5))
+    slope_steep, slope_smooth = -steep[0, 0] / steep[0, 2], -smooth[0, 0] / smooth[0, 2]
+    # A Gaussian of standard deviation s makes the slope of a unit step 1 / (s sqrt(2 pi)) = 0.27.
+    assert slope_steep > 0.7
+    assert 0.2 < slope_smooth < 0.3
+
+
+def test_bad_maps_are_refused(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"height map .*none\.png does not exist"):
+        HeightMap(tmp_path / "none.png").heights_mm()
+    (tmp_path / "text.png").write_text("hills")
+    with pytest.raises(ValueError, match="is not an image that can be read"):
+        HeightMap(tmp_path / "text.png").heights_mm()
+    from matplotlib.image import imsave
+
+    imsave(tmp_path / "red.png", np.tile([1.0, 0.0, 0.0], (5, 5, 1)))
+    with pytest.raises(ValueError, match="has colours, expected greys"):
+        HeightMap(tmp_path / "red.png").heights_mm()
+    with pytest.raises(ValueError, match=r"at least 4 x 4, got \(3, 5\)"):
+        height_field(np.zeros((3, 5)), 1.0)
+    with pytest.raises(ValueError, match="heights_mm must be finite"):
+        height_field(np.full((5, 5), np.nan), 1.0)
+    with pytest.raises(ValueError, match="mm_per_pixel must be positive, got 0"):
+        HeightMap(tmp_path / "red.png", mm_per_pixel=0.0)

@@ -1,0 +1,78 @@
+"""A rollout that was interrupted ends as if it had not been."""
+
+import numpy as np
+import pytest
+from small_robot import small_robot
+
+from pneumorph.artefact import ArtefactError
+from pneumorph.fem.floor import HeightField
+from pneumorph.fem.resumable_rollout import _identity, resumable_rollout
+from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
+
+COMMANDS = np.tile([30.0, 10.0], (9, 1))
+
+
+class Interrupted(Exception):
+    """Stands for Ctrl-C."""
+
+
+@pytest.mark.parametrize("soft", [False, True])
+def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
+    def rolled(checkpoint, stop_at=None, commands=COMMANDS):
+        made = []
+
+        def progress(done, total, _):
+            made.append(done)
+            if done == stop_at:
+                raise Interrupted
+
+        way = resumable_rollout(
+            small_robot(soft=soft),
+            commands,
+            checkpoint,
+            settling_steps=2,
+            record_every=2,
+            checkpoint_every_s=0.0,
+            progress=progress,
+        )
+        return way, made
+
+    whole, _ = rolled(tmp_path / "whole.npz")
+    checkpoint = tmp_path / "cut.npz"
+    with pytest.raises(Interrupted):
+        rolled(checkpoint, stop_at=6)
+    assert checkpoint.exists()
+    resumed, made = rolled(checkpoint)
+    assert made[0] == 6  # four steps, two frames, were saved; the sixth step was not
+    assert not checkpoint.exists()
+    for name, value in whole.arrays().items():
+        np.testing.assert_array_equal(resumed.arrays()[name], value, err_msg=name)
+    assert resumed.metadata == whole.metadata
+    with pytest.raises(Interrupted):
+        rolled(checkpoint, stop_at=6)
+    _, made = rolled(checkpoint, commands=COMMANDS + 1.0)
+    assert made[0] == 2  # other commands start anew
+
+
+def test_a_state_of_another_robot_is_refused():
+    arrays = state_to_arrays(small_robot(soft=True).initial_state())
+    with pytest.raises(ArtefactError, match="hub_centre of the saved state must have shape"):
+        state_from_arrays(small_robot(soft=False), arrays)
+
+
+def test_another_robot_does_not_go_on_from_the_checkpoint(tmp_path):
+    """What settings and meshes do not show decides as well: masses, the hub, the floor."""
+    usual = small_robot()
+    lumped = small_robot()
+    lumped.legs[0].part.node_mass[0] *= 2.0
+    heavy = small_robot()
+    heavy.hub.mass_kg *= 2.0
+    wavy, flat = (small_robot() for _ in range(2))
+    wavy.floor = HeightField(lambda x, y: np.sin(0.1 * x) + 0.0 * y)
+    flat.floor = HeightField(lambda x, y: 0.0 * x)
+    tracked = small_robot()
+    tracked.tracked_point = tracked.tracked_point + 1.0
+    soft = small_robot(soft=True)
+    robots = (usual, lumped, heavy, wavy, flat, tracked, soft)
+    assert len({_identity(robot, COMMANDS, 2, 2) for robot in robots}) == len(robots)
+    assert _identity(small_robot(), COMMANDS, 2, 2) == _identity(usual, COMMANDS, 2, 2)

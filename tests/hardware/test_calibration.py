@@ -1,0 +1,126 @@
+"""Lines, bends and calibration files against closed forms and the paper's own numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.artefact import ArtefactError
+from pneumorph.hardware.bend_test import BendCurve, equal_bend_pairs, read_bends, read_pairs
+from pneumorph.hardware.calibration import Calibration
+from pneumorph.hardware.line_fit import fit_line
+from pneumorph.hardware.measured_table import read_measured_table
+from pneumorph.pressure import PressureMap
+from pneumorph.simulation.simulation_settings import SimulationSettings
+
+PAPER_PAIRS = """real_pressure_kPa,simulated_pressure_kPa
+10,29.54
+20,65.67
+30,93.51
+40,128.17
+50,178.47
+60,224.37
+70,277.59
+80,316.16
+90,343.51
+100,382.57
+"""
+
+
+def test_the_papers_line_comes_out_of_its_pairs(tmp_path: Path) -> None:
+    """The pairs are rounded to 0.01 kPa, which moves the intercept by some thousandths."""
+    (tmp_path / "pairs.csv").write_text(PAPER_PAIRS)
+    pairs = read_pairs(tmp_path / "pairs.csv")
+    line = fit_line(pairs.real_kPa, pairs.simulated_kPa)
+    published = PressureMap()
+    assert line.slope == pytest.approx(published.slope, abs=1e-4)
+    assert line.intercept == pytest.approx(published.intercept_kPa, abs=5e-3)
+    assert line.r_squared > 0.99
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
+    """500 noisy lines: 95 % of the intervals hold the truth, to 3 standard errors of a binomial."""
+    rng = np.random.default_rng(1)
+    x = np.arange(10.0, 101.0, 10.0)
+    held = np.zeros(2)
+    for _ in range(500):
+        line = fit_line(x, 4.0 * x - 20.0 + 5.0 * rng.standard_normal(len(x)))
+        held += [
+            line.slope_interval[0] < 4.0 < line.slope_interval[1],
+            line.intercept_interval[0] < -20.0 < line.intercept_interval[1],
+        ]
+    assert np.all(np.abs(held / 500 - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / 500))
+
+
+def test_equal_bends_are_found_on_a_known_curve() -> None:
+    pressure = np.arange(0.0, 401.0, 10.0)
+    curve = BendCurve(pressure, 0.3 * pressure + 2e-4 * pressure**2)
+    real = np.array([5.0, 20.0, 50.0, 90.0])
+    simulated = PressureMap(4.0, -25.0).simulated(real)
+    bend = 0.3 * simulated + 2e-4 * simulated**2
+    pairs = equal_bend_pairs(real, bend, curve)
+    # The first is cut off at zero bend and says nothing; a monotone cubic on a 10 kPa grid follows
+    # a parabola to some hundredths of a kPa.
+    np.testing.assert_array_equal(pairs.real_kPa, real[1:])
+    np.testing.assert_allclose(pairs.simulated_kPa, simulated[1:], atol=0.05)
+
+
+def test_a_bend_beyond_the_simulated_leg_is_refused() -> None:
+    curve = BendCurve(np.array([0.0, 100.0]), np.array([0.0, 30.0]))
+    with pytest.raises(ValueError, match="bend_deg 31 is beyond the simulated leg's 0 to 30"):
+        curve.pressure(np.array([10.0, 31.0]))
+
+
+def test_units_of_the_header_are_converted(tmp_path: Path) -> None:
+    (tmp_path / "b.csv").write_text("# leg 3\npressure_psi,bend_rad,remark\n1,0.5,first\n2,1,\n")
+    pressure, bend = read_bends(tmp_path / "b.csv")
+    np.testing.assert_allclose(pressure, [6.894757, 13.789515], rtol=1e-6)
+    np.testing.assert_allclose(bend, np.degrees([0.5, 1.0]))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("pressure_atm,bend_deg\n1,2\n", "has the unit 'atm', expected pressure_UNIT with one of"),
+        ("pressure,bend_deg\n1,2\n", "has the unit 'none'"),
+        ("bend_deg\n2\n", "column pressure_kPa is missing"),
+        ("pressure_kPa,bend_deg\n1,x\n", "row 1: bend_deg is 'x', expected a finite number"),
+        ("pressure_kPa,bend_deg\n", "has no rows"),
+    ],
+)
+def test_tables_without_sense_are_refused(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(ValueError, match=message):
+        read_measured_table(tmp_path / "t.csv", {"pressure": "kPa", "bend": "deg"})
+
+
+def test_a_calibration_reads_back_and_is_applied(tmp_path: Path) -> None:
+    measured = Calibration(PressureMap(3.8, -18.0), 1.1, 0.08, 0.9, {"slope": (3.7, 3.9)})
+    read = Calibration.load(measured.save(tmp_path / "c.json"))
+    assert read == measured
+    assert read.digest() == measured.digest()
+    settings = read.applied_to(SimulationSettings())
+    assert settings.pressure_map == PressureMap(3.8, -18.0)
+    assert (settings.friction, settings.stiffness_damping_s) == (0.9, 0.08)
+    # What was not measured stays.
+    partial = Calibration(PressureMap(3.8, -18.0)).applied_to(SimulationSettings())
+    assert partial.friction == SimulationSettings().friction
+
+
+def test_what_is_no_calibration_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "c.json").write_text('{"kind": "Mesh"}')
+    with pytest.raises(ArtefactError, match="it holds a Mesh, expected a Calibration"):
+        Calibration.load(tmp_path / "c.json")
+    with pytest.raises(FileNotFoundError, match="does not exist"):
+        Calibration.load(tmp_path / "none.json")
+
+
+def test_equivalent_pressures_mean_the_same_to_both_maps() -> None:
+    ours, theirs = PressureMap(4.0, -20.0), PressureMap(3.5, -14.0)
+    real = np.array([0.0, 4.0, 10.0, 90.0])
+    moved = ours.equivalent(real, theirs)
+    np.testing.assert_allclose(theirs.simulated(moved), ours.simulated(real), atol=1e-12)
+    assert np.all(moved >= 0.0)
+    np.testing.assert_allclose(ours.equivalent(real, ours), real, atol=1e-12)

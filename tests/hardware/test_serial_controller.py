@@ -1,0 +1,106 @@
+"""The serial controller's driver against a controller at the other end of a pseudo-terminal."""
+
+from __future__ import annotations
+
+import os
+import pty
+import threading
+
+import numpy as np
+import pytest
+
+from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.serial_controller import SerialController
+
+pytest.importorskip("serial")
+
+
+class _Controller:
+    """Firmware: follows commands at once and senses what it was told."""
+
+    def __init__(self, greeting: str = "pneumorph 3") -> None:
+        self._end, other = pty.openpty()
+        self.port = os.ttyname(other)
+        self.greeting = greeting
+        self.pressure = "0.00,0.00,0.00"
+        self.fault = ""
+        self.vented = threading.Event()
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self) -> None:
+        received = b""
+        while True:
+            try:
+                received += os.read(self._end, 1024)
+            except OSError:
+                return
+            while b"\n" in received:
+                line, received = received.split(b"\n", 1)
+                self._obey(line.decode())
+
+    def _obey(self, line: str) -> None:
+        if line.startswith("P "):
+            self.pressure = line[2:]
+        if line == "Z":
+            self.pressure = "0.00,0.00,0.00"
+            self.vented.set()
+            return
+        if self.fault == "silent":
+            return
+        answer = self.greeting if line == "?" else self.pressure
+        os.write(self._end, (("1.0,oops" if self.fault == "garbage" else answer) + "\n").encode())
+
+
+@pytest.fixture
+def controller() -> _Controller:
+    return _Controller()
+
+
+def _driver(controller: _Controller) -> SerialController:
+    return SerialController(RigSettings(driver="serial", resource=controller.port))
+
+
+def test_commands_and_readings(controller: _Controller) -> None:
+    driver = _driver(controller)
+    driver.open()
+    assert controller.vented.wait(1.0)
+    driver.command(np.array([12.5, 0.0, 45.0]))
+    assert controller.pressure == "12.50,0.00,45.00"
+    np.testing.assert_array_equal(driver.sense(), [12.5, 0.0, 45.0])
+    controller.vented.clear()
+    driver.vent()
+    assert controller.vented.wait(1.0)
+    driver.close()
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("silent", "did not answer 'S' within 0.2 s"),
+        ("garbage", "the answer to 'S' is '1.0,oops', expected 3 numbers"),
+    ],
+)
+def test_bad_answers_are_errors_and_venting_still_works(
+    fault: str, message: str, controller: _Controller
+) -> None:
+    driver = _driver(controller)
+    driver.open()
+    controller.fault = fault
+    with pytest.raises(DriverError, match=message):
+        driver.sense()
+    controller.vented.clear()
+    driver.vent()
+    assert controller.vented.wait(1.0)
+
+
+def test_a_stranger_is_refused() -> None:
+    driver = _driver(_Controller("Marlin 2.1"))
+    with pytest.raises(DriverError, match=r"greets with 'Marlin 2\.1', expected 'pneumorph 3'"):
+        driver.open()
+
+
+def test_no_such_port() -> None:
+    driver = SerialController(RigSettings(driver="serial", resource="/dev/none"))
+    with pytest.raises(DriverError, match="serial port /dev/none does not open"):
+        driver.open()

@@ -1,0 +1,145 @@
+"""Tracks in every format, logs that were cut off, and what a comparison makes of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.hardware.deployment_log import DeploymentLog, LoggedPressures, read_log
+from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_track, write_track
+from pneumorph.hardware.trial import Trial, read_trial, trial_folders
+from pneumorph.hardware.trial_comparison import compare_trials, pressure_tracking
+
+TIMES = np.arange(0.0, 4.0, 0.1)
+
+
+def _path() -> np.ndarray:
+    """Forward at 10 mm/s with a swing, drifting left."""
+    return np.column_stack([10.0 * TIMES + 2.0 * np.sin(TIMES), 1.5 * TIMES])
+
+
+def test_our_own_format_reads_back(tmp_path: Path) -> None:
+    track = MarkerTrack(TIMES, _path())
+    read = read_track(write_track(tmp_path / "track.csv", track))
+    # Six digits are written.
+    np.testing.assert_allclose(read.position_mm, track.position_mm, rtol=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["tracker", "deeplabcut", "sleap"])
+def test_video_trackers_tell_the_same_path(kind: str, tmp_path: Path) -> None:
+    """5 pixels a mm, y down, robot heading 30 degrees, gait starts 2 s into the video."""
+    angle = np.radians(30.0)
+    turned = _path() @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    up = kind == "tracker"
+    pixels = 5.0 * turned * np.array([1.0, 1.0 if up else -1.0]) + 300.0
+    frames = np.round((TIMES + 2.0) * 30.0).astype(int)
+    if kind == "tracker":
+        lines = ["mass_A\t\t", "t\tx\ty"]
+        lines += [f"{t + 2.0}\t{x}\t{y}" for t, (x, y) in zip(TIMES, pixels, strict=True)]
+    elif kind == "deeplabcut":
+        lines = ["scorer" + ",net" * 6, "bodyparts,leg,leg,leg,disk,disk,disk"]
+        lines.append("coords" + ",x,y,likelihood" * 2)
+        for f, (x, y) in zip(frames, pixels, strict=True):
+            lines.append(f"{f},0,0,0.9,{x},{y},0.99")
+        lines.insert(10, "75,0,0,0.9,9999,9999,0.1")  # a frame in which the disk was lost
+    else:
+        lines = ["track,frame_idx,instance.score,disk.x,disk.y,disk.score"]
+        for f, (x, y) in zip(frames, pixels, strict=True):
+            lines.append(f"t,{f},0.9,{x},{y},0.95")
+    (tmp_path / "track.csv").write_text("\n".join(lines) + "\n")
+    video = VideoSettings(
+        units_per_mm=5.0,
+        frames_per_second=30.0,
+        start_s=2.0,
+        heading_deg=30.0,
+        y_down=not up,
+        marker="disk" if kind == "deeplabcut" else "",
+    )
+    track = read_track(tmp_path / "track.csv", video)
+    at = np.array([1.0, 2.5, 3.9])
+    expected = np.interp(at, TIMES, _path()[:, 0]) / 10.0
+    # Times are rounded to a video frame: 1/60 s at up to 12 mm/s, twice.
+    np.testing.assert_allclose(track.forward_cm(at), expected, atol=0.04)
+
+
+def test_what_is_no_track_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("foo,bar\n1,2\n")
+    with pytest.raises(ValueError, match="begins 'foo,bar', expected time_s,x_mm,y_mm"):
+        read_track(tmp_path / "a.csv")
+    (tmp_path / "b.csv").write_text("track,frame_idx,instance.score,disk.x,disk.y\nt,1,1,1,1\n")
+    with pytest.raises(ValueError, match="marker 'foot' is unknown, the table has disk"):
+        read_track(tmp_path / "b.csv", VideoSettings(marker="foot"))
+
+
+def test_a_log_cut_off_in_a_row_reads_to_the_row_before(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    with DeploymentLog(path, 3, {"driver": "test"}) as log:
+        log.event(0.0, "start")
+        log.command(0.0, np.array([10.0, 0.0, 0.0]))
+        log.row(0.01, np.array([10.0, 0.0, 0.0]), np.array([1.0, np.nan, 0.5]))
+        log.row(0.11, np.array([10.0, 0.0, 0.0]), np.array([8.0, np.nan, 0.5]))
+    path.write_text(path.read_text() + "0.21,10.0,0.")
+    read = read_log(path)
+    np.testing.assert_allclose(read.time_s, [0.01, 0.11])
+    np.testing.assert_allclose(read.sensed_kPa[:, 0], [1.0, 8.0])
+    assert read.events[0] == (0.0, "start")
+
+
+def _trial(name: str, path: np.ndarray, delay_s: float = 0.0) -> Trial:
+    times = np.arange(0.0, 4.0, 0.05)
+    commanded = np.column_stack([np.where(times % 2.0 < 1.0, 40.0, 0.0)] * 3)
+    late = times - delay_s
+    sensed = np.column_stack([np.where((late >= 0) & (late % 2.0 < 1.0), 40.0, 0.0)] * 3)
+    return Trial(name, LoggedPressures(times, commanded, sensed, ()), MarkerTrack(TIMES, path))
+
+
+def test_distances_ratio_steps_and_backsliding() -> None:
+    """Paths whose numbers are known: 1 cm/s forward, or a saw that slides back 0.5 cm a cycle."""
+    straight = np.column_stack([10.0 * TIMES, 0.0 * TIMES])
+    cycle = TIMES % 2.0
+    saw = 10.0 * (TIMES // 2.0) + np.where(cycle < 1.5, 10.0 * cycle, 15.0 - 10.0 * (cycle - 1.5))
+    sawtooth = np.column_stack([saw, 0.0 * TIMES])
+    comparison = compare_trials(
+        "T", "1.0.0.2.2.0.0.1", np.array([0.0, 3.9]), np.array([0.0, 7.8]),
+        [_trial("a", straight), _trial("b", 1.2 * straight)], cycle_s=2.0,
+    )  # fmt: skip
+    assert comparison.mean_distance_cm == pytest.approx(0.5 * (3.9 + 1.2 * 3.9))
+    assert comparison.transfer_ratio == pytest.approx(1.1 / 2.0)
+    assert comparison.spread_cm == pytest.approx(0.2 * 3.9 / np.sqrt(2.0))
+    simulated, measured = comparison.rewards_per_step_cm()
+    np.testing.assert_allclose(simulated, [2.0, 2.0, 2.0])
+    np.testing.assert_allclose(measured, [[1.0] * 3, [1.2] * 3])
+    slipping = compare_trials(
+        "S", "1.0.0.2.2.0.0.1", np.array([0.0, 3.9]), np.array([0.0, 3.9]),
+        [_trial("a", sawtooth)], cycle_s=2.0,
+    )  # fmt: skip
+    simulated_slide, measured_slide = slipping.backsliding_cm()
+    assert simulated_slide == pytest.approx(0.0)
+    # 0.5 cm a cycle; the second one is cut off 0.1 s early. Samples are 0.05 s apart.
+    assert measured_slide[0] == pytest.approx(0.5, abs=0.06)
+
+
+def test_pressure_delay_is_found() -> None:
+    tracking = pressure_tracking(_trial("a", _path(), delay_s=0.15))
+    assert tracking["delay_s"] == pytest.approx(0.15, abs=0.051)
+    assert tracking["rms_kPa"] is not None
+    assert tracking["rms_kPa"] > 5.0
+    assert pressure_tracking(_trial("a", _path()))["rms_kPa"] == 0.0
+
+
+def test_trial_folders(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="holds no trials"):
+        trial_folders(tmp_path)
+    for number in (1, 2, 10):
+        folder = tmp_path / f"trial_{number}"
+        with DeploymentLog(folder / "log.csv", 1) as log:
+            log.row(0.0, np.zeros(1), np.zeros(1))
+        write_track(folder / "track.csv", MarkerTrack(TIMES, _path()))
+    folders = trial_folders(tmp_path)
+    assert [each.name for each in folders] == ["trial_1", "trial_2", "trial_10"]
+    assert read_trial(folders[0]).name == "trial_1"
+    (folders[0] / "track.csv").rename(folders[0] / "video.csv")
+    with pytest.raises(FileNotFoundError, match="holds no track"):
+        read_trial(folders[0])

@@ -1,0 +1,173 @@
+"""The virtual rig: regulators against closed forms, and a calibration that finds its truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pneumorph.command.robots import FullOptions, RobotOptions, Workshop
+from pneumorph.command.virtual_reality import VirtualReality
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.hardware.bend_test import equal_bend_pairs, simulated_bend_curve
+from pneumorph.hardware.deployment import deploy
+from pneumorph.hardware.deployment_log import DeploymentLog, read_log
+from pneumorph.hardware.line_fit import fit_line
+from pneumorph.hardware.parameter_fit import ParameterFitSettings, fit_parameters
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.schedule import plan_schedule
+from pneumorph.hardware.trial import Trial
+from pneumorph.hardware.virtual_rig import VirtualRig, VirtualRigSettings, draw_reality
+from pneumorph.presets import paper_leg_mesh
+from pneumorph.robot.design import Design
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.trajectory import Trajectory
+
+QUIET = VirtualRigSettings(
+    regulator_noise_kPa=0.0, sensor_noise_kPa=0.0, marker_noise_mm=0.0, resolution_kPa=1e-6
+)
+
+
+@dataclass
+class _Pusher:
+    """A robot that moves one millimetre a step for each kPa of regulator 1."""
+
+    def initial_state(self) -> float:
+        return 0.0
+
+    def rollout(
+        self, state: float, commands_kPa: np.ndarray, record_every: int = 5, *_: Any, **__: Any
+    ) -> tuple[float, Trajectory]:
+        x = state + np.concatenate([[0.0], np.cumsum(commands_kPa[:, 0])])
+        x = x if record_every == 1 else x[[0, -1]]
+        count = len(x)
+        places = np.column_stack([x, np.zeros(count), np.zeros(count)])
+        return float(x[-1]), Trajectory(
+            np.arange(count) * 0.01, places, np.tile(np.eye(3), (count, 1, 1)), places,
+            np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count),
+        )  # fmt: skip
+
+
+def test_regulators_lag_within_their_rate() -> None:
+    """First order: c (1 - exp(-t / lag)); and never faster than the rate."""
+    slow = replace(RigSettings(), rate_kPa_per_s=1e6)
+    rig = VirtualRig(_Pusher(), slow, QUIET, lag_s=0.2, time_step_s=0.01)
+    rig.open()
+    rig.command(np.array([40.0, 20.0, 0.0]))
+    rig.clock.wait_until(0.3)
+    np.testing.assert_allclose(
+        rig.sense(), np.array([40.0, 20.0, 0.0]) * (1.0 - np.exp(-1.5)), atol=1e-5
+    )
+    fast = VirtualRig(_Pusher(), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
+    fast.open()
+    fast.command(np.array([90.0, 0.0, 0.0]))
+    fast.clock.wait_until(0.2)
+    np.testing.assert_allclose(fast.sense(), [150.0 * 0.2, 0.0, 0.0], atol=1e-5)
+    fast.vent()
+    fast.clock.wait_until(1.0)
+    np.testing.assert_allclose(fast.sense(), 0.0, atol=1e-5)
+    # 30 kPa reached and vented along ramps of 1.5 kPa a step: the sum of all pressures, in mm.
+    travelled = fast.track().position_mm[-1, 0]
+    assert travelled == pytest.approx(1.5 * sum(range(21)) + 1.5 * sum(range(20)), rel=1e-6)
+
+
+def test_noise_and_quantisation_are_those_asked_for() -> None:
+    settings = replace(QUIET, sensor_noise_kPa=0.5, resolution_kPa=0.25)
+    rig = VirtualRig(_Pusher(), RigSettings(), settings, lag_s=0.0, time_step_s=0.01)
+    rig.open()
+    readings = np.array([rig.sense() for _ in range(2000)])
+    np.testing.assert_allclose(readings / 0.25, np.round(readings / 0.25))
+    # Rounding adds resolution^2 / 12 to the variance; 6000 readings know it to some percent.
+    assert readings.std() == pytest.approx(np.sqrt(0.25 + 0.25**2 / 12), rel=0.05)
+
+
+def test_hard_limits_hold_on_the_virtual_rig() -> None:
+    rig = VirtualRig(_Pusher(), RigSettings(), QUIET, lag_s=0.1, time_step_s=0.01)
+    with pytest.raises(ValueError, match="channel 1: pressure 120 kPa is beyond"):
+        rig.command(np.array([120.0, 0.0, 0.0]))
+
+
+def test_a_reality_is_off_by_its_seed() -> None:
+    first = draw_reality(VirtualRigSettings(seed=1))
+    assert draw_reality(VirtualRigSettings(seed=1)) == first
+    assert draw_reality(VirtualRigSettings(seed=2)) != first
+
+
+def test_calibration_finds_the_rigs_pressure_map() -> None:
+    """The bend depends on pressure over modulus, so the line found is the true one over the
+    modulus's factor: intercept and slope lie in their intervals (95 % each; this seed's do)."""
+    workshop = Workshop(RobotOptions())
+    reality = VirtualReality(workshop, VirtualRigSettings(seed=3), "reduced")
+    pressures = np.repeat(np.arange(10.0, 91.0, 10.0), 3)
+    bends = reality.bend_test(pressures)
+    # To 360 kPa in steps of 20: some hundredths of a degree from the finer curve.
+    curve = simulated_bend_curve(workshop.leg, paper_leg_mesh(), 380.0, 20.0)
+    pairs = equal_bend_pairs(pressures, bends, curve)
+    line = fit_line(pairs.real_kPa, pairs.simulated_kPa)
+    truth, factor = reality.reality.pressure_map, reality.reality.world.modulus_factor
+    assert line.slope_interval[0] < truth.slope / factor < line.slope_interval[1]
+    assert line.intercept_interval[0] < truth.intercept_kPa / factor < line.intercept_interval[1]
+    assert line.r_squared > 0.999
+
+
+def test_the_full_robot_behind_the_rig_moves(tmp_path: Path) -> None:
+    """Finite elements for a fifth of a second: the whole path, not a result."""
+    workshop = Workshop(RobotOptions(full=FullOptions(hub="rigid")))
+    design = Design.parse("1.0.0.0.1.0.1.0")
+    rig = RigSettings()
+    settings = VirtualRigSettings(settling_steps=2)
+    driver = VirtualReality(workshop, settings, "full").rig(design, rig, 1)
+    gait = HeldGait(np.zeros(1), np.array([[40.0, 0.0, 0.0]]), 0.2)
+    schedule = plan_schedule(gait, rig)
+    with DeploymentLog(tmp_path / "log.csv", 3) as log:
+        report = deploy(schedule, driver, rig, log, driver.clock)
+    assert report.completed
+    assert read_log(tmp_path / "log.csv").sensed_kPa[:, 0].max() > 1.0
+    assert np.ptp(driver.track().position_mm[:, 0]) > 0.0
+
+
+def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
+    """Modulus and friction of a virtual robot whose pressure map and mass are known.
+
+    The fit is of a model that can be exact, but for the sensors' noise and their sampling. The
+    truth must lie in the 95 % intervals widened by half, for two parameters of one seed.
+    """
+    from pneumorph.command.calibrate import _path_simulator
+    from pneumorph.hardware.calibration import Calibration
+
+    workshop = Workshop(RobotOptions())
+    design = Design.parse("1.0.0.2.2.0.0.1")
+    settings = VirtualRigSettings(
+        seed=4,
+        reality=Randomisation("N(1, 0.05)", "N(1.1, 0.05)", "1", "0.1", "0"),
+        friction_between_trials=0.0,
+    )
+    rig = replace(RigSettings(), sample_interval_s=0.05)
+    virtual = VirtualReality(workshop, settings, "reduced")
+    driver = virtual.rig(design, rig, 1)
+    with DeploymentLog(tmp_path / "log.csv", 3) as log:
+        deploy(
+            plan_schedule(ExpertGait(duration_s=5.0, phase_deg=60.0), rig),
+            driver, rig, log, driver.clock,
+        )  # fmt: skip
+    trial = Trial("trial", read_log(tmp_path / "log.csv"), driver.track())
+    known = Calibration(virtual.reality.pressure_map)
+    fitted = fit_parameters(
+        [trial],
+        _path_simulator(workshop, design, known),
+        {"modulus_factor": 1.0, "friction": 1.2, "stiffness_damping_s": 0.1},
+        0.01,
+        ParameterFitSettings(names=("modulus_factor", "friction"), scan_count=3),
+    )
+    truth = virtual.reality.world
+    assert fitted.r_squared > 0.95
+    assert fitted.rms_mm < 0.5 * fitted.start_rms_mm
+    for name, true in (("modulus_factor", truth.modulus_factor), ("friction", truth.friction)):
+        low, high = fitted.intervals[name]
+        reach = 0.25 * (high - low)
+        assert low - reach < true < high + reach, (name, true, low, high)
+    assert fitted.intervals["modulus_factor"][1] / fitted.intervals["modulus_factor"][0] < 1.15

@@ -1,0 +1,164 @@
+"""Distributions as written, worlds as drawn, and simulators that live in them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.presets import paper_robot_builder
+from pneumorph.robot.design import Design
+from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.distribution import Distribution
+from pneumorph.simulation.randomisation import Randomisation, World
+from pneumorph.simulation.randomised_simulator import RandomisedSimulator, simulator_in_world
+from pneumorph.simulation.simulation_settings import SimulationSettings
+
+DESIGN = Design.parse("1.0.0.2.2.0.0.1")
+AS_IS = World(1.2, 1.0, 1.0, 0.0, 0.0)
+CONSTANT = Randomisation("1.2", "1", "1", "0", "0")
+
+
+@pytest.mark.parametrize(
+    ("text", "mean", "deviation"),
+    [
+        ("U(1, 3)", 2.0, 2.0 / np.sqrt(12.0)),
+        # A normal cut off at three deviations keeps 98.7 % of its deviation.
+        ("N(1.2, 0.1)", 1.2, 0.0987),
+        ("LogU(1, 4)", 3.0 / np.log(4.0), np.sqrt(7.5 / np.log(4.0) - (3.0 / np.log(4.0)) ** 2)),
+        ("0.7", 0.7, 0.0),
+    ],
+)
+def test_moments(text: str, mean: float, deviation: float) -> None:
+    """4000 draws: within four standard errors of the mean, and 5 % of the deviation."""
+    rng = np.random.default_rng(0)
+    distribution = Distribution.parse(text)
+    draws = np.array([distribution.draw(rng) for _ in range(4000)])
+    assert draws.mean() == pytest.approx(mean, abs=4.0 * deviation / np.sqrt(4000) + 1e-12)
+    assert draws.std() == pytest.approx(deviation, rel=0.05, abs=1e-12)
+    assert draws.min() >= distribution.lowest
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("U(1; 3)", "cannot be read, expected a number, U"),
+        ("B(1, 3)", "cannot be read"),
+        ("U(3, 1)", "bounds in the wrong order"),
+        ("LogU(0, 1)", "that is not positive"),
+        ("N(1, nan)", "cannot be read"),
+    ],
+)
+def test_distributions_without_sense_are_refused(text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Distribution.parse(text)
+
+
+def test_impossible_worlds_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"friction is 'N\(0.3, 0.2\)', which may give -0.3"):
+        Randomisation(friction="N(0.3, 0.2)")
+
+
+def test_one_distribution_does_not_shift_the_others_draws() -> None:
+    usual = Randomisation().draw(np.random.default_rng(3))
+    fixed = Randomisation(friction="1.0").draw(np.random.default_rng(3))
+    assert fixed.friction == 1.0
+    assert replace(fixed, friction=usual.friction) == usual
+
+
+def _walked(simulator: object, steps: int = 60) -> np.ndarray:
+    command = np.array([[60.0, 0.0, 0.0]])
+    simulator.reset()  # type: ignore[attr-defined]
+    simulator.advance(np.zeros((1, 3)), 15)  # type: ignore[attr-defined]
+    simulator.advance(command, steps)  # type: ignore[attr-defined]
+    return np.array(simulator.forward_position_mm)  # type: ignore[attr-defined]
+
+
+def test_the_world_as_it_is_changes_no_bit() -> None:
+    robot = paper_robot_builder()(DESIGN)
+    settings = SimulationSettings()
+    plain = _walked(BatchedSimulator([robot], settings, 1))
+    np.testing.assert_array_equal(_walked(simulator_in_world([robot], AS_IS, settings, 1)), plain)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"friction": 0.3},
+        {"modulus_factor": 1.2},
+        {"mass_factor": 1.2},
+        {"regulator_lag_s": 0.2},
+        {"floor_slope_deg": 3.0},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_every_quantity_of_a_world_matters(change: dict[str, float]) -> None:
+    robot = paper_robot_builder()(DESIGN)
+    settings = SimulationSettings()
+    plain = _walked(simulator_in_world([robot], AS_IS, settings, 1))
+    other = _walked(simulator_in_world([robot], replace(AS_IS, **change), settings, 1))
+    assert abs(other[0] - plain[0]) > 0.01
+
+
+def test_lagging_regulators_follow_a_first_order_filter() -> None:
+    """After a time t of one command c the pressure is c (1 - exp(-t / lag)), the rate allowing."""
+    robot = paper_robot_builder()(DESIGN)
+    lag, steps = 0.3, 60
+    simulator = simulator_in_world(
+        [robot], replace(AS_IS, regulator_lag_s=lag), SimulationSettings(), 1
+    )
+    simulator.advance(np.array([[10.0, 20.0, 0.0]]), steps)
+    regulated = simulator._simulator.read("regulated")[0]
+    np.testing.assert_allclose(regulated[:2], np.array([10.0, 20.0]) * (1 - np.exp(-0.6 / lag)))
+    simulator.reset()
+    assert not simulator._filtered.any()
+
+
+def test_robots_live_in_their_worlds_and_draws_repeat() -> None:
+    build = paper_robot_builder()
+    robots = [build(DESIGN) for _ in range(4)]
+    settings = SimulationSettings()
+    simulator = RandomisedSimulator(robots, settings, Randomisation(), seed=5, world_count=2)
+    command = np.tile([60.0, 0.0, 0.0], (4, 1))
+
+    def positions(number: int) -> np.ndarray:
+        simulator.redraw(number)
+        simulator.advance(command, 40)
+        return np.array(simulator.forward_position_mm)
+
+    first, other, again = positions(1), positions(2), positions(1)
+    np.testing.assert_array_equal(first, again)
+    # Robots 0 and 2 share a world, 0 and 1 do not.
+    assert first[0] == first[2]
+    assert first[0] != first[1]
+    assert first[0] != other[0]
+    np.testing.assert_array_equal(simulator.status, np.zeros(4))
+
+
+def test_the_environment_redraws_by_its_seed_alone() -> None:
+    task = CrawlingTask(action_count=2, action_step_count=20)
+
+    def make(robots: object) -> RandomisedSimulator:
+        return RandomisedSimulator(robots, SimulationSettings(), Randomisation(), 0, 2)  # type: ignore[arg-type]
+
+    environment = CrawlingEnvironment([DESIGN] * 2, paper_robot_builder(), make, task)
+
+    def rewards(seed: int) -> np.ndarray:
+        environment.reset(seed=seed, options={"designs": [DESIGN] * 2})
+        return np.array(environment.step(np.full((2, 3), 0.5))[1])
+
+    first, other = rewards(7), rewards(8)
+    assert not np.array_equal(first, other)
+    np.testing.assert_array_equal(rewards(7), first)
+
+
+def test_constant_worlds_are_the_plain_simulator() -> None:
+    robots = [paper_robot_builder()(DESIGN)]
+    settings = SimulationSettings()
+    randomised = RandomisedSimulator(robots, settings, CONSTANT, world_count=3)
+    np.testing.assert_array_equal(
+        _walked(randomised), _walked(BatchedSimulator(robots, settings, 1))
+    )
