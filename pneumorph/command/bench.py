@@ -58,9 +58,10 @@ def bench(options: BenchOptions, folder: RunFolder) -> dict[str, Any]:
         drawn = generator.integers(len(options.space), size=count)
         return [workshop.robot(options.space[int(index)]) for index in drawn]
 
-    return bench_engine(
-        options.benchmark, options.robot.simulation, draw_robots, options.robot.threads
+    figures = bench_engine(
+        options.benchmark, workshop.simulation, draw_robots, options.robot.threads
     )
+    return {"calibration": workshop.calibration_description, **figures}
 
 
 def _bench_full(options: BenchOptions, workshop: Workshop, folder: RunFolder) -> dict[str, Any]:
@@ -69,7 +70,12 @@ def _bench_full(options: BenchOptions, workshop: Workshop, folder: RunFolder) ->
     figures = bench_full(
         options.full_benchmark, robot, workshop.commands(options.expert), folder.progress
     )
-    return {"design": options.design, "hub": options.robot.full.hub, **figures}
+    return {
+        "design": options.design,
+        "hub": options.robot.full.hub,
+        "calibration": workshop.calibration_description,
+        **figures,
+    }
 
 
 VERB = Verb(BenchOptions, bench)

@@ -48,6 +48,7 @@ from pneumorph.hardware.parameter_fit import (
 from pneumorph.hardware.trial import read_trial, trial_folders
 from pneumorph.pressure import PressureMap
 from pneumorph.report.calibration_figure import calibration_figure
+from pneumorph.report.path_fit_figure import path_fit_figure
 from pneumorph.report.style import save_figure
 from pneumorph.robot.design import Design
 from pneumorph.robot.scaled_part import scaled_robot
@@ -183,14 +184,26 @@ def _with_parameters(
         "friction": settings.friction,
     }
     folder.progress.stage(f"fitting {', '.join(options.fit.names)} to {len(trials)} trials")
+    simulate = _path_simulator(workshop, design, calibration)
     fitted: ParameterFit = fit_parameters(
         trials,
-        _path_simulator(workshop, design, calibration),
+        simulate,
         start,
         settings.time_step_s,
         options.fit,
         folder.progress,
     )
+    track, step_s = trials[0].track, settings.time_step_s
+    driven = trials[0].driven_kPa(np.arange(0.0, float(track.time_s[-1]), step_s))
+    figure = path_fit_figure(
+        track.time_s,
+        track.position_mm,
+        step_s * np.arange(len(driven) + 1),
+        simulate(start, driven),
+        simulate({**start, **fitted.values}, driven),
+        fitted.r_squared,
+    )
+    save_figure(figure, folder / "path_fit.png")
     quality = asdict(fitted)
     del quality["values"], quality["intervals"]
     return replace(

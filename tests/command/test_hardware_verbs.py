@@ -102,6 +102,7 @@ def test_parameters_are_fitted_to_trials(
     assert quality["rms_mm"] <= quality["start_rms_mm"]
     source = json.loads((tmp_path / "c" / "calibration.json").read_text())["source"]
     assert source["trajectories"]["trials"] == ["trial_1"]
+    assert (tmp_path / "c" / "path_fit.png").stat().st_size > 1000
     assert source["pressure"]["measured"].endswith("pairs.csv")
 
 
