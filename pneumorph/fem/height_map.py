@@ -83,7 +83,7 @@ class HeightMap:
             (self.centre_x_mm, self.centre_y_mm),
             self.smoothing_mm,
             base_mm,
-            f"height map {self.path}",
+            "height map " + Path(self.path or "").name,
         )
 
 
