@@ -96,12 +96,6 @@ def paper_robot_builder(part: ReducedPart | None = None) -> Callable[[Design], R
     return robot_builder(part if part is not None else load_default_leg(), paper_hub(), poses)
 
 
-@cache
-def paper_leg_model() -> PartModel:
-    """Finite elements of the leg that ships, with the paper's materials."""
-    return leg_model(paper_leg_mesh())
-
-
 HYPERELASTIC_MATERIALS = LegMaterials(
     silicone=Material(600.0, 0.45, "stable_neo_hookean"),
     paper=Material(1200.0, 0.49, "stable_neo_hookean"),
@@ -149,6 +143,12 @@ def full_leg(
     materials = materials or leg_materials(name)
     shipped = hyperelastic_leg_mesh if name == "hyperelastic" else paper_leg_mesh
     return leg_model(mesh or shipped(), materials)
+
+
+@cache
+def paper_leg_model() -> PartModel:
+    """Finite elements of the leg that ships, with the paper's materials."""
+    return full_leg("paper")
 
 
 def paper_full_robot(

@@ -37,7 +37,7 @@ def linearly_implicit_equations(
     Returns:
         Data of A in the pattern of the part's assembly [kg], (entry,), and b [mN s], (3 node,).
     """
-    data = settings.stiffness_factor * _damped_stiffness(part, x, settings)
+    data = settings.stiffness_factor * damped_stiffness_data(part, x, settings)
     data[part.assembly.diagonal] += settings.mass_factor * np.repeat(part.node_mass, 3)
     force = _force(part, x, pressure_kPa, settings)
     return data, (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
@@ -68,7 +68,7 @@ def implicit_equations(
     """
     h, beta = settings.time_step_s, settings.stiffness_damping_s
     mass = np.repeat(part.node_mass, 3)
-    data = h * beta * _damped_stiffness(part, x, settings)
+    data = h * beta * damped_stiffness_data(part, x, settings)
     data[part.assembly.diagonal] += settings.mass_factor * mass
     velocity = v.ravel()
     residual = part.assembly.matrix(data) @ velocity - mass * start_velocity.ravel()
@@ -77,7 +77,16 @@ def implicit_equations(
     return data, part.assembly.matrix(data) @ velocity - residual
 
 
-def _damped_stiffness(part: PartModel, x: np.ndarray, settings: FullOrderSettings) -> np.ndarray:
+def damped_stiffness_data(
+    part: PartModel, x: np.ndarray, settings: FullOrderSettings
+) -> np.ndarray:
+    """D, the stiffness that damping acts on, in the pattern of the part's assembly, (entry,).
+
+    Args:
+        part: The body.
+        x: World positions of the nodes [mm], (node, 3).
+        settings: Which damping.
+    """
     if settings.damping == "published":
         return part.stiffness_data(x, settings.rotation)
     return part.objective_stiffness_data(x)

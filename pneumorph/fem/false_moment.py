@@ -11,11 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.body_equations import damped_stiffness_data
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
-from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.soft_hub import SoftHubState
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,25 +34,13 @@ def false_moment(robot: FullRobot, state: FullRobotState) -> FalseMoment:
         state: Where it is.
     """
     settings, centre = robot.settings, robot.tracked_point_mm(state)
-    bodies = [
-        (leg.part, x, v)
-        for leg, x, v in zip(robot.legs, state.positions, state.velocities, strict=True)
-    ]
-    if isinstance(state.hub, SoftHubState):
-        v = state.hub.velocity.reshape(-1, 3)
-        bodies.append((robot.hub.part, state.hub.positions, v))
     damping, elasticity = np.zeros((2, 3))
-    for part, x, v in bodies:
+    for part, x, v in robot.bodies(state):
         arm = x - centre
-        resistance = -settings.stiffness_damping_s * (_damped(part, x, settings) @ v.ravel())
+        damped = part.assembly.matrix(damped_stiffness_data(part, x, settings))
+        resistance = -settings.stiffness_damping_s * (damped @ v.ravel())
         # mN mm to N mm
         damping += 1e-3 * np.cross(arm, resistance.reshape(-1, 3)).sum(axis=0)
         force = part.internal_force(x, settings.rotation)
         elasticity += 1e-3 * np.cross(arm, force).sum(axis=0)
     return FalseMoment(damping, elasticity)
-
-
-def _damped(part: PartModel, x: np.ndarray, settings: FullOrderSettings) -> np.ndarray:
-    if settings.damping == "published":
-        return part.stiffness(x, settings.rotation)
-    return part.objective_stiffness(x)

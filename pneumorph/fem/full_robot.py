@@ -21,7 +21,7 @@ from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.mounted_leg import MountedLeg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
-from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.fem.soft_hub import SoftHub, SoftHubState
 from pneumorph.fem.stage_clock import StageClock
 from pneumorph.fem.step_problem import TrialStep
 from pneumorph.fem.time_integration import StepError, implicit_euler_step, linearly_implicit_step
@@ -112,6 +112,20 @@ class FullRobot:
         """Where the contact points of each leg, and last the hub's, are [mm], each (point, 3)."""
         legs = (leg.contact_weights @ x for leg, x in zip(self.legs, state.positions, strict=True))
         return (*legs, self.hub.point_positions(state.hub, self.hub.contact_points))
+
+    def bodies(self, state: FullRobotState) -> list[tuple[PartModel, np.ndarray, np.ndarray]]:
+        """Every body of finite elements, legs first and then a soft hub.
+
+        Returns:
+            Part, world positions of its nodes [mm] and their velocities [mm/s], each (node, 3).
+        """
+        bodies = [
+            (leg.part, x, v)
+            for leg, x, v in zip(self.legs, state.positions, state.velocities, strict=True)
+        ]
+        if isinstance(state.hub, SoftHubState):
+            bodies.append((self.hub.part, state.hub.positions, state.hub.velocity.reshape(-1, 3)))
+        return bodies
 
     def step(self, state: FullRobotState, command_kPa: np.ndarray) -> FullRobotState:
         """Advance by one time step.

@@ -93,13 +93,9 @@ class StepProblem:
             mean(first.contact_velocities, second.contact_velocities),
         )
 
-    def contact_positions(self, trial: TrialStep | FullRobotState) -> tuple[np.ndarray, ...]:
-        """Where the contact points of each leg, and last the hub's, are [mm], each (point, 3)."""
-        return self._robot.contact_positions(trial)
-
     def contacts(self, points: Sequence[np.ndarray], trial: TrialStep) -> Contacts:
         """The floor, linearised where a trial puts the contact points that take part."""
-        start, now = self.contact_positions(self._start), self.contact_positions(trial)
+        start, now = (self._robot.contact_positions(each) for each in (self._start, trial))
         moved = [after - before for after, before in zip(now, start, strict=True)]
         return linearise_contacts(self._robot.floor, points, now, moved)
 
@@ -229,16 +225,18 @@ class StepProblem:
             solution.hub_velocity, velocities, impulses, contact_velocities, solution.residual
         )
 
-    def finished(self, trial: TrialStep, active_contacts: int, iterations: int) -> FullRobotState:
+    def finished(
+        self, trial: TrialStep, active_contacts: int, iterations: int, penetration_mm: float
+    ) -> FullRobotState:
         """The state after the step, if the trial is its end.
 
         Args:
             trial: The end.
             active_contacts: Contact points that took part.
             iterations: Linear solves that led there.
+            penetration_mm: Depth of its deepest contact point below the floor [mm].
         """
         hub = self._robot.hub
-        gaps = [self._robot.floor.gap(each) for each in self.contact_positions(trial)]
         velocities, work = [], self._start.pressure_work_mJ.copy()
         for number, leg in enumerate(self._robot.legs):
             # The next step starts from the hub's motion at its new place.
@@ -262,7 +260,7 @@ class StepProblem:
             pressure_work_mJ=work,
             active_contacts=active_contacts,
             contact_residual=trial.contact_residual,
-            penetration_mm=max(0.0, *(-float(gap.min(initial=0.0)) for gap in gaps)),
+            penetration_mm=penetration_mm,
             iterations=iterations,
         )
 

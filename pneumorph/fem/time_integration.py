@@ -60,7 +60,7 @@ def linearly_implicit_step(
             f"a point ends {deepest:.3g} mm below the floor after {solves} solves, expected at "
             f"most {settings.penetration_limit_mm:g}"
         )
-    return problem.finished(end, len(contacts.gaps), solves)
+    return problem.finished(end, len(contacts.gaps), solves, deepest)
 
 
 def implicit_euler_step(
@@ -106,7 +106,7 @@ def implicit_euler_step(
         # The contact law holds where a whole step ended.
         balanced = share == 1.0 and new.unbalanced <= enough
         if balanced and not deepest > settings.penetration_tolerance_mm:
-            return problem.finished(new.trial, len(new.contacts.gaps), iteration)
+            return problem.finished(new.trial, len(new.contacts.gaps), iteration, deepest)
         now = replace(new, contacts=problem.contacts(points, new.trial))
     raise StepError(
         f"Newton's method left {now.unbalanced:.3g} mN s unbalanced after "

@@ -7,22 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from published_pairs import PAPER_PAIRS
 
 from pneumorph.cli import run
 from pneumorph.gait.gait_file import read_gait
 
-PAIRS = """real_pressure_kPa,simulated_pressure_kPa
-10,29.54
-20,65.67
-30,93.51
-40,128.17
-50,178.47
-60,224.37
-70,277.59
-80,316.16
-90,343.51
-100,382.57
-"""
 SHORT = "--expert.duration-s 1 --expert.period-s 1"
 
 
@@ -42,7 +31,7 @@ def _refused(command: str, capsys: pytest.CaptureFixture[str]) -> str:
 @pytest.fixture(scope="module")
 def calibration(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("calibration")
-    (folder / "pairs.csv").write_text(PAIRS)
+    (folder / "pairs.csv").write_text(PAPER_PAIRS)
     assert run(f"calibrate --pairs {folder / 'pairs.csv'} --out {folder / 'c'}".split()) == 0
     return folder / "c" / "calibration.json"
 

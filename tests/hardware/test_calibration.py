@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from published_pairs import PAPER_PAIRS
 
 from pneumorph.artefact import ArtefactError
 from pneumorph.hardware.bend_test import BendCurve, equal_bend_pairs, read_bends, read_pairs
@@ -14,19 +15,6 @@ from pneumorph.hardware.line_fit import fit_line
 from pneumorph.hardware.measured_table import read_measured_table
 from pneumorph.pressure import PressureMap
 from pneumorph.simulation.simulation_settings import SimulationSettings
-
-PAPER_PAIRS = """real_pressure_kPa,simulated_pressure_kPa
-10,29.54
-20,65.67
-30,93.51
-40,128.17
-50,178.47
-60,224.37
-70,277.59
-80,316.16
-90,343.51
-100,382.57
-"""
 
 
 def test_the_papers_line_comes_out_of_its_pairs(tmp_path: Path) -> None:

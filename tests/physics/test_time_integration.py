@@ -57,38 +57,25 @@ def test_first_order_convergence(integrator, damping):
 
 def gravitational(robot: FullRobot, state: FullRobotState) -> float:
     """Energy of height [mJ]."""
-    g = robot.settings.gravity_mm_per_s2
-    height = float(robot.hub.part.node_mass @ state.hub.positions[:, 2])
-    for leg, x in zip(robot.legs, state.positions, strict=True):
-        height += float(leg.part.node_mass @ x[:, 2])
-    return 1e-3 * g * height
+    height = sum(float(part.node_mass @ x[:, 2]) for part, x, _ in robot.bodies(state))
+    return 1e-3 * robot.settings.gravity_mm_per_s2 * height
 
 
 def energy(robot: FullRobot, state: FullRobotState) -> float:
     """Kinetic and elastic energy [mJ]."""
-    bodies = [
-        (leg.part, x, v)
-        for leg, x, v in zip(robot.legs, state.positions, state.velocities, strict=True)
-    ]
-    bodies.append((robot.hub.part, state.hub.positions, state.hub.velocity.reshape(-1, 3)))
     return 1e-3 * sum(
         part.elastic_energy(x) + 0.5 * float(part.node_mass @ np.sum(v**2, axis=1))
-        for part, x, v in bodies
+        for part, x, v in robot.bodies(state)
     )
 
 
 def dissipated(robot: FullRobot, state: FullRobotState) -> float:
     """Power lost to damping of mass and stiffness [mW]."""
-    bodies = [
-        (leg.part, x, v)
-        for leg, x, v in zip(robot.legs, state.positions, state.velocities, strict=True)
-    ]
-    bodies.append((robot.hub.part, state.hub.positions, state.hub.velocity.reshape(-1, 3)))
     alpha, beta = robot.settings.mass_damping_per_s, robot.settings.stiffness_damping_s
     return 1e-3 * sum(
         alpha * float(part.node_mass @ np.sum(v**2, axis=1))
         + beta * float(v.ravel() @ (part.objective_stiffness(x) @ v.ravel()))
-        for part, x, v in bodies
+        for part, x, v in robot.bodies(state)
     )
 
 
@@ -118,15 +105,9 @@ def test_work_is_stored_or_dissipated(integrator):
 def momenta(robot: FullRobot, state: FullRobotState) -> tuple[np.ndarray, np.ndarray]:
     """Linear [mN s] and angular momentum about the origin [mN s mm]; the ties hold no mass."""
     linear, angular = np.zeros((2, 3))
-    bodies = [
-        (leg.part.node_mass, x, v)
-        for leg, x, v in zip(robot.legs, state.positions, state.velocities, strict=True)
-    ]
-    hub = state.hub
-    bodies.append((robot.hub.part.node_mass, hub.positions, hub.velocity.reshape(-1, 3)))
-    for mass, x, v in bodies:
-        linear += mass @ v
-        angular += mass @ np.cross(x, v)
+    for part, x, v in robot.bodies(state):
+        linear += part.node_mass @ v
+        angular += part.node_mass @ np.cross(x, v)
     return linear, angular
 
 
