@@ -42,8 +42,8 @@ ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, 
   Real* gradient_modes = allocate<Real>(storage, elements * rows * padded);
   Real* lambda_lanes = allocate<Real>(storage, elements);
   Real* mu_lanes = allocate<Real>(storage, elements);
-  Real* shear_root = allocate<Real>(storage, elements);
-  Real* trace_root = allocate<Real>(storage, elements);
+  Real* row_scale = allocate<Real>(storage, elements);
+  Real* trace_scale = allocate<Real>(storage, elements);
   for (size_t e = 0; e < elements; ++e) {
     const size_t block = e / kLane, lane = e % kLane;
     const bool real = e < size_t(count);
@@ -53,24 +53,42 @@ ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, 
       rest_lanes[(block * rows + row) * kLane + lane] = Real(value);
       for (int a = 0; real && a < modes; ++a) {
         const Real g = Real(gradient[(e * rows + row) * modes + a]);
-        gradient_lanes[((block * rows + row) * padded + a) * kLane + lane] = g;
-        gradient_modes[(e * rows + row) * padded + a] = g;
+        gradient_lanes[((block * padded + a) * rows + row) * kLane + lane] = g;
+        const int wide = 64 / int(sizeof(Real)), column = a / wide * wide, width = std::min(wide, padded - column);
+        gradient_modes[block * kLane * rows * padded + kLane * rows * column + (lane * rows + row) * width + a - column] = g;
       }
     }
     const double l = real ? lambda[e] : 0.0, m = real ? mu[e] : 0.0;
     lambda_lanes[e] = Real(l);
     mu_lanes[e] = Real(m);
-    shear_root[e] = Real(std::sqrt(2 * m));
-    trace_root[e] = Real((std::sqrt(columns * l + 2 * m) - std::sqrt(2 * m)) / columns);
+    row_scale[e] = Real(std::sqrt(columns == 3 ? m : 2 * m));
+    if (m > 0) trace_scale[e] = Real(columns == 3 ? std::sqrt(l / m) : (std::sqrt(l / m + 1) - 1) / 2);
   }
   family.rest = rest_lanes;
   family.gradient_lanes = gradient_lanes;
   family.gradient_modes = gradient_modes;
   family.lambda = lambda_lanes;
   family.mu = mu_lanes;
-  family.shear_root = shear_root;
-  family.trace_root = trace_root;
+  family.row_scale = row_scale;
+  family.trace_scale = trace_scale;
   return family;
+}
+
+// Sum over tetrahedra of 2 mu G_a : G_b, (padded, padded).
+template <class Real>
+Real* constant_stiffness(std::vector<AlignedArray>& storage, const PartInput& in, int padded) {
+  const size_t m = in.modes;
+  std::vector<double> sum(m * m, 0.0);
+  for (size_t row = 0; row < size_t(in.tetrahedra) * 9; ++row) {
+    const double* g = in.tetrahedron_gradient + row * m;
+    const double mu = in.tetrahedron_mu[row / 9];
+    for (size_t a = 0; a < m; ++a)
+      for (size_t b = 0; b < m; ++b) sum[a * m + b] += 2 * mu * g[a] * g[b];
+  }
+  Real* stiffness = allocate<Real>(storage, size_t(padded) * padded);
+  for (size_t a = 0; a < m; ++a)
+    for (size_t b = 0; b < m; ++b) stiffness[a * padded + b] = Real(sum[a * m + b]);
+  return stiffness;
 }
 
 Kernel select_kernel(std::string& name, int modes, bool single_precision, int contact_capacity) {
@@ -104,6 +122,7 @@ void Batch::pad_parts(const std::vector<PartInput>& inputs) {
                                        in.tetrahedron_lambda, in.tetrahedron_mu, m, p);
     part.membranes = pad_family<Real>(storage_, 2, in.membranes, in.membrane_rest, in.membrane_gradient,
                                       in.membrane_lambda, in.membrane_mu, m, p);
+    part.constant_stiffness = constant_stiffness<Real>(storage_, in, p);
     part.linear_stiffness = pad_rows(storage_, in.linear_stiffness, m, m, p);
     for (int i = 0; i < m * m; ++i) part.has_linear_stiffness |= in.linear_stiffness[i] != 0.0;
     if (part.has_linear_stiffness) {

@@ -180,7 +180,7 @@ bool eliminate_modes(const Part<Real>& part, const double* alpha, const ElementS
   const double scale = h * (h + settings.stiffness_damping);
   auto& d = leg.inverse_upper;
   for (int a = 0; a < M; ++a) {
-    for (int b = 0; b < M; ++b) d[a][b] = scale * double(elements.stiffness[a][b]);
+    for (int b = a / 8 * 8; b < M; ++b) d[a][b] = scale * double(elements.stiffness[a][b]);
     d[a][a] += 1.0 + settings.mass_damping * h;  // modes are orthonormal in mass
     leg.right_modes[a] += h * double(elements.force[a]);
   }

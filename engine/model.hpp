@@ -20,18 +20,22 @@ template <class Real>
 struct ElementFamily {
   int block_count = 0;              // elements padded to a multiple of kLane
   const Real* rest = nullptr;       // (block, 3 D, lane)
-  const Real* gradient_lanes = nullptr;  // (block, 3 D, mode, lane)
-  const Real* gradient_modes = nullptr;  // (element, 3 D, mode)
+  const Real* gradient_lanes = nullptr;  // (block, mode, 3 D, lane)
+  // Columns of 64 bytes of modes while they last, then one of the 8 left: (block, column, lane, 3 D, mode of the column).
+  const Real* gradient_modes = nullptr;
   const Real* lambda = nullptr;     // (block, lane) weight x measure x first Lame coefficient
   const Real* mu = nullptr;         // (block, lane) weight x measure x shear modulus
-  const Real* shear_root = nullptr;      // (element) s with D^(1/2) = s I + q 1 1^T on normal strains
-  const Real* trace_root = nullptr;      // (element) q
+  // Elasticity is D = S^2 on normal strains, S = s (I + q 1 1^T), with s^2 = 2 mu. Tetrahedra need less (see
+  // elements.hpp): row_scale^2 = mu and trace_scale^2 = lambda / mu. Membranes: row_scale = s, trace_scale = q.
+  const Real* row_scale = nullptr;       // (element)
+  const Real* trace_scale = nullptr;     // (element)
 };
 
 template <class Real>
 struct Part {
   ElementFamily<Real> tetrahedra;   // D = 3
   ElementFamily<Real> membranes;    // D = 2
+  const Real* constant_stiffness = nullptr;  // (mode, mode) sum over tetrahedra of 2 mu G_a : G_b
   const double* linear_stiffness = nullptr;  // (mode, mode) of the mount
   int has_linear_stiffness = 0;
   int cavity_count = 0;
