@@ -158,6 +158,18 @@ void Batch::pad_parts(const std::vector<PartInput>& inputs) {
     part.contact_count = in.contacts;
     part.contact_points = copy(storage_, in.contact_points, size_t(in.contacts) * 3);
     part.contact_modes = pad_rows(storage_, in.contact_modes, size_t(in.contacts) * 3, m, p);
+    const size_t blocks = (in.contacts + kLane - 1) / kLane;
+    float* point_lanes = allocate<float>(storage_, blocks * 3 * kLane + 1);
+    float* mode_lanes = allocate<float>(storage_, blocks * p * 3 * kLane + 1);
+    for (int c = 0; c < in.contacts; ++c)
+      for (int i = 0; i < 3; ++i) {
+        const size_t block = c / kLane, lane = c % kLane;
+        point_lanes[(block * 3 + i) * kLane + lane] = float(in.contact_points[3 * c + i]);
+        for (int a = 0; a < m; ++a)
+          mode_lanes[((block * p + a) * 3 + i) * kLane + lane] = float(in.contact_modes[(size_t(c) * 3 + i) * m + a]);
+      }
+    part.contact_point_lanes = point_lanes;
+    part.contact_mode_lanes = mode_lanes;
     parts.push_back(part);
     cavity_counts_.push_back(in.cavities);
     contact_counts_.push_back(in.contacts);
@@ -276,7 +288,7 @@ void Batch::reset(int robot) {
 void Batch::clear_counters() {
   stages_ = StageSeconds{};
   for (RobotState& state : states_) {
-    state.step_count = state.contact_total = state.sweep_total = state.unconverged_total = 0;
+    state.step_count = state.contact_total = state.sweep_total = state.newton_total = state.unconverged_total = 0;
     state.worst_penetration = state.worst_residual = 0;
   }
 }

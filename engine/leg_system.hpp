@@ -32,7 +32,7 @@ inline void times_inverse(const double* row, const double inverse_upper[M][M], d
   DoubleLanes sum[kVectors] = {};
   for (int b = 0; b < M; ++b) {
     const DoubleLanes value = broadcast(row[b]);
-    for (int v = 0; v < kVectors; ++v) sum[v] += value * load(&inverse_upper[b][8 * v]);
+    for (int v = b / 8; v < kVectors; ++v) sum[v] += value * load(&inverse_upper[b][8 * v]);
   }
   for (int v = 0; v < kVectors; ++v) store(out + 8 * v, sum[v]);
 }

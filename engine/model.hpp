@@ -51,6 +51,8 @@ struct Part {
   int contact_count = 0;
   const double* contact_points = nullptr;  // (point, 3)
   const double* contact_modes = nullptr;   // (point, 3, mode)
+  const float* contact_point_lanes = nullptr;  // (block, 3, lane): to find the few points near the floor
+  const float* contact_mode_lanes = nullptr;   // (block, mode, 3, lane)
 };
 
 struct Mount {
@@ -101,11 +103,12 @@ struct RobotState {
   double* mode_rates;          // (mount, mode)
   double* impulses;            // (contact point, 3) normal, x, y; mN s, also the warm start
   unsigned char status;
-  int active_contacts;         // of the last step
-  int sweeps;                  // of the last step
+  int active_contacts;         // points the last step's friction was solved for
+  int sweeps;                  // Gauss-Seidel sweeps and
+  int newton_steps;            // Newton steps of the last step's friction
   double contact_residual;     // mm/s, of the last step
   // Since the counters were cleared:
-  long long step_count, contact_total, sweep_total;
+  long long step_count, contact_total, sweep_total, newton_total;
   long long unconverged_total;  // steps whose friction ended above the tolerance
   double worst_penetration;     // mm
   double worst_residual;        // mm/s
