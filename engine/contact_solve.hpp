@@ -5,7 +5,7 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-constexpr double kNearGap = 0.1;     // mm; points that were not pressed join above it only when found to pass the floor
+constexpr double kNearGap = 0.0;     // mm; points not pressed before that would stay above it join only if found to pass the floor
 constexpr int kContactPasses = 10;   // solves with more and more points
 constexpr int kFirstSweeps = 20;     // after Newton's first failure; each next time four times as many
 

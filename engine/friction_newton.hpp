@@ -14,12 +14,13 @@ namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
 constexpr int kNewtonPoints = 64;  // most points; more are left to sweeps
-constexpr int kNewtonSteps = 20;   // most steps of one attempt
-constexpr int kHalvings = 6;       // most halvings of a step
-constexpr int kMemory = 4;         // a step must improve on the worst of so many last iterates, to pass kinks of the law
-// Share of W's diagonal that pulls a step to the last iterate: picks impulses near the last ones where only their sums
-// are determined (more points pressed than freedoms), and vanishes as the iteration converges.
-constexpr double kProximal = 1e-10;
+constexpr int kNewtonSteps = 40;   // most steps of one attempt
+constexpr int kHalvings = 2;       // most halvings of a step
+constexpr int kMemory = 10;        // a step must improve on the worst of so many last iterates, to pass kinks of the law
+// Share of W's diagonal that pulls a step to the last iterate. Where more points are pressed than the body has freedoms,
+// or nearly so, W is singular, and a step would go to huge impulses of both signs; the pull keeps impulses near the last
+// ones, costs a factor of itself in convergence elsewhere, and vanishes as the iteration converges.
+constexpr double kProximal = 3e-3;
 
 struct FrictionIterate {
   alignas(64) double impulse[3 * kNewtonPoints];
