@@ -37,33 +37,82 @@ inline void times_inverse(const double* row, const double inverse_upper[M][M], d
   for (int v = 0; v < kVectors; ++v) store(out + 8 * v, sum[v]);
 }
 
-// U^-1 of D = U^T U, in place of D (upper part read); false if D is not positive definite.
+// Upper factor of the 8 x 8 block at `d`, in rows of M: d = u^T u, and the inverse of u in its place; false if not
+// positive definite.
+template <int M>
+inline bool invert_block(double* d) {
+  DoubleLanes row[8];
+#pragma GCC unroll 8
+  for (int i = 0; i < 8; ++i) row[i] = load(d + i * M);
+  double inverse[8];
+#pragma GCC unroll 8
+  for (int j = 0; j < 8; ++j) {
+    const double pivot = row[j][j];
+    if (!(pivot > 0)) return false;
+    inverse[j] = 1.0 / std::sqrt(pivot);
+    row[j] *= inverse[j];
+#pragma GCC unroll 8
+    for (int i = j + 1; i < 8; ++i) row[i] -= row[j][i] * row[j];
+  }
+  // Rows of the inverse from the last up: y_i = (e_i - sum_j>i u_ij y_j) / u_ii.
+  DoubleLanes y[8];
+#pragma GCC unroll 8
+  for (int i = 7; i >= 0; --i) {
+    DoubleLanes sum = {};
+    sum[i] = 1.0;
+#pragma GCC unroll 8
+    for (int j = i + 1; j < 8; ++j) sum -= row[i][j] * y[j];
+    y[i] = sum * inverse[i];
+  }
+#pragma GCC unroll 8
+  for (int i = 0; i < 8; ++i) store(d + i * M, y[i]);
+  return true;
+}
+
+// out (+/-)= a^T b or a b of 8 x 8 blocks in rows of M.
+template <int M, bool Transposed>
+inline void multiply_blocks(const double* a, const double* b, DoubleLanes out[8], double sign) {
+#pragma GCC unroll 8
+  for (int k = 0; k < 8; ++k) {
+    const DoubleLanes right = sign * load(b + k * M);
+#pragma GCC unroll 8
+    for (int i = 0; i < 8; ++i) out[i] += a[Transposed ? k * M + i : i * M + k] * right;
+  }
+}
+
+// U^-1 of D = U^T U, in place of D (upper part read), by blocks of eight; false if D is not positive definite.
 template <int M>
 inline bool invert_upper_factor(double d[M][M]) {
-  constexpr int kVectors = M / 8;
-  for (int j = 0; j < M; ++j) {
-    if (!(d[j][j] > 0)) return false;
-    const double scale = 1.0 / std::sqrt(d[j][j]);
-    for (int v = 0; v < kVectors; ++v) store(&d[j][8 * v], load(&d[j][8 * v]) * scale);
-    for (int i = j + 1; i < M; ++i) {
-      const double factor = d[j][i];
-      for (int v = i / 8; v < kVectors; ++v)
-        store(&d[i][8 * v], load(&d[i][8 * v]) - factor * load(&d[j][8 * v]));
+  constexpr int kBlocks = M / 8;
+  const auto at = [&](int i, int j) { return &d[8 * i][8 * j]; };
+  const auto put = [&](int i, int j, const DoubleLanes value[8]) {
+    for (int r = 0; r < 8; ++r) store(at(i, j) + r * M, value[r]);
+  };
+  // Diagonal blocks become Y_ii = U_ii^-1, blocks right of them U_ij.
+  for (int i = 0; i < kBlocks; ++i) {
+    if (!invert_block<M>(at(i, i))) return false;
+    for (int j = i + 1; j < kBlocks; ++j) {
+      DoubleLanes u[8] = {};
+      multiply_blocks<M, true>(at(i, i), at(i, j), u, 1.0);
+      put(i, j, u);
     }
+    for (int j = i + 1; j < kBlocks; ++j)
+      for (int l = j; l < kBlocks; ++l) {
+        DoubleLanes rest[8];
+        for (int r = 0; r < 8; ++r) rest[r] = load(at(j, l) + r * M);
+        multiply_blocks<M, true>(at(i, j), at(i, l), rest, -1.0);
+        put(j, l, rest);
+      }
   }
-  alignas(64) double row[M];
-  for (int i = M - 1; i >= 0; --i) {
-    const double inverse = 1.0 / d[i][i];
-    DoubleLanes sum[kVectors] = {};
-    for (int j = i + 1; j < M; ++j) {
-      const double factor = d[i][j];
-      for (int v = 0; v < kVectors; ++v) sum[v] -= factor * load(&d[j][8 * v]);
+  // Y_ij = -Y_ii sum_(i<l<=j) U_il Y_lj, from the last row up and from the last column back.
+  for (int i = kBlocks - 2; i >= 0; --i)
+    for (int j = kBlocks - 1; j > i; --j) {
+      DoubleLanes sum[8] = {}, y[8] = {};
+      for (int l = i + 1; l <= j; ++l) multiply_blocks<M, false>(at(i, l), at(l, j), sum, 1.0);
+      put(i, j, sum);  // U_ij is read by no other column
+      multiply_blocks<M, false>(at(i, i), at(i, j), y, -1.0);
+      put(i, j, y);
     }
-    for (int v = 0; v < kVectors; ++v) store(&row[8 * v], sum[v] * inverse);
-    for (int j = 0; j < i; ++j) d[i][j] = 0;
-    row[i] = inverse;
-    for (int j = i; j < M; ++j) d[i][j] = row[j];
-  }
   return true;
 }
 

@@ -82,7 +82,7 @@ struct Clock {
   }
   static double now() {
     timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);  // not what other programs take from this thread
+    clock_gettime(CLOCK_MONOTONIC, &t);
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
   }
   StageSeconds* stages;
