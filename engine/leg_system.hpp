@@ -116,6 +116,20 @@ inline bool invert_upper_factor(double d[M][M]) {
   return true;
 }
 
+// sum += amounts (count) times rows (count, M).
+template <int M, class Real>
+inline void add_products(const double* amounts, const Real* rows, int count, Real* sum) {
+  using L = Lanes<Real, (M * sizeof(Real)) % 64 == 0 ? 64 : 32>;
+  constexpr int kWidths = M / L::count;
+  typename L::type total[2][kWidths] = {};  // two chains, to hide the latency of sums
+  for (int i = 0; i < count; i += 2)
+    for (int chain = 0; chain < 2; ++chain) {
+      const Real amount = Real(amounts[i + chain]);
+      for (int v = 0; v < kWidths; ++v) total[chain][v] += amount * L::load(rows + (i + chain) * M + v * L::count);
+    }
+  for (int v = 0; v < kWidths; ++v) L::store(sum + v * L::count, total[0][v] + total[1][v]);
+}
+
 // Mass of the part about its origin and its products with the old rates; gravity; pressure.
 // `velocity`: old V and W in the part's frame. Fills coupling, hub, right sides with (1 + a h) M and M u + h f.
 template <int M, class Real>
@@ -124,46 +138,34 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
                            const Settings& settings, LegSystem<M>& leg) {
   constexpr int kVectors = M / 8;
   const double h = settings.time_step, mass_scale = 1.0 + settings.mass_damping * h;
-  // Lever L_ij^a = sum m y_i Phi_j^a and second moment S = sum m y y^T.
-  alignas(64) double lever[9][M];
-  double second[9];
-  for (int ij = 0; ij < 9; ++ij) {
-    const double* linear = part.second_moment_modes + ij * M;
-    const double* pairs = part.second_moment_mode_pairs + long(ij) * M * M;
-    DoubleLanes sum[kVectors], dot = {};
-    for (int v = 0; v < kVectors; ++v) sum[v] = load(linear + 8 * v);
-    for (int b = 0; b < M; ++b) {
-      const DoubleLanes coordinate = broadcast(alpha[b]);
-      for (int v = 0; v < kVectors; ++v) sum[v] += coordinate * load(pairs + b * M + 8 * v);
-    }
-    for (int v = 0; v < kVectors; ++v) {
-      store(&lever[ij][8 * v], sum[v]);
-      dot += sum[v] * load(alpha + 8 * v);
-    }
-    second[ij] = part.second_moment[ij] + sum_lanes(dot);
-  }
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
+  constexpr int kPairs = pair_count(M);
+  alignas(64) double pairs[kPairs];  // alpha_b alpha_c
+  for (int v = kPairs - 16; v < kPairs; v += 8) store(pairs + v, DoubleLanes{});
+  for (int b = 0; b < M; ++b)
+    for (int c = b; c < M; ++c) pairs[pair_index(b, c, M)] = alpha[b] * alpha[c];
+  double second[9];  // sum m y y^T
+  for (int i = 0, entry = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j, ++entry) {
       DoubleLanes dot = {};
-      const double* linear = part.second_moment_modes + (3 * i + j) * M;
-      for (int v = 0; v < kVectors; ++v) dot += load(linear + 8 * v) * load(alpha + 8 * v);
-      second[3 * j + i] += sum_lanes(dot);
+      for (int v = 0; v < M; v += 8) dot += load(part.second_moment_modes + entry * M + v) * load(alpha + v);
+      for (int v = 0; v < kPairs; v += 8) dot += load(part.second_moment_pairs + entry * kPairs + v) * load(pairs + v);
+      second[3 * i + j] = second[3 * j + i] = part.second_moment[entry] + sum_lanes(dot);
     }
   double first[3], mode_momentum[6];
   alignas(64) double mass_coupling[6][M];
   for (int i = 0; i < 3; ++i) {
-    DoubleLanes dot = {};
+    DoubleLanes dot = {}, lever[kVectors];
     for (int v = 0; v < kVectors; ++v) {
       const DoubleLanes row = load(part.first_moment_modes + i * M + 8 * v);
       store(&mass_coupling[i][8 * v], row);
       dot += row * load(alpha + 8 * v);
+      lever[v] = load(part.lever + i * M + 8 * v);
     }
     first[i] = leg.first_moment[i] = part.first_moment[i] + sum_lanes(dot);
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
-    for (int v = 0; v < kVectors; ++v)
-      store(&mass_coupling[3 + axis][8 * v], load(&lever[3 * i1 + i2][8 * v]) - load(&lever[3 * i2 + i1][8 * v]));
+    const double* modes = part.lever_modes + i * M * M;  // sum m (y x Phi)
+    for (int b = 0; b < M; ++b)
+      for (int v = 0; v < kVectors; ++v) lever[v] += alpha[b] * load(modes + b * M + 8 * v);
+    for (int v = 0; v < kVectors; ++v) store(&mass_coupling[3 + i][8 * v], lever[v]);
   }
   for (int i = 0; i < 6; ++i) {
     DoubleLanes dot = {};
@@ -205,16 +207,13 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
     DoubleLanes gradient[kVectors];
     for (int v = 0; v < kVectors; ++v) gradient[v] = load(part.volume_1 + cavity * M + 8 * v);
     const double* quadratic = part.volume_2 + long(cavity) * M * M;
-    const double* cubic = part.volume_3 + long(cavity) * M * M * M;
-    for (int b = 0; b < M; ++b) {
-      DoubleLanes row[kVectors] = {};
-      for (int c = 0; c < M; ++c) {
-        const DoubleLanes coordinate = broadcast(0.5 * alpha[c]);
-        for (int v = 0; v < kVectors; ++v) row[v] += coordinate * load(cubic + (long(b) * M + c) * M + 8 * v);
-      }
-      for (int v = 0; v < kVectors; ++v)
-        gradient[v] += alpha[b] * (row[v] + load(quadratic + b * M + 8 * v));
-    }
+    for (int b = 0; b < M; ++b)
+      for (int v = 0; v < kVectors; ++v) gradient[v] += alpha[b] * load(quadratic + b * M + 8 * v);
+    alignas(64) Real cubic[M] = {};
+    const Real* coefficients = part.volume_3 + long(cavity) * kPairs * M;
+    add_products<M, Real>(pairs, coefficients, kPairs, cubic);
+    for (int v = 0; v < kVectors; ++v)
+      for (int i = 0; i < 8; ++i) gradient[v][i] += double(cubic[8 * v + i]);
     for (int v = 0; v < kVectors; ++v)
       store(&leg.right_modes[8 * v], load(&leg.right_modes[8 * v]) + amount * gradient[v]);
   }

@@ -14,6 +14,10 @@ constexpr int kMaximumModes = 32;
 
 enum Status : unsigned char { kRunning = 0, kDiverged = 1, kSingular = 2 };
 
+// Pairs of modes (b, c), b <= c, in rows of b; a vector's worth of zeros behind.
+constexpr int pair_index(int b, int c, int modes) { return b * modes - b * (b - 1) / 2 + c - b; }
+constexpr int pair_count(int modes) { return (modes * (modes + 1) / 2 + 15) / 8 * 8; }
+
 // Sampled elements of one family: D = 3 for tetrahedra, D = 2 for membrane triangles.
 // The deformation gradient of an element, 3 x D in its own material frame, is affine in the modes.
 template <class Real>
@@ -41,13 +45,15 @@ struct Part {
   int cavity_count = 0;
   const double* volume_1 = nullptr;  // (cavity, mode)
   const double* volume_2 = nullptr;  // (cavity, mode, mode)
-  const double* volume_3 = nullptr;  // (cavity, mode, mode, mode)
+  const Real* volume_3 = nullptr;    // (cavity, pair, mode)
   double mass = 0;
   double first_moment[3] = {0, 0, 0};
-  double second_moment[9] = {0};
-  const double* first_moment_modes = nullptr;       // (3, mode)
-  const double* second_moment_modes = nullptr;      // (3, 3, mode)   sum m Y_i Phi_j
-  const double* second_moment_mode_pairs = nullptr; // (3, 3, mode b, mode a)  sum m Phi_i^b Phi_j^a
+  double second_moment[6] = {0};                // xx, xy, xz, yy, yz, zz
+  const double* first_moment_modes = nullptr;   // (3, mode)
+  const double* lever = nullptr;                // (axis, mode)  sum m (Y x Phi)
+  const double* lever_modes = nullptr;          // (axis, mode b, mode)  sum m (Phi^b x Phi)
+  const double* second_moment_modes = nullptr;  // (6, mode)
+  const double* second_moment_pairs = nullptr;  // (6, pair)
   int contact_count = 0;
   const double* contact_points = nullptr;  // (point, 3)
   const double* contact_modes = nullptr;   // (point, 3, mode)
