@@ -96,7 +96,7 @@ void pose_friction(const ContactRow<M>* rows, int row_count, double friction, Fr
             const double* other = rows[order[first + d]].response[j];
             DoubleLanes dot = {};
             for (int v = 0; v < M; v += 8) dot += load(own + v) * load(other + v);
-            to[3 * d + j] = block[(3 * d + j) * stride + 3 * c + i] = mount < 0 ? 0.0 : sum_lanes(dot);
+            to[3 * d + j] = block[(3 * d + j) * stride + 3 * c + i] = sum_lanes(dot);
           }
       }
     block += 3 * count * stride;
