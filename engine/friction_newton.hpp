@@ -16,15 +16,16 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-constexpr int kNewtonPoints = 64;  // most points; more are left to sweeps
+constexpr int kNewtonPoints = 128; // most points; more are left to sweeps
 constexpr int kFrictionRows = 3 * kNewtonPoints;
 constexpr int kNewtonSteps = 40;   // most steps of one attempt
 constexpr int kHalvings = 2;       // most halvings of a step
 constexpr int kMemory = 10;        // a step must improve on the worst of so many last iterates, to pass kinks of the law
-// Share of W's diagonal that pulls a step to the last iterate. Where more points are pressed than the body has freedoms,
-// or nearly so, W is singular, and a step would go to huge impulses of both signs; the pull keeps impulses near the last
-// ones, costs a factor of itself in convergence elsewhere, and vanishes as the iteration converges.
+// Share of W's diagonal that pulls a step to the last iterate, at a residual of 1 mm/s and more. Where more points are
+// pressed than the body has freedoms, or nearly so, W is singular, and a step would go to huge impulses of both signs;
+// the pull keeps impulses near the last ones and vanishes as the iteration converges.
 constexpr double kProximal = 3e-3;
+constexpr double kLeastProximal = 1e-7;
 
 struct FrictionIterate {
   alignas(64) double impulse[kFrictionRows];
@@ -110,6 +111,8 @@ struct FrictionProblem {
 
   // The solution of the equations linearised at `now` into `target`; false where they are singular.
   bool linearise() {
+    // Fading with the residual, so that the last steps converge fast where the law couples stiff and soft directions.
+    const double pulling = std::fmax(kLeastProximal, kProximal * std::fmin(1.0, std::sqrt(now.residual)));
     double* room = matrix;
     int m = 0;
     // (I + sum P^T X) z = sum P^T x with [X, x] the groups' answers to their rows of P and their right sides.
@@ -123,7 +126,7 @@ struct FrictionProblem {
         if (now.impulse[3 * c] - now.velocity[3 * c] * points[c].normal_inverse > 0) own[group.pressed++] = c;
       const int size = 3 * group.pressed, columns = (size + 7) / 8 * 8, width = columns + 8;
       group.width = width;
-      for (int p = 0; p < group.pressed; ++p) linearise_point(group, own, p, room, columns);
+      for (int p = 0; p < group.pressed; ++p) linearise_point(group, own, p, pulling, room, columns);
       if (!eliminate(room, size, width)) return false;
       group.solution = room + columns;
       for (int i = 0; i < size; ++i) {
@@ -158,7 +161,7 @@ struct FrictionProblem {
   // From the impulses in `now`; ends in `best`, inside the cones. Returns the number of steps.
   int newton(double tolerance) {
     evaluate(now);
-    best = now;
+    copy(now, best);
     double merits[kMemory];
     for (double& merit : merits) merit = now.merit;
     int step = 0;
@@ -173,9 +176,9 @@ struct FrictionProblem {
         if (trial.merit < worst) break;
       }
       if (trial.merit != least) blend(best_share);
-      now = trial;
+      copy(trial, now);
       merits[step % kMemory] = now.merit;
-      if (now.residual < best.residual) best = now;
+      if (now.residual < best.residual) copy(now, best);
     }
     for (int c = 0; c < count; ++c) project(best.impulse + 3 * c);
     evaluate(best);
@@ -183,13 +186,23 @@ struct FrictionProblem {
   }
 
  private:
+  void copy(const FrictionIterate& from, FrictionIterate& to) const {
+    for (int v = 0; v < 3 * count; v += 8) {
+      store(to.impulse + v, load(from.impulse + v));
+      store(to.velocity + v, load(from.velocity + v));
+    }
+    to.merit = from.merit;
+    to.residual = from.residual;
+  }
+
   void blend(double share) {
     for (int i = 0; i < 3 * count; ++i) trial.impulse[i] = now.impulse[i] + share * (target[i] - now.impulse[i]);
     evaluate(trial);
   }
 
   // Three rows of pressed point `p` of a group: against its group's pressed points, then against z, then the right side.
-  void linearise_point(const PointGroup& group, const int* own, int p, double* room, int columns) const {
+  void linearise_point(const PointGroup& group, const int* own, int p, double pulling, double* room,
+                       int columns) const {
     const int c = own[p], width = columns + 8;
     double* rows[3];
     for (int i = 0; i < 3; ++i) {
@@ -198,7 +211,7 @@ struct FrictionProblem {
       for (int v = 3 * group.pressed / 8 * 8; v < columns; v += 8) store(row + v, Vector{});
       for (int q = 0; q < group.pressed; ++q)
         for (int j = 0; j < 3; ++j) row[3 * q + j] = from[3 * (own[q] - group.first) + j];
-      const double pull = kProximal * scale[c][i > 0];
+      const double pull = pulling * scale[c][i > 0];
       row[3 * p + i] += pull;
       store(row + columns, load(hub[3 * c + i]));
       row[columns + 6] = pull * now.impulse[3 * c + i] - free[3 * c + i];
