@@ -147,33 +147,24 @@ int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k,
 template <int M, class Real>
 double next_gap(const Candidate& at, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
                 const RobotState& state, const Workspace<M, Real>& work) {
-  const double* velocity = work.hub.next_velocity;
-  double speed = 0, arm[3], turning[3];
   if (at.mount < 0) {
+    const double *velocity = work.hub.next_velocity, *up = state.rotation + 6;
+    double turning[3], speed = 0;
     cross(velocity + 3, robot.hub_contact_points + 3 * at.point, turning);
-    for (int i = 0; i < 3; ++i) speed += state.rotation[6 + i] * (velocity[i] + turning[i]);
+    for (int i = 0; i < 3; ++i) speed += up[i] * (velocity[i] + turning[i]);
     return at.gap + settings.time_step * speed;
   }
   const MountView<M>& view = work.views[at.mount];
   const Part<Real>& part = parts[robot.mounts[at.mount].part];
-  const double* modes = part.contact_modes + long(at.point) * 3 * M;
-  const double* alpha = state.modes + at.mount * M;
-  const double* up = view.world + 6;
-  double own[6];
-  for (int i = 0; i < 6; ++i) {
-    own[i] = 0;
-    for (int j = 0; j < 6; ++j) own[i] += view.transform[6 * i + j] * velocity[j];
-  }
-  cross(up, own + 3, turning);
+  const double *modes = part.contact_modes + long(at.point) * 3 * M, *point = part.contact_points + 3 * at.point;
+  const double *alpha = state.modes + at.mount * M, *up = view.world + 6;
   DoubleLanes sum = {};
   for (int v = 0; v < M; v += 8)
     for (int i = 0; i < 3; ++i)
-      sum += load(modes + i * M + v) * (up[i] * load(work.rates[at.mount] + v) + turning[i] * load(alpha + v));
-  for (int i = 0; i < 3; ++i) {
-    arm[i] = part.contact_points[3 * at.point + i];
-    speed += up[i] * own[i] + turning[i] * arm[i];
-  }
-  return at.gap + settings.time_step * (speed + sum_lanes(sum));
+      sum += load(modes + i * M + v) * (up[i] * load(work.rates[at.mount] + v) + view.next_lever[i] * load(alpha + v));
+  double speed = view.next_speed + sum_lanes(sum);
+  for (int i = 0; i < 3; ++i) speed += view.next_lever[i] * point[i];
+  return at.gap + settings.time_step * speed;
 }
 
 // The row of a candidate, warm started.

@@ -80,41 +80,29 @@ inline void polar_rotation(const V f[3 * D], V r[3 * D]) {
 template <int D, class Real>
 struct ElementBlock {
   static constexpr int kRows = 3 * D;
-  alignas(64) Real rotation[kRows][kLane];   // times row_scale
-  alignas(64) Real stress[4][kRows][kLane];  // rotated, with weight and measure; and its change for turns about the axes
+  static constexpr int kStresses = D == 3 ? 6 : 3;  // 00, 11, (22,) 01, (02, 12)
+  alignas(64) Real rotation[kRows][kLane];          // times row_scale
+  // In the rotated frame, with weight and measure, over row_scale; and its change for turns about the three axes.
+  alignas(64) Real stress[4][kStresses][kLane];
 };
 
-// Rotated stress R (lambda tr I + 2 mu sym t) of a strain measure's gradient t = R^T X; `relaxed` is subtracted from
-// its diagonal.
+// Stress lambda tr I + 2 mu sym t of a gradient t in the rotated frame; `relaxed` is subtracted from t's diagonal.
 template <int D, class Real, class V>
-inline void rotated_stress(const V r[3 * D], const V t[D][D], V lambda, V mu, Real relaxed, V p[3 * D]) {
+inline void symmetric_stress(const V t[D][D], V lambda, V mu, Real relaxed, V s[D == 3 ? 6 : 3]) {
   V trace = t[0][0] + t[1][1] - Real(D) * relaxed;
   if constexpr (D == 3) trace += t[2][2];
-  const V pressure = lambda * trace - (Real(2) * relaxed) * mu;
-  V s[D][D];
+  const V pressure = lambda * trace - (Real(2) * relaxed) * mu, twice = mu + mu;
 #pragma GCC unroll 3
-  for (int i = 0; i < D; ++i)
-#pragma GCC unroll 3
-    for (int j = i; j < D; ++j) s[i][j] = s[j][i] = mu * (t[i][j] + t[j][i]);
-#pragma GCC unroll 3
-  for (int i = 0; i < D; ++i) s[i][i] += pressure;
-#pragma GCC unroll 3
-  for (int k = 0; k < 3; ++k)
-#pragma GCC unroll 3
-    for (int j = 0; j < D; ++j) {
-      V sum = r[k * D] * s[0][j] + r[k * D + 1] * s[1][j];
-      if constexpr (D == 3) sum += r[k * D + 2] * s[2][j];
-      p[k * D + j] = sum;
-    }
+  for (int i = 0; i < D; ++i) s[i] = pressure + twice * t[i][i];
+  s[D] = mu * (t[0][1] + t[1][0]);
+  if constexpr (D == 3) s[4] = mu * (t[0][2] + t[2][0]), s[5] = mu * (t[1][2] + t[2][1]);
 }
 
-// Component `axis` of sum_j f_j x p_j: work of a stress p on a turn of f about that axis.
+// s : t.
 template <int D, class V>
-inline V moment_about(int axis, const V f[3 * D], const V p[3 * D]) {
-  const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
-  V sum = p[i2 * D] * f[i1 * D] - p[i1 * D] * f[i2 * D];
-#pragma GCC unroll 3
-  for (int j = 1; j < D; ++j) sum += p[i2 * D + j] * f[i1 * D + j] - p[i1 * D + j] * f[i2 * D + j];
+inline V stress_work(const V s[D == 3 ? 6 : 3], const V t[D][D]) {
+  V sum = s[0] * t[0][0] + s[1] * t[1][1] + s[D] * (t[0][1] + t[1][0]);
+  if constexpr (D == 3) sum += s[2] * t[2][2] + s[4] * (t[0][2] + t[2][0]) + s[5] * (t[1][2] + t[2][1]);
   return sum;
 }
 
@@ -123,11 +111,11 @@ template <int M, int D, class Real, class V>
 inline void deform_block(const ElementFamily<Real>& family, int number, const Real* alpha, bool edge_rotations,
                          bool turning, ElementBlock<D, Real>& block, V moment[3], V turn_turn[6]) {
   using L = Lanes<Real>;
-  constexpr int kRows = 3 * D;
+  constexpr int kRows = 3 * D, kStresses = ElementBlock<D, Real>::kStresses;
   constexpr int kPieces = kLane * int(sizeof(Real)) / 64;  // vectors in a block of elements
   for (int piece = 0; piece < kPieces; ++piece) {
     const int lane = piece * L::count, element = number * kLane + lane;
-    V f[kRows], r[kRows], p[kRows];
+    V f[kRows], r[kRows], s[kStresses];
     const Real* gradient = family.gradient_lanes + long(number) * kRows * M * kLane + lane;
 #pragma GCC unroll 9
     for (int row = 0; row < kRows; ++row) f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
@@ -140,36 +128,40 @@ inline void deform_block(const ElementFamily<Real>& family, int number, const Re
       edge_rotation<D, Real, V>(f, r);
     else
       polar_rotation<D, Real, V>(f, r);
-    const V lambda = load(family.lambda + element), mu = load(family.mu + element);
+    const V scale = load(family.row_scale + element), inverse = load(family.inverse_scale + element);
+    const V lambda = load(family.lambda + element) * inverse, mu = load(family.mu + element) * inverse;
     V t[D][D];
 #pragma GCC unroll 3
     for (int i = 0; i < D; ++i)
 #pragma GCC unroll 3
       for (int j = 0; j < D; ++j) t[i][j] = r[i] * f[j] + r[D + i] * f[D + j] + r[2 * D + i] * f[2 * D + j];
-    rotated_stress<D, Real, V>(r, t, lambda, mu, Real(1), p);
-    const V scale = load(family.row_scale + element);
+    symmetric_stress<D, Real, V>(t, lambda, mu, Real(1), s);
 #pragma GCC unroll 9
-    for (int row = 0; row < kRows; ++row) {
-      store(&block.rotation[row][lane], scale * r[row]);
-      store(&block.stress[0][row][lane], p[row]);
-    }
+    for (int row = 0; row < kRows; ++row) store(&block.rotation[row][lane], scale * r[row]);
+#pragma GCC unroll 6
+    for (int i = 0; i < kStresses; ++i) store(&block.stress[0][i][lane], s[i]);
     if (!turning) continue;
-    int entry = 0;
+    // The gradient of a turn about an axis has rows l+1 and l+2 equal to -F_(l+2) and F_(l+1).
+    V turn[3][D][D];
 #pragma GCC unroll 3
     for (int axis = 0; axis < 3; ++axis) {
-      moment[axis] -= moment_about<D, V>(axis, f, p);
-      // The gradient of a turn about an axis has rows l+1 and l+2 equal to -F_(l+2) and F_(l+1).
       const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
-      V q[kRows];
 #pragma GCC unroll 3
       for (int j = 0; j < D; ++j)
 #pragma GCC unroll 3
-        for (int i = 0; i < D; ++i) t[i][j] = r[i2 * D + i] * f[i1 * D + j] - r[i1 * D + i] * f[i2 * D + j];
-      rotated_stress<D, Real, V>(r, t, lambda, mu, Real(0), q);
+        for (int i = 0; i < D; ++i)
+          turn[axis][i][j] = r[i2 * D + i] * f[i1 * D + j] - r[i1 * D + i] * f[i2 * D + j];
+      moment[axis] -= scale * stress_work<D, V>(s, turn[axis]);
+    }
+    int entry = 0;
 #pragma GCC unroll 3
-      for (int other = axis; other < 3; ++other, ++entry) turn_turn[entry] += moment_about<D, V>(other, f, q);
-#pragma GCC unroll 9
-      for (int row = 0; row < kRows; ++row) store(&block.stress[1 + axis][row][lane], q[row]);
+    for (int axis = 0; axis < 3; ++axis) {
+      V q[kStresses];
+      symmetric_stress<D, Real, V>(turn[axis], lambda, mu, Real(0), q);
+#pragma GCC unroll 3
+      for (int other = axis; other < 3; ++other, ++entry) turn_turn[entry] += scale * stress_work<D, V>(q, turn[other]);
+#pragma GCC unroll 6
+      for (int i = 0; i < kStresses; ++i) store(&block.stress[1 + axis][i][lane], q[i]);
     }
   }
 }
@@ -189,26 +181,40 @@ inline void rows_of_block(const Real* gradient, const Real* trace_scale, const E
 #pragma GCC unroll 4
   for (int i = 0; i < Loads; ++i) sum[i] = L::load(&work[i][column]);
   for (int l = 0; l < kLane; ++l) {
-    V g[kRows];
+    V g[kRows], t[D][D];
 #pragma GCC unroll 9
     for (int i = 0; i < kRows; ++i) g[i] = L::load(gradient + (l * kRows + i) * Width);
-#pragma GCC unroll 9
-    for (int i = 0; i < kRows; ++i)
+#pragma GCC unroll 3
+    for (int i = 0; i < D; ++i)
+#pragma GCC unroll 3
+      for (int j = 0; j < D; ++j)
+        t[i][j] = block.rotation[i][l] * g[j] + block.rotation[D + i][l] * g[D + j] + block.rotation[2 * D + i][l] * g[2 * D + j];
+    const V shear = t[0][1] + t[1][0];
 #pragma GCC unroll 4
-      for (int load = 0; load < Loads; ++load) sum[load] += block.stress[load][i][l] * g[i];
-    const auto dot = [&](int i, int j) {  // T_ij
-      return block.rotation[i][l] * g[j] + block.rotation[D + i][l] * g[D + j] + block.rotation[2 * D + i][l] * g[2 * D + j];
-    };
+    for (int load = 0; load < Loads; ++load) {
+      const auto& s = block.stress[load];
+      sum[load] += s[0][l] * t[0][0];
+      sum[load] += s[1][l] * t[1][1];
+      sum[load] += s[D][l] * shear;
+    }
     if constexpr (D == 3) {
-      L::store(&added[l][column], trace_scale[l] * (dot(0, 0) + dot(1, 1) + dot(2, 2)));
-      L::store(&subtracted[l][column], dot(0, 1) - dot(1, 0));
-      L::store(&subtracted[kLane + l][column], dot(0, 2) - dot(2, 0));
-      L::store(&subtracted[2 * kLane + l][column], dot(1, 2) - dot(2, 1));
+      const V shear_02 = t[0][2] + t[2][0], shear_12 = t[1][2] + t[2][1];
+#pragma GCC unroll 4
+      for (int load = 0; load < Loads; ++load) {
+        const auto& s = block.stress[load];
+        sum[load] += s[2][l] * t[2][2];
+        sum[load] += s[4][l] * shear_02;
+        sum[load] += s[5][l] * shear_12;
+      }
+      L::store(&added[l][column], trace_scale[l] * (t[0][0] + t[1][1] + t[2][2]));
+      L::store(&subtracted[l][column], t[0][1] - t[1][0]);
+      L::store(&subtracted[kLane + l][column], t[0][2] - t[2][0]);
+      L::store(&subtracted[2 * kLane + l][column], t[1][2] - t[2][1]);
     } else {
-      const V t00 = dot(0, 0), t11 = dot(1, 1), trace = trace_scale[l] * (t00 + t11);
-      L::store(&added[l][column], t00 + trace);
-      L::store(&added[kLane + l][column], t11 + trace);
-      L::store(&added[2 * kLane + l][column], Real(0.7071067811865476) * (dot(0, 1) + dot(1, 0)));
+      const V trace = trace_scale[l] * (t[0][0] + t[1][1]);
+      L::store(&added[l][column], t[0][0] + trace);
+      L::store(&added[kLane + l][column], t[1][1] + trace);
+      L::store(&added[2 * kLane + l][column], Real(0.7071067811865476) * shear);
     }
   }
 #pragma GCC unroll 4

@@ -32,6 +32,7 @@ struct ElementFamily {
   // Elasticity is D = S^2 on normal strains, S = s (I + q 1 1^T), with s^2 = 2 mu. Tetrahedra need less (see
   // elements.hpp): row_scale^2 = mu and trace_scale^2 = lambda / mu. Membranes: row_scale = s, trace_scale = q.
   const Real* row_scale = nullptr;       // (element)
+  const Real* inverse_scale = nullptr;   // (element) 1 / row_scale, 0 without stiffness
   const Real* trace_scale = nullptr;     // (element)
 };
 

@@ -42,6 +42,7 @@ ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, 
   Real* lambda_lanes = allocate<Real>(storage, elements);
   Real* mu_lanes = allocate<Real>(storage, elements);
   Real* row_scale = allocate<Real>(storage, elements);
+  Real* inverse_scale = allocate<Real>(storage, elements);
   Real* trace_scale = allocate<Real>(storage, elements);
   for (size_t e = 0; e < elements; ++e) {
     const size_t block = e / kLane, lane = e % kLane;
@@ -61,6 +62,7 @@ ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, 
     lambda_lanes[e] = Real(l);
     mu_lanes[e] = Real(m);
     row_scale[e] = Real(std::sqrt(columns == 3 ? m : 2 * m));
+    if (m > 0) inverse_scale[e] = Real(1 / std::sqrt(columns == 3 ? m : 2 * m));
     if (m > 0) trace_scale[e] = Real(columns == 3 ? std::sqrt(l / m) : (std::sqrt(l / m + 1) - 1) / 2);
   }
   family.rest = rest_lanes;
@@ -69,6 +71,7 @@ ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, 
   family.lambda = lambda_lanes;
   family.mu = mu_lanes;
   family.row_scale = row_scale;
+  family.inverse_scale = inverse_scale;
   family.trace_scale = trace_scale;
   return family;
 }

@@ -126,6 +126,10 @@ bool find_velocities(const Part<Real>* parts, const RobotModel& robot, const Set
       part_velocity[i] = 0;
       for (int j = 0; j < 6; ++j) part_velocity[i] += work.views[k].transform[6 * i + j] * velocity[j];
     }
+    MountView<M>& view = work.views[k];
+    const double* up = view.world + 6;
+    view.next_speed = up[0] * part_velocity[0] + up[1] * part_velocity[1] + up[2] * part_velocity[2];
+    cross(up, part_velocity + 3, view.next_lever);
     alignas(64) double z[M];
     for (int v = 0; v < kVectors; ++v) {
       DoubleLanes value = load(&leg.reduced_right[8 * v]) + load(&work.sum.modes[k][8 * v]);
