@@ -61,14 +61,20 @@ def distances_cm(
     return (simulator.forward_position_mm - start) / 10.0, simulator
 
 
-def times_real_time(leg: ReducedPart) -> float:
-    """How much faster than real time the baseline's four legs walk 20 s on one thread."""
+def times_real_time(leg: ReducedPart) -> dict[str, float]:
+    """How much faster than real time the baseline's four legs walk 20 s on one thread.
+
+    By the clock, which other programs slow, and by the processor time that was used; best of five.
+    """
     robot = paper_robot_builder(leg)(Design.parse(BASELINE_DESIGN))
-    best = 0.0
+    best = {"clock": 0.0, "processor_time": 0.0}
     for _ in range(5):
-        start = time.perf_counter()
+        clocks = time.perf_counter(), time.process_time()
         distances_cm([robot], [ExpertGait()], SimulationSettings(), 1)
-        best = max(best, ACTION_S * ACTION_COUNT / (time.perf_counter() - start))
+        for name, start, end in zip(
+            best, clocks, (time.perf_counter(), time.process_time()), strict=True
+        ):
+            best[name] = max(best[name], ACTION_S * ACTION_COUNT / (end - start))
     return best
 
 
