@@ -13,7 +13,7 @@ import numpy as np
 from pneumorph.fem.full_order_settings import FrictionSolver, Integrator
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.height_map import HeightMap
-from pneumorph.fem.material import LegMaterials, Material
+from pneumorph.fem.material import LegMaterials
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
@@ -261,14 +261,10 @@ def scaled_materials(
     usual: LegMaterials, modulus_factor: float = 1.0, mass_factor: float = 1.0
 ) -> LegMaterials:
     """A leg of a stiffer or heavier material."""
-
-    def stiffer(material: Material) -> Material:
-        return replace(material, young_modulus_kPa=material.young_modulus_kPa * modulus_factor)
-
     return replace(
         usual,
-        silicone=stiffer(usual.silicone),
-        paper=stiffer(usual.paper),
+        silicone=usual.silicone.stiffer(modulus_factor),
+        paper=usual.paper.stiffer(modulus_factor),
         mass_kg=usual.mass_kg * mass_factor,
     )
 

@@ -10,7 +10,7 @@ from synthetic_part import synthetic_part, synthetic_reduced_part, vibration_mod
 
 from pneumorph.artefact import ArtefactError, save_artefact
 from pneumorph.reduction.assemble import assemble_reduced_part
-from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduced_part import FORMAT_VERSION, ReducedPart
 from pneumorph.reduction.static_equilibrium import static_equilibrium
 
 PART = synthetic_part()
@@ -105,7 +105,9 @@ def test_another_format_version_is_refused(tmp_path):
 
 
 def test_missing_arrays_are_refused(tmp_path):
-    path = save_artefact(tmp_path / "part.npz", "ReducedPart", 1, {"skin": np.zeros(3)}, {})
+    path = save_artefact(
+        tmp_path / "part.npz", "ReducedPart", FORMAT_VERSION, {"skin": np.zeros(3)}, {}
+    )
     with pytest.raises(ArtefactError, match="lacks"):
         ReducedPart.load(path)
 
