@@ -7,17 +7,15 @@
 //     Distortion Energies, ACM Trans. Graph. 38 (2019); Stable Neo-Hookean Flesh Simulation, 2018):
 //     dyads of U and V, of which only those of the stretches themselves take a D x D eigenproblem;
 //   objective damping: the rate of Green's strain, sym(F^T dF), in Hooke's law.
-// Such forces have no moment, so the hub feels them through the modes alone; under published damping the
-// stiffness couples modes and turns of the hub, as in elements.hpp.
+// Such forces have no moment. Under published damping the stiffness couples modes and turns of the hub, as in
+// elements.hpp: a turn about axis l has the gradient [e_l]x F and changes the stress by C [e_l]x F.
 #pragma once
 #include "model.hpp"
+#include "outer_products.hpp"
 #include "principal_stretches.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
-
-template <int M, class Real>
-struct ElementSystem;
 
 // Second derivatives of an energy by the principal stretches, over mu: `scaling` by two of them; for the
 // pair of stretches other than `k` (for D = 2 the only pair, k = 0) the eigenvalues of dP/dF on the
@@ -183,147 +181,139 @@ inline void definite_factor(const PrincipalStretches<D, V>& f, PrincipalTangent<
   }
 }
 
-// Rows of S with S^T S the rate of Green's strain in Hooke's law; the roots hold weight and measure.
+// Rows of S with S^T S the rate of Green's strain in Hooke's law, lambda = `ratio` mu, times the weighted mu.
 template <int D, class Real, class V>
-inline void objective_factor(const V f[3 * D], V shear_root, V trace_root, V factor[D == 3 ? 6 : 3][3 * D]) {
-  const V half_root = shear_root * Real(0.7071067811865476);
+inline void objective_factor(const V f[3 * D], Real ratio, V mu, V factor[D == 3 ? 6 : 3][3 * D]) {
+  // Elasticity of normal strains is the square of s (I + q 1 1^T) with s^2 = 2 mu.
+  const Real q = (std::sqrt(Real(1) + Real(0.5 * D) * ratio) - 1) / D;
+  const V root = root_lanes<Real>(mu), normal = Real(1.4142135623730951) * root;
   for (int k = 0; k < 3; ++k) {
     int row = D;
     for (int i = 0; i < D; ++i) {
-      for (int j = 0; j < D; ++j) factor[i][k * D + j] = trace_root * f[k * D + j];
-      factor[i][k * D + i] += shear_root * f[k * D + i];
+      for (int j = 0; j < D; ++j) factor[i][k * D + j] = (q + Real(i == j)) * normal * f[k * D + j];
       for (int j = i + 1; j < D; ++j, ++row) {
         for (int r = 0; r < D; ++r) factor[row][k * D + r] = V{};
-        factor[row][k * D + i] = half_root * f[k * D + j];
-        factor[row][k * D + j] = half_root * f[k * D + i];
+        factor[row][k * D + i] = root * f[k * D + j];
+        factor[row][k * D + j] = root * f[k * D + i];
       }
     }
   }
 }
 
-// Adds one family's contribution; kStrains rows a point.
-template <int M, int D, bool kObjective, class Law, class Real>
-void add_hyperelastic_family(const ElementFamily<Real>& family, const Law& law, const Real* alpha,
-                             ElementSystem<M, Real>& system) {
+// What the stage with lanes over elements hands to the stage with lanes over modes.
+template <int D, bool Published, class Real>
+struct HyperelasticBlock {
+  static constexpr int kRows = 3 * D;
+  static constexpr int kStrains = Published ? kRows : (D == 3 ? 6 : 3);
+  static constexpr int kLoads = Published ? 4 : 1;
+  alignas(64) Real factor[kStrains][kRows][kLane];
+  alignas(64) Real stress[kLoads][kRows][kLane];  // with weight and measure; and its change for turns about the axes
+};
+
+// Deformation gradient, stress and factor of a block of elements, lanes over elements. One copy serves every number
+// of modes.
+template <int D, bool Published, class Law, class Real>
+__attribute__((noinline)) void deform_hyperelastic_block(const ElementFamily<Real>& family, int number, int modes,
+                                                         const Real* alpha,
+                                                         HyperelasticBlock<D, Published, Real>& block,
+                                                         typename Lanes<Real>::type turn_turn[6]) {
   using L = Lanes<Real>;
   using V = typename L::type;
-  using ML = ModeLanes<M, Real>;
-  using MV = typename ML::type;
-  constexpr int kVectors = M / ML::count;
+  using Block = HyperelasticBlock<D, Published, Real>;
   constexpr int kRows = 3 * D;
-  constexpr int kStrains = kObjective ? (D == 3 ? 6 : 3) : kRows;
   constexpr int kPieces = kLane * int(sizeof(Real)) / 64;
-  MV force[kVectors] = {};
-  V turn_turn[6] = {};
-
-  for (int number = 0; number < family.block_count; ++number) {
-    alignas(64) Real stress[kRows][kLane], rows[kStrains][kRows][kLane], turn[3][kStrains][kLane];
-    for (int piece = 0; piece < kPieces; ++piece) {
-      const int lane = piece * L::count, element = number * kLane + lane;
-      V f[kRows], p[kRows], factor[kStrains][kRows];
-      for (int row = 0; row < kRows; ++row) {
-        f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
-        const Real* gradient = family.gradient_lanes + (long(number) * kRows + row) * M * kLane + lane;
-        for (int a = 0; a < M; ++a) f[row] += alpha[a] * load(gradient + a * kLane);
-      }
-      const V mu = load(family.mu + element);
-      law.stress(f, p);
-      for (int row = 0; row < kRows; ++row) store(&stress[row][lane], mu * p[row]);
-      if constexpr (kObjective) {
-        objective_factor<D, Real>(f, load(family.shear_root + element), load(family.trace_root + element), factor);
-      } else {
-        const PrincipalStretches<D, V> stretches = principal_stretches<D, Real>(f);
-        PrincipalTangent<D, V> tangent = law.tangent(stretches.stretch);
-        definite_factor<D, Real>(stretches, tangent, mu, factor);
-        // A turn of the hub about an axis of the part's frame has the gradient [e]x F.
-        V strain[3][kStrains];
-        for (int axis = 0; axis < 3; ++axis) {
-          const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
-          for (int i = 0; i < kStrains; ++i) {
-            strain[axis][i] = V{};
-            for (int j = 0; j < D; ++j)
-              strain[axis][i] += factor[i][i2 * D + j] * f[i1 * D + j] - factor[i][i1 * D + j] * f[i2 * D + j];
-            store(&turn[axis][i][lane], strain[axis][i]);
-          }
-        }
-        int entry = 0;
-        for (int a = 0; a < 3; ++a)
-          for (int b = a; b < 3; ++b, ++entry)
-            for (int i = 0; i < kStrains; ++i) turn_turn[entry] += strain[a][i] * strain[b][i];
-      }
-      for (int i = 0; i < kStrains; ++i)
-        for (int row = 0; row < kRows; ++row) store(&rows[i][row][lane], factor[i][row]);
-    }
-    // Scaled strain of every mode, lanes over modes.
-    alignas(64) Real strain[kLane][kStrains][M];
-    for (int l = 0; l < kLane; ++l) {
-      const Real* g = family.gradient_modes + (long(number) * kLane + l) * kRows * M;
-      for (int v = 0; v < kVectors; ++v) {
-        MV column[kRows];
+  const Law law(family.lambda_over_mu);
+  for (int piece = 0; piece < kPieces; ++piece) {
+    const int lane = piece * L::count;
+    V f[kRows], p[kRows], factor[Block::kStrains][kRows];
+    const Real* gradient = family.gradient_lanes + long(number) * kRows * modes * kLane + lane;
+    for (int row = 0; row < kRows; ++row) f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
+    for (int a = 0; a < modes; ++a)
+      for (int row = 0; row < kRows; ++row) f[row] += alpha[a] * load(gradient + (a * kRows + row) * kLane);
+    const V mu = load(family.mu + number * kLane + lane);
+    law.stress(f, p);
+    for (int row = 0; row < kRows; ++row) store(&block.stress[0][row][lane], mu * p[row]);
+    if constexpr (Published) {
+      const PrincipalStretches<D, V> stretches = principal_stretches<D, Real>(f);
+      PrincipalTangent<D, V> tangent = law.tangent(stretches.stretch);
+      definite_factor<D, Real>(stretches, tangent, mu, factor);
+      V strain[3][kRows];  // S [e_l]x F
+      for (int axis = 0; axis < 3; ++axis) {
+        const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
         for (int i = 0; i < kRows; ++i) {
-          column[i] = ML::load(g + i * M + v * ML::count);
-          force[v] -= stress[i][l] * column[i];
+          strain[axis][i] = V{};
+          for (int j = 0; j < D; ++j)
+            strain[axis][i] += factor[i][i2 * D + j] * f[i1 * D + j] - factor[i][i1 * D + j] * f[i2 * D + j];
         }
-        for (int i = 0; i < kStrains; ++i) {
-          MV sum = rows[i][0][l] * column[0];
-          for (int r = 1; r < kRows; ++r) sum += rows[i][r][l] * column[r];
-          ML::store(&strain[l][i][v * ML::count], sum);
+        for (int row = 0; row < kRows; ++row) {
+          V change = factor[0][row] * strain[axis][0];
+          for (int i = 1; i < kRows; ++i) change += factor[i][row] * strain[axis][i];
+          store(&block.stress[1 + axis][row][lane], change);
         }
       }
+      for (int a = 0, entry = 0; a < 3; ++a)
+        for (int b = a; b < 3; ++b, ++entry)
+          for (int i = 0; i < kRows; ++i) turn_turn[entry] += strain[a][i] * strain[b][i];
+    } else {
+      objective_factor<D, Real>(f, family.lambda_over_mu, mu, factor);
     }
-    // Stiffness: sum of squares of scaled strains, tiles of eight rows kept in registers.
-    constexpr int kTile = 8;
-    for (int tile = 0; tile < M; tile += kTile) {
-      MV sum[kTile][kVectors];
-      for (int a = 0; a < kTile; ++a)
-        for (int v = 0; v < kVectors; ++v) sum[a][v] = ML::load(&system.stiffness[tile + a][v * ML::count]);
-      for (int l = 0; l < kLane; ++l)
-        for (int i = 0; i < kStrains; ++i) {
-          const Real* row = strain[l][i];
-          MV right[kVectors];
-          for (int v = 0; v < kVectors; ++v) right[v] = ML::load(row + v * ML::count);
-#pragma GCC unroll 8
-          for (int a = 0; a < kTile; ++a) {
-            const Real left = row[tile + a];
-            for (int v = 0; v < kVectors; ++v) sum[a][v] += left * right[v];
-          }
-        }
-      for (int a = 0; a < kTile; ++a)
-        for (int v = 0; v < kVectors; ++v) ML::store(&system.stiffness[tile + a][v * ML::count], sum[a][v]);
-    }
-    if constexpr (!kObjective)
-      for (int axis = 0; axis < 3; ++axis)
-        for (int v = 0; v < kVectors; ++v) {
-          MV sum = ML::load(&system.turn_stiffness[axis][v * ML::count]);
-          for (int l = 0; l < kLane; ++l)
-            for (int i = 0; i < kStrains; ++i) sum += turn[axis][i][l] * ML::load(&strain[l][i][v * ML::count]);
-          ML::store(&system.turn_stiffness[axis][v * ML::count], sum);
-        }
-  }
-
-  for (int v = 0; v < kVectors; ++v)
-    ML::store(&system.force[v * ML::count], ML::load(&system.force[v * ML::count]) + force[v]);
-  if constexpr (!kObjective) {
-    static const int kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
-    for (int i = 0; i < 9; ++i)
-      for (int l = 0; l < L::count; ++l) system.turn_turn_stiffness[i] += turn_turn[kEntry[i]][l];
+    for (int i = 0; i < Block::kStrains; ++i)
+      for (int row = 0; row < kRows; ++row) store(&block.factor[i][row][lane], factor[i][row]);
   }
 }
 
-// The family's law; published damping unless `objective`.
-template <int M, int D, class Real>
-void add_hyperelastic(const ElementFamily<Real>& family, const Real* alpha, bool objective,
-                      ElementSystem<M, Real>& system) {
-  auto add = [&](const auto& law) {
-    if (objective)
-      add_hyperelastic_family<M, D, true>(family, law, alpha, system);
+// Rows S G of `Width` modes from `column` on, and the work of the stresses on those modes.
+template <int M, int D, bool Published, int Width, class Real>
+inline void hyperelastic_rows(const Real* gradient, const HyperelasticBlock<D, Published, Real>& block, int column,
+                              Real (*rows)[kRowStride<M>], Real (*work)[M]) {
+  using L = Lanes<Real, Width * sizeof(Real)>;
+  using V = typename L::type;
+  using Block = HyperelasticBlock<D, Published, Real>;
+  constexpr int kRows = 3 * D;
+  V sum[Block::kLoads];
+  for (int i = 0; i < Block::kLoads; ++i) sum[i] = L::load(&work[i][column]);
+  for (int l = 0; l < kLane; ++l) {
+    V g[kRows];
+    for (int i = 0; i < kRows; ++i) g[i] = L::load(gradient + (l * kRows + i) * Width);
+    for (int i = 0; i < kRows; ++i)
+      for (int load = 0; load < Block::kLoads; ++load) sum[load] += block.stress[load][i][l] * g[i];
+    for (int i = 0; i < Block::kStrains; ++i) {
+      V strain = block.factor[i][0][l] * g[0];
+      for (int row = 1; row < kRows; ++row) strain += block.factor[i][row][l] * g[row];
+      L::store(&rows[i * kLane + l][column], strain);
+    }
+  }
+  for (int i = 0; i < Block::kLoads; ++i) L::store(&work[i][column], sum[i]);
+}
+
+// Adds one family's contribution, as add_family of elements.hpp does; `turn_turn` is row by row.
+template <int M, int D, bool Published, class Real>
+void add_hyperelastic(const ElementFamily<Real>& family, const Real* alpha, Real (*work)[M], Real stiffness[M][M],
+                      Real turn_turn[9]) {
+  using V = typename Lanes<Real>::type;
+  using Block = HyperelasticBlock<D, Published, Real>;
+  constexpr int kWide = 64 / int(sizeof(Real));
+  V turns[6] = {};
+  alignas(64) Real rows[Block::kStrains * kLane][kRowStride<M>];
+  Block block;
+  for (int number = 0; number < family.block_count; ++number) {
+    if (family.law == kStableNeoHookean)
+      deform_hyperelastic_block<D, Published, StableNeoHookean<D, Real>>(family, number, M, alpha, block, turns);
     else
-      add_hyperelastic_family<M, D, false>(family, law, alpha, system);
-  };
-  if (family.law == kStableNeoHookean)
-    add(StableNeoHookean<D, Real>(family.lambda_over_mu));
-  else
-    add(StVenantKirchhoff<D, Real>(family.lambda_over_mu));
+      deform_hyperelastic_block<D, Published, StVenantKirchhoff<D, Real>>(family, number, M, alpha, block, turns);
+    const Real* gradient = family.gradient_modes + long(number) * kLane * Block::kRows * M;
+    int column = 0;
+    for (; column + kWide <= M; column += kWide, gradient += kLane * Block::kRows * kWide)
+      hyperelastic_rows<M, D, Published, kWide>(gradient, block, column, rows, work);
+    if constexpr (M % kWide != 0)
+      hyperelastic_rows<M, D, Published, M % kWide>(gradient, block, column, rows, work);
+    add_outer_products<true, M>(rows, Block::kStrains * kLane, stiffness);
+  }
+  if constexpr (Published) {
+    static const int kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+    for (int i = 0; i < 9; ++i)
+      for (int l = 0; l < Lanes<Real>::count; ++l) turn_turn[i] += turns[kEntry[i]][l];
+  }
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

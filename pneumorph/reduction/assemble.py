@@ -114,7 +114,7 @@ def assemble_reduced_part(
         for group, cubature in zip(groups, cubatures, strict=True)
     )
     membrane_cubature = membrane_cubatures[0] if membranes else Cubature.every(0)
-    membrane = membranes[0] if membranes else _no_membrane(mode_count, solid.material)
+    membrane = membranes[0] if membranes else _no_membrane(mode_count)
     cavities = [
         cavity_polynomial(mesh.nodes, Cavity.of_surface(mesh.surface_connectivity(name)), modes)
         for name in sorted(mesh.surfaces)
@@ -158,7 +158,7 @@ def assemble_reduced_part(
     )
 
 
-def _no_membrane(mode_count: int, material: Material) -> SampledElements:
+def _no_membrane(mode_count: int) -> SampledElements:
     return SampledElements(
-        np.zeros((0, 3, 2)), np.zeros((0, 3, 2, mode_count)), np.zeros(0), material
+        np.zeros((0, 3, 2)), np.zeros((0, 3, 2, mode_count)), np.zeros(0), Material(1.0, 0.0)
     )

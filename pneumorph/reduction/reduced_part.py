@@ -72,7 +72,7 @@ class ReducedPart:
     membrane_measure: np.ndarray
     """weight * area * thickness [mm^3], (triangle,)."""
     membrane_material: Material
-    """What the membrane is made of; the solid's where there is none."""
+    """What the membrane is made of, and its law; of no meaning where there is none."""
 
     linear_stiffness: np.ndarray
     """Additional linear stiffness of the mount, zero for a rigid hub, (mode, mode)."""
