@@ -1,10 +1,10 @@
 #include "batch.hpp"
 
 #include <atomic>
-#include <cmath>
 #include <mutex>
 #include <stdexcept>
-#include <thread>
+
+#include "thread_pool.hpp"
 
 namespace pneumorph {
 
@@ -151,22 +151,19 @@ void Batch::advance(const double* command, long long steps, const unsigned char*
                                         : static_cast<const void*>(parts_double_.data());
   const int count = robot_count();
   threads = std::max(1, std::min(threads, count));
+  if (workspace_bytes_ != kernel.workspace_bytes) workspaces_.clear(), workspace_bytes_ = kernel.workspace_bytes;
+  while (int(workspaces_.size()) < threads) workspaces_.emplace_back(workspace_bytes_);
   std::atomic<int> next{0};
   std::mutex sum_stages;
-  auto work = [&] {
-    AlignedArray workspace(kernel.workspace_bytes);
+  run_in_threads(threads, [&](int thread) {
     StageSeconds stages{};
     for (int r = next.fetch_add(1); r < count; r = next.fetch_add(1))
       if (!active || active[r])
         kernel.advance(parts, robots_[r], settings_, command + size_t(r) * settings_.regulator_count, steps,
-                       states_[r], workspace.as<void>(), profile ? &stages : nullptr);
+                       states_[r], workspaces_[thread].as<void>(), profile ? &stages : nullptr);
     const std::lock_guard<std::mutex> guard(sum_stages);
     for (int i = 0; i < kStageCount; ++i) stages_.seconds[i] += stages.seconds[i];
-  };
-  std::vector<std::thread> pool;
-  for (int t = 1; t < threads; ++t) pool.emplace_back(work);
-  work();
-  for (std::thread& thread : pool) thread.join();
+  });
 }
 
 }  // namespace pneumorph

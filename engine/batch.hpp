@@ -63,6 +63,8 @@ class Batch {
   std::vector<std::vector<double>> hub_points_;
   std::vector<AlignedArray> state_storage_;
   int contact_capacity_ = 0;
+  std::vector<AlignedArray> workspaces_;  // one for each thread
+  unsigned long workspace_bytes_ = 0;
   StageSeconds stages_{};
 };
 

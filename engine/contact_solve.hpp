@@ -71,42 +71,47 @@ double sweep_contacts(const Settings& settings, int row_count, int most, Workspa
   return residual;
 }
 
-// The dense operator of the rows: a hub's share for all pairs, a modal one for pairs on the same mount.
+// The problem of the rows, sorted by mount; `order`: row of each of its points.
 template <int M>
-void couple_rows(const ContactRow<M>* rows, int row_count, double friction, FrictionProblem& problem) {
+void pose_friction(const ContactRow<M>* rows, int row_count, double friction, FrictionProblem& problem, int* order) {
   problem.count = row_count;
   problem.friction = friction;
-  const int stride = problem.stride = (3 * row_count + 7) / 8 * 8;
-  alignas(64) double hub[6][3 * kNewtonPoints];
-  for (int i = 3 * row_count; i < stride; ++i) {
-    problem.free[i] = 0;
-    for (int l = 0; l < 6; ++l) hub[l][i] = 0;
+  problem.group_count = 0;
+  double* block = problem.blocks;
+  int placed = 0;
+  for (int mount = -1; placed < row_count; ++mount) {
+    const int first = placed;
+    for (int r = 0; r < row_count; ++r)
+      if (rows[r].mount == mount) order[placed++] = r;
+    const int count = placed - first, stride = (3 * count + 7) / 8 * 8;
+    if (count == 0) continue;
+    problem.groups[problem.group_count++] = {first, count, stride, block, 0, nullptr, 0};
+    for (int c = 0; c < count; ++c)
+      for (int i = 0; i < 3; ++i) {
+        double* to = block + (3 * c + i) * stride;
+        const double* own = rows[order[first + c]].response[i];
+        for (int j = 3 * count; j < stride; ++j) to[j] = 0;
+        for (int d = 0; d <= c; ++d)
+          for (int j = 0; j < 3; ++j) {
+            const double* other = rows[order[first + d]].response[j];
+            DoubleLanes dot = {};
+            for (int v = 0; v < M; v += 8) dot += load(own + v) * load(other + v);
+            to[3 * d + j] = block[(3 * d + j) * stride + 3 * c + i] = sum_lanes(dot);
+          }
+      }
+    block += 3 * count * stride;
   }
   for (int c = 0; c < row_count; ++c) {
-    problem.points[c] = rows[c].point;
+    const ContactRow<M>& row = rows[order[c]];
+    problem.points[c] = row.point;
+    problem.scale[c][0] = 1.0 / row.point.normal_inverse;
+    problem.scale[c][1] = 1.0 / row.point.tangent_inverse;
     for (int i = 0; i < 3; ++i) {
-      problem.free[3 * c + i] = rows[c].free_velocity[i];
-      for (int l = 0; l < 6; ++l) hub[l][3 * c + i] = rows[c].response[i][M + l];
+      problem.free[3 * c + i] = row.free_velocity[i];
+      store(problem.hub[3 * c + i], load(&row.response[i][M]));
+      for (int l = 0; l < 6; ++l) problem.hub_columns[l][3 * c + i] = row.response[i][M + l];
     }
   }
-  for (int i = 0; i < 3 * row_count; ++i)
-    for (int v = 0; v < stride; v += 8) {
-      DoubleLanes sum = {};
-      for (int l = 0; l < 6; ++l) sum += hub[l][i] * load(&hub[l][v]);
-      store(problem.w + i * stride + v, sum);
-    }
-  for (int c = 0; c < row_count; ++c)
-    for (int d = c; d < row_count; ++d) {
-      if (rows[c].mount != rows[d].mount || rows[c].mount < 0) continue;
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-          DoubleLanes dot = {};
-          for (int v = 0; v < M; v += 8) dot += load(&rows[c].response[i][v]) * load(&rows[d].response[j][v]);
-          const double value = sum_lanes(dot);
-          problem.w[(3 * c + i) * stride + 3 * d + j] += value;
-          if (d > c) problem.w[(3 * d + j) * stride + 3 * c + i] += value;
-        }
-    }
 }
 
 // Impulses of the rows that obey the law to the tolerance, or the best found.
@@ -120,12 +125,13 @@ void solve_friction(const Settings& settings, int row_count, Workspace<M, Real>&
     return;
   }
   FrictionProblem& problem = work.friction;
-  couple_rows<M>(rows, row_count, settings.friction, problem);
-  double best[3 * kNewtonPoints], least = 1e301;
+  int order[kNewtonPoints];
+  pose_friction<M>(rows, row_count, settings.friction, problem, order);
+  double best[kFrictionRows], least = 1e301;
   int left = settings.contact_sweeps, most = kFirstSweeps;
   while (true) {
     for (int c = 0; c < row_count; ++c)
-      for (int i = 0; i < 3; ++i) problem.now.impulse[3 * c + i] = rows[c].impulse[i];
+      for (int i = 0; i < 3; ++i) problem.now.impulse[3 * c + i] = rows[order[c]].impulse[i];
     report.newton_steps += problem.newton(settings.contact_tolerance);
     if (problem.best.residual < least) {
       least = problem.best.residual;
@@ -138,7 +144,7 @@ void solve_friction(const Settings& settings, int row_count, Workspace<M, Real>&
     most *= 4;
   }
   for (int c = 0; c < row_count; ++c)
-    for (int i = 0; i < 3; ++i) rows[c].impulse[i] = best[3 * c + i];
+    for (int i = 0; i < 3; ++i) rows[order[c]].impulse[i] = best[3 * c + i];
   report.residual = least;
 }
 
