@@ -18,6 +18,7 @@ import numpy as np
 from pneumorph.artefact import ArtefactError, load_artefact, save_artefact
 from pneumorph.fem.law_registry import law_names
 from pneumorph.fem.material import Material
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rotation import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
 from pneumorph.reduction.sampled_elements import SampledElements
@@ -247,6 +248,21 @@ class ReducedPart:
                 f"this reduction was made from the mesh {str(expected)[:12]}, got the mesh "
                 f"{got[:12]}; reduce that mesh, or load the one the reduction was made from"
             )
+
+    def check_model(self, model: PartModel) -> None:
+        """Refuse finite elements that this reduction does not stand for.
+
+        Raises:
+            ArtefactError: The mesh or a material differs.
+        """
+        self.check_mesh(model.mesh)
+        materials = (self.tetrahedron_material, self.membrane_material)
+        for material, group in zip(materials, model.element_groups, strict=False):
+            if material != group.material:
+                raise ArtefactError(
+                    f"this reduction's {group.kind} elements are of {material}, got "
+                    f"{group.material}; reduce the part again"
+                )
 
     def save(self, path: Path | str) -> Path:
         """Write the part; mode shapes are stored in single precision."""
