@@ -5,7 +5,7 @@ robots. They are kept in RUN/snapshots: the same command with the same --out goe
 stopped, and other tolerances reuse them. Modes live in the frame of the hub (POD), elements are
 sampled by ECSW.
 
-Presets: paper (what made the leg that ships) and quick (equilibria alone, few of them).
+Presets: paper and hyperelastic (what made the legs that ship) and quick (equilibria alone, few).
 
 Writes leg.npz, which every other verb takes as --part.
 
@@ -22,11 +22,18 @@ from typing import Any
 from pneumorph.command.robots import part_description
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
-from pneumorph.fem.part_model import LegMaterials, leg_model
+from pneumorph.fem.material import LegMaterials
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
-from pneumorph.presets import DISK_MASS_KG, disk_rim_points, paper_disk_mesh, paper_leg_mesh
+from pneumorph.presets import (
+    DISK_MASS_KG,
+    HYPERELASTIC_MATERIALS,
+    LegName,
+    disk_rim_points,
+    full_leg,
+    paper_disk_mesh,
+)
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.reduce import ReductionSettings, reduce_part
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
@@ -37,8 +44,10 @@ from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
 class ReduceOptions:
     """The leg, its snapshots, and how to reduce it."""
 
+    leg: LegName = "paper"
+    """Whose mesh that ships is taken where `mesh` names none."""
     mesh: Path | None = None
-    """Mesh of the leg, as `pneumorph mesh` writes it; by default the one that ships."""
+    """Mesh of the leg, as `pneumorph mesh` writes it."""
     materials: LegMaterials = field(default_factory=LegMaterials)
     snapshots: SnapshotSettings = field(default_factory=SnapshotSettings)
     reduction: ReductionSettings = field(default_factory=ReductionSettings)
@@ -47,9 +56,8 @@ class ReduceOptions:
 def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
     """Reduce a leg, save it, and return its size and errors."""
     start = time.monotonic()
-    leg = leg_model(
-        paper_leg_mesh() if options.mesh is None else Mesh.load(options.mesh), options.materials
-    )
+    mesh = None if options.mesh is None else Mesh.load(options.mesh)
+    leg = full_leg(options.leg, mesh, options.materials)
     disk = paper_disk_mesh()
     mounting = RadialMounting()
     folder.progress.stage("collecting snapshots of the full model")
@@ -81,11 +89,31 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
     }
 
 
+def hyperelastic() -> ReduceOptions:
+    """The leg that follows `HYPERELASTIC_PRESSURE_MAP`: 90 real kPa are 108 simulated ones."""
+    return ReduceOptions(
+        leg="hyperelastic",
+        materials=HYPERELASTIC_MATERIALS,
+        snapshots=SnapshotSettings(
+            static=StaticSnapshotSettings(
+                bend_pressure_kPa=114.0, load_count=48, load_pressure_kPa=110.0
+            ),
+            walk=WalkSnapshotSettings(
+                leg_counts=(2, 3),
+                corner_limit=4,
+                amplitude_kPa=110.0,
+                pressure_rate_kPa_per_s=187.0,
+            ),
+        ),
+    )
+
+
 VERB = Verb(
     ReduceOptions,
     reduce,
     {
         "paper": ReduceOptions,
+        "hyperelastic": hyperelastic,
         "quick": lambda: ReduceOptions(
             snapshots=SnapshotSettings(
                 static=StaticSnapshotSettings(bend_count=12, load_count=24),

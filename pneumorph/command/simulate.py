@@ -3,9 +3,10 @@
 The gait is a CSV file, as coopt writes them and a spreadsheet can, or else the expert's gait at
 --expert.phase-deg. The design is --design, or the one that the file names, or the expert's.
 
-A full robot takes ten minutes for 20 s. Its way is saved every minute: the same command with the
-same --out goes on where it was stopped. Presets: paper, and hyperelastic, quadratic finite elements
-of the silicone's own stiffness with a pressure map of their own, which take an hour or two.
+A full robot (--model full) takes ten minutes for 20 s, or an hour or two with the hyperelastic leg.
+Its way is saved every minute: the same command with the same --out goes on where it was stopped.
+Presets: paper, and hyperelastic, legs of the silicone's own stiffness with a pressure map of their
+own and objective damping.
 
 Writes trajectory.npz and, with --film, film.mp4.
 
@@ -21,13 +22,12 @@ from typing import Annotated, Any
 
 import tyro
 
-from pneumorph.command.robots import FullOptions, Model, RobotOptions, Workshop
+from pneumorph.command.robots import Model, RobotOptions, Workshop
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
 from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.open_loop_gait import OpenLoopGait
-from pneumorph.presets import HYPERELASTIC_PRESSURE_MAP
 from pneumorph.report.film import FilmSettings, write_film
 from pneumorph.report.scene import Actor
 from pneumorph.report.skin import with_skin_only
@@ -136,10 +136,9 @@ def _filmed(trajectory: Trajectory, options: SimulateOptions, folder: RunFolder)
 
 
 def hyperelastic() -> SimulateOptions:
-    """Finite elements of the silicone's own stiffness and the pressure map that fits them."""
-    physics = SimulationSettings(damping="objective", pressure_map=HYPERELASTIC_PRESSURE_MAP)
-    full = FullOptions(leg="hyperelastic")
-    return SimulateOptions(model="full", robot=RobotOptions(full=full, simulation=physics))
+    """Legs of the silicone's own stiffness, damped in proportion to deformation alone."""
+    physics = SimulationSettings(damping="objective")
+    return SimulateOptions(robot=RobotOptions(leg="hyperelastic", simulation=physics))
 
 
 VERB = Verb(SimulateOptions, simulate, {"paper": SimulateOptions, "hyperelastic": hyperelastic})

@@ -11,7 +11,6 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse as sparse
 
-from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rotation import Rotation
 from pneumorph.reduction.assemble import assemble_reduced_part
@@ -61,7 +60,9 @@ class ReductionReport:
     projection_error: float
     """Relative, in the POD's norm; the mode tolerance bounds it unless the mode limit cuts."""
     tetrahedron_count: int
+    """Sampled integration points of the solid; a linear element has one."""
     membrane_count: int
+    """The same of the membrane."""
     sampling_residual: float
     """||G w - b|| / ||b|| of the element selection."""
     sampling_converged: bool
@@ -109,17 +110,10 @@ def reduce_part(
         report_pressure_kPa: The bend error is measured up to this pressure.
 
     Raises:
-        ValueError: The elements are not corotational linear ones, or the snapshots belong to
-            another mesh or hold no free bending.
+        ValueError: The part has several membranes, or the snapshots belong to another mesh or hold
+            no free bending.
     """
     settings = settings or ReductionSettings()
-    laws = {group.law.__class__ for group in part.element_groups}
-    if laws != {Corotational} or part.mesh.edge_nodes is not None:
-        raise ValueError(
-            "a part to be reduced must have corotational linear elements, got "
-            f"{', '.join(sorted(law.__name__ for law in laws))} on "
-            f"{part.mesh.connectivity.shape[1]}-node tetrahedra; the batched engine knows no others"
-        )
     clock = _Clock(progress)
     digest = part.mesh.digest()
     if snapshots.metadata.get("mesh_digest") != digest:

@@ -133,8 +133,6 @@ def test_simulate_takes_a_full_robot_of_any_design(
         ("--gait none.csv", "none.csv does not exist"),
         ("--part none.npz", "none.npz does not exist"),
         ("--full.integrator implicit_euler", "full.integrator is 'implicit_euler'"),
-        ("--preset hyperelastic --model reduced", "full.leg is 'hyperelastic'"),
-        ("--model full --full.leg hyperelastic", "pressure_map is the published leg's"),
     ],
 )
 def test_simulate_refuses_bad_input(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from box_mesh import box_mesh
-from synthetic_part import synthetic_model
+from synthetic_part import synthetic_part
 
 from pneumorph.artefact import ArtefactError
 from pneumorph.fem.rigid_hub import RigidHub
@@ -79,7 +79,7 @@ def test_gray_corners_visit_every_corner_changing_one_leg_at_a_time():
 
 
 def test_collection_resumes_and_does_not_depend_on_when_it_stopped(tmp_path):
-    part = synthetic_model((4, 4, 4))
+    part = synthetic_part((4, 4, 4))
     hub, poses = robot_around_a_box()
     first = collect_snapshots(part, hub, poses, SETTINGS, tmp_path)
     # 2 bends, 2 loads, and every second of the 8 steps of 2 legs.
@@ -96,6 +96,6 @@ def test_collection_resumes_and_does_not_depend_on_when_it_stopped(tmp_path):
 
 def test_more_legs_than_places_are_refused():
     hub, poses = robot_around_a_box()
-    part, settings = synthetic_model((4, 4, 4)), WalkSnapshotSettings(leg_counts=(4,))
+    part, settings = synthetic_part((4, 4, 4)), WalkSnapshotSettings(leg_counts=(4,))
     with pytest.raises(ValueError, match="must not exceed the 3 places"):
         walk_snapshots(part, hub, poses, settings, 0)
