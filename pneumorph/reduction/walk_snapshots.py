@@ -1,15 +1,27 @@
 """Snapshots of legs that carry a robot: a walk over the corners of the pressure hypercube.
 
-The paper's protocol: legs at a subset of the places, each driven alone, pressures at the corners of
-the hypercube {0, amplitude}^legs one after another, every second step recorded.
+The paper's protocol (sections IV-B and IV-C): 256 designs, one for each subset of the eight places,
+every leg on a regulator of its own; pressures visit the corners of the hypercube
+{0, amplitude}^legs one after another; legs are recorded at fixed intervals and brought into a
+common frame. What the paper leaves open is decided here:
+
+- Corners follow the reflected Gray code, so that one leg changes at a time, from the settled robot
+  with all legs slack through every corner and back to the first; legs in the order of their places.
+- A corner is held for 1 s: 16 corners of four legs then last the 16 s of the prescribed animations.
+- The empty subset has no leg to record, so 255 robots walk.
+- The common frame is the leg's own, carried by the hub; the published one stays where it was at the
+  start, and holds for small turns only (`reproduce/frame`).
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
+import scipy.sparse as sparse
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
@@ -18,17 +30,25 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose
 from pneumorph.pressure import PressureMap
+from pneumorph.reduction.compressed_snapshots import CompressedSnapshots, SnapshotCompressor
 from pneumorph.reduction.snapshots import Snapshots
+
+# Places on the paper's hub, of which "all" robots are the subsets.
+_PLACE_COUNT = 8
 
 
 @dataclass(frozen=True)
 class WalkSnapshotSettings:
     """Which robots walk, and how far."""
 
+    robots: Literal["drawn", "all"] = "drawn"
+    """`drawn`: robots of `leg_counts` legs at drawn places. `all`: one for each subset of the eight
+    places but the empty one."""
     leg_counts: tuple[int, ...] = (3, 4, 4, 6)
-    """Number of legs of each robot; their places are drawn."""
-    corner_limit: int = 8
-    """Corners visited by each robot, along a Gray code with its legs in drawn order."""
+    """Number of legs of each drawn robot."""
+    corner_limit: int | None = 8
+    """Corners visited by each robot, along a Gray code with its legs in drawn order; `None` visits
+    all of them in a closed tour."""
     hold_s: float = 0.8
     """Time at each corner [s]."""
     amplitude_kPa: float = 350.0
@@ -39,8 +59,58 @@ class WalkSnapshotSettings:
     """Steps without pressure before the walk."""
     record_every: int = 2
     """Steps between snapshots."""
+    compression: float = 0.0
+    """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
+    combinations of few fields; 0 stores each in single precision."""
     seed: int = 0
     """Seed of places and orders."""
+
+    @property
+    def robot_count(self) -> int:
+        """Number of robots that walk."""
+        return 2**_PLACE_COUNT - 1 if self.robots == "all" else len(self.leg_counts)
+
+
+@dataclass(frozen=True, eq=False)
+class WalkPlan:
+    """Where the legs of one robot are and which corners they visit."""
+
+    places: np.ndarray
+    """(leg,)"""
+    corners: np.ndarray
+    """0 slack, 1 inflated, (corner, leg)."""
+
+    def step_count(self, settings: WalkSnapshotSettings) -> int:
+        """Steps of the walk, settling included."""
+        return settings.settling_steps + len(self.corners) * _hold_steps(settings)
+
+
+def walk_plan(settings: WalkSnapshotSettings, number: int, place_count: int) -> WalkPlan:
+    """The plan of one of the settings' robots.
+
+    Raises:
+        ValueError: More legs than places.
+    """
+    if settings.robots == "all":
+        if place_count != _PLACE_COUNT:
+            raise ValueError(
+                f"robots 'all' are the subsets of {_PLACE_COUNT} places, got {place_count} places"
+            )
+        places = np.flatnonzero(((number + 1) >> np.arange(place_count)) & 1)
+        order = np.arange(len(places))
+    else:
+        leg_count = settings.leg_counts[number]
+        if leg_count > place_count:
+            raise ValueError(
+                f"leg_counts must not exceed the {place_count} places of the robot, got {leg_count}"
+            )
+        rng = np.random.default_rng([settings.seed, number])
+        places = np.sort(rng.choice(place_count, leg_count, replace=False))
+        order = rng.permutation(leg_count)
+    corners = gray_corners(len(places))
+    if settings.corner_limit is None:
+        return WalkPlan(places, np.roll(corners, -1, axis=0)[:, order])
+    return WalkPlan(places, corners[1 : settings.corner_limit + 1, order])
 
 
 def walk_snapshots(
@@ -49,7 +119,7 @@ def walk_snapshots(
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     number: int,
-) -> Snapshots:
+) -> Snapshots | CompressedSnapshots:
     """Let one full-order robot walk and record its legs in their own frames.
 
     The hub is rigid, so a leg's attachment rests in its frame whatever the robot does.
@@ -64,56 +134,104 @@ def walk_snapshots(
     Raises:
         ValueError: More legs than places.
     """
-    leg_count = settings.leg_counts[number]
-    if leg_count > len(poses):
-        raise ValueError(
-            f"leg_counts must not exceed the {len(poses)} places of the robot, got {leg_count}"
-        )
-    rng = np.random.default_rng([settings.seed, number])
-    places = np.sort(rng.choice(len(poses), leg_count, replace=False))
-    order = rng.permutation(leg_count)
+    plan = walk_plan(settings, number, len(poses))
+    robot = _robot(part, hub, poses, settings, plan)
+    commands = settings.amplitude_kPa * np.repeat(plan.corners, _hold_steps(settings), axis=0)
+    recorder = _Recorder(robot, part, settings)
+    start = robot.settled_state(settings.settling_steps)
+    _, trajectory = robot.rollout(
+        start, commands, record_every=len(commands), record_nodes=False, observe=recorder
+    )
+    details = {
+        "status": trajectory.status,
+        "steps": recorder.steps,
+        "forward_distance_cm": trajectory.forward_distance_cm,
+    }
+    return recorder.snapshots(f"walk {'.'.join(map(str, plan.places))}", details)
+
+
+class _Recorder:
+    """Collects the legs of a robot while it walks, compressed where asked."""
+
+    def __init__(self, robot: FullRobot, part: PartModel, settings: WalkSnapshotSettings) -> None:
+        self._robot, self._part, self._settings = robot, part, settings
+        self._attachment = part.mesh.node_set("attachment")
+        self._recorded: list[np.ndarray] = []
+        self._pressures: list[np.ndarray] = []
+        self._compressor: SnapshotCompressor | None = None
+        if settings.compression > 0.0:
+            rest_stiffness = sparse.csr_array(part.stiffness(part.rest_nodes))
+            self._compressor = SnapshotCompressor(rest_stiffness, settings.compression)
+        self.steps = 0
+
+    def __call__(self, state: FullRobotState) -> None:
+        self.steps += 1
+        if self.steps % self._settings.record_every:
+            return
+        legs = np.array(self._robot.leg_nodes_in_hub_frame(state)) - self._part.rest_nodes
+        legs[:, self._attachment] = 0.0  # rounding
+        self._pressures.append(state.regulated_kPa)
+        if self._compressor:
+            self._compressor.add(legs)
+        else:
+            self._recorded.append(legs.astype(np.float32))
+
+    def snapshots(self, source: str, details: dict[str, Any]) -> Snapshots | CompressedSnapshots:
+        pressures = np.array(self._pressures).reshape(-1)
+        numbers = np.zeros(len(pressures), dtype=np.int32)
+        metadata = {
+            "mesh_digest": self._part.mesh.digest(),
+            "sources": [source],
+            "details": details,
+        }
+        if self._compressor:
+            return self._compressor.finish(pressures, numbers, metadata)
+        displacement = np.array(self._recorded, dtype=np.float32)
+        displacement = displacement.reshape(-1, self._part.node_count, 3)
+        return Snapshots(displacement, pressures, numbers, metadata)
+
+
+def leg_step_seconds(
+    part: PartModel,
+    hub: RigidHub,
+    poses: Sequence[Pose],
+    settings: WalkSnapshotSettings,
+    step_count: int = 10,
+) -> float:
+    """Measure the processor time of a step, divided by its legs [s].
+
+    The middle robot of the settings stands in contact and inflates.
+    """
+    numbers = range(settings.robot_count)
+    plans = [walk_plan(settings, number, len(poses)) for number in numbers]
+    plan = sorted(plans, key=lambda each: len(each.places))[len(plans) // 2]
+    robot = _robot(part, hub, poses, settings, plan)
+    state = robot.settled_state(settings.settling_steps)
+    start = time.process_time()
+    for _ in range(step_count):
+        state = robot.step(state, settings.amplitude_kPa * plan.corners[0])
+    return (time.process_time() - start) / (step_count * len(plan.places))
+
+
+def _robot(
+    part: PartModel,
+    hub: RigidHub,
+    poses: Sequence[Pose],
+    settings: WalkSnapshotSettings,
+    plan: WalkPlan,
+) -> FullRobot:
     physics = FullOrderSettings(
-        regulator_count=leg_count,
+        regulator_count=len(plan.places),
         pressure_map=PressureMap(1.0, 0.0),
         pressure_rate_kPa_per_s=settings.pressure_rate_kPa_per_s,
     )
-    robot = FullRobot(hub, [(part, poses[place], leg) for leg, place in enumerate(places)], physics)
-    corners = gray_corners(leg_count)[1 : settings.corner_limit + 1, order]
-    hold = round(settings.hold_s / physics.time_step_s)
-    commands = settings.amplitude_kPa * np.repeat(corners, hold, axis=0)
-
-    recorded: list[np.ndarray] = []
-    pressures: list[np.ndarray] = []
-    steps = 0
-
-    def observe(state: FullRobotState) -> None:
-        nonlocal steps
-        steps += 1
-        if steps % settings.record_every == 0:
-            legs = np.array(robot.leg_nodes_in_hub_frame(state)) - part.rest_nodes
-            legs[:, part.mesh.node_set("attachment")] = 0.0  # rounding
-            recorded.append(legs.astype(np.float32))
-            pressures.append(state.regulated_kPa)
-
-    start = robot.settled_state(settings.settling_steps)
-    _, trajectory = robot.rollout(
-        start, commands, record_every=len(commands), record_nodes=False, observe=observe
+    return FullRobot(
+        hub, [(part, poses[place], leg) for leg, place in enumerate(plan.places)], physics
     )
-    displacement = np.array(recorded, dtype=np.float32).reshape(-1, part.node_count, 3)
-    return Snapshots(
-        displacement,
-        np.array(pressures).reshape(-1),
-        np.zeros(len(displacement), dtype=np.int32),
-        {
-            "mesh_digest": part.mesh.digest(),
-            "sources": [f"walk {'.'.join(map(str, places))}"],
-            "details": {
-                "status": trajectory.status,
-                "steps": steps,
-                "forward_distance_cm": trajectory.forward_distance_cm,
-            },
-        },
-    )
+
+
+def _hold_steps(settings: WalkSnapshotSettings) -> int:
+    return round(settings.hold_s / FullOrderSettings.time_step_s)
 
 
 def gray_corners(dimension: int) -> np.ndarray:

@@ -14,7 +14,7 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.reduced_part import ReducedPart
 
 _FEW_SNAPSHOTS = (
-    "--snapshots.process-count 1 --snapshots.walk.leg-counts "
+    "--snapshots.executor.process-count 1 --snapshots.walk.leg-counts "
     "--snapshots.static.bend-count 4 --snapshots.static.bend-pressure-kPa 40 "
     "--snapshots.static.load-count 4 --snapshots.static.load-pressure-kPa 20 "
     "--snapshots.static.load-limit-mN 50 --reduction.mode-limit 4"
@@ -44,7 +44,11 @@ def test_a_mesh_of_ones_own_becomes_a_reduced_part(
     assert part.mode_count == summary["mode_count"] <= 4
     part.check_mesh(Mesh.load(mesh_file))
     assert summary["leg"]["errors"]["bend_error_percent"] == summary["bend_error_percent"]
-    # Once more: the snapshots are there already.
+    assert summary["snapshot_processor_s"] > 0.0
+    assert summary["snapshot_files_without_time"] == 0
+    # Once more: the snapshots are there already, and so is what they cost.
     before = (tmp_path / "snapshots" / "bend.npz").stat().st_mtime_ns
     assert run(command) == 0
     assert (tmp_path / "snapshots" / "bend.npz").stat().st_mtime_ns == before
+    again = json.loads(capsys.readouterr().out)
+    assert again["snapshot_wall_s"] == summary["snapshot_wall_s"]

@@ -8,6 +8,7 @@ from box_mesh import box_mesh
 from synthetic_part import synthetic_model
 
 from pneumorph.artefact import ArtefactError
+from pneumorph.executor import ExecutorSettings
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
@@ -22,7 +23,7 @@ SETTINGS = SnapshotSettings(
     walk=WalkSnapshotSettings(
         leg_counts=(2,), corner_limit=2, hold_s=0.04, amplitude_kPa=50.0, settling_steps=2
     ),
-    process_count=1,
+    executor=ExecutorSettings(process_count=1),
 )
 
 
@@ -84,12 +85,13 @@ def test_collection_resumes_and_does_not_depend_on_when_it_stopped(tmp_path):
     first = collect_snapshots(part, hub, poses, SETTINGS, tmp_path)
     # 2 bends, 2 loads, and every second of the 8 steps of 2 legs.
     assert [len(first.of(kind)) for kind in ("bend", "load", "walk")] == [2, 2, 8]
-    assert np.all(first.displacement[:, part.mesh.node_set("attachment")] == 0.0)
+    displacement = first.states(np.arange(len(first)))
+    assert np.all(displacement[:, part.mesh.node_set("attachment")] == 0.0)
     written = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
     (tmp_path / "load_0.npz").unlink()
     (tmp_path / "walk_0.npz").write_bytes(b"half a file")
     again = collect_snapshots(part, hub, poses, SETTINGS, tmp_path)
-    assert np.array_equal(first.displacement, again.displacement)
+    assert np.array_equal(displacement, again.states(np.arange(len(again))))
     assert (tmp_path / "bend.npz").stat().st_mtime_ns == written["bend.npz"]
     assert (tmp_path / "load_0.npz").stat().st_mtime_ns != written["load_0.npz"]
 
