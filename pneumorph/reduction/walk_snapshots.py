@@ -18,19 +18,18 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-import scipy.sparse as sparse
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose
 from pneumorph.pressure import PressureMap
-from pneumorph.reduction.compressed_snapshots import CompressedSnapshots, SnapshotCompressor
+from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
+from pneumorph.reduction.leg_recorder import LegRecorder
 from pneumorph.reduction.snapshots import Snapshots
 
 # Places on the paper's hub, of which "all" robots are the subsets.
@@ -137,58 +136,12 @@ def walk_snapshots(
     plan = walk_plan(settings, number, len(poses))
     robot = _robot(part, hub, poses, settings, plan)
     commands = settings.amplitude_kPa * np.repeat(plan.corners, _hold_steps(settings), axis=0)
-    recorder = _Recorder(robot, part, settings)
+    recorder = LegRecorder(robot, settings.record_every, settings.compression)
     start = robot.settled_state(settings.settling_steps)
     _, trajectory = robot.rollout(
         start, commands, record_every=len(commands), record_nodes=False, observe=recorder
     )
-    details = {
-        "status": trajectory.status,
-        "steps": recorder.steps,
-        "forward_distance_cm": trajectory.forward_distance_cm,
-    }
-    return recorder.snapshots(f"walk {'.'.join(map(str, plan.places))}", details)
-
-
-class _Recorder:
-    """Collects the legs of a robot while it walks, compressed where asked."""
-
-    def __init__(self, robot: FullRobot, part: PartModel, settings: WalkSnapshotSettings) -> None:
-        self._robot, self._part, self._settings = robot, part, settings
-        self._attachment = part.mesh.node_set("attachment")
-        self._recorded: list[np.ndarray] = []
-        self._pressures: list[np.ndarray] = []
-        self._compressor: SnapshotCompressor | None = None
-        if settings.compression > 0.0:
-            rest_stiffness = sparse.csr_array(part.stiffness(part.rest_nodes))
-            self._compressor = SnapshotCompressor(rest_stiffness, settings.compression)
-        self.steps = 0
-
-    def __call__(self, state: FullRobotState) -> None:
-        self.steps += 1
-        if self.steps % self._settings.record_every:
-            return
-        legs = np.array(self._robot.leg_nodes_in_hub_frame(state)) - self._part.rest_nodes
-        legs[:, self._attachment] = 0.0  # rounding
-        self._pressures.append(state.regulated_kPa)
-        if self._compressor:
-            self._compressor.add(legs)
-        else:
-            self._recorded.append(legs.astype(np.float32))
-
-    def snapshots(self, source: str, details: dict[str, Any]) -> Snapshots | CompressedSnapshots:
-        pressures = np.array(self._pressures).reshape(-1)
-        numbers = np.zeros(len(pressures), dtype=np.int32)
-        metadata = {
-            "mesh_digest": self._part.mesh.digest(),
-            "sources": [source],
-            "details": details,
-        }
-        if self._compressor:
-            return self._compressor.finish(pressures, numbers, metadata)
-        displacement = np.array(self._recorded, dtype=np.float32)
-        displacement = displacement.reshape(-1, self._part.node_count, 3)
-        return Snapshots(displacement, pressures, numbers, metadata)
+    return recorder.snapshots(f"walk {'.'.join(map(str, plan.places))}", trajectory)
 
 
 def leg_step_seconds(
