@@ -25,6 +25,7 @@ from pneumorph.reduction.snapshots import Snapshots
 
 Candidate = TypeVar("Candidate")
 Shared = TypeVar("Shared")
+Report = TypeVar("Report")
 Progress = Callable[[int, int, str], None]
 
 
@@ -81,7 +82,7 @@ class GreedyProblem(Generic[Shared, Candidate]):
 
 
 @dataclass(frozen=True, eq=False)
-class GreedyResult:
+class GreedyResult(Generic[Report]):
     """How the search went."""
 
     files: tuple[Path, ...]
@@ -91,19 +92,19 @@ class GreedyResult:
     """Whether the held-out candidates meet the tolerance."""
     part: ReducedPart
     """The reduction of all files."""
-    report: dict[str, Any] = field(default_factory=dict)
+    report: Report
     """Of that reduction."""
 
 
 def greedy_reduction(
     problem: GreedyProblem[Shared, Candidate],
-    reduce: Callable[[SnapshotFiles], tuple[ReducedPart, dict[str, Any]]],
+    reduce: Callable[[SnapshotFiles], tuple[ReducedPart, Report]],
     files: Sequence[Path],
     settings: GreedySettings,
     folder: Path,
     executor: ExecutorSettings | None = None,
     progress: Progress | None = None,
-) -> GreedyResult:
+) -> GreedyResult[Report]:
     """Reduce a part, adding snapshots where it is worst.
 
     Simulated candidates are kept in ``folder``, named by their content; a search that was stopped

@@ -29,8 +29,8 @@ class SnapshotFiles(SnapshotSet):
     def __init__(self, paths: Sequence[Path]) -> None:
         if not paths:
             raise ArtefactError("snapshots must be in at least one file, got none")
-        self._paths = tuple(paths)
-        headers = [read_header(path) for path in self._paths]
+        self.paths = tuple(paths)
+        headers = [read_header(path) for path in self.paths]
         digests = {metadata.get("mesh_digest") for _, metadata in headers}
         if len(digests) != 1:
             raise ArtefactError(
@@ -64,7 +64,7 @@ class SnapshotFiles(SnapshotSet):
         """
         for file, wanted in self._by_file(numbers):
             if self._compressed[file]:
-                yield from CompressedSnapshots.load(self._paths[file]).blocks(wanted)
+                yield from CompressedSnapshots.load(self.paths[file]).blocks(wanted)
             else:
                 yield from self._plain(file, wanted)
 
@@ -72,7 +72,7 @@ class SnapshotFiles(SnapshotSet):
         """Fields with the same sum of products; see `SnapshotSet`."""
         for file, wanted in self._by_file(numbers):
             if self._compressed[file]:
-                yield from CompressedSnapshots.load(self._paths[file]).factors(wanted)
+                yield from CompressedSnapshots.load(self.paths[file]).factors(wanted)
             else:
                 yield from self._plain(file, wanted)
 
@@ -88,7 +88,7 @@ class SnapshotFiles(SnapshotSet):
 
     def _plain(self, file: int, numbers: np.ndarray) -> Iterator[np.ndarray]:
         start = 0
-        for block in stream_rows(self._paths[file], "displacement", BLOCK_SIZE):
+        for block in stream_rows(self.paths[file], "displacement", BLOCK_SIZE):
             inside = numbers[(numbers >= start) & (numbers < start + len(block))]
             if len(inside):
                 yield block[inside - start]
