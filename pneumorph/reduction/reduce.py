@@ -77,9 +77,10 @@ class ReductionReport:
     """Mean over nodes in the worst snapshot not used."""
     heldout_force_error_percent: float
     """Root mean square over snapshots not used of the sampled force's relative error."""
-    bend_error_percent: float
-    """Largest error of the bend against the full model over the pressures of `bend`."""
-    bend_error_unsampled_percent: float
+    bend_error_percent: float | None
+    """Largest error of the bend against the full model over the pressures of `bend`; none of a part
+    without cavity."""
+    bend_error_unsampled_percent: float | None
     """The same with every element: the part of the modes alone."""
     bend: dict[str, list[float]]
     """Pressure [kPa], bend of the full and the reduced part [degrees], mean node error [mm]."""
@@ -102,12 +103,15 @@ def reduce_part(
     *,
     report_pressure_kPa: float = 350.0,
 ) -> tuple[ReducedPart, ReductionReport]:
-    """Reduce a part.
+    """Reduce a part: one that is held at its attachment, or one that moves freely.
+
+    The modes live in the frame that the snapshots were brought into: that of the hub the part is
+    mounted on, or for a free part, such as a disk, that of its own rigid motion (`free_part.py`).
 
     Args:
         part: The full-order part.
-        snapshots: States of it, among them free-bending equilibria (source ``bend``) in order of
-            pressure; read in blocks, so that files of any length fit.
+        snapshots: States of it, read in blocks, so that files of any length fit; of a part with a
+            cavity among them free-bending equilibria (source ``bend``) in order of pressure.
         settings: Tolerances and limits.
         progress: Called with done, total and a message.
         report_pressure_kPa: The bend error is measured up to this pressure.
@@ -132,7 +136,7 @@ def reduce_part(
             f"{str(snapshots.metadata.get('mesh_digest'))[:12]}; collect them again"
         )
     bend = snapshots.of("bend")
-    if len(bend) == 0:
+    if part.cavity is not None and len(bend) == 0:
         raise ValueError(
             "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
             "can be 30 % too stiff in free air"
@@ -149,12 +153,18 @@ def reduce_part(
     clock.start("bend of the modes")
     shown = bend[snapshots.pressure_kPa[bend] <= report_pressure_kPa]
     shown_pressure, bent = snapshots.pressure_kPa[shown], snapshots.states(shown)
-    ideal = bend_curve(every, part.mesh, bent, shown_pressure, settings.rotation)
+
+    def bending(reduced: ReducedPart) -> BendCurve | None:
+        if part.cavity is None:
+            return None
+        return bend_curve(reduced, part.mesh, bent, shown_pressure, settings.rotation)
+
+    ideal = bending(every)
 
     clock.start("sampled elements")
     trained = _evenly(training, settings.training_state_limit)
     alpha = _nearest_states(snapshots.states(trained), every.modes, metric)
-    if settings.bend_share > 0.0:
+    if ideal and settings.bend_share > 0.0:
         alpha = np.concatenate([alpha, ideal.alpha[~np.isnan(ideal.reduced_deg)]])
     chosen = ecsw(
         part.element_groups,
@@ -168,7 +178,7 @@ def reduce_part(
 
     clock.start("errors")
     sampled = assemble_reduced_part(part, basis.modes, chosen.cubatures, every.contact_modes)
-    curve = bend_curve(sampled, part.mesh, bent, shown_pressure, settings.rotation)
+    curve = bending(sampled)
     node_error = _node_errors_mm(snapshots, every.modes, metric)
     measured = heldout if len(heldout) else training
     tried = _nearest_states(snapshots.states(_evenly(measured, 100)), every.modes, metric)
@@ -186,9 +196,9 @@ def reduce_part(
         heldout_node_error_mm=float(node_error[measured].mean()),
         heldout_worst_node_error_mm=float(node_error[measured].max()),
         heldout_force_error_percent=float(100.0 * np.sqrt(np.mean(force_error**2))),
-        bend_error_percent=curve.worst_percent,
-        bend_error_unsampled_percent=ideal.worst_percent,
-        bend=_bend_table(curve),
+        bend_error_percent=curve.worst_percent if curve else None,
+        bend_error_unsampled_percent=ideal.worst_percent if ideal else None,
+        bend=_bend_table(curve) if curve else {},
         snapshot_count=len(snapshots),
         stage_seconds=clock.seconds,
         peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,

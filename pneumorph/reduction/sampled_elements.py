@@ -107,7 +107,9 @@ def strain_factors(
     """
     frame = element_rotation(gradient, rotation)
     element_count, _, dimension, field_count = directions.shape
-    turned = np.swapaxes(frame, -1, -2) @ directions.reshape(element_count, 3, -1)
+    turned = np.swapaxes(frame, -1, -2) @ directions.reshape(
+        element_count, 3, dimension * field_count
+    )
     turned = turned.reshape(element_count, dimension, dimension, field_count)
     symmetric = 0.5 * (turned + np.swapaxes(turned, 1, 2))
     trace = np.trace(turned, axis1=1, axis2=2)

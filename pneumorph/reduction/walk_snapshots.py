@@ -26,6 +26,7 @@ from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
+from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.pose import Pose
 from pneumorph.pressure import PressureMap
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
@@ -83,6 +84,10 @@ class WalkPlan:
         """Steps of the walk, settling included."""
         return settings.settling_steps + len(self.corners) * _hold_steps(settings)
 
+    def commands_kPa(self, settings: WalkSnapshotSettings) -> np.ndarray:
+        """Simulated pressure of every step after settling [kPa], (step, leg)."""
+        return settings.amplitude_kPa * np.repeat(self.corners, _hold_steps(settings), axis=0)
+
 
 def walk_plan(settings: WalkSnapshotSettings, number: int, place_count: int) -> WalkPlan:
     """The plan of one of the settings' robots.
@@ -134,8 +139,8 @@ def walk_snapshots(
         ValueError: More legs than places.
     """
     plan = walk_plan(settings, number, len(poses))
-    robot = _robot(part, hub, poses, settings, plan)
-    commands = settings.amplitude_kPa * np.repeat(plan.corners, _hold_steps(settings), axis=0)
+    robot = walking_robot(part, hub, poses, settings, plan)
+    commands = plan.commands_kPa(settings)
     recorder = LegRecorder(robot, settings.record_every, settings.compression)
     start = robot.settled_state(settings.settling_steps)
     _, trajectory = robot.rollout(
@@ -158,7 +163,7 @@ def leg_step_seconds(
     numbers = range(settings.robot_count)
     plans = [walk_plan(settings, number, len(poses)) for number in numbers]
     plan = sorted(plans, key=lambda each: len(each.places))[len(plans) // 2]
-    robot = _robot(part, hub, poses, settings, plan)
+    robot = walking_robot(part, hub, poses, settings, plan)
     state = robot.settled_state(settings.settling_steps)
     start = time.process_time()
     for _ in range(step_count):
@@ -166,13 +171,14 @@ def leg_step_seconds(
     return (time.process_time() - start) / (step_count * len(plan.places))
 
 
-def _robot(
+def walking_robot(
     part: PartModel,
-    hub: RigidHub,
+    hub: RigidHub | SoftHub,
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     plan: WalkPlan,
 ) -> FullRobot:
+    """The robot of a plan, each leg on a regulator of its own that works in simulated kPa."""
     physics = FullOrderSettings(
         regulator_count=len(plan.places),
         pressure_map=PressureMap(1.0, 0.0),
