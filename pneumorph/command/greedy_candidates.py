@@ -22,7 +22,7 @@ from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.reduced_robot import ReducedRobot, ReducedState
-from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.simulation.simulation_settings import Damping, SimulationSettings
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,8 @@ class CandidateSettings:
     """Steps of each at which the error indicator looks, evenly spaced."""
     compression: float = 3e-4
     """As of `WalkSnapshotSettings`."""
+    damping: Damping = "published"
+    """Damping of the robots."""
     seed: int = 0
     """Seed of designs and pressures."""
 
@@ -83,7 +85,11 @@ class CandidateModels:
 
     leg: PartModel
     settings: CandidateSettings
-    simulation: SimulationSettings
+
+    @property
+    def simulation(self) -> SimulationSettings:
+        """Physics of full and reduced robots."""
+        return SimulationSettings(damping=self.settings.damping)
 
     def identity(self) -> dict[str, Any]:
         """What a full simulation depends on beside its candidate."""

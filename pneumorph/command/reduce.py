@@ -33,7 +33,6 @@ from pneumorph.command.greedy_candidates import (
 from pneumorph.command.robots import part_description
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
-from pneumorph.fem.full_order_settings import Damping
 from pneumorph.fem.part_model import LegMaterials, PartModel, leg_model
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.mesh import Mesh
@@ -51,7 +50,6 @@ from pneumorph.reduction.reduce import ReductionReport, ReductionSettings, reduc
 from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
 from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
-from pneumorph.simulation.simulation_settings import SimulationSettings
 
 
 @dataclass(frozen=True)
@@ -67,8 +65,6 @@ class ReduceOptions:
     """Search for snapshots where the reduction is worst; needs the paper's leg places."""
     candidates: CandidateSettings = field(default_factory=CandidateSettings)
     """Motions of that search."""
-    damping: Damping = "published"
-    """Damping of the robots that the search simulates."""
 
 
 def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
@@ -127,7 +123,7 @@ def _greedy(
 ) -> GreedyResult[ReductionReport]:
     """Add snapshots of random robots until the held-out ones are met."""
     training, heldout = draw_candidates(options.candidates)
-    models = CandidateModels(leg, options.candidates, SimulationSettings(damping=options.damping))
+    models = CandidateModels(leg, options.candidates)
     problem = GreedyProblem(
         models, candidate_indicator, candidate_snapshots, training, heldout, models.identity()
     )
