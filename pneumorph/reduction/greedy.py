@@ -35,7 +35,7 @@ class GreedySettings:
 
     round_limit: int = 0
     """Rounds that may add snapshots; 0 leaves the greedy search out."""
-    tolerance: float = 0.1
+    tolerance: float = 0.03
     """Largest indicator over the held-out candidates at which the search ends."""
     additions_per_round: int = 2
     """Worst candidates that are simulated in each round."""
