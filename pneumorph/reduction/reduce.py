@@ -141,7 +141,7 @@ def reduce_part(
             "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
             "can be 30 % too stiff in free air"
         )
-    training, heldout = _split(snapshots, bend, settings.holdout_every)
+    training, heldout = _split(snapshots, settings)
     mirror_nodes = part.mesh.mirror_nodes if settings.symmetric else None
 
     clock.start("metric")
@@ -211,13 +211,35 @@ def reduce_part(
     return sampled, report
 
 
-def _split(
-    snapshots: SnapshotSet, bend: np.ndarray, holdout_every: int
-) -> tuple[np.ndarray, np.ndarray]:
-    # Training and held-out snapshots; free bending always trains.
-    others = np.setdiff1d(np.arange(len(snapshots)), bend)
-    heldout = others[holdout_every - 1 :: holdout_every] if holdout_every > 0 else others[:0]
-    return np.setdiff1d(np.arange(len(snapshots)), heldout), heldout
+def _kinds(
+    snapshots: SnapshotSet, settings: ReductionSettings
+) -> tuple[tuple[np.ndarray, float], ...]:
+    """Numbers of the free-bending, the loaded and the walking snapshots, and their shares."""
+    bend, load = snapshots.of("bend"), snapshots.of("load")
+    walk = np.setdiff1d(np.arange(len(snapshots)), np.concatenate([bend, load]))
+    walk_share = 1.0 - settings.bend_share - settings.load_share
+    return (bend, settings.bend_share), (load, settings.load_share), (walk, walk_share)
+
+
+def _split(snapshots: SnapshotSet, settings: ReductionSettings) -> tuple[np.ndarray, np.ndarray]:
+    """Training and held-out snapshots; free bending is never held out, nor is what has no share.
+
+    Raises:
+        ValueError: Nothing is left to learn from.
+    """
+    (bend, bend_share), *rest = _kinds(snapshots, settings)
+    others = np.sort(np.concatenate([n if share > 0.0 else n[:0] for n, share in rest]))
+    every = settings.holdout_every
+    heldout = others[every - 1 :: every] if every > 0 else others[:0]
+    training = np.setdiff1d(others, heldout)
+    if bend_share > 0.0:
+        training = np.union1d(bend, training)
+    if len(training) == 0:
+        raise ValueError(
+            "snapshots must hold some that have a share of the weight, got none; look at "
+            "bend_share and load_share"
+        )
+    return training, heldout
 
 
 def _metric(
@@ -243,14 +265,10 @@ def _basis(
     progress: Progress | None,
 ) -> Pod:
     """Modes of the training snapshots, each kind of them with its share of the weight."""
-    bend, load = snapshots.of("bend"), snapshots.of("load")
-    rest = np.setdiff1d(training, np.concatenate([bend, load]))
-    walk_share = 1.0 - settings.bend_share - settings.load_share
-    kinds = ((bend, settings.bend_share), (load, settings.load_share), (rest, walk_share))
     parts, done = [], 0
-    for kind, share in kinds:
+    for kind, share in _kinds(snapshots, settings):
         numbers = np.intersect1d(kind, training)
-        if len(numbers) == 0 or share <= 0.0:
+        if len(numbers) == 0:
             continue
         gathered = IncrementalPod(metric, _STREAMING_SHARE * settings.mode_tolerance, mirror_nodes)
         for fields in snapshots.factors(numbers):
@@ -261,10 +279,7 @@ def _basis(
         if gathered.square > 0.0:
             parts.append(((share / gathered.square) ** 0.5, gathered))
     if not parts:
-        raise ValueError(
-            "snapshots must move: all that have a share of the weight are zero or missing; look at "
-            "bend_share and load_share"
-        )
+        raise ValueError("snapshots must move, but all that train the modes are zero")
     return joint_pod(
         parts,
         part.node_mass,
