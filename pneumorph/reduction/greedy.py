@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -144,11 +145,16 @@ def greedy_reduction(
                 chosen=tuple(str(problem.training[number]) for number in chosen),
             )
         )
-        write_json(folder / "greedy.json", {"rounds": [asdict(each) for each in rounds]})
+        write_json(folder / "greedy.json", {"rounds": [_as_json(each) for each in rounds]})
         if last:
             return GreedyResult(tuple(paths), tuple(rounds), converged, part, report)
         paths += _simulated(problem, part, chosen, folder, executor, progress)
         left = left[len(chosen) :]
+
+
+def _as_json(found: GreedyRound) -> dict[str, Any]:
+    """JSON has no infinity: an indicator of a motion that diverged becomes null."""
+    return {name: None if value == math.inf else value for name, value in asdict(found).items()}
 
 
 def _indicators(
@@ -177,10 +183,11 @@ def _simulated(
 ) -> list[Path]:
     """Files of candidates, made where they are not there yet."""
     paths, missing = [], list[tuple[Path, Candidate]]()
+    identity = json.loads(json.dumps(problem.identity))  # as a file gives it back
     for number in chosen:
         name = hashlib.sha256(str(problem.training[number]).encode()).hexdigest()[:16]
         paths.append(folder / f"greedy_{name}.npz")
-        origin = {"candidate": str(problem.training[number]), "identity": problem.identity}
+        origin = {"candidate": str(problem.training[number]), "identity": identity}
         if not _is_there(paths[-1], origin, part):
             missing.append((paths[-1], problem.training[number]))
     tasks = [candidate for _, candidate in missing]
@@ -189,7 +196,7 @@ def _simulated(
     simulations = run_tasks(problem.simulate, problem.shared, tasks, executor)
     for done, (number, snapshots) in enumerate(simulations, 1):
         path, candidate = missing[number]
-        snapshots.metadata.update(candidate=str(candidate), identity=problem.identity)
+        snapshots.metadata.update(candidate=str(candidate), identity=identity)
         snapshots.save(path)
         if progress:
             progress(done, len(tasks), "full model of the worst")

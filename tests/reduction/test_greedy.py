@@ -132,6 +132,20 @@ def test_a_stopped_search_goes_on_without_simulating_again(
     assert first.files[1].stat().st_mtime_ns != made[first.files[1]]
 
 
+def diverging(shared: tuple[PartModel, ReducedPart], push: Push) -> float:
+    return float("inf") if push.force[1] > 0.0 else indicate(shared, push)
+
+
+def test_a_motion_that_diverges_is_the_worst(start: tuple[PartModel, Path], tmp_path: Path) -> None:
+    part, bend = start
+    breaking = GreedyProblem(**{**vars(problem(part)), "indicator": diverging})
+    settings = GreedySettings(round_limit=1, tolerance=1e-9, additions_per_round=1)
+    result = greedy_reduction(breaking, reduce, [bend], settings, tmp_path, ONE)
+    assert result.rounds[0].chosen == ("0.0/40.0/0.0",)
+    history = json.loads((tmp_path / "greedy.json").read_text())["rounds"]
+    assert history[0]["training_worst"] is None
+
+
 def test_a_search_without_held_out_motions_is_refused(
     start: tuple[PartModel, Path], tmp_path: Path
 ) -> None:
