@@ -8,7 +8,8 @@ looks for few non-negative weights with sum_e w_e Phi^T f_e = sum_e Phi^T f_e at
 L^-1 of its reduced stiffness K = L L^T: their norm is then the energy of the displacement the error
 causes. Each state is divided by the size of its own force (with a floor), so gently inflated states
 count as much as strongly inflated ones. The hyperreduction tolerance t bounds the relative residual
-||G w - b|| <= t ||b|| of these scaled rows.
+||G w - b|| <= t ||b|| of these scaled rows. The published one (0.001) is the same formula for rows
+as they are: G_{(s,a),e} = Phi_a^T f_e(alpha_s), b = G 1.
 
 **Rigid turns.** The rows also hold the moment of the internal force about the part's frame (not
 zero with edge-based rotations) and, at some states, the stiffness itself between modes and

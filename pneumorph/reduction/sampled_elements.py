@@ -139,7 +139,9 @@ class SampledElements:
         return self._projected(self.objective_tangent(self.gradients(alpha)))
 
     def _projected(self, tangent: np.ndarray) -> np.ndarray:
-        directions = self.mode_gradient.reshape(len(self.measure), -1, self.mode_count)
+        directions = self.mode_gradient.reshape(
+            len(self.measure), 3 * self.dimension, self.mode_count
+        )
         flat = directions.reshape(-1, self.mode_count)
         return flat.T @ (tangent @ directions).reshape(flat.shape)
 

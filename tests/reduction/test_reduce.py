@@ -116,3 +116,30 @@ def test_snapshots_of_another_mesh_and_without_bending_are_refused(model, snapsh
     )
     with pytest.raises(ValueError, match="must hold free-bending equilibria"):
         reduce_part(model, without)
+
+
+def test_kinds_without_a_share_teach_nothing(model, snapshots):
+    alone = ReductionSettings(mode_limit=6, bend_share=0.0, load_share=1.0, holdout_every=0)
+    part, report = reduce_part(model, snapshots, alone)
+    loads = snapshots.of("load")
+    only = Snapshots(
+        snapshots.displacement[loads],
+        snapshots.pressure_kPa[loads],
+        snapshots.source[loads],
+        snapshots.metadata,
+    )
+    # Bending that weighs nothing is measured but changes neither modes nor elements.
+    bend = snapshots.of("bend")[:1]
+    few = Snapshots(
+        np.concatenate([0.5 * snapshots.displacement[bend], only.displacement]),
+        np.concatenate([snapshots.pressure_kPa[bend], only.pressure_kPa]),
+        np.concatenate([snapshots.source[bend], only.source]),
+        snapshots.metadata,
+    )
+    other, _ = reduce_part(model, few, alone)
+    assert np.array_equal(part.modes, other.modes)
+    assert np.array_equal(part.tetrahedron_weight, other.tetrahedron_weight)
+    assert report.bend_error_percent is not None
+    nothing = ReductionSettings(bend_share=0.0, load_share=0.0)
+    with pytest.raises(ValueError, match="must hold some that have a share of the weight"):
+        reduce_part(model, snapshots, nothing)
