@@ -21,7 +21,9 @@ from __future__ import annotations
 import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+
+import numpy as np
 
 from pneumorph.command.greedy_candidates import (
     CandidateModels,
@@ -33,9 +35,10 @@ from pneumorph.command.greedy_candidates import (
 from pneumorph.command.robots import part_description
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
-from pneumorph.fem.material import LegMaterials
-from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.material import DiskMaterials, LegMaterials
+from pneumorph.fem.part_model import PartModel, disk_model
 from pneumorph.fem.rigid_hub import RigidHub
+from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.presets import (
@@ -54,6 +57,7 @@ from pneumorph.reduction.greedy import (
     GreedySettings,
     greedy_reduction,
 )
+from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
 from pneumorph.reduction.reduce import ReductionReport, ReductionSettings, reduce_part
 from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
@@ -69,6 +73,9 @@ class ReduceOptions:
     mesh: Path | None = None
     """Mesh of the leg, as `pneumorph mesh` writes it."""
     materials: LegMaterials = field(default_factory=LegMaterials)
+    hub: Literal["soft", "rigid"] = "soft"
+    """What carries the legs of walking robots: the paper's disk, whose give at a leg's attachment
+    becomes a stiffness of the reduced leg's mount, or a rigid one."""
     snapshots: SnapshotSettings = field(default_factory=SnapshotSettings)
     reduction: ReductionSettings = field(default_factory=ReductionSettings)
     greedy: GreedySettings = field(default_factory=GreedySettings)
@@ -85,10 +92,14 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
     disk = paper_disk_mesh()
     mounting = RadialMounting()
     folder.progress.stage("collecting snapshots of the full model")
+    poses = [mounting.pose(location) for location in range(mounting.location_count)]
+    rim = disk_rim_points(disk)
+    soft = disk_model(disk, DiskMaterials(mass_kg=DISK_MASS_KG))
+    mount = leg_mount_stiffness(leg, soft, poses) if options.hub == "soft" else None
     snapshots = collect_snapshots(
         leg,
-        RigidHub(disk, DISK_MASS_KG, disk_rim_points(disk)),
-        [mounting.pose(location) for location in range(mounting.location_count)],
+        RigidHub(disk, DISK_MASS_KG, rim) if mount is None else SoftHub(soft, rim),
+        poses,
         options.snapshots,
         (folder / "snapshots/bend.npz").parent,
         folder.progress,
@@ -97,14 +108,16 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
     folder.progress.stage("choosing modes and elements")
     search: dict[str, Any] = {}
     if options.greedy.round_limit > 0:
-        found = _greedy(options, leg, snapshots, folder)
+        found = _greedy(options, leg, snapshots, mount, folder)
         part, report, snapshots = found.part, found.report, SnapshotFiles(found.files)
         search = {
             "greedy_converged": found.converged,
             "greedy_rounds": [asdict(each) for each in found.rounds],
         }
     else:
-        part, report = reduce_part(leg, snapshots, options.reduction, folder.progress)
+        part, report = reduce_part(
+            leg, snapshots, options.reduction, folder.progress, mount_stiffness=mount
+        )
     seconds = snapshots.metadata["seconds"]
     path = part.save(folder / "leg.npz")
     numbers = {
@@ -132,6 +145,7 @@ def hyperelastic() -> ReduceOptions:
     return ReduceOptions(
         leg="hyperelastic",
         materials=HYPERELASTIC_MATERIALS,
+        hub="rigid",
         snapshots=SnapshotSettings(
             static=StaticSnapshotSettings(
                 bend_pressure_kPa=114.0, load_count=48, load_pressure_kPa=110.0
@@ -147,7 +161,11 @@ def hyperelastic() -> ReduceOptions:
 
 
 def _greedy(
-    options: ReduceOptions, leg: PartModel, snapshots: SnapshotFiles, folder: RunFolder
+    options: ReduceOptions,
+    leg: PartModel,
+    snapshots: SnapshotFiles,
+    mount: np.ndarray | None,
+    folder: RunFolder,
 ) -> GreedyResult[ReductionReport]:
     """Add snapshots of random robots until the held-out ones are met."""
     training, heldout = draw_candidates(options.candidates)
@@ -157,7 +175,9 @@ def _greedy(
     )
     return greedy_reduction(
         problem,
-        lambda files: reduce_part(leg, files, options.reduction, folder.progress),
+        lambda files: reduce_part(
+            leg, files, options.reduction, folder.progress, mount_stiffness=mount
+        ),
         snapshots.paths,
         options.greedy,
         (folder / "greedy/greedy.json").parent,

@@ -72,18 +72,21 @@ def assemble_reduced_part(
     cubatures: tuple[Cubature, ...] | None = None,
     contact_modes: np.ndarray | None = None,
     metadata: Mapping[str, Any] | None = None,
+    mount_stiffness: np.ndarray | None = None,
 ) -> ReducedPart:
     """Build the reduced part of given modes and sampled elements.
 
     Args:
         part: The full-order part: tetrahedra and at most one membrane.
-        modes: Mass-orthonormal mode shapes that vanish at the attachment, (node, 3, mode). They
+        modes: Mass-orthonormal mode shapes, (node, 3, mode); zero at a rigid attachment. They
             are rounded to single precision first, so a saved part equals the one in memory.
         cubatures: Sampled elements of each group; every element with unit weight if not given
             (plain Galerkin projection).
         contact_modes: Mode shapes at the mesh's collision points, (point, 3, mode); interpolated
             in the tetrahedra if not given.
         metadata: Provenance and errors to record beside the mesh digest.
+        mount_stiffness: Of a soft hub against the attachment nodes [mN/mm], (3 attachment, 3
+            attachment); None where it is rigid.
 
     Raises:
         ValueError: Shapes disagree, or the part has several membranes.
@@ -141,7 +144,7 @@ def assemble_reduced_part(
         membrane_mode_gradient=membrane.mode_gradient,
         membrane_measure=membrane.measure,
         membrane_material=membrane.material,
-        linear_stiffness=np.zeros((mode_count, mode_count)),
+        linear_stiffness=_mount(part, modes, mount_stiffness),
         cavity_volume=np.array([cavity.constant for cavity in cavities]),
         cavity_volume_1=np.array([c.linear for c in cavities]).reshape(-1, *cube[:1]),
         cavity_volume_2=np.array([c.quadratic for c in cavities]).reshape(-1, *cube[:2]),
@@ -156,6 +159,21 @@ def assemble_reduced_part(
         contact_modes=contact_modes,
         metadata={**(metadata or {}), "mesh_digest": mesh.digest()},
     )
+
+
+def _mount(part: PartModel, modes: np.ndarray, stiffness: np.ndarray | None) -> np.ndarray:
+    # Stiffness of the mount projected on the modes, (mode, mode).
+    mode_count = modes.shape[2]
+    if stiffness is None:
+        return np.zeros((mode_count, mode_count))
+    attached = modes[part.mesh.node_set("attachment")].reshape(-1, mode_count)
+    if stiffness.shape != (len(attached), len(attached)):
+        raise ValueError(
+            f"mount_stiffness must have shape ({len(attached)}, {len(attached)}), three rows for "
+            f"each attachment node, got {stiffness.shape}"
+        )
+    projected: np.ndarray = attached.T @ stiffness @ attached
+    return 0.5 * (projected + projected.T)
 
 
 def _no_membrane(mode_count: int) -> SampledElements:

@@ -52,7 +52,7 @@ class EcswSettings:
 
     hyperreduction_tolerance: float = 0.008
     """Relative residual of the scaled force rows at which no more elements are added."""
-    element_limit: int = 240
+    element_limit: int = 190
     """At most so many sampled elements, tetrahedra and membrane triangles together."""
     stiffness_state_count: int = 24
     """Number of training states at which the stiffness is trained too."""
@@ -81,6 +81,7 @@ def ecsw(
     *,
     rotation: Rotation = "edge",
     mirror_nodes: np.ndarray | None = None,
+    linear_stiffness: np.ndarray | None = None,
     progress: Progress | None = None,
 ) -> EcswResult:
     """Choose elements and weights.
@@ -92,6 +93,7 @@ def ecsw(
         settings: Tolerances and limits.
         rotation: Where the elements take their rotation from.
         mirror_nodes: Mirror image of each node, (node,), to pair elements.
+        linear_stiffness: What holds the modes besides the elements, (mode, mode): the mount's.
         progress: Called with done, total and a message.
 
     Raises:
@@ -99,7 +101,7 @@ def ecsw(
     """
     if len(states) == 0:
         raise ValueError("states must hold at least one training state, got none")
-    training = TrainingRows.build(groups, modes, mirror_nodes, rotation)
+    training = TrainingRows.build(groups, modes, mirror_nodes, rotation, linear_stiffness)
     # Evenly spread over the states, which are ordered by protocol and load.
     spread = np.linspace(0, len(states) - 1, max(settings.stiffness_state_count, 1))
     stiffness_states = set(np.unique(spread.astype(int)).tolist())
@@ -156,6 +158,8 @@ class TrainingRows:
     columns: sparse.csr_matrix
     """Adds up the contributions of elements that share a weight, (element, column)."""
     rotation: Rotation
+    linear_stiffness: np.ndarray
+    """Besides the elements', (mode, mode)."""
 
     @classmethod
     def build(
@@ -164,6 +168,7 @@ class TrainingRows:
         modes: np.ndarray,
         mirror_nodes: np.ndarray | None,
         rotation: Rotation,
+        linear_stiffness: np.ndarray | None = None,
     ) -> TrainingRows:
         """Prepare the elements of all groups and number their columns."""
         owner, offset = [], 0
@@ -179,7 +184,10 @@ class TrainingRows:
             (np.ones(element_count), (np.arange(element_count), column)),
             shape=(element_count, offset),
         )
-        return cls(tuple(sample_elements(group, modes) for group in groups), columns, rotation)
+        elements = tuple(sample_elements(group, modes) for group in groups)
+        if linear_stiffness is None:
+            linear_stiffness = np.zeros((modes.shape[2], modes.shape[2]))
+        return cls(elements, columns, rotation, linear_stiffness)
 
     @property
     def column_count(self) -> int:
@@ -206,7 +214,7 @@ class TrainingRows:
         """Scaled force and moment (mode + 3, column), and stiffness entries (pair, column)."""
         mode_count = len(state)
         forces, pairs = self._contributions(state)
-        stiffness = np.zeros((mode_count, mode_count))
+        stiffness = self.linear_stiffness.copy()
         for fields, tangent in pairs:
             modal = fields[:, :, :mode_count]
             stiffness += modal.reshape(-1, mode_count).T @ (tangent @ modal).reshape(-1, mode_count)

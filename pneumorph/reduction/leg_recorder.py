@@ -7,6 +7,7 @@ import scipy.sparse as sparse
 
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots, SnapshotCompressor
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.trajectory import Trajectory
@@ -16,7 +17,8 @@ class LegRecorder:
     """Called with the state after every step; each leg of each recorded step is a snapshot.
 
     Args:
-        robot: Its legs must all be the same part, on a rigid hub.
+        robot: Its legs must all be the same part. On a rigid hub their attachment rests in its
+            frame; on a soft one it moves with the hub's deformation.
         record_every: Steps between snapshots.
         compression: Relative error in the norm of the rest stiffness at which snapshots are stored
             as combinations of few fields; 0 stores each in single precision.
@@ -46,7 +48,8 @@ class LegRecorder:
         if self._steps % self._record_every:
             return
         legs = np.array(self._robot.leg_nodes_in_hub_frame(state)) - self._part.rest_nodes
-        legs[:, self._attachment] = 0.0  # rounding
+        if isinstance(self._robot.hub, RigidHub):
+            legs[:, self._attachment] = 0.0  # rounding
         simulated = self._robot.settings.pressure_map.simulated(state.regulated_kPa)
         self._pressures.append(simulated[self._regulators])
         if self._compressor:

@@ -69,6 +69,21 @@ def mount_stiffness(
     return 0.5 * (stiffness + stiffness.T)
 
 
+def leg_mount_stiffness(leg: PartModel, hub: PartModel, poses: Sequence[Pose]) -> np.ndarray:
+    """`mount_stiffness` of the attachment nodes of a leg, with the mirror plane of its mesh.
+
+    Raises:
+        MeshError: The leg's mesh has no attachment.
+    """
+    nodes = leg.mesh.node_set("attachment")
+    mirror = leg.mesh.mirror_nodes
+    points = None
+    if mirror is not None:
+        place = {int(node): number for number, node in enumerate(nodes)}
+        points = np.array([place[int(node)] for node in mirror[nodes]])
+    return mount_stiffness(hub, leg.rest_nodes[nodes], poses, points)
+
+
 def _inertia_relief(hub: PartModel) -> np.ndarray:
     """P K^+ P^T of a free body, (3 node, 3 node) [mm/mN]."""
     stiffness = hub.stiffness(hub.rest_nodes).toarray()

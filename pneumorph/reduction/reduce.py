@@ -41,9 +41,12 @@ class ReductionSettings:
     symmetric: bool = True
     """Use the mesh's mirror plane, if it has one: symmetric or antisymmetric modes, equal weights
     of mirrored elements."""
-    bend_share: float = 0.3
+    equal_snapshots: bool = True
+    """Every snapshot of a kind counts alike, whatever its energy; else by its energy, which is that
+    of the largest pressures almost alone."""
+    bend_share: float = 0.05
     """Share of the free-bending equilibria in the weight of all snapshots."""
-    load_share: float = 0.3
+    load_share: float = 0.1
     """Share of the loaded equilibria; what remains is that of the robots' walks."""
     rotation: Rotation = "edge"
     """Where elements take their rotation from while sampled elements are trained."""
@@ -103,6 +106,7 @@ def reduce_part(
     progress: Progress | None = None,
     *,
     report_pressure_kPa: float = 350.0,
+    mount_stiffness: np.ndarray | None = None,
 ) -> tuple[ReducedPart, ReductionReport]:
     """Reduce a part: one that is held at its attachment, or one that moves freely.
 
@@ -116,6 +120,8 @@ def reduce_part(
         settings: Tolerances and limits.
         progress: Called with done, total and a message.
         report_pressure_kPa: The bend error is measured up to this pressure.
+        mount_stiffness: Of a soft hub against the attachment nodes [mN/mm], (3 attachment, 3
+            attachment), see `mount_stiffness.py`; None holds them.
 
     Raises:
         ValueError: The part has several membranes, or the snapshots belong to another mesh or hold
@@ -139,10 +145,10 @@ def reduce_part(
     mirror_nodes = part.mesh.mirror_nodes if settings.symmetric else None
 
     clock.start("metric")
-    metric = _metric(part, snapshots, training, settings)
+    metric = _metric(part, snapshots, training, settings, mount_stiffness)
     clock.start("modes")
     basis = _basis(part, snapshots, training, metric, mirror_nodes, settings, progress)
-    every = assemble_reduced_part(part, basis.modes)
+    every = assemble_reduced_part(part, basis.modes, mount_stiffness=mount_stiffness)
 
     clock.start("bend of the modes")
     shown = bend[snapshots.pressure_kPa[bend] <= report_pressure_kPa]
@@ -167,11 +173,14 @@ def reduce_part(
         settings.ecsw,
         rotation=settings.rotation,
         mirror_nodes=mirror_nodes,
+        linear_stiffness=every.linear_stiffness,
         progress=progress,
     )
 
     clock.start("errors")
-    sampled = assemble_reduced_part(part, basis.modes, chosen.cubatures, every.contact_modes)
+    sampled = assemble_reduced_part(
+        part, basis.modes, chosen.cubatures, every.contact_modes, mount_stiffness=mount_stiffness
+    )
     curve = bending(sampled)
     node_error = _node_errors_mm(snapshots, every.modes, metric)
     measured = heldout if len(heldout) else training
@@ -237,7 +246,11 @@ def _split(snapshots: SnapshotSet, settings: ReductionSettings) -> tuple[np.ndar
 
 
 def _metric(
-    part: PartModel, snapshots: SnapshotSet, training: np.ndarray, settings: ReductionSettings
+    part: PartModel,
+    snapshots: SnapshotSet,
+    training: np.ndarray,
+    settings: ReductionSettings,
+    mount_stiffness: np.ndarray | None,
 ) -> sparse.csr_array:
     """Mean rotated stiffness over snapshots: a snapshot's error costs about its energy in it."""
     if settings.norm == "mass":
@@ -246,7 +259,15 @@ def _metric(
     total = part.stiffness(part.rest_nodes, settings.rotation)
     for displacement in moved:
         total = total + part.stiffness(part.rest_nodes + displacement, settings.rotation)
-    return sparse.csr_array(total / (len(moved) + 1))
+    mean = sparse.csr_array(total / (len(moved) + 1))
+    if mount_stiffness is None:
+        return mean
+    rows = (3 * part.mesh.node_set("attachment")[:, None] + np.arange(3)).ravel()
+    first, second = np.meshgrid(rows, rows, indexing="ij")
+    mount = sparse.coo_array(
+        (mount_stiffness.ravel(), (first.ravel(), second.ravel())), shape=mean.shape
+    )
+    return sparse.csr_array(mean + mount)
 
 
 def _basis(
@@ -265,8 +286,9 @@ def _basis(
         if len(numbers) == 0:
             continue
         gathered = IncrementalPod(metric, _STREAMING_SHARE * settings.mode_tolerance, mirror_nodes)
-        for fields in snapshots.factors(numbers):
-            gathered.add(fields)
+        fields_of = snapshots.blocks if settings.equal_snapshots else snapshots.factors
+        for fields in fields_of(numbers):
+            gathered.add(_of_unit_energy(fields, metric) if settings.equal_snapshots else fields)
             done += len(fields)
             if progress:
                 progress(min(done, len(training)), len(training), "modes")
@@ -281,6 +303,14 @@ def _basis(
         tolerance=settings.mode_tolerance,
         mode_limit=settings.mode_limit,
     )
+
+
+def _of_unit_energy(displacement: np.ndarray, metric: sparse.csr_array) -> np.ndarray:
+    """Snapshots (snapshot, node, 3) scaled to the same norm in the metric; none where at rest."""
+    flat = displacement.reshape(len(displacement), -1).astype(np.float64)
+    square = np.einsum("sj,sj->s", flat, (metric @ flat.T).T)
+    moved = square > 1e-12 * square.max(initial=0.0)
+    return displacement[moved] / np.sqrt(square[moved])[:, None, None]
 
 
 def _nearest_states(

@@ -44,7 +44,7 @@ class WalkSnapshotSettings:
     robots: Literal["drawn", "all"] = "drawn"
     """`drawn`: robots of `leg_counts` legs at drawn places. `all`: one for each subset of the eight
     places but the empty one."""
-    leg_counts: tuple[int, ...] = (3, 4, 4, 6)
+    leg_counts: tuple[int, ...] = (2, 3, 4, 4, 5, 6)
     """Number of legs of each drawn robot."""
     corner_limit: int | None = 8
     """Corners visited by each robot, along a Gray code with its legs in drawn order; `None` visits
@@ -143,7 +143,11 @@ def walk_snapshots(
     robot = walking_robot(part, hub, poses, settings, plan)
     commands = plan.commands_kPa(settings)
     recorder = LegRecorder(robot, settings.record_every, settings.compression)
-    start = robot.settled_state(settings.settling_steps)
+    # A robot falls and lands at first: where friction takes hold then decides how it stands.
+    rest = np.zeros((settings.settling_steps, len(plan.places)))
+    start, _ = robot.rollout(
+        robot.initial_state(), rest, len(rest) or 1, record_nodes=False, observe=recorder
+    )
     _, trajectory = robot.rollout(
         start, commands, record_every=len(commands), record_nodes=False, observe=recorder
     )
@@ -152,7 +156,7 @@ def walk_snapshots(
 
 def leg_step_seconds(
     part: PartModel,
-    hub: RigidHub,
+    hub: RigidHub | SoftHub,
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     step_count: int = 10,
