@@ -76,13 +76,11 @@ def player_of(data: dict[str, Any]) -> str:
 
 def replay_assets() -> str:
     """Return style and scripts that a page with players needs once, before the first of them."""
-    folder = files("pneumorph.report.replay").joinpath("player")
-    style = folder.joinpath("player.css").read_text()
     colours = {"regulators": REGULATOR_COLOURS, "disk": DISK_COLOUR, "ink": INK_COLOUR}
-    own = "\n".join(folder.joinpath(name).read_text() for name in _SCRIPTS)
+    own = "\n".join(map(player_script, _SCRIPTS))
     # Each in its own element: an error in one is reported at its own line.
     return (
-        f"<style>{style}</style>\n<script>{_three()}</script>\n"
+        f"<style>{player_script('player.css')}</style>\n<script>{_three()}</script>\n"
         f"<script>\nconst pneumorphColours = {script_json(colours)};\n{own}</script>"
     )
 
@@ -100,6 +98,11 @@ def page_of(title: str, body: str) -> str:
             f'</head><body class="pneumorph-replay-page">{body}</body></html>',
         ]
     )
+
+
+def player_script(name: str) -> str:
+    """Return a file of the player."""
+    return files("pneumorph.report.replay").joinpath("player", name).read_text(encoding="utf-8")
 
 
 def script_json(value: Any) -> str:

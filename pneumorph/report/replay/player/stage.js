@@ -46,7 +46,10 @@ const pneumorphStage = (() => {
       const box = new THREE.Box3(), floors = [];
       for (const motion of this.motions) {
         const lane = motion.robot.lane_mm;
-        for (const [x, y] of motion.parts.tracked.length ? motion.parts.tracked : [[0, 0]]) {
+        // A live robot's way is not known: leave it 20 cm.
+        const [start] = motion.parts.tracked;
+        const way = motion.time.length > 1 ? motion.parts.tracked : [start, [start[0] + 200, start[1]]];
+        for (const [x, y] of way) {
           box.expandByPoint(new THREE.Vector3(x - 165, y + lane - 165, 0));
           box.expandByPoint(new THREE.Vector3(x + 165, y + lane + 165, 0));
         }
