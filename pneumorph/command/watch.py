@@ -18,7 +18,6 @@ from typing import Any
 
 import tyro
 
-from pneumorph.artefact import write_atomically
 from pneumorph.command.coopt import TRAINING_FOLDER
 from pneumorph.command.robots import RobotOptions, Workshop
 from pneumorph.command.run_folder import RunFolder, read_settings
@@ -28,6 +27,7 @@ from pneumorph.coopt.settings import CooptSettings
 from pneumorph.coopt.snapshot import TrainingSnapshot, training_snapshot
 from pneumorph.gait.phase_sweep import PhaseSweep
 from pneumorph.report.replay.live_server import LivePage
+from pneumorph.report.replay.page import write_page_file
 from pneumorph.report.scene import Actor
 from pneumorph.report.training_view import SHOWN_DESIGNS, training_view_data, training_view_page
 from pneumorph.settings import settings_from_dict
@@ -106,8 +106,8 @@ def watch(options: WatchOptions, folder: RunFolder) -> dict[str, Any]:
     snapshot = run.snapshot()
     written = {}
     if options.once:
-        content = training_view_page(str(options.run), run.view(snapshot)).encode()
-        path = write_atomically(folder / "watch.html", lambda stream: stream.write(content))
+        page = training_view_page(str(options.run), run.view(snapshot))
+        path = write_page_file(folder / "watch.html", page)
         written = {"page": str(path)}
     elif not folder.summary_only:
         snapshot = _served(run, options, folder)
