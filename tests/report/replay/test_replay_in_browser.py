@@ -1,4 +1,4 @@
-"""The page in headless Chromium: positions are the trajectory's, and every control does its work."""
+"""The page in headless Chromium: positions are the trajectory's, and every control works."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pneumorph.trajectory import Trajectory
 SETTINGS = ReplaySettings(tolerance_mm=2e-4)
 OpenPage = Callable[[Path | str], Any]
 PLAYER = "pneumorphReplay.players[0]"
-# Beside the tolerance positions up to 300 mm, coefficients and the hub's pose are in single precision.
+# Beside the tolerance: positions up to 300 mm, coefficients and the pose in single precision.
 ROUNDING_MM = SETTINGS.tolerance_mm + 10 * 300 * 2**-24
 
 
@@ -179,7 +179,9 @@ def test_some_of_many_robots_can_be_mounted(
 def test_a_page_without_webgl_still_tells_positions(
     crawl: Trajectory, replay_file: Path, open_page: OpenPage, tmp_path: Path
 ) -> None:
-    broken = "<script>HTMLCanvasElement.prototype.getContext = ((real) => function (kind, ...rest) {"
+    broken = (
+        "<script>HTMLCanvasElement.prototype.getContext = ((real) => function (kind, ...rest) {"
+    )
     broken += "return kind.startsWith('webgl') || kind.startsWith('experimental') ? null"
     broken += " : real.call(this, kind, ...rest); })(HTMLCanvasElement.prototype.getContext);"
     broken += "console.error = () => {};</script>"
