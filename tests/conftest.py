@@ -12,8 +12,13 @@ import pytest
 
 from pneumorph.geometry.mesh import Mesh
 
-# What draws without a graphics card: SwiftShader, on the processor.
-_SOFTWARE_GRAPHICS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
+# What draws without a graphics card: SwiftShader, on the processor, for WebGL alone.
+_SOFTWARE_GRAPHICS = [
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",
+    "--no-sandbox",
+]
 # A loaded machine without a graphics card is slow; nothing here should fail for that.
 _PATIENCE_MS = 180_000
 

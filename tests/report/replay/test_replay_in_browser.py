@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -141,6 +143,33 @@ def test_play_pause_step_and_speed(replay_file: Path, open_page: OpenPage) -> No
     page.get_by_label("speed").select_option("8")
     page.get_by_role("button", name="Play").click()
     page.wait_for_function(f"{PLAYER}.time === {PLAYER}.duration && !{PLAYER}.playing")
+
+
+@pytest.mark.skipif(
+    os.getloadavg()[0] > 1.5 * (os.cpu_count() or 1), reason="other programs have the processors"
+)
+def test_six_legs_for_20_s_are_small_and_drawn_30_times_a_second(
+    crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    """The six legs are those of the walk, two of them twice, at 201 instants of it."""
+    frame = np.arange(201) % len(crawl.time_s)
+    arrays = {name: value[frame] for name, value in crawl.arrays().items()
+              if name not in ("skin_triangles", "node_positions_mm")}  # fmt: skip
+    nodes = recorded(crawl)[frame][:, [0, 1, 2, 3, 0, 1]]
+    skin = with_skin_only(crawl).skin_triangles
+    long = replace(
+        crawl,
+        **{**arrays, "time_s": 0.1 * np.arange(201)},
+        node_positions_mm=nodes,
+        skin_triangles=skin,
+        metadata={},
+    )
+    file = write_replay(tmp_path / "six.html", [Actor(long, "six", (1, 2, 2, 1, 1, 2))])
+    assert file.stat().st_size < 15e6
+    page = open_page(file)
+    # The best of some windows: the first ones settle how fine the picture can be.
+    rates = [page.evaluate(f"{PLAYER}.frameRate(2)") for _ in range(5)]
+    assert max(rates) > 30.0
 
 
 def test_cameras_and_colours_change_the_picture(replay_file: Path, open_page: OpenPage) -> None:

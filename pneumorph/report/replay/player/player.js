@@ -218,7 +218,10 @@ const pneumorphReplay = (() => {
       }
       if (this.playing && this.time < this.duration) {
         this.time = Math.min(this.time + passed * this.speed, this.duration);
-        this.show();
+        // Words that change in every picture cannot be read, and cost as much as the picture.
+        const words = now - (this.wordsAt ?? 0) > 100 || this.time >= this.duration;
+        if (words) this.wordsAt = now;
+        this.show(words);
       } else if (this.playing && !this.live) {
         this.pause();
       }
@@ -228,11 +231,11 @@ const pneumorphReplay = (() => {
       }
     }
 
-    show() {
+    show(words = true) {
       for (const motion of this.motions) motion.show(this.time);
       if (this.stage) this.stage.update();
       this.chart.show(this.time);
-      this.marks();
+      if (words) this.marks();
     }
 
     marks() {
@@ -248,7 +251,7 @@ const pneumorphReplay = (() => {
       slider.setAttribute("aria-valuetext", `${this.time.toFixed(2)} seconds`);
       if (this.stage) {
         this.stage.actors.forEach((actor, i) => write(
-          actor.label, `${actor.motion.robot.label}\n${this.distance(i).toFixed(1)} cm`));
+          actor.label, `${actor.motion.robot.label}\n${(Math.round(10 * this.distance(i)) / 10 + 0).toFixed(1)} cm`));
       }
     }
 

@@ -1,6 +1,7 @@
 // The 3D picture: floor with a 5 cm grid, robots with their shadows, paths and contact points.
 const pneumorphStage = (() => {
-  const GRID_MM = 50, SLACK = 0.45, LIGHT = [-0.35, -0.45, 0.82];
+  const GRID_MM = 50, SLACK = 0.45;
+  const LIGHT = new THREE.Vector3(-0.35, -0.45, 0.82).normalize();
   // cividis: even in lightness, and the same to the colour-blind.
   const PRESSURE = ["#00224e", "#31446b", "#666970", "#958f78", "#cab969", "#fee838"];
 
@@ -13,6 +14,24 @@ const pneumorphStage = (() => {
     const place = Math.min(Math.max(share, 0), 1) * (PRESSURE.length - 1);
     const low = Math.min(Math.floor(place), PRESSURE.length - 2);
     return new THREE.Color(PRESSURE[low]).lerp(new THREE.Color(PRESSURE[low + 1]), place - low);
+  }
+
+  // Matt facets, lit as in the films: more than half of the light comes from everywhere.
+  function matt(colour) {
+    return new THREE.ShaderMaterial({
+      uniforms: { colour: { value: new THREE.Color(colour) }, light: { value: LIGHT } },
+      vertexShader: `varying vec3 place;
+        void main() {
+          vec4 world = modelMatrix * vec4(position, 1.0);
+          place = world.xyz;
+          gl_Position = projectionMatrix * viewMatrix * world;
+        }`,
+      fragmentShader: `uniform vec3 colour; uniform vec3 light; varying vec3 place;
+        void main() {
+          vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
+          gl_FragColor = vec4(colour * (0.55 + 0.45 * max(dot(normal, light), 0.0)), 1.0);
+        }`,
+    });
   }
 
   // Whether the graphics are a program's, without a card: smooth edges would cost too much there.
@@ -37,10 +56,6 @@ const pneumorphStage = (() => {
       this.pace = 1 / 60;
       this.scene = new THREE.Scene();
       this.scene.background = new THREE.Color("#f4f5f6");
-      this.scene.add(new THREE.HemisphereLight("#ffffff", "#b9bec4", 0.75));
-      const sun = new THREE.DirectionalLight("#ffffff", 0.45);
-      sun.position.set(...LIGHT);
-      this.scene.add(sun);
       this.camera = new THREE.PerspectiveCamera(32, 1, 10, 20000);
       this.camera.up.set(0, 0, 1);
       this.controls = new THREE.OrbitControls(this.camera, canvas);
@@ -101,23 +116,24 @@ const pneumorphStage = (() => {
       this.scene.add(group);
       // Slides every point along the light down to just above the grid.
       const flat = new THREE.Matrix4().set(
-        1, 0, -LIGHT[0] / LIGHT[2], this.floor * LIGHT[0] / LIGHT[2],
-        0, 1, -LIGHT[1] / LIGHT[2], this.floor * LIGHT[1] / LIGHT[2],
+        1, 0, -LIGHT.x / LIGHT.z, this.floor * LIGHT.x / LIGHT.z,
+        0, 1, -LIGHT.y / LIGHT.z, this.floor * LIGHT.y / LIGHT.z,
         0, 0, 0, this.floor - 0.6, 0, 0, 0, 1);
       const shade = new THREE.MeshBasicMaterial({ color: "#cfd3d7", side: THREE.DoubleSide });
+      const shadows = [];
       const legs = robot.regulators.map((_, leg) => {
         const geometry = new THREE.BufferGeometry();
         const place = motion.positions.subarray(leg * size, (leg + 1) * size);
         geometry.setAttribute("position",
           new THREE.BufferAttribute(place, 3).setUsage(THREE.DynamicDrawUsage));
         geometry.setIndex(new THREE.BufferAttribute(motion.basis.triangles, 1));
-        const mesh = new THREE.Mesh(geometry,
-          new THREE.MeshPhongMaterial({ flatShading: true, shininess: 4 }));
+        const mesh = new THREE.Mesh(geometry, matt("#ffffff"));
         const shadow = new THREE.Mesh(geometry, shade);
         shadow.matrixAutoUpdate = false;
         shadow.matrix.copy(flat);
         mesh.frustumCulled = shadow.frustumCulled = false;
         group.add(mesh, shadow);
+        shadows.push(shadow);
         return mesh;
       });
       const shape = robot.disk;
@@ -125,10 +141,11 @@ const pneumorphStage = (() => {
         shape.top_radius_mm, shape.bottom_radius_mm, shape.height_mm, 48);
       cone.rotateX(Math.PI / 2);
       cone.translate(0, 0, shape.bottom_mm + shape.height_mm / 2);
-      const disk = new THREE.Mesh(cone, new THREE.MeshPhongMaterial({ color: pneumorphColours.disk }));
+      const disk = new THREE.Mesh(cone, matt(pneumorphColours.disk));
       const diskShadow = new THREE.Mesh(cone, shade);
       disk.matrixAutoUpdate = diskShadow.matrixAutoUpdate = false;
       diskShadow.frustumCulled = false;
+      shadows.push(diskShadow);
       group.add(disk, diskShadow);
       const dots = new THREE.BufferGeometry();
       dots.setAttribute("position", new THREE.BufferAttribute(
@@ -137,7 +154,7 @@ const pneumorphStage = (() => {
         { color: "#22272b", size: 3, sizeAttenuation: false, depthTest: false }));
       contacts.frustumCulled = false;
       group.add(contacts);
-      const actor = { motion, group, legs, disk, diskShadow, flat, contacts, index };
+      const actor = { motion, group, legs, shadows, disk, diskShadow, flat, contacts, index };
       actor.label = this.label(labels, robot.label);
       return actor;
     }
@@ -208,11 +225,11 @@ const pneumorphStage = (() => {
         const regulator = motion.robot.regulators[leg];
         const share = motion.regulated[regulator - 1] / this.fullPressure;
         if (this.colourBy === "pressure") {
-          mesh.material.color.copy(pressureColour(share));
+          mesh.material.uniforms.colour.value.copy(pressureColour(share));
         } else {
           const colours = pneumorphColours.regulators;
           const strength = SLACK + (1 - SLACK) * Math.min(Math.max(share, 0), 1);
-          mesh.material.color.set("#ffffff")
+          mesh.material.uniforms.colour.value.set("#ffffff")
             .lerp(new THREE.Color(colours[(regulator - 1) % colours.length]), strength);
         }
       });
@@ -267,13 +284,15 @@ const pneumorphStage = (() => {
       this.lastFollowed = now;
     }
 
-    // Draw fewer pixels where the machine cannot draw 30 pictures in a second.
+    // Leave out shadows, then pixels, where the machine cannot draw 30 pictures in a second.
     keepUp(passed) {
       this.pace += 0.05 * (passed - this.pace);
       const ratio = this.renderer.getPixelRatio();
-      if (this.pace < 1 / 32 || ratio <= 0.5) return;
-      this.renderer.setPixelRatio(Math.max(0.5, 0.8 * ratio));
+      if (this.pace < 1 / 32) return;
       this.pace = 1 / 60;
+      const shadows = this.actors.flatMap((actor) => actor.shadows || []);
+      if (shadows.some((each) => each.visible)) for (const each of shadows) each.visible = false;
+      else if (ratio > 0.5) this.renderer.setPixelRatio(Math.max(0.5, 0.8 * ratio));
     }
 
     resize(width, height) {
@@ -289,9 +308,9 @@ const pneumorphStage = (() => {
     render() {
       for (const actor of this.actors) {
         if (actor.lineMaterial) actor.lineMaterial.resolution.set(this.width, this.height);
-        this.placeLabel(actor);
       }
       this.renderer.render(this.scene, this.camera);
+      for (const actor of this.actors) this.placeLabel(actor); // where the camera is now
       this.dirty = false;
     }
 
