@@ -1,77 +1,14 @@
 #include "batch.hpp"
 
 #include <atomic>
-#include <cmath>
 #include <mutex>
 #include <stdexcept>
-#include <thread>
+
+#include "thread_pool.hpp"
 
 namespace pneumorph {
 
 namespace {
-
-template <class Real>
-Real* allocate(std::vector<AlignedArray>& storage, size_t count) {
-  storage.emplace_back(count * sizeof(Real));
-  return storage.back().as<Real>();
-}
-
-// Copies (rows, modes) into (rows, padded), zeros behind.
-const double* pad_rows(std::vector<AlignedArray>& storage, const double* from, size_t rows, int modes, int padded) {
-  double* to = allocate<double>(storage, rows * padded + 8);
-  for (size_t r = 0; r < rows; ++r)
-    for (int a = 0; a < modes; ++a) to[r * padded + a] = from[r * modes + a];
-  return to;
-}
-
-const double* copy(std::vector<AlignedArray>& storage, const double* from, size_t count) {
-  double* to = allocate<double>(storage, count + 1);
-  for (size_t i = 0; i < count; ++i) to[i] = from[i];
-  return to;
-}
-
-template <class Real>
-ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, int count, const double* rest,
-                               const double* gradient, const double* lambda, const double* mu, int modes, int padded) {
-  const int rows = 3 * columns;
-  ElementFamily<Real> family;
-  family.block_count = (count + kLane - 1) / kLane;
-  const size_t elements = size_t(family.block_count) * kLane;
-  Real* rest_lanes = allocate<Real>(storage, elements * rows);
-  Real* gradient_lanes = allocate<Real>(storage, elements * rows * padded);
-  Real* gradient_modes = allocate<Real>(storage, elements * rows * padded);
-  Real* lambda_lanes = allocate<Real>(storage, elements);
-  Real* mu_lanes = allocate<Real>(storage, elements);
-  Real* shear_root = allocate<Real>(storage, elements);
-  Real* trace_root = allocate<Real>(storage, elements);
-  for (size_t e = 0; e < elements; ++e) {
-    const size_t block = e / kLane, lane = e % kLane;
-    const bool real = e < size_t(count);
-    for (int row = 0; row < rows; ++row) {
-      // A padding element is at rest with no stiffness.
-      const double value = real ? rest[e * rows + row] : (row % (columns + 1) == 0 ? 1.0 : 0.0);
-      rest_lanes[(block * rows + row) * kLane + lane] = Real(value);
-      for (int a = 0; real && a < modes; ++a) {
-        const Real g = Real(gradient[(e * rows + row) * modes + a]);
-        gradient_lanes[((block * rows + row) * padded + a) * kLane + lane] = g;
-        gradient_modes[(e * rows + row) * padded + a] = g;
-      }
-    }
-    const double l = real ? lambda[e] : 0.0, m = real ? mu[e] : 0.0;
-    lambda_lanes[e] = Real(l);
-    mu_lanes[e] = Real(m);
-    shear_root[e] = Real(std::sqrt(2 * m));
-    trace_root[e] = Real((std::sqrt(columns * l + 2 * m) - std::sqrt(2 * m)) / columns);
-  }
-  family.rest = rest_lanes;
-  family.gradient_lanes = gradient_lanes;
-  family.gradient_modes = gradient_modes;
-  family.lambda = lambda_lanes;
-  family.mu = mu_lanes;
-  family.shear_root = shear_root;
-  family.trace_root = trace_root;
-  return family;
-}
 
 Kernel select_kernel(std::string& name, int modes, bool single_precision, int contact_capacity) {
 #if defined(PNEUMORPH_X86)
@@ -91,64 +28,6 @@ Kernel select_kernel(std::string& name, int modes, bool single_precision, int co
 
 }  // namespace
 
-template <class Real>
-void Batch::pad_parts(const std::vector<PartInput>& inputs) {
-  std::vector<Part<Real>> parts;
-  for (const PartInput& in : inputs) {
-    const int m = in.modes, p = padded_;
-    if (in.cavities > kMaximumRegulators)
-      throw std::invalid_argument("a part has " + std::to_string(in.cavities) + " cavities, at most " +
-                                  std::to_string(kMaximumRegulators) + " are supported");
-    Part<Real> part;
-    part.tetrahedra = pad_family<Real>(storage_, 3, in.tetrahedra, in.tetrahedron_rest, in.tetrahedron_gradient,
-                                       in.tetrahedron_lambda, in.tetrahedron_mu, m, p);
-    part.membranes = pad_family<Real>(storage_, 2, in.membranes, in.membrane_rest, in.membrane_gradient,
-                                      in.membrane_lambda, in.membrane_mu, m, p);
-    part.linear_stiffness = pad_rows(storage_, in.linear_stiffness, m, m, p);
-    for (int i = 0; i < m * m; ++i) part.has_linear_stiffness |= in.linear_stiffness[i] != 0.0;
-    if (part.has_linear_stiffness) {
-      double* square = allocate<double>(storage_, size_t(p) * p);
-      for (int a = 0; a < m; ++a)
-        for (int b = 0; b < m; ++b) square[a * p + b] = in.linear_stiffness[a * m + b];
-      part.linear_stiffness = square;
-    }
-    part.cavity_count = in.cavities;
-    part.volume_1 = pad_rows(storage_, in.volume_1, in.cavities, m, p);
-    double* quadratic = allocate<double>(storage_, size_t(in.cavities) * p * p + 8);
-    double* cubic = allocate<double>(storage_, size_t(in.cavities) * p * p * p + 8);
-    for (int c = 0; c < in.cavities; ++c)
-      for (int a = 0; a < m; ++a)
-        for (int b = 0; b < m; ++b) {
-          quadratic[(size_t(c) * p + a) * p + b] = in.volume_2[(size_t(c) * m + a) * m + b];
-          for (int d = 0; d < m; ++d)
-            cubic[((size_t(c) * p + a) * p + b) * p + d] = in.volume_3[((size_t(c) * m + a) * m + b) * m + d];
-        }
-    part.volume_2 = quadratic;
-    part.volume_3 = cubic;
-    part.mass = in.mass;
-    for (int i = 0; i < 3; ++i) part.first_moment[i] = in.first_moment[i];
-    for (int i = 0; i < 9; ++i) part.second_moment[i] = in.second_moment[i];
-    part.first_moment_modes = pad_rows(storage_, in.first_moment_modes, 3, m, p);
-    part.second_moment_modes = pad_rows(storage_, in.second_moment_modes, 9, m, p);
-    double* pairs = allocate<double>(storage_, size_t(9) * p * p);
-    for (int ij = 0; ij < 9; ++ij)
-      for (int b = 0; b < m; ++b)
-        for (int a = 0; a < m; ++a)
-          pairs[(size_t(ij) * p + b) * p + a] = in.second_moment_mode_pairs[(size_t(ij) * m + b) * m + a];
-    part.second_moment_mode_pairs = pairs;
-    part.contact_count = in.contacts;
-    part.contact_points = copy(storage_, in.contact_points, size_t(in.contacts) * 3);
-    part.contact_modes = pad_rows(storage_, in.contact_modes, size_t(in.contacts) * 3, m, p);
-    parts.push_back(part);
-    cavity_counts_.push_back(in.cavities);
-    contact_counts_.push_back(in.contacts);
-  }
-  if constexpr (sizeof(Real) == 4)
-    parts_single_ = parts;
-  else
-    parts_double_ = parts;
-}
-
 Batch::Batch(const std::vector<PartInput>& parts, const Settings& settings, bool single_precision,
              const std::string& instruction_set)
     : settings_(settings), single_precision_(single_precision), instruction_set_(instruction_set) {
@@ -161,10 +40,14 @@ Batch::Batch(const std::vector<PartInput>& parts, const Settings& settings, bool
   if (settings.regulator_count > kMaximumRegulators)
     throw std::invalid_argument("regulator_count " + std::to_string(settings.regulator_count) + " exceeds " +
                                 std::to_string(kMaximumRegulators));
-  if (single_precision)
-    pad_parts<float>(parts);
-  else
-    pad_parts<double>(parts);
+  for (const PartInput& part : parts) {
+    if (single_precision)
+      parts_single_.push_back(pad_part<float>(storage_, part, padded_));
+    else
+      parts_double_.push_back(pad_part<double>(storage_, part, padded_));
+    cavity_counts_.push_back(part.cavities);
+    contact_counts_.push_back(part.contacts);
+  }
   select_kernel(instruction_set_, padded_, single_precision_, 0);
 }
 
@@ -257,7 +140,7 @@ void Batch::reset(int robot) {
 void Batch::clear_counters() {
   stages_ = StageSeconds{};
   for (RobotState& state : states_) {
-    state.step_count = state.contact_total = state.sweep_total = state.unconverged_total = 0;
+    state.step_count = state.contact_total = state.sweep_total = state.newton_total = state.unconverged_total = 0;
     state.worst_penetration = state.worst_residual = 0;
   }
 }
@@ -268,22 +151,19 @@ void Batch::advance(const double* command, long long steps, const unsigned char*
                                         : static_cast<const void*>(parts_double_.data());
   const int count = robot_count();
   threads = std::max(1, std::min(threads, count));
+  if (workspace_bytes_ != kernel.workspace_bytes) workspaces_.clear(), workspace_bytes_ = kernel.workspace_bytes;
+  while (int(workspaces_.size()) < threads) workspaces_.emplace_back(workspace_bytes_);
   std::atomic<int> next{0};
   std::mutex sum_stages;
-  auto work = [&] {
-    AlignedArray workspace(kernel.workspace_bytes);
+  run_in_threads(threads, [&](int thread) {
     StageSeconds stages{};
     for (int r = next.fetch_add(1); r < count; r = next.fetch_add(1))
       if (!active || active[r])
         kernel.advance(parts, robots_[r], settings_, command + size_t(r) * settings_.regulator_count, steps,
-                       states_[r], workspace.as<void>(), profile ? &stages : nullptr);
+                       states_[r], workspaces_[thread].as<void>(), profile ? &stages : nullptr);
     const std::lock_guard<std::mutex> guard(sum_stages);
     for (int i = 0; i < kStageCount; ++i) stages_.seconds[i] += stages.seconds[i];
-  };
-  std::vector<std::thread> pool;
-  for (int t = 1; t < threads; ++t) pool.emplace_back(work);
-  work();
-  for (std::thread& thread : pool) thread.join();
+  });
 }
 
 }  // namespace pneumorph

@@ -3,27 +3,13 @@
 // A robot's steps depend on nothing but the robot, and one thread takes it from first step to last,
 // so results are the same bits for any batch and any number of threads.
 #pragma once
-#include <cstdlib>
 #include <algorithm>
-#include <memory>
-#include <new>
 #include <string>
 #include <vector>
 
-#include "model.hpp"
+#include "padded_part.hpp"
 
 namespace pneumorph {
-
-// Plain input of one part, before padding; all arrays row-major, see `reduction/reduced_part.py`.
-struct PartInput {
-  int modes = 0, tetrahedra = 0, membranes = 0, cavities = 0, contacts = 0;
-  const double *tetrahedron_rest, *tetrahedron_gradient, *tetrahedron_lambda, *tetrahedron_mu;
-  const double *membrane_rest, *membrane_gradient, *membrane_lambda, *membrane_mu;
-  const double *linear_stiffness, *volume_1, *volume_2, *volume_3;
-  double mass = 0;
-  const double *first_moment, *first_moment_modes, *second_moment, *second_moment_modes, *second_moment_mode_pairs;
-  const double *contact_points, *contact_modes;
-};
 
 struct MountInput {
   int part = 0;
@@ -34,21 +20,6 @@ struct MountInput {
 struct HubInput {
   double mass = 0, first_moment[3] = {0, 0, 0}, second_moment[9] = {0};
   std::vector<double> contact_points;
-};
-
-class AlignedArray {
- public:
-  AlignedArray() = default;
-  explicit AlignedArray(size_t bytes)
-      : data_(static_cast<char*>(std::aligned_alloc(64, (bytes + 127) / 64 * 64)), &std::free) {
-    if (!data_) throw std::bad_alloc();
-    __builtin_memset(data_.get(), 0, (bytes + 127) / 64 * 64);
-  }
-  template <class T>
-  T* as() const { return reinterpret_cast<T*>(data_.get()); }
-
- private:
-  std::unique_ptr<char, void (*)(void*)> data_{nullptr, &std::free};
 };
 
 class Batch {
@@ -76,8 +47,6 @@ class Batch {
 
  private:
   void check_mounts(const std::vector<MountInput>& mounts) const;
-  template <class Real>
-  void pad_parts(const std::vector<PartInput>& inputs);
 
   Settings settings_;
   bool single_precision_;
@@ -94,6 +63,8 @@ class Batch {
   std::vector<std::vector<double>> hub_points_;
   std::vector<AlignedArray> state_storage_;
   int contact_capacity_ = 0;
+  std::vector<AlignedArray> workspaces_;  // one for each thread
+  unsigned long workspace_bytes_ = 0;
   StageSeconds stages_{};
 };
 

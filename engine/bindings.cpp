@@ -179,8 +179,8 @@ class PythonBatch {
     }
     const char* const scalars[] = {"status", "active_contacts", "sweeps", "contact_residual", "step_count",
                                    "contact_total", "sweep_total", "worst_penetration", "unconverged_total",
-                                   "worst_residual"};
-    for (int which = 0; which < 10; ++which)
+                                   "worst_residual", "newton_steps", "newton_total"};
+    for (int which = 0; which < 12; ++which)
       if (name == scalars[which]) {
         gather(1, [which](State& s, size_t) -> double {
           switch (which) {
@@ -193,7 +193,9 @@ class PythonBatch {
             case 6: return double(s.sweep_total);
             case 7: return s.worst_penetration;
             case 8: return double(s.unconverged_total);
-            default: return s.worst_residual;
+            case 9: return s.worst_residual;
+            case 10: return s.newton_steps;
+            default: return double(s.newton_total);
           }
         });
         return to_numpy(values, {robots});

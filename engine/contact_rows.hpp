@@ -1,5 +1,5 @@
-// One row triple for every contact point near the floor: its velocity if nothing touched, and how the
-// robot answers its impulse.
+// The contact points near the floor, and a row triple for each that may touch it: its velocity if nothing touched,
+// and how the robot answers its impulse.
 //
 // Impulses act through W = G G^T + P P^T with G_c = J_modes U^-1 (of the point's part) and
 // P_c = (J_hub - G_c E) X L_hub^-T, so a product with W costs M + 6 numbers a row.
@@ -8,6 +8,9 @@
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
+
+// Rounding of a height in single precision is below this [mm].
+constexpr double kHeightSlack = 1e-3;
 
 // The operator of a row whose response is known.
 template <int M>
@@ -41,139 +44,183 @@ inline void times_hub_factor(const double row[6], const double inverse[36], doub
   out[6] = out[7] = 0;
 }
 
-// Points on the hub itself. Returns the number of rows so far; `deepest` is the worst penetration [mm].
-template <int M, class Real>
-int add_hub_rows(const RobotModel& robot, const Settings& settings, RobotState& state, Workspace<M, Real>& work,
-                 int row_count, double& deepest) {
-  constexpr int kVectors = M / 8;
-  const double h = settings.time_step;
-  const HubSystem& hub = work.hub;
+// Candidates on the hub itself. Returns their number so far; `deepest` is the worst penetration [mm].
+inline int find_hub_candidates(const RobotModel& robot, const Settings& settings, const RobotState& state,
+                               const HubSystem& hub, Candidate* candidates, int count, double& deepest) {
+  const double* up = state.rotation + 6;
+  double turn[3];
+  cross(up, hub.velocity + 3, turn);  // up . (W x r) = r . (up x W)
+  const double speed = up[0] * hub.velocity[0] + up[1] * hub.velocity[1] + up[2] * hub.velocity[2];
   for (int c = 0; c < robot.hub_contact_count; ++c) {
-    const double* point = robot.hub_contact_points + 3 * c;
-    const double gap = state.position[2] - settings.floor_height + state.rotation[6] * point[0] +
-                       state.rotation[7] * point[1] + state.rotation[8] * point[2];
+    const double* r = robot.hub_contact_points + 3 * c;
+    const double gap = state.position[2] - settings.floor_height + up[0] * r[0] + up[1] * r[1] + up[2] * r[2];
     deepest = std::fmax(deepest, -gap);
-    double* impulse = state.impulses + 3 * c;
-    double turning[3];
-    cross(hub.velocity + 3, point, turning);
-    double approach = 0;
-    for (int i = 0; i < 3; ++i) approach += state.rotation[6 + i] * (hub.velocity[i] + turning[i]);
-    if (!(gap + std::fmin(0.0, h * approach) < settings.contact_margin)) {
-      impulse[0] = impulse[1] = impulse[2] = 0;
-      continue;
+    const double approach = speed + turn[0] * r[0] + turn[1] * r[1] + turn[2] * r[2];
+    if (gap + std::fmin(0.0, settings.time_step * approach) < settings.contact_margin)
+      candidates[count++] = {gap, gap + std::fmin(0.0, settings.time_step * approach), -1, c, false};
+  }
+  return count;
+}
+
+// How contact points of mounted part k see it, once the hub's free motion is known.
+template <int M>
+void view_mount(const RobotModel& robot, int k, const RobotState& state, const HubSystem& hub, const LegSystem<M>& leg,
+                MountView<M>& view) {
+  constexpr int kVectors = M / 8;
+  multiply_matrices(state.rotation, robot.mounts[k].rotation, view.world);
+  for (int i = 0; i < 6; ++i) {
+    double sum = 0;
+    for (int j = 0; j < 6; ++j) sum += view.transform[6 * i + j] * hub.free_velocity[j];
+    view.free_velocity[i] = sum;
+    times_hub_factor(view.transform + 6 * i, hub.factor, view.to_factor[i]);
+  }
+  alignas(64) double z[M], coupling[M][8] = {};
+  for (int v = 0; v < kVectors; ++v) {
+    DoubleLanes value = load(&leg.reduced_right[8 * v]);
+    for (int i = 0; i < 6; ++i) value -= view.free_velocity[i] * load(&leg.reduced_coupling[i][8 * v]);
+    store(&z[8 * v], value);
+  }
+  for (int i = 0; i < 6; ++i)
+    for (int a = 0; a < M; ++a) coupling[a][i] = leg.reduced_coupling[i][a];
+  for (int a = 0; a < M; ++a) {
+    DoubleLanes dot = {}, row = {};
+    for (int v = a / 8; v < kVectors; ++v) dot += load(&leg.inverse_upper[a][8 * v]) * load(&z[8 * v]);
+    for (int b = a; b < M; ++b) row += leg.inverse_upper[a][b] * load(coupling[b]);
+    view.free_rates[a] = sum_lanes(dot);
+    store(view.hub_response[a], row);
+  }
+}
+
+// Candidates of mounted part k: all points' heights in single precision, those below the margin in double.
+template <int M, class Real>
+int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k, const Settings& settings,
+                         const RobotState& state, const HubSystem& hub, const MountView<M>& view,
+                         Candidate* candidates, int count, double& deepest) {
+  using Floats = Lanes<float>::type;
+  const double* alpha = state.modes + k * M;
+  const double* rates = state.mode_rates + k * M;
+  const double* up = view.world + 6;
+  double height = state.position[2] - settings.floor_height;
+  for (int i = 0; i < 3; ++i) height += state.rotation[6 + i] * robot.mounts[k].translation[i];
+  // How fast a point approaches the floor at the old velocities, but for turning of its deflection.
+  double velocity[6], lever[3], speed = 0;
+  for (int i = 0; i < 6; ++i) {
+    velocity[i] = 0;
+    for (int j = 0; j < 6; ++j) velocity[i] += view.transform[6 * i + j] * hub.velocity[j];
+  }
+  for (int i = 0; i < 3; ++i) speed += up[i] * velocity[i];
+  cross(up, velocity + 3, lever);  // up . (W x y) = y . (up x W)
+  const double h = settings.time_step;
+  const float u0 = float(up[0]), u1 = float(up[1]), u2 = float(up[2]);
+  const float l0 = float(h * lever[0]), l1 = float(h * lever[1]), l2 = float(h * lever[2]);
+  const float limit = float(settings.contact_margin - height + kHeightSlack), drop = float(h * speed);
+  alignas(64) float coordinate[M], change[M], lowest[kLane];
+  for (int a = 0; a < M; ++a) coordinate[a] = float(alpha[a]), change[a] = float(h * rates[a]);
+  for (int block = 0; block * kLane < part.contact_count; ++block) {
+    const float* point = part.contact_point_lanes + block * 3 * kLane;
+    const float* modes = part.contact_mode_lanes + long(block) * M * 3 * kLane;
+    const Floats x = load(point), y = load(point + kLane), z = load(point + 2 * kLane);
+    Floats lift = u0 * x + u1 * y + u2 * z, approach = drop + l0 * x + l1 * y + l2 * z;
+    for (int a = 0; a < M; ++a, modes += 3 * kLane) {
+      const Floats row = u0 * load(modes) + u1 * load(modes + kLane) + u2 * load(modes + 2 * kLane);
+      lift += coordinate[a] * row;
+      approach += change[a] * row;
     }
-    ContactRow<M>& row = work.rows[row_count++];
-    double jacobian[3][6];
-    hub_jacobian(state.rotation, point, jacobian);
+    store(lowest, approach < 0.0f ? lift + approach : lift);
+    for (int lane = 0; lane < kLane; ++lane) {
+      const int c = block * kLane + lane;
+      if (c >= part.contact_count || lowest[lane] >= limit) continue;
+      DoubleLanes sum = {};
+      const double* own = part.contact_modes + long(c) * 3 * M;
+      for (int v = 0; v < M; v += 8)
+        sum += load(alpha + v) * (up[0] * load(own + v) + up[1] * load(own + M + v) + up[2] * load(own + 2 * M + v));
+      const double* r = part.contact_points + 3 * c;
+      const double gap = height + up[0] * r[0] + up[1] * r[1] + up[2] * r[2] + sum_lanes(sum);
+      deepest = std::fmax(deepest, -gap);
+      candidates[count++] = {gap, height + double(lowest[lane]), k, c, false};
+    }
+  }
+  return count;
+}
+
+// Height over the floor that a candidate would have after the step's motion [mm].
+template <int M, class Real>
+double next_gap(const Candidate& at, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+                const RobotState& state, const Workspace<M, Real>& work) {
+  if (at.mount < 0) {
+    const double *velocity = work.hub.next_velocity, *up = state.rotation + 6;
+    double turning[3], speed = 0;
+    cross(velocity + 3, robot.hub_contact_points + 3 * at.point, turning);
+    for (int i = 0; i < 3; ++i) speed += up[i] * (velocity[i] + turning[i]);
+    return at.gap + settings.time_step * speed;
+  }
+  const MountView<M>& view = work.views[at.mount];
+  const Part<Real>& part = parts[robot.mounts[at.mount].part];
+  const double *modes = part.contact_modes + long(at.point) * 3 * M, *point = part.contact_points + 3 * at.point;
+  const double *alpha = state.modes + at.mount * M, *up = view.world + 6;
+  DoubleLanes sum = {};
+  for (int v = 0; v < M; v += 8)
+    for (int i = 0; i < 3; ++i)
+      sum += load(modes + i * M + v) * (up[i] * load(work.rates[at.mount] + v) + view.next_lever[i] * load(alpha + v));
+  double speed = view.next_speed + sum_lanes(sum);
+  for (int i = 0; i < 3; ++i) speed += view.next_lever[i] * point[i];
+  return at.gap + settings.time_step * speed;
+}
+
+// The row of a candidate, warm started.
+template <int M, class Real>
+void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+              const RobotState& state, const Workspace<M, Real>& work, ContactRow<M>& row) {
+  constexpr int kVectors = M / 8;
+  const HubSystem& hub = work.hub;
+  double jacobian[3][6];
+  row.mount = at.mount;
+  row.contact = at.point;
+  if (at.mount < 0) {
+    hub_jacobian(state.rotation, robot.hub_contact_points + 3 * at.point, jacobian);
     for (int i = 0; i < 3; ++i) {
       for (int v = 0; v < kVectors; ++v) store(&row.response[i][8 * v], DoubleLanes{});
       times_hub_factor(jacobian[i], hub.factor, &row.response[i][M]);
-      row.free_velocity[i] = i == 0 ? gap / h : 0.0;
+      row.free_velocity[i] = 0;
       for (int j = 0; j < 6; ++j) row.free_velocity[i] += jacobian[i][j] * hub.free_velocity[j];
     }
-    row.impulse = impulse;
-    row.mount = -1;
-    finish_row(row);
-  }
-  return row_count;
-}
-
-// Points of mounted part k.
-template <int M, class Real>
-int add_part_rows(const Part<Real>* parts, const RobotModel& robot, int k, const Settings& settings,
-                  RobotState& state, Workspace<M, Real>& work, int row_count, double& deepest) {
-  constexpr int kVectors = M / 8;
-  const double h = settings.time_step;
-  const HubSystem& hub = work.hub;
-  const Mount& mount = robot.mounts[k];
-  const Part<Real>& part = parts[mount.part];
-  const double* alpha = state.modes + k * M;
-  LegSystem<M>& leg = work.legs[k];
-  double* world = work.world[k];
-  multiply_matrices(state.rotation, mount.rotation, world);
-  double height = state.position[2] - settings.floor_height;
-  for (int i = 0; i < 3; ++i) height += state.rotation[6 + i] * mount.translation[i];
-  const double up[3] = {world[6], world[7], world[8]};
-  // How fast a point approaches the floor at the old velocities, but for turning of its deflection.
-  double part_velocity[6], lever[3], origin_speed = 0;
-  for (int i = 0; i < 6; ++i) {
-    part_velocity[i] = 0;
-    for (int j = 0; j < 6; ++j) part_velocity[i] += work.transform[k][6 * i + j] * hub.velocity[j];
-  }
-  for (int i = 0; i < 3; ++i) origin_speed += up[i] * part_velocity[i];
-  cross(up, part_velocity + 3, lever);  // up . (W x y) = y . (up x W)
-  const double* rates = state.mode_rates + k * M;
-  // The free motion of this part: u = E^T-reduced right side less coupling with the hub.
-  double part_free[6];
-  alignas(64) double free_reduced[M];
-  for (int i = 0; i < 6; ++i) {
-    part_free[i] = 0;
-    for (int j = 0; j < 6; ++j) part_free[i] += work.transform[k][6 * i + j] * hub.free_velocity[j];
-  }
-  for (int v = 0; v < kVectors; ++v) {
-    DoubleLanes value = load(&leg.reduced_right[8 * v]);
-    for (int i = 0; i < 6; ++i) value -= part_free[i] * load(&leg.reduced_coupling[i][8 * v]);
-    store(&free_reduced[8 * v], value);
-  }
-  for (int c = 0; c < part.contact_count; ++c) {
-    const double* point = part.contact_points + 3 * c;
-    const double* modes = part.contact_modes + long(c) * 3 * M;
-    DoubleLanes lift = {}, lift_rate = {};
-    for (int v = 0; v < kVectors; ++v) {
-      const DoubleLanes row = up[0] * load(modes + 8 * v) + up[1] * load(modes + M + 8 * v) +
-                              up[2] * load(modes + 2 * M + 8 * v);
-      lift += load(alpha + 8 * v) * row;
-      lift_rate += load(rates + 8 * v) * row;
-    }
-    const double gap = height + up[0] * point[0] + up[1] * point[1] + up[2] * point[2] + sum_lanes(lift);
-    deepest = std::fmax(deepest, -gap);
-    double* impulse = state.impulses + 3 * (mount.contact_offset + c);
-    const double approach = origin_speed + lever[0] * point[0] + lever[1] * point[1] + lever[2] * point[2] +
-                            sum_lanes(lift_rate);
-    if (!(gap + std::fmin(0.0, h * approach) < settings.contact_margin)) {
-      impulse[0] = impulse[1] = impulse[2] = 0;
-      continue;
-    }
-    ContactRow<M>& row = work.rows[row_count++];
+  } else {
+    const Mount& mount = robot.mounts[at.mount];
+    const MountView<M>& view = work.views[at.mount];
+    const Part<Real>& part = parts[mount.part];
+    const double* modes = part.contact_modes + long(at.point) * 3 * M;
+    const double* alpha = state.modes + at.mount * M;
+    row.contact += mount.contact_offset;
     double arm[3];
     for (int i = 0; i < 3; ++i) {
       DoubleLanes dot = {};
       for (int v = 0; v < kVectors; ++v) dot += load(alpha + 8 * v) * load(modes + i * M + 8 * v);
-      arm[i] = point[i] + sum_lanes(dot);
+      arm[i] = part.contact_points[3 * at.point + i] + sum_lanes(dot);
     }
-    double jacobian[3][6];
-    hub_jacobian(world, arm, jacobian);
+    hub_jacobian(view.world, arm, jacobian);
     for (int i = 0; i < 3; ++i) {
-      alignas(64) double modal[M];
-      for (int v = 0; v < kVectors; ++v)
-        store(&modal[8 * v], jacobian[i][0] * load(modes + 8 * v) + jacobian[i][1] * load(modes + M + 8 * v) +
-                                 jacobian[i][2] * load(modes + 2 * M + 8 * v));
-      times_inverse<M>(modal, leg.inverse_upper, row.response[i]);
-      // Free velocity: hub part plus modal part.
-      double velocity_sum = i == 0 ? gap / h : 0.0;
-      DoubleLanes dot = {};
-      for (int v = 0; v < kVectors; ++v) dot += load(&row.response[i][8 * v]) * load(&free_reduced[8 * v]);
-      velocity_sum += sum_lanes(dot);
-      double reduced[6], hub_row[6];
-      for (int j = 0; j < 6; ++j) {
-        velocity_sum += jacobian[i][j] * part_free[j];
-        DoubleLanes coupled = {};
-        for (int v = 0; v < kVectors; ++v)
-          coupled += load(&row.response[i][8 * v]) * load(&leg.reduced_coupling[j][8 * v]);
-        reduced[j] = jacobian[i][j] - sum_lanes(coupled);
+      alignas(64) double modal[M], reduced[8];
+      DoubleLanes free = {}, hub_row = {}, coupled = {};
+      for (int v = 0; v < kVectors; ++v) {
+        const DoubleLanes value = jacobian[i][0] * load(modes + 8 * v) + jacobian[i][1] * load(modes + M + 8 * v) +
+                                  jacobian[i][2] * load(modes + 2 * M + 8 * v);
+        store(&modal[8 * v], value);
+        free += value * load(&view.free_rates[8 * v]);
       }
+      times_inverse<M>(modal, work.legs[at.mount].inverse_upper, row.response[i]);
+      for (int a = 0; a < M; ++a) coupled += modal[a] * load(view.hub_response[a]);
+      store(reduced, coupled);
+      row.free_velocity[i] = sum_lanes(free);
       for (int j = 0; j < 6; ++j) {
-        hub_row[j] = 0;
-        for (int l = 0; l < 6; ++l) hub_row[j] += reduced[l] * work.transform[k][6 * l + j];
+        row.free_velocity[i] += jacobian[i][j] * view.free_velocity[j];
+        hub_row += (jacobian[i][j] - reduced[j]) * load(view.to_factor[j]);
       }
-      times_hub_factor(hub_row, hub.factor, &row.response[i][M]);
-      row.free_velocity[i] = velocity_sum;
+      store(&row.response[i][M], hub_row);
     }
-    row.impulse = impulse;
-    row.mount = k;
-    finish_row(row);
   }
-  return row_count;
+  row.free_velocity[0] += at.gap / settings.time_step;
+  for (int i = 0; i < 3; ++i) row.impulse[i] = state.impulses[3 * row.contact + i];
+  finish_row(row);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -14,6 +14,7 @@
 
 #include "lanes.hpp"
 #include "model.hpp"
+#include "outer_products.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
@@ -75,185 +76,178 @@ inline void polar_rotation(const V f[3 * D], V r[3 * D]) {
   }
 }
 
-// What a piece of a block, elements side by side, hands to the stages that run over modes.
+// What the stage with lanes over elements hands to the stage with lanes over modes.
 template <int D, class Real>
 struct ElementBlock {
   static constexpr int kRows = 3 * D;
-  static constexpr int kStrains = D == 3 ? 6 : 3;
-  alignas(64) Real rotation[kRows][kLane];
-  alignas(64) Real stress[kRows][kLane];           // R s, with weight and measure
-  alignas(64) Real turn[3][kStrains][kLane];       // scaled strains of turning about the part's axes
+  static constexpr int kStresses = D == 3 ? 6 : 3;  // 00, 11, (22,) 01, (02, 12)
+  alignas(64) Real rotation[kRows][kLane];          // times row_scale
+  // In the rotated frame, with weight and measure, over row_scale; and its change for turns about the three axes.
+  alignas(64) Real stress[4][kStresses][kLane];
 };
 
-// Moment of the internal forces and the scaled strains of turning about each axis: the gradient of a
-// turn about axis l has rows l+1 and l+2 equal to -F_(l+2) and F_(l+1).
+// Stress lambda tr I + 2 mu sym t of a gradient t in the rotated frame; `relaxed` is subtracted from t's diagonal.
 template <int D, class Real, class V>
-inline void turn_about_axes(const V f[3 * D], const V r[3 * D], const V p[3 * D], V shear_scale, V trace_scale,
-                            V moment[3], V turn_turn[6], V turn[3][D == 3 ? 6 : 3]) {
-  constexpr int kStrains = D == 3 ? 6 : 3;
-  const V half_root = shear_scale * Real(0.7071067811865476);
+inline void symmetric_stress(const V t[D][D], V lambda, V mu, Real relaxed, V s[D == 3 ? 6 : 3]) {
+  V trace = t[0][0] + t[1][1] - Real(D) * relaxed;
+  if constexpr (D == 3) trace += t[2][2];
+  const V pressure = lambda * trace - (Real(2) * relaxed) * mu, twice = mu + mu;
 #pragma GCC unroll 3
-  for (int axis = 0; axis < 3; ++axis) {
-    const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
-    V t[D][D];
-#pragma GCC unroll 3
-    for (int j = 0; j < D; ++j) {
-      moment[axis] -= p[i2 * D + j] * f[i1 * D + j] - p[i1 * D + j] * f[i2 * D + j];
-#pragma GCC unroll 3
-      for (int i = 0; i < D; ++i) t[i][j] = r[i2 * D + i] * f[i1 * D + j] - r[i1 * D + i] * f[i2 * D + j];
-    }
-    V trace = t[0][0] + t[1][1];
-    if constexpr (D == 3) trace += t[2][2];
-    trace *= trace_scale;
-    int row = D;
-#pragma GCC unroll 3
-    for (int i = 0; i < D; ++i) {
-      turn[axis][i] = shear_scale * t[i][i] + trace;
-#pragma GCC unroll 3
-      for (int j = i + 1; j < D; ++j) turn[axis][row++] = half_root * (t[i][j] + t[j][i]);
-    }
-  }
-  int entry = 0;
-#pragma GCC unroll 3
-  for (int a = 0; a < 3; ++a)
-#pragma GCC unroll 3
-    for (int b = a; b < 3; ++b, ++entry)
-#pragma GCC unroll 6
-      for (int i = 0; i < kStrains; ++i) turn_turn[entry] += turn[a][i] * turn[b][i];
+  for (int i = 0; i < D; ++i) s[i] = pressure + twice * t[i][i];
+  s[D] = mu * (t[0][1] + t[1][0]);
+  if constexpr (D == 3) s[4] = mu * (t[0][2] + t[2][0]), s[5] = mu * (t[1][2] + t[2][1]);
 }
 
-// Adds one family's contribution.
-template <int M, int D, class Real>
-void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_rotations, bool turning,
-                ElementSystem<M, Real>& system) {
+// s : t.
+template <int D, class V>
+inline V stress_work(const V s[D == 3 ? 6 : 3], const V t[D][D]) {
+  V sum = s[0] * t[0][0] + s[1] * t[1][1] + s[D] * (t[0][1] + t[1][0]);
+  if constexpr (D == 3) sum += s[2] * t[2][2] + s[4] * (t[0][2] + t[2][0]) + s[5] * (t[1][2] + t[2][1]);
+  return sum;
+}
+
+// Deformation gradient, rotation and stress of a block of elements, lanes over elements.
+template <int M, int D, class Real, class V>
+inline void deform_block(const ElementFamily<Real>& family, int number, const Real* alpha, bool edge_rotations,
+                         bool turning, ElementBlock<D, Real>& block, V moment[3], V turn_turn[6]) {
   using L = Lanes<Real>;
-  using V = typename L::type;
-  using ML = ModeLanes<M, Real>;
-  using MV = typename ML::type;
-  constexpr int kVectors = M / ML::count;  // vectors in a row of modes
-  constexpr int kStrains = D == 3 ? 6 : 3;
-  constexpr int kRows = 3 * D;
-  static_assert(kVectors * ML::count == M, "rows must be whole vectors");
-
+  constexpr int kRows = 3 * D, kStresses = ElementBlock<D, Real>::kStresses;
   constexpr int kPieces = kLane * int(sizeof(Real)) / 64;  // vectors in a block of elements
-  MV force[kVectors] = {};
-  V moment[3] = {}, turn_turn[6] = {};
-
-  for (int number = 0; number < family.block_count; ++number) {
-    ElementBlock<D, Real> block;
-    for (int piece = 0; piece < kPieces; ++piece) {
-      const int lane = piece * L::count, element = number * kLane + lane;
-      // Deformation gradient.
-      V f[kRows], r[kRows], p[kRows];
-      for (int row = 0; row < kRows; ++row) {
-        f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
-        const Real* gradient = family.gradient_lanes + (long(number) * kRows + row) * M * kLane + lane;
-        for (int a = 0; a < M; ++a) f[row] += alpha[a] * load(gradient + a * kLane);
-      }
-      if (edge_rotations)
-        edge_rotation<D, Real, V>(f, r);
-      else
-        polar_rotation<D, Real, V>(f, r);
-      // Stress.
-      const V lambda = load(family.lambda + element), mu = load(family.mu + element);
-      V t[D][D];
-#pragma GCC unroll 3
-      for (int i = 0; i < D; ++i)
-#pragma GCC unroll 3
-        for (int j = 0; j < D; ++j) t[i][j] = r[i] * f[j] + r[D + i] * f[D + j] + r[2 * D + i] * f[2 * D + j];
-      V trace = t[0][0] + t[1][1] - Real(D);
-      if constexpr (D == 3) trace += t[2][2];
-      const V pressure = lambda * trace - Real(2) * mu;
-#pragma GCC unroll 3
-      for (int k = 0; k < 3; ++k)
-#pragma GCC unroll 3
-        for (int j = 0; j < D; ++j) {
-          V sum = r[k * D + j] * pressure;
-#pragma GCC unroll 3
-          for (int i = 0; i < D; ++i) sum += r[k * D + i] * (mu * (t[i][j] + t[j][i]));
-          p[k * D + j] = sum;
-        }
-      for (int row = 0; row < kRows; ++row) {
-        store(&block.rotation[row][lane], r[row]);
-        store(&block.stress[row][lane], p[row]);
-      }
-      if (turning) {
-        V turn[3][kStrains];
-        turn_about_axes<D, Real, V>(f, r, p, load(family.shear_root + element), load(family.trace_root + element),
-                                    moment, turn_turn, turn);
-        for (int axis = 0; axis < 3; ++axis)
-          for (int i = 0; i < kStrains; ++i) store(&block.turn[axis][i][lane], turn[axis][i]);
-      }
+  for (int piece = 0; piece < kPieces; ++piece) {
+    const int lane = piece * L::count, element = number * kLane + lane;
+    V f[kRows], r[kRows], s[kStresses];
+    const Real* gradient = family.gradient_lanes + long(number) * kRows * M * kLane + lane;
+#pragma GCC unroll 9
+    for (int row = 0; row < kRows; ++row) f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
+    for (int a = 0; a < M; ++a) {
+      const Real coordinate = alpha[a];
+#pragma GCC unroll 9
+      for (int row = 0; row < kRows; ++row) f[row] += coordinate * load(gradient + (a * kRows + row) * kLane);
     }
-    const auto& r = block.rotation;
-    const auto& p = block.stress;
-    const auto& turn = block.turn;
-    // Scaled strain of every mode, lanes over modes.
-    alignas(64) Real strain[kLane][kStrains][M];
-    for (int l = 0; l < kLane; ++l) {
-      const Real* g = family.gradient_modes + (long(number) * kLane + l) * kRows * M;
-      const Real shear_scale = family.shear_root[number * kLane + l];
-      const Real trace_scale = family.trace_root[number * kLane + l];
-      const Real half_root = shear_scale * Real(0.7071067811865476);  // sqrt(mu)
-      for (int v = 0; v < kVectors; ++v) {
-        MV column[kRows];
-        for (int i = 0; i < kRows; ++i) {
-          column[i] = ML::load(g + i * M + v * ML::count);
-          force[v] -= p[i][l] * column[i];
-        }
-        MV t[D][D];
+    if (edge_rotations)
+      edge_rotation<D, Real, V>(f, r);
+    else
+      polar_rotation<D, Real, V>(f, r);
+    const V scale = load(family.row_scale + element), inverse = load(family.inverse_scale + element);
+    const V lambda = load(family.lambda + element) * inverse, mu = load(family.mu + element) * inverse;
+    V t[D][D];
+#pragma GCC unroll 3
+    for (int i = 0; i < D; ++i)
+#pragma GCC unroll 3
+      for (int j = 0; j < D; ++j) t[i][j] = r[i] * f[j] + r[D + i] * f[D + j] + r[2 * D + i] * f[2 * D + j];
+    symmetric_stress<D, Real, V>(t, lambda, mu, Real(1), s);
+#pragma GCC unroll 9
+    for (int row = 0; row < kRows; ++row) store(&block.rotation[row][lane], scale * r[row]);
+#pragma GCC unroll 6
+    for (int i = 0; i < kStresses; ++i) store(&block.stress[0][i][lane], s[i]);
+    if (!turning) continue;
+    // The gradient of a turn about an axis has rows l+1 and l+2 equal to -F_(l+2) and F_(l+1).
+    V turn[3][D][D];
+#pragma GCC unroll 3
+    for (int axis = 0; axis < 3; ++axis) {
+      const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
+#pragma GCC unroll 3
+      for (int j = 0; j < D; ++j)
+#pragma GCC unroll 3
         for (int i = 0; i < D; ++i)
-          for (int j = 0; j < D; ++j)
-            t[i][j] = r[i][l] * column[j] + r[D + i][l] * column[D + j] + r[2 * D + i][l] * column[2 * D + j];
-        MV trace = t[0][0] + t[1][1];
-        if (D == 3) trace += t[D - 1][D - 1];
-        trace *= trace_scale;
-        for (int i = 0; i < D; ++i) ML::store(&strain[l][i][v * ML::count], shear_scale * t[i][i] + trace);
-        int row = D;
-        for (int i = 0; i < D; ++i)
-          for (int j = i + 1; j < D; ++j, ++row)
-            ML::store(&strain[l][row][v * ML::count], half_root * (t[i][j] + t[j][i]));
-      }
+          turn[axis][i][j] = r[i2 * D + i] * f[i1 * D + j] - r[i1 * D + i] * f[i2 * D + j];
+      moment[axis] -= scale * stress_work<D, V>(s, turn[axis]);
     }
-    // Stiffness: sum of squares of scaled strains, tiles of eight rows kept in registers.
-    constexpr int kTile = 8;
-    for (int tile = 0; tile < M; tile += kTile) {
-      MV sum[kTile][kVectors];
-      for (int a = 0; a < kTile; ++a)
-        for (int v = 0; v < kVectors; ++v) sum[a][v] = ML::load(&system.stiffness[tile + a][v * ML::count]);
-      for (int l = 0; l < kLane; ++l)
-        for (int i = 0; i < kStrains; ++i) {
-          const Real* row = strain[l][i];
-          MV right[kVectors];
-          for (int v = 0; v < kVectors; ++v) right[v] = ML::load(row + v * ML::count);
-#pragma GCC unroll 8
-          for (int a = 0; a < kTile; ++a) {
-            const Real left = row[tile + a];
-            for (int v = 0; v < kVectors; ++v) sum[a][v] += left * right[v];
-          }
-        }
-      for (int a = 0; a < kTile; ++a)
-        for (int v = 0; v < kVectors; ++v) ML::store(&system.stiffness[tile + a][v * ML::count], sum[a][v]);
-    }
-    if (turning) {
-      MV sum[3][kVectors];
-      for (int a = 0; a < 3; ++a)
-        for (int v = 0; v < kVectors; ++v) sum[a][v] = ML::load(&system.turn_stiffness[a][v * ML::count]);
-      for (int l = 0; l < kLane; ++l)
-        for (int i = 0; i < kStrains; ++i)
-          for (int a = 0; a < 3; ++a)
-            for (int v = 0; v < kVectors; ++v) sum[a][v] += turn[a][i][l] * ML::load(&strain[l][i][v * ML::count]);
-      for (int a = 0; a < 3; ++a)
-        for (int v = 0; v < kVectors; ++v) ML::store(&system.turn_stiffness[a][v * ML::count], sum[a][v]);
+    int entry = 0;
+#pragma GCC unroll 3
+    for (int axis = 0; axis < 3; ++axis) {
+      V q[kStresses];
+      symmetric_stress<D, Real, V>(turn[axis], lambda, mu, Real(0), q);
+#pragma GCC unroll 3
+      for (int other = axis; other < 3; ++other, ++entry) turn_turn[entry] += scale * stress_work<D, V>(q, turn[other]);
+#pragma GCC unroll 6
+      for (int i = 0; i < kStresses; ++i) store(&block.stress[1 + axis][i][lane], q[i]);
     }
   }
+}
 
-  for (int v = 0; v < kVectors; ++v)
-    ML::store(&system.force[v * ML::count], ML::load(&system.force[v * ML::count]) + force[v]);
-  if (turning) {
+// Rows whose squares make the stiffness, and the work of `Loads` stresses on every mode: `Width` modes from `column` on.
+//
+// Membranes: three scaled strains, added. Tetrahedra: with T = R^T G and R orthogonal,
+// 2 mu sym T : sym T = 2 mu G : G - mu sum of squares of the three T_ij - T_ji, and the sum of the first over all
+// elements never changes (`constant_stiffness`); so the scaled trace is added and three rows are subtracted.
+template <int M, int D, int Loads, int Width, class Real>
+inline void rows_of_block(const Real* gradient, const Real* trace_scale, const ElementBlock<D, Real>& block, int column,
+                          Real (*added)[kRowStride<M>], Real (*subtracted)[kRowStride<M>], Real (*work)[M]) {
+  using L = Lanes<Real, Width * sizeof(Real)>;
+  using V = typename L::type;
+  constexpr int kRows = 3 * D;
+  V sum[Loads];
+#pragma GCC unroll 4
+  for (int i = 0; i < Loads; ++i) sum[i] = L::load(&work[i][column]);
+  for (int l = 0; l < kLane; ++l) {
+    V g[kRows], t[D][D];
+#pragma GCC unroll 9
+    for (int i = 0; i < kRows; ++i) g[i] = L::load(gradient + (l * kRows + i) * Width);
+#pragma GCC unroll 3
+    for (int i = 0; i < D; ++i)
+#pragma GCC unroll 3
+      for (int j = 0; j < D; ++j)
+        t[i][j] = block.rotation[i][l] * g[j] + block.rotation[D + i][l] * g[D + j] + block.rotation[2 * D + i][l] * g[2 * D + j];
+    const V shear = t[0][1] + t[1][0];
+#pragma GCC unroll 4
+    for (int load = 0; load < Loads; ++load) {
+      const auto& s = block.stress[load];
+      sum[load] += s[0][l] * t[0][0];
+      sum[load] += s[1][l] * t[1][1];
+      sum[load] += s[D][l] * shear;
+    }
+    if constexpr (D == 3) {
+      const V shear_02 = t[0][2] + t[2][0], shear_12 = t[1][2] + t[2][1];
+#pragma GCC unroll 4
+      for (int load = 0; load < Loads; ++load) {
+        const auto& s = block.stress[load];
+        sum[load] += s[2][l] * t[2][2];
+        sum[load] += s[4][l] * shear_02;
+        sum[load] += s[5][l] * shear_12;
+      }
+      L::store(&added[l][column], trace_scale[l] * (t[0][0] + t[1][1] + t[2][2]));
+      L::store(&subtracted[l][column], t[0][1] - t[1][0]);
+      L::store(&subtracted[kLane + l][column], t[0][2] - t[2][0]);
+      L::store(&subtracted[2 * kLane + l][column], t[1][2] - t[2][1]);
+    } else {
+      const V trace = trace_scale[l] * (t[0][0] + t[1][1]);
+      L::store(&added[l][column], t[0][0] + trace);
+      L::store(&added[kLane + l][column], t[1][1] + trace);
+      L::store(&added[2 * kLane + l][column], Real(0.7071067811865476) * shear);
+    }
+  }
+#pragma GCC unroll 4
+  for (int i = 0; i < Loads; ++i) L::store(&work[i][column], sum[i]);
+}
+
+// Adds one family's contribution; `work`: of the stress and of the stresses of three turns, on every mode.
+template <int M, int D, int Loads, class Real>
+void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_rotations, Real (*work)[M],
+                ElementSystem<M, Real>& system) {
+  using V = typename Lanes<Real>::type;
+  constexpr int kRows = 3 * D;
+  constexpr int kWide = 64 / int(sizeof(Real));
+  V moment[3] = {}, turn_turn[6] = {};
+  alignas(64) Real added[D == 3 ? kLane : 3 * kLane][kRowStride<M>];
+  alignas(64) Real subtracted[D == 3 ? 3 * kLane : 1][kRowStride<M>];
+  ElementBlock<D, Real> block;
+  for (int number = 0; number < family.block_count; ++number) {
+    deform_block<M, D, Real, V>(family, number, alpha, edge_rotations, Loads > 1, block, moment, turn_turn);
+    const Real* gradient = family.gradient_modes + long(number) * kLane * kRows * M;
+    const Real* trace_scale = family.trace_scale + number * kLane;
+    int column = 0;
+    for (; column + kWide <= M; column += kWide, gradient += kLane * kRows * kWide)
+      rows_of_block<M, D, Loads, kWide, Real>(gradient, trace_scale, block, column, added, subtracted, work);
+    if constexpr (M % kWide != 0)
+      rows_of_block<M, D, Loads, M % kWide, Real>(gradient, trace_scale, block, column, added, subtracted, work);
+    add_outer_products<true, M>(added, D == 3 ? kLane : 3 * kLane, system.stiffness);
+    if constexpr (D == 3) add_outer_products<false, M>(subtracted, 3 * kLane, system.stiffness);
+  }
+  if constexpr (Loads > 1) {
     static const int kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
     Real total[6] = {0, 0, 0, 0, 0, 0};
-    for (int l = 0; l < L::count; ++l) {
+    for (int l = 0; l < Lanes<Real>::count; ++l) {
       for (int a = 0; a < 3; ++a) system.moment[a] += moment[a][l];
       for (int e = 0; e < 6; ++e) total[e] += turn_turn[e][l];
     }
@@ -261,14 +255,30 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
   }
 }
 
+template <int M, int Loads, class Real>
+void element_system_of(const Part<Real>& part, const Real* alpha, bool edge_rotations, ElementSystem<M, Real>& system) {
+  alignas(64) Real work[4][M] = {};
+  add_family<M, 3, Loads, Real>(part.tetrahedra, alpha, edge_rotations, work, system);
+  add_family<M, 2, Loads, Real>(part.membranes, alpha, edge_rotations, work, system);
+  for (int a = 0; a < M; ++a) {
+    system.force[a] = -work[0][a];
+    for (int axis = 0; axis < 3; ++axis) system.turn_stiffness[axis][a] = work[1 + axis][a];
+  }
+}
+
+// Forces and stiffness of one part at the modal coordinates `alpha`; with `turning` also the three columns of turns.
 template <int M, class Real>
 void element_system(const Part<Real>& part, const double* alpha, bool edge_rotations, bool turning,
                     ElementSystem<M, Real>& system) {
   __builtin_memset(&system, 0, sizeof(system));
   alignas(64) Real coordinates[M];
   for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
-  add_family<M, 3, Real>(part.tetrahedra, coordinates, edge_rotations, turning, system);
-  add_family<M, 2, Real>(part.membranes, coordinates, edge_rotations, turning, system);
+  for (int a = 0; a < M; ++a)
+    for (int b = 0; b < M; ++b) system.stiffness[a][b] = part.constant_stiffness[a * M + b];
+  if (turning)
+    element_system_of<M, 4, Real>(part, coordinates, edge_rotations, system);
+  else
+    element_system_of<M, 1, Real>(part, coordinates, edge_rotations, system);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

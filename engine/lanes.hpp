@@ -10,13 +10,10 @@ template <class Real, int Bytes = 64>
 struct Lanes {
   static constexpr int count = Bytes / sizeof(Real);
   typedef Real type __attribute__((vector_size(Bytes)));
-  static type load(const Real* from) { return *reinterpret_cast<const type*>(from); }
-  static void store(Real* to, type value) { *reinterpret_cast<type*>(to) = value; }
+  typedef Real unaligned __attribute__((vector_size(Bytes), aligned(sizeof(Real)), may_alias));
+  static type load(const Real* from) { return *reinterpret_cast<const unaligned*>(from); }
+  static void store(Real* to, type value) { *reinterpret_cast<unaligned*>(to) = value; }
 };
-
-// Rows of modes: whole 64-byte vectors where the count allows, else 32-byte ones.
-template <int M, class Real>
-using ModeLanes = Lanes<Real, (M * sizeof(Real)) % 64 == 0 ? 64 : 32>;
 
 template <class Real>
 inline typename Lanes<Real>::type load(const Real* from) {

@@ -7,6 +7,7 @@
 #pragma once
 #include "elements.hpp"
 #include "small_matrix.hpp"
+#include "velocity_products.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
@@ -32,39 +33,102 @@ inline void times_inverse(const double* row, const double inverse_upper[M][M], d
   DoubleLanes sum[kVectors] = {};
   for (int b = 0; b < M; ++b) {
     const DoubleLanes value = broadcast(row[b]);
-    for (int v = 0; v < kVectors; ++v) sum[v] += value * load(&inverse_upper[b][8 * v]);
+    for (int v = b / 8; v < kVectors; ++v) sum[v] += value * load(&inverse_upper[b][8 * v]);
   }
   for (int v = 0; v < kVectors; ++v) store(out + 8 * v, sum[v]);
 }
 
-// U^-1 of D = U^T U, in place of D (upper part read); false if D is not positive definite.
+// Upper factor of the 8 x 8 block at `d`, in rows of M: d = u^T u, and the inverse of u in its place; false if not
+// positive definite.
+template <int M>
+inline bool invert_block(double* d) {
+  DoubleLanes row[8];
+#pragma GCC unroll 8
+  for (int i = 0; i < 8; ++i) row[i] = load(d + i * M);
+  double inverse[8];
+#pragma GCC unroll 8
+  for (int j = 0; j < 8; ++j) {
+    const double pivot = row[j][j];
+    if (!(pivot > 0)) return false;
+    inverse[j] = 1.0 / std::sqrt(pivot);
+    row[j] *= inverse[j];
+#pragma GCC unroll 8
+    for (int i = j + 1; i < 8; ++i) row[i] -= row[j][i] * row[j];
+  }
+  // Rows of the inverse from the last up: y_i = (e_i - sum_j>i u_ij y_j) / u_ii.
+  DoubleLanes y[8];
+#pragma GCC unroll 8
+  for (int i = 7; i >= 0; --i) {
+    DoubleLanes sum = {};
+    sum[i] = 1.0;
+#pragma GCC unroll 8
+    for (int j = i + 1; j < 8; ++j) sum -= row[i][j] * y[j];
+    y[i] = sum * inverse[i];
+  }
+#pragma GCC unroll 8
+  for (int i = 0; i < 8; ++i) store(d + i * M, y[i]);
+  return true;
+}
+
+// out (+/-)= a^T b or a b of 8 x 8 blocks in rows of M.
+template <int M, bool Transposed>
+inline void multiply_blocks(const double* a, const double* b, DoubleLanes out[8], double sign) {
+#pragma GCC unroll 8
+  for (int k = 0; k < 8; ++k) {
+    const DoubleLanes right = sign * load(b + k * M);
+#pragma GCC unroll 8
+    for (int i = 0; i < 8; ++i) out[i] += a[Transposed ? k * M + i : i * M + k] * right;
+  }
+}
+
+// U^-1 of D = U^T U, in place of D (upper part read), by blocks of eight; false if D is not positive definite.
 template <int M>
 inline bool invert_upper_factor(double d[M][M]) {
-  constexpr int kVectors = M / 8;
-  for (int j = 0; j < M; ++j) {
-    if (!(d[j][j] > 0)) return false;
-    const double scale = 1.0 / std::sqrt(d[j][j]);
-    for (int v = 0; v < kVectors; ++v) store(&d[j][8 * v], load(&d[j][8 * v]) * scale);
-    for (int i = j + 1; i < M; ++i) {
-      const double factor = d[j][i];
-      for (int v = i / 8; v < kVectors; ++v)
-        store(&d[i][8 * v], load(&d[i][8 * v]) - factor * load(&d[j][8 * v]));
+  constexpr int kBlocks = M / 8;
+  const auto at = [&](int i, int j) { return &d[8 * i][8 * j]; };
+  const auto put = [&](int i, int j, const DoubleLanes value[8]) {
+    for (int r = 0; r < 8; ++r) store(at(i, j) + r * M, value[r]);
+  };
+  // Diagonal blocks become Y_ii = U_ii^-1, blocks right of them U_ij.
+  for (int i = 0; i < kBlocks; ++i) {
+    if (!invert_block<M>(at(i, i))) return false;
+    for (int j = i + 1; j < kBlocks; ++j) {
+      DoubleLanes u[8] = {};
+      multiply_blocks<M, true>(at(i, i), at(i, j), u, 1.0);
+      put(i, j, u);
     }
+    for (int j = i + 1; j < kBlocks; ++j)
+      for (int l = j; l < kBlocks; ++l) {
+        DoubleLanes rest[8];
+        for (int r = 0; r < 8; ++r) rest[r] = load(at(j, l) + r * M);
+        multiply_blocks<M, true>(at(i, j), at(i, l), rest, -1.0);
+        put(j, l, rest);
+      }
   }
-  alignas(64) double row[M];
-  for (int i = M - 1; i >= 0; --i) {
-    const double inverse = 1.0 / d[i][i];
-    DoubleLanes sum[kVectors] = {};
-    for (int j = i + 1; j < M; ++j) {
-      const double factor = d[i][j];
-      for (int v = 0; v < kVectors; ++v) sum[v] -= factor * load(&d[j][8 * v]);
+  // Y_ij = -Y_ii sum_(i<l<=j) U_il Y_lj, from the last row up and from the last column back.
+  for (int i = kBlocks - 2; i >= 0; --i)
+    for (int j = kBlocks - 1; j > i; --j) {
+      DoubleLanes sum[8] = {}, y[8] = {};
+      for (int l = i + 1; l <= j; ++l) multiply_blocks<M, false>(at(i, l), at(l, j), sum, 1.0);
+      put(i, j, sum);  // U_ij is read by no other column
+      multiply_blocks<M, false>(at(i, i), at(i, j), y, -1.0);
+      put(i, j, y);
     }
-    for (int v = 0; v < kVectors; ++v) store(&row[8 * v], sum[v] * inverse);
-    for (int j = 0; j < i; ++j) d[i][j] = 0;
-    row[i] = inverse;
-    for (int j = i; j < M; ++j) d[i][j] = row[j];
-  }
   return true;
+}
+
+// sum += amounts (count) times rows (count, M).
+template <int M, class Real>
+inline void add_products(const double* amounts, const Real* rows, int count, Real* sum) {
+  using L = Lanes<Real, (M * sizeof(Real)) % 64 == 0 ? 64 : 32>;
+  constexpr int kWidths = M / L::count;
+  typename L::type total[2][kWidths] = {};  // two chains, to hide the latency of sums
+  for (int i = 0; i < count; i += 2)
+    for (int chain = 0; chain < 2; ++chain) {
+      const Real amount = Real(amounts[i + chain]);
+      for (int v = 0; v < kWidths; ++v) total[chain][v] += amount * L::load(rows + (i + chain) * M + v * L::count);
+    }
+  for (int v = 0; v < kWidths; ++v) L::store(sum + v * L::count, total[0][v] + total[1][v]);
 }
 
 // Mass of the part about its origin and its products with the old rates; gravity; pressure.
@@ -75,46 +139,42 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
                            const Settings& settings, LegSystem<M>& leg) {
   constexpr int kVectors = M / 8;
   const double h = settings.time_step, mass_scale = 1.0 + settings.mass_damping * h;
-  // Lever L_ij^a = sum m y_i Phi_j^a and second moment S = sum m y y^T.
-  alignas(64) double lever[9][M];
-  double second[9];
-  for (int ij = 0; ij < 9; ++ij) {
-    const double* linear = part.second_moment_modes + ij * M;
-    const double* pairs = part.second_moment_mode_pairs + long(ij) * M * M;
-    DoubleLanes sum[kVectors], dot = {};
-    for (int v = 0; v < kVectors; ++v) sum[v] = load(linear + 8 * v);
-    for (int b = 0; b < M; ++b) {
-      const DoubleLanes coordinate = broadcast(alpha[b]);
-      for (int v = 0; v < kVectors; ++v) sum[v] += coordinate * load(pairs + b * M + 8 * v);
-    }
-    for (int v = 0; v < kVectors; ++v) {
-      store(&lever[ij][8 * v], sum[v]);
-      dot += sum[v] * load(alpha + 8 * v);
-    }
-    second[ij] = part.second_moment[ij] + sum_lanes(dot);
-  }
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      DoubleLanes dot = {};
-      const double* linear = part.second_moment_modes + (3 * i + j) * M;
-      for (int v = 0; v < kVectors; ++v) dot += load(linear + 8 * v) * load(alpha + 8 * v);
-      second[3 * j + i] += sum_lanes(dot);
+  constexpr int kPairs = pair_count(M);
+  alignas(64) double pairs[kPairs];  // alpha_b alpha_c
+  for (int v = kPairs - 16; v < kPairs; v += 8) store(pairs + v, DoubleLanes{});
+  for (int b = 0; b < M; ++b)
+    for (int c = b; c < M; ++c) pairs[pair_index(b, c, M)] = alpha[b] * alpha[c];
+  double second[9];                       // sum m y y^T
+  alignas(64) double second_change[6][M];  // its change with each mode: xx, xy, xz, yy, yz, zz
+  for (int i = 0, entry = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j, ++entry) {
+      const double* linear = part.second_moment_modes + entry * M;
+      const double* matrix = part.second_moment_matrices + entry * M * M;
+      DoubleLanes change[kVectors], dot = {};
+      for (int v = 0; v < kVectors; ++v) change[v] = load(linear + 8 * v);
+      for (int b = 0; b < M; ++b)
+        for (int v = 0; v < kVectors; ++v) change[v] += alpha[b] * load(matrix + b * M + 8 * v);
+      for (int v = 0; v < kVectors; ++v) {
+        store(&second_change[entry][8 * v], change[v]);
+        dot += 0.5 * (change[v] + load(linear + 8 * v)) * load(alpha + 8 * v);
+      }
+      second[3 * i + j] = second[3 * j + i] = part.second_moment[entry] + sum_lanes(dot);
     }
   double first[3], mode_momentum[6];
   alignas(64) double mass_coupling[6][M];
   for (int i = 0; i < 3; ++i) {
-    DoubleLanes dot = {};
+    DoubleLanes dot = {}, lever[kVectors];
     for (int v = 0; v < kVectors; ++v) {
       const DoubleLanes row = load(part.first_moment_modes + i * M + 8 * v);
       store(&mass_coupling[i][8 * v], row);
       dot += row * load(alpha + 8 * v);
+      lever[v] = load(part.lever + i * M + 8 * v);
     }
     first[i] = leg.first_moment[i] = part.first_moment[i] + sum_lanes(dot);
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
-    for (int v = 0; v < kVectors; ++v)
-      store(&mass_coupling[3 + axis][8 * v], load(&lever[3 * i1 + i2][8 * v]) - load(&lever[3 * i2 + i1][8 * v]));
+    const double* modes = part.lever_modes + i * M * M;  // sum m (y x Phi)
+    for (int b = 0; b < M; ++b)
+      for (int v = 0; v < kVectors; ++v) lever[v] += alpha[b] * load(modes + b * M + 8 * v);
+    for (int v = 0; v < kVectors; ++v) store(&mass_coupling[3 + i][8 * v], lever[v]);
   }
   for (int i = 0; i < 6; ++i) {
     DoubleLanes dot = {};
@@ -148,6 +208,8 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
     for (int i = 0; i < 3; ++i) sum += (h * gravity[i]) * load(&mass_coupling[i][8 * v]);
     store(&leg.right_modes[8 * v], sum);
   }
+  add_velocity_products<M>(part.lever_modes, rates, velocity + 3, first, second, second_change, mode_momentum, h,
+                           leg.right_hub, leg.right_modes);
   // Pressure does work p dV; the cavity's volume is a cubic of the modal coordinates. A closed
   // cavity exerts no net force or moment, so the hub's rows have no such term.
   for (int cavity = 0; cavity < part.cavity_count; ++cavity) {
@@ -156,16 +218,13 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
     DoubleLanes gradient[kVectors];
     for (int v = 0; v < kVectors; ++v) gradient[v] = load(part.volume_1 + cavity * M + 8 * v);
     const double* quadratic = part.volume_2 + long(cavity) * M * M;
-    const double* cubic = part.volume_3 + long(cavity) * M * M * M;
-    for (int b = 0; b < M; ++b) {
-      DoubleLanes row[kVectors] = {};
-      for (int c = 0; c < M; ++c) {
-        const DoubleLanes coordinate = broadcast(0.5 * alpha[c]);
-        for (int v = 0; v < kVectors; ++v) row[v] += coordinate * load(cubic + (long(b) * M + c) * M + 8 * v);
-      }
-      for (int v = 0; v < kVectors; ++v)
-        gradient[v] += alpha[b] * (row[v] + load(quadratic + b * M + 8 * v));
-    }
+    for (int b = 0; b < M; ++b)
+      for (int v = 0; v < kVectors; ++v) gradient[v] += alpha[b] * load(quadratic + b * M + 8 * v);
+    alignas(64) Real cubic[M] = {};
+    const Real* coefficients = part.volume_3 + long(cavity) * kPairs * M;
+    add_products<M, Real>(pairs, coefficients, kPairs, cubic);
+    for (int v = 0; v < kVectors; ++v)
+      for (int i = 0; i < 8; ++i) gradient[v][i] += double(cubic[8 * v + i]);
     for (int v = 0; v < kVectors; ++v)
       store(&leg.right_modes[8 * v], load(&leg.right_modes[8 * v]) + amount * gradient[v]);
   }
@@ -180,7 +239,7 @@ bool eliminate_modes(const Part<Real>& part, const double* alpha, const ElementS
   const double scale = h * (h + settings.stiffness_damping);
   auto& d = leg.inverse_upper;
   for (int a = 0; a < M; ++a) {
-    for (int b = 0; b < M; ++b) d[a][b] = scale * double(elements.stiffness[a][b]);
+    for (int b = a / 8 * 8; b < M; ++b) d[a][b] = scale * double(elements.stiffness[a][b]);
     d[a][a] += 1.0 + settings.mass_damping * h;  // modes are orthonormal in mass
     leg.right_modes[a] += h * double(elements.force[a]);
   }

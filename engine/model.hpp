@@ -14,39 +14,52 @@ constexpr int kMaximumModes = 32;
 
 enum Status : unsigned char { kRunning = 0, kDiverged = 1, kSingular = 2 };
 
+// Pairs of modes (b, c), b <= c, in rows of b; a vector's worth of zeros behind.
+constexpr int pair_index(int b, int c, int modes) { return b * modes - b * (b - 1) / 2 + c - b; }
+constexpr int pair_count(int modes) { return (modes * (modes + 1) / 2 + 15) / 8 * 8; }
+
 // Sampled elements of one family: D = 3 for tetrahedra, D = 2 for membrane triangles.
 // The deformation gradient of an element, 3 x D in its own material frame, is affine in the modes.
 template <class Real>
 struct ElementFamily {
   int block_count = 0;              // elements padded to a multiple of kLane
   const Real* rest = nullptr;       // (block, 3 D, lane)
-  const Real* gradient_lanes = nullptr;  // (block, 3 D, mode, lane)
-  const Real* gradient_modes = nullptr;  // (element, 3 D, mode)
+  const Real* gradient_lanes = nullptr;  // (block, mode, 3 D, lane)
+  // Columns of 64 bytes of modes while they last, then one of the 8 left: (block, column, lane, 3 D, mode of the column).
+  const Real* gradient_modes = nullptr;
   const Real* lambda = nullptr;     // (block, lane) weight x measure x first Lame coefficient
   const Real* mu = nullptr;         // (block, lane) weight x measure x shear modulus
-  const Real* shear_root = nullptr;      // (element) s with D^(1/2) = s I + q 1 1^T on normal strains
-  const Real* trace_root = nullptr;      // (element) q
+  // Elasticity is D = S^2 on normal strains, S = s (I + q 1 1^T), with s^2 = 2 mu. Tetrahedra need less (see
+  // elements.hpp): row_scale^2 = mu and trace_scale^2 = lambda / mu. Membranes: row_scale = s, trace_scale = q.
+  const Real* row_scale = nullptr;       // (element)
+  const Real* inverse_scale = nullptr;   // (element) 1 / row_scale, 0 without stiffness
+  const Real* trace_scale = nullptr;     // (element)
 };
 
 template <class Real>
 struct Part {
   ElementFamily<Real> tetrahedra;   // D = 3
   ElementFamily<Real> membranes;    // D = 2
+  const Real* constant_stiffness = nullptr;  // (mode, mode) sum over tetrahedra of 2 mu G_a : G_b
   const double* linear_stiffness = nullptr;  // (mode, mode) of the mount
   int has_linear_stiffness = 0;
   int cavity_count = 0;
   const double* volume_1 = nullptr;  // (cavity, mode)
   const double* volume_2 = nullptr;  // (cavity, mode, mode)
-  const double* volume_3 = nullptr;  // (cavity, mode, mode, mode)
+  const Real* volume_3 = nullptr;    // (cavity, pair, mode)
   double mass = 0;
   double first_moment[3] = {0, 0, 0};
-  double second_moment[9] = {0};
-  const double* first_moment_modes = nullptr;       // (3, mode)
-  const double* second_moment_modes = nullptr;      // (3, 3, mode)   sum m Y_i Phi_j
-  const double* second_moment_mode_pairs = nullptr; // (3, 3, mode b, mode a)  sum m Phi_i^b Phi_j^a
+  double second_moment[6] = {0};                // xx, xy, xz, yy, yz, zz
+  const double* first_moment_modes = nullptr;   // (3, mode)
+  const double* lever = nullptr;                // (axis, mode)  sum m (Y x Phi)
+  const double* lever_modes = nullptr;          // (axis, mode b, mode)  sum m (Phi^b x Phi)
+  const double* second_moment_modes = nullptr;  // (6, mode)  sum m (Y_i Phi_j + Y_j Phi_i)
+  const double* second_moment_matrices = nullptr;  // (6, mode b, mode)  sum m (Phi_i^b Phi_j + Phi_j^b Phi_i)
   int contact_count = 0;
   const double* contact_points = nullptr;  // (point, 3)
   const double* contact_modes = nullptr;   // (point, 3, mode)
+  const float* contact_point_lanes = nullptr;  // (block, 3, lane): to find the few points near the floor
+  const float* contact_mode_lanes = nullptr;   // (block, mode, 3, lane)
 };
 
 struct Mount {
@@ -97,11 +110,12 @@ struct RobotState {
   double* mode_rates;          // (mount, mode)
   double* impulses;            // (contact point, 3) normal, x, y; mN s, also the warm start
   unsigned char status;
-  int active_contacts;         // of the last step
-  int sweeps;                  // of the last step
+  int active_contacts;         // points the last step's friction was solved for
+  int sweeps;                  // Gauss-Seidel sweeps and
+  int newton_steps;            // Newton steps of the last step's friction
   double contact_residual;     // mm/s, of the last step
   // Since the counters were cleared:
-  long long step_count, contact_total, sweep_total;
+  long long step_count, contact_total, sweep_total, newton_total;
   long long unconverged_total;  // steps whose friction ended above the tolerance
   double worst_penetration;     // mm
   double worst_residual;        // mm/s

@@ -83,5 +83,31 @@ inline bool inverse_cholesky_6(const double a[36], double inverse[36]) {
   return true;
 }
 
+// Solves six equations in place of the right side, by Gauss elimination with row exchanges; false if singular.
+inline bool solve_6(double a[36], double b[6]) {
+  for (int k = 0; k < 6; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < 6; ++i)
+      if (std::fabs(a[6 * i + k]) > std::fabs(a[6 * pivot + k])) pivot = i;
+    if (!(std::fabs(a[6 * pivot + k]) > 1e-300)) return false;
+    for (int j = k; j < 6 && pivot != k; ++j) {
+      const double held = a[6 * k + j];
+      a[6 * k + j] = a[6 * pivot + j], a[6 * pivot + j] = held;
+    }
+    const double held = b[k];
+    b[k] = b[pivot], b[pivot] = held;
+    for (int i = k + 1; i < 6; ++i) {
+      const double factor = a[6 * i + k] / a[6 * k + k];
+      for (int j = k; j < 6; ++j) a[6 * i + j] -= factor * a[6 * k + j];
+      b[i] -= factor * b[k];
+    }
+  }
+  for (int k = 5; k >= 0; --k) {
+    for (int j = k + 1; j < 6; ++j) b[k] -= a[6 * k + j] * b[j];
+    b[k] /= a[6 * k + k];
+  }
+  return true;
+}
+
 }  // namespace PNEUMORPH_INSTRUCTION_SET
 }  // namespace pneumorph

@@ -2,7 +2,7 @@
 //
 // Compiled once per instruction set (PNEUMORPH_INSTRUCTION_SET names the copy). The system is a block
 // arrow: modal blocks D_k of the mounted parts, and a hub block of six unknowns.
-#include "contact_rows.hpp"
+#include "contact_solve.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
@@ -38,6 +38,7 @@ inline void begin_hub(const RobotModel& robot, const Settings& settings, const R
       hub.matrix[6 * i + j] = mass_scale * mass[6 * i + j];
     }
   }
+  add_rigid_velocity_products(hub.velocity + 3, first, robot.hub_second_moment, h, hub.right);
 }
 
 // Sets up mounted part k, eliminates its modes and adds what is left to the hub's system.
@@ -50,7 +51,7 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   const double* alpha = state.modes + k * M;
   const double* rates = state.mode_rates + k * M;
   LegSystem<M>& leg = work.legs[k];
-  double* transform = work.transform[k];
+  double* transform = work.views[k].transform;
   // V_part = R^T (V + W x t), W_part = R^T W.
   const double* t = mount.translation;
   for (int i = 0; i < 3; ++i) {
@@ -70,6 +71,12 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
     for (int j = 0; j < 6; ++j) part_velocity[i] += transform[6 * i + j] * hub.velocity[j];
   }
   multiply_transposed(mount.rotation, hub.gravity, part_gravity);
+  // The part's origin turns about the hub's: its centrifugal acceleration acts like gravity.
+  double circle[9], origin[3], inward[3];
+  centrifugal_matrix(part_velocity + 3, circle);
+  multiply_transposed(mount.rotation, t, origin);
+  multiply(circle, origin, inward);
+  for (int i = 0; i < 3; ++i) part_gravity[i] -= inward[i];
   for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
 
   element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, work.elements);
@@ -104,76 +111,35 @@ inline bool solve_hub(HubSystem& hub) {
   return true;
 }
 
-// Projected Gauss-Seidel with exact Coulomb cones, warm started; leaves the impulses' sums in `work.sum`.
+// Velocities after the step, from the impulses' sums; false if they are not finite or too fast.
 template <int M, class Real>
-void solve_contacts(const Settings& settings, int row_count, Workspace<M, Real>& work, int& sweep, double& residual) {
+bool find_velocities(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+                     Workspace<M, Real>& work) {
   constexpr int kVectors = M / 8;
-  auto& sum = work.sum;
-  for (int c = 0; c < row_count; ++c) {
-    const ContactRow<M>& row = work.rows[c];
-    double* modes = sum.modes[row.mount < 0 ? kMaximumMounts : row.mount];
-    for (int i = 0; i < 3; ++i) {
-      for (int v = 0; v < kVectors; ++v)
-        store(modes + 8 * v, load(modes + 8 * v) + row.impulse[i] * load(&row.response[i][8 * v]));
-      store(sum.hub, load(sum.hub) + row.impulse[i] * load(&row.response[i][M]));
-    }
-  }
-  while (row_count > 0 && sweep < settings.contact_sweeps) {
-    residual = 0;
-    ++sweep;
-    for (int c = 0; c < row_count; ++c) {
-      ContactRow<M>& row = work.rows[c];
-      double* modes = sum.modes[row.mount < 0 ? kMaximumMounts : row.mount];
-      DoubleLanes dots[3];
-      const DoubleLanes hub_sum = load(sum.hub);
-      for (int i = 0; i < 3; ++i) dots[i] = hub_sum * load(&row.response[i][M]);
-      for (int v = 0; v < kVectors; ++v) {
-        const DoubleLanes value = load(modes + 8 * v);
-        for (int i = 0; i < 3; ++i) dots[i] += value * load(&row.response[i][8 * v]);
-      }
-      double v[3], delta[3];
-      for (int i = 0; i < 3; ++i) v[i] = row.free_velocity[i] + sum_lanes(dots[i]);
-      residual = std::fmax(residual, project_point(row.point, v, settings.friction, row.impulse, delta));
-      if (delta[0] == 0 && delta[1] == 0 && delta[2] == 0) continue;
-      DoubleLanes hub_value = load(sum.hub);
-      for (int i = 0; i < 3; ++i) hub_value += delta[i] * load(&row.response[i][M]);
-      store(sum.hub, hub_value);
-      for (int w = 0; w < kVectors; ++w) {
-        DoubleLanes value = load(modes + 8 * w);
-        for (int i = 0; i < 3; ++i) value += delta[i] * load(&row.response[i][8 * w]);
-        store(modes + 8 * w, value);
-      }
-    }
-    if (residual <= settings.contact_tolerance) break;
-  }
-}
-
-// New velocities and positions; a step that is not finite or too fast leaves the state as it was.
-template <int M, class Real>
-bool move_on(const Part<Real>* parts, const RobotModel& robot, const Settings& settings, RobotState& state,
-             Workspace<M, Real>& work) {
-  constexpr int kVectors = M / 8;
-  const double h = settings.time_step;
-  const HubSystem& hub = work.hub;
-  const auto& sum = work.sum;
-  double velocity[6];
+  HubSystem& hub = work.hub;
+  double* velocity = hub.next_velocity;
   for (int i = 0; i < 6; ++i) {
     velocity[i] = hub.free_velocity[i];
-    for (int j = i; j < 6; ++j) velocity[i] += hub.factor[6 * j + i] * sum.hub[j];
+    for (int j = i; j < 6; ++j) velocity[i] += hub.factor[6 * j + i] * work.sum.hub[j];
   }
   bool sound = true;
   for (int i = 0; i < 3; ++i)
-    sound = sound && std::fabs(velocity[i]) < settings.speed_limit && std::fabs(h * velocity[3 + i]) < 1.0;
+    sound = sound && std::fabs(velocity[i]) < settings.speed_limit &&
+            std::fabs(settings.time_step * velocity[3 + i]) < 1.0;
   for (int k = 0; k < robot.mount_count; ++k) {
     const LegSystem<M>& leg = work.legs[k];
     double part_velocity[6];
     for (int i = 0; i < 6; ++i) {
       part_velocity[i] = 0;
-      for (int j = 0; j < 6; ++j) part_velocity[i] += work.transform[k][6 * i + j] * velocity[j];
+      for (int j = 0; j < 6; ++j) part_velocity[i] += work.views[k].transform[6 * i + j] * velocity[j];
     }
+    MountView<M>& view = work.views[k];
+    const double* up = view.world + 6;
+    view.next_speed = up[0] * part_velocity[0] + up[1] * part_velocity[1] + up[2] * part_velocity[2];
+    cross(up, part_velocity + 3, view.next_lever);
     alignas(64) double z[M];
     for (int v = 0; v < kVectors; ++v) {
-      DoubleLanes value = load(&leg.reduced_right[8 * v]) + load(&sum.modes[k][8 * v]);
+      DoubleLanes value = load(&leg.reduced_right[8 * v]) + load(&work.sum.modes[k][8 * v]);
       for (int i = 0; i < 6; ++i) value -= part_velocity[i] * load(&leg.reduced_coupling[i][8 * v]);
       store(&z[8 * v], value);
     }
@@ -187,14 +153,20 @@ bool move_on(const Part<Real>* parts, const RobotModel& robot, const Settings& s
     const double mass = parts[robot.mounts[k].part].mass;
     sound = sound && energy < mass * settings.speed_limit * settings.speed_limit;
   }
-  if (!sound) return false;
+  return sound;
+}
+
+template <int M, class Real>
+void move_on(const RobotModel& robot, const Settings& settings, RobotState& state, const Workspace<M, Real>& work) {
+  const double h = settings.time_step;
   for (int k = 0; k < robot.mount_count; ++k)
-    for (int v = 0; v < kVectors; ++v) {
-      const DoubleLanes rate = load(&work.rates[k][8 * v]);
-      double* alpha = state.modes + k * M + 8 * v;
-      store(state.mode_rates + k * M + 8 * v, rate);
+    for (int v = 0; v < M; v += 8) {
+      const DoubleLanes rate = load(&work.rates[k][v]);
+      double* alpha = state.modes + k * M + v;
+      store(state.mode_rates + k * M + v, rate);
       store(alpha, load(alpha) + h * rate);
     }
+  const double* velocity = work.hub.next_velocity;
   double spatial[3], turn[3];
   multiply(state.rotation, velocity, spatial);
   multiply(state.rotation, velocity + 3, turn);
@@ -205,7 +177,46 @@ bool move_on(const Part<Real>* parts, const RobotModel& robot, const Settings& s
     turn[i] *= h;
   }
   rotate_by(turn, state.rotation);
-  return true;
+}
+
+// Solves the friction of the points that were pressed or come near, looks which others would pass the floor, and
+// solves again with them until none does. Returns the number of points solved for, or -1 if the motion is not sound.
+template <int M, class Real>
+int solve_contacts(const Part<Real>* parts, const RobotModel& robot, const Settings& settings, const RobotState& state,
+                   int candidate_count, Workspace<M, Real>& work, FrictionReport& report, Clock& clock) {
+  Candidate* candidates = work.candidates(robot);
+  int row_count = 0;
+  for (int c = 0; c < candidate_count; ++c) {
+    Candidate& at = candidates[c];
+    const int contact = at.mount < 0 ? at.point : robot.mounts[at.mount].contact_offset + at.point;
+    if (!(at.lowest < kNearGap || state.impulses[3 * contact] > 0)) continue;
+    at.working = true;
+    make_row(at, parts, robot, settings, state, work, work.rows[row_count++]);
+  }
+  clock.lap(3);
+  const double allowed = settings.contact_tolerance * settings.time_step;
+  for (int pass = 0;; ++pass) {
+    solve_friction(settings, row_count, work, report);
+    sum_impulses(row_count, work);
+    const bool sound = find_velocities(parts, robot, settings, work);
+    clock.lap(4);
+    if (!sound) return -1;
+    const int before = row_count;
+    for (int c = 0; c < candidate_count; ++c) {
+      Candidate& at = candidates[c];
+      if (at.working) continue;
+      const double gap = next_gap(at, parts, robot, settings, state, work);
+      if (gap >= -allowed) continue;
+      if (pass == kContactPasses) {
+        report.residual = std::fmax(report.residual, -gap / settings.time_step);
+        continue;
+      }
+      at.working = true;
+      make_row(at, parts, robot, settings, state, work, work.rows[row_count++]);
+    }
+    clock.lap(3);
+    if (row_count == before) return row_count;
+  }
 }
 
 template <int M, class Real>
@@ -220,26 +231,31 @@ Status step_robot(const Part<Real>* parts, const RobotModel& robot, const Settin
   clock.lap(2);
 
   double deepest = 0;
-  int row_count = add_hub_rows(robot, settings, state, work, 0, deepest);
-  for (int k = 0; k < robot.mount_count; ++k)
-    row_count = add_part_rows(parts, robot, k, settings, state, work, row_count, deepest);
-  clock.lap(3);
+  Candidate* candidates = work.candidates(robot);
+  int candidate_count = find_hub_candidates(robot, settings, state, work.hub, candidates, 0, deepest);
+  for (int k = 0; k < robot.mount_count; ++k) {
+    view_mount<M>(robot, k, state, work.hub, work.legs[k], work.views[k]);
+    candidate_count = find_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, work.hub,
+                                                    work.views[k], candidates, candidate_count, deepest);
+  }
+  FrictionReport report;
+  const int row_count = solve_contacts(parts, robot, settings, state, candidate_count, work, report, clock);
+  if (row_count < 0) return kDiverged;
 
-  int sweep = 0;
-  double residual = 0;
-  __builtin_memset(&work.sum, 0, sizeof(work.sum));
-  solve_contacts(settings, row_count, work, sweep, residual);
-  clock.lap(4);
-
-  if (!move_on(parts, robot, settings, state, work)) return kDiverged;
+  move_on(robot, settings, state, work);
+  for (int i = 0; i < 3 * robot.contact_count; ++i) state.impulses[i] = 0;
+  for (int c = 0; c < row_count; ++c)
+    for (int i = 0; i < 3; ++i) state.impulses[3 * work.rows[c].contact + i] = work.rows[c].impulse[i];
   state.active_contacts = row_count;
-  state.sweeps = sweep;
-  state.contact_residual = residual;
+  state.sweeps = report.sweeps;
+  state.newton_steps = report.newton_steps;
+  state.contact_residual = report.residual;
   state.step_count += 1;
   state.contact_total += row_count;
-  state.sweep_total += sweep;
-  state.unconverged_total += residual > settings.contact_tolerance;
-  state.worst_residual = std::fmax(state.worst_residual, residual);
+  state.sweep_total += report.sweeps;
+  state.newton_total += report.newton_steps;
+  state.unconverged_total += report.residual > settings.contact_tolerance;
+  state.worst_residual = std::fmax(state.worst_residual, report.residual);
   state.worst_penetration = std::fmax(state.worst_penetration, deepest);
   clock.lap(5);
   return kRunning;
@@ -258,7 +274,7 @@ template <int M, class Real>
 Kernel kernel_for(int contact_capacity) {
   Kernel kernel;
   kernel.advance = &advance<M, Real>;
-  kernel.workspace_bytes = sizeof(Workspace<M, Real>) + sizeof(ContactRow<M>) * (unsigned long)(contact_capacity);
+  kernel.workspace_bytes = sizeof(Workspace<M, Real>) + (sizeof(ContactRow<M>) + sizeof(Candidate)) * (unsigned long)(contact_capacity);
   return kernel;
 }
 

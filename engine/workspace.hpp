@@ -2,19 +2,29 @@
 #pragma once
 #include <ctime>
 
-#include "friction.hpp"
+#include "friction_newton.hpp"
 #include "leg_system.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
+// A point near the floor at the start of a step.
+struct Candidate {
+  double gap;    // mm
+  double lowest; // where it would be at the end of the step if it went on as it came, or is now [mm]
+  int mount;     // -1: on the hub
+  int point;     // of the mount's part, or of the hub
+  bool working;  // has a row
+};
+
+// A point the friction is solved for.
 template <int M>
 struct ContactRow {
   alignas(64) double response[3][M + 8];  // rows: normal, x, y; columns: modes of its part, hub (6, padded)
   PointOperator point;
-  double free_velocity[3];
-  double* impulse;
-  int mount;                              // -1: on the hub
+  double free_velocity[3];                // with gap over time step in the normal one
+  double impulse[3];
+  int mount, contact;                     // which: its place in the state's impulses
 };
 
 template <int M>
@@ -31,6 +41,19 @@ struct HubSystem {
   double right[6];
   double factor[36];        // inverse of the matrix's Cholesky factor
   double free_velocity[6];  // after the step if nothing touched
+  double next_velocity[6];  // after the step
+};
+
+// How contact points of a mounted part see it.
+template <int M>
+struct MountView {
+  double transform[36];                  // hub unknowns (hub axes) to part unknowns (part axes)
+  double world[9];                       // part frame to world
+  double free_velocity[6];               // of the part's frame, if nothing touched
+  double next_speed, next_lever[3];      // after the step: upward speed of the part's origin, and up x W
+  alignas(64) double free_rates[M];
+  alignas(64) double hub_response[M][8]; // D^-1 C^T
+  alignas(64) double to_factor[6][8];    // part unknowns to the hub's factored ones
 };
 
 template <int M, class Real>
@@ -39,11 +62,13 @@ struct Workspace {
   double pressure[kMaximumRegulators];   // simulated
   ElementSystem<M, Real> elements;
   LegSystem<M> legs[kMaximumMounts];
-  double transform[kMaximumMounts][36];  // hub unknowns (hub axes) to part unknowns (part axes)
-  double world[kMaximumMounts][9];       // part frame to world
-  alignas(64) double rates[kMaximumMounts][M];
+  MountView<M> views[kMaximumMounts];
+  alignas(64) double rates[kMaximumMounts][M];  // after the step
   ContactAccumulator<M> sum;
-  ContactRow<M> rows[1];                 // as many as the robot has contact points
+  FrictionProblem friction;
+  ContactRow<M> rows[1];                 // as many as the robot has contact points; behind them as many candidates
+
+  Candidate* candidates(const RobotModel& robot) { return reinterpret_cast<Candidate*>(rows + robot.contact_count); }
 };
 
 struct Clock {

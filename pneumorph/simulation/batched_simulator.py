@@ -56,7 +56,7 @@ class BatchedSimulator:
             ValueError: No robot, an unknown regulator, or a part of too many modes.
         """
         self.settings = settings
-        self.thread_count = thread_count or _processor_count()
+        self.thread_count = thread_count or processor_count()
         self._parts: list[ReducedPart] = []
         self._batch: Any = None
         self.set_robots(robots)
@@ -165,8 +165,9 @@ class BatchedSimulator:
             name: ``position`` [mm], ``rotation``, ``velocity`` [mm/s], ``angular_velocity``
                 [rad/s] of the hub; ``modes``, ``mode_rates`` (robot, mount, mode), padded with
                 zeros; ``regulated`` [real kPa]; ``impulses`` [mN s] (robot, contact point, 3),
-                hub's points first, along z, x, y; ``active_contacts``, ``sweeps``,
-                ``contact_residual`` [mm/s] of the last step; ``step_count``, ``contact_total``,
+                hub's points first, along z, x, y; ``active_contacts`` (points the
+                friction was solved for), ``newton_steps``, ``sweeps``, ``contact_residual`` [mm/s]
+                of the last step; ``step_count``, ``contact_total``, ``newton_total``,
                 ``sweep_total``, ``unconverged_total`` (steps whose friction ended above the
                 tolerance), ``worst_residual`` [mm/s] and ``worst_penetration`` [mm] since
                 `clear_counters`.
@@ -200,7 +201,7 @@ class BatchedSimulator:
         return dict(zip(STAGES, self._batch.stages(), strict=True))
 
     def clear_counters(self) -> None:
-        """Set step, contact and sweep counters, stage times and worst penetration to zero."""
+        """Set the counters, the stages' times and the worst values to zero."""
         self._batch.clear_counters()
 
     @property
@@ -214,8 +215,8 @@ class BatchedSimulator:
         return str(self._batch.instruction_set)
 
 
-def _processor_count() -> int:
-    # How many this process may use, where the system can say so.
+def processor_count() -> int:
+    """How many processors this process may use, where the system can say so, or has."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

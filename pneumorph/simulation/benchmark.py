@@ -94,6 +94,7 @@ def bench_engine(
         "mean_legs": float(np.mean([len(robot.mounts) for robot in robots])),
         "mean_contacts": float(simulator.read("contact_total").sum() / steps),
         "mean_sweeps": float(simulator.read("sweep_total").sum() / steps),
+        "mean_newton_steps": float(simulator.read("newton_total").sum() / steps),
         "unconverged_share": float(simulator.read("unconverged_total").sum() / steps),
         "worst_residual_mm_per_s": float(simulator.read("worst_residual").max()),
         "worst_penetration_mm": float(simulator.read("worst_penetration").max()),

@@ -39,11 +39,12 @@ class SimulationSettings:
     floor_height_mm: float = -12.797
     """Height where contact points rest [mm] (floor at -13.297 and contact distance 0.5)."""
     contact_margin_mm: float = 2.0
-    """Points nearer to the floor than this take part in the contact solve [mm]."""
+    """Points nearer to the floor than this are watched: they take part in the contact solve where
+    they would pass the floor [mm]."""
     contact_tolerance_mm_per_s: float = 1e-2
     """The friction solver stops when no contact law is violated by more than this [mm/s]."""
     contact_sweeps: int = 100
-    """Most Gauss-Seidel sweeps of a step."""
+    """Most Gauss-Seidel sweeps of a step, made where Newton's method fails."""
     regulator_count: int = 3
     """Number of pressure regulators."""
     pressure_rate_kPa_per_s: float = 150.0
@@ -53,7 +54,8 @@ class SimulationSettings:
     speed_limit_mm_per_s: float = 1e4
     """A robot faster than this has diverged [mm/s]."""
     element_precision: Precision = "single"
-    """Arithmetic of element forces and stiffness; everything else is double precision."""
+    """Arithmetic of element forces and stiffness and of the cavity's cubic term; everything else is
+    double precision."""
     instruction_set: InstructionSet = "best"
     """Which build of the stepper to run; `best` asks the processor."""
 

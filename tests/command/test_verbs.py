@@ -184,6 +184,24 @@ def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFix
                           "gemm_threads", "gemm_precision"}  # fmt: skip
 
 
+def test_bench_profiles_the_engine(
+    leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flags = "--engine-profile.robots 1 2 --engine-profile.legs 3 --engine-profile.modes 2 4 8"
+    bench = _json(
+        f"bench engine --profile --part {leg} --robot-count 2 --action-count 1 --threads 1 "
+        f"--engine-profile.batch 2 {flags} --out {tmp_path / 'p'}",
+        capsys,
+    )
+    measured = [(row["axis"], row["value"]) for row in bench["profile"]]
+    # The leg has 4 modes, so 8 are left out.
+    assert measured == [("robots", 1), ("robots", 2), ("legs", 3), ("modes", 2), ("modes", 4),
+                        ("threads", 1)]  # fmt: skip
+    assert all(row["stage_us"]["elements"] > 0 for row in bench["profile"])
+    assert bench["profile"][2]["mean_legs"] == 3
+    assert (tmp_path / "p" / "engine_profile.png").stat().st_size > 1000
+
+
 def test_bench_full_times_the_stages_of_a_step(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

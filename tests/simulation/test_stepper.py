@@ -22,19 +22,19 @@ SETTINGS = SimulationSettings(element_precision="double", regulator_count=2)
 POSE = Pose(rotation_about("z", 35.0) @ rotation_about("y", 15.0), np.array([95.0, 40.0, 8.0]))
 
 
-def dense_step(alpha, velocity, rates, pressure, settings):
+def dense_step(part, alpha, velocity, rates, pressure, settings):
     """New generalised velocities of a hub with one part, by dense matrices over all nodes."""
     h = settings.time_step_s
     rotation = "edge" if settings.damping == "published" else "polar"
-    count = PART.mode_count
-    nodes = POSE.apply(PART.positions(alpha))
+    count = part.mode_count
+    nodes = POSE.apply(part.positions(alpha))
     jacobian = np.zeros((len(nodes), 3, 6 + count))
     jacobian[:, :, :3] = np.eye(3)
     for axis in range(3):
         jacobian[:, :, 3 + axis] = np.cross(np.eye(3)[axis], nodes)
-    jacobian[:, :, 6:] = np.einsum("ij,nja->nia", POSE.rotation, PART.modes)
+    jacobian[:, :, 6:] = np.einsum("ij,nja->nia", POSE.rotation, part.modes)
     flat = jacobian.reshape(-1, 6 + count)
-    mass = PART.mass / len(nodes) * flat.T @ flat
+    mass = part.mass / len(nodes) * flat.T @ flat
     mass[:3, :3] += HUB.mass * np.eye(3)
     first = HUB.first_moment
     skew = np.cross(np.eye(3), first).T  # W -> W x first
@@ -44,12 +44,12 @@ def dense_step(alpha, velocity, rates, pressure, settings):
 
     stiffness = np.zeros_like(mass)
     force = np.zeros(6 + count)
-    stiffness[6:, 6:] = PART.stiffness(alpha, rotation)
-    force[6:] = PART.internal_force(alpha, rotation) + pressure * PART.cavity().gradient(alpha)
+    stiffness[6:, 6:] = part.stiffness(alpha, rotation)
+    force[6:] = part.internal_force(alpha, rotation) + pressure * part.cavity().gradient(alpha)
     if settings.damping == "published":
         # Turning the hub about its axes, seen from the part's own frame.
         axes = POSE.rotation.T
-        for elements in (PART.tetrahedra, PART.membrane):
+        for elements in (part.tetrahedra, part.membrane):
             gradient = elements.gradients(alpha)
             frame = element_rotation(gradient, "edge")
             turns = np.stack(
@@ -69,45 +69,63 @@ def dense_step(alpha, velocity, rates, pressure, settings):
             )
             force[3:6] -= np.einsum("eij,eijl->l", stress, turns)
     gravity = np.array([0.0, 0.0, -settings.gravity_mm_per_s2])
-    force += PART.mass / len(nodes) * np.einsum("nia,i->a", jacobian, gravity)
+    force += part.mass / len(nodes) * np.einsum("nia,i->a", jacobian, gravity)
     force[:3] += HUB.mass * gravity
     force[3:6] += np.cross(first, gravity)
+    # Coriolis and centrifugal accelerations of every node, and of the hub's own mass.
+    turning = velocity[3:]
+    swing = np.einsum("nia,a->ni", jacobian[:, :, 6:], rates)
+    acceleration = np.cross(turning, np.cross(turning, nodes)) + 2.0 * np.cross(turning, swing)
+    force -= PART.mass / len(nodes) * np.einsum("nia,ni->a", jacobian, acceleration)
+    force[:3] -= np.cross(turning, np.cross(turning, first))
+    inertia = np.trace(HUB.second_moment) * np.eye(3) - HUB.second_moment
+    force[3:6] -= np.cross(turning, inertia @ turning)
     scale = h * (h + settings.stiffness_damping_s)
     left = (1.0 + settings.mass_damping_per_s * h) * mass + scale * stiffness
     return np.linalg.solve(left, mass @ np.concatenate([velocity, rates]) + h * force)
 
 
-@pytest.mark.parametrize("damping", ["published", "objective"])
-@pytest.mark.parametrize("instruction_set", ["best", "avx2", "baseline"])
-def test_one_step_equals_dense_linear_algebra(damping, instruction_set):
-    settings = replace(
-        SETTINGS,
-        damping=damping,
-        instruction_set=instruction_set,
-        floor_height_mm=-1e6,
-        pressure_rate_kPa_per_s=1e9,
-    )
-    simulator = BatchedSimulator([Robot(HUB, (Mount(PART, POSE, (1,)),))], settings, 1)
+def one_step(part, settings):
+    """New velocities of a hub with one part in the air, and those of dense linear algebra."""
+    settings = replace(settings, floor_height_mm=-1e6, pressure_rate_kPa_per_s=1e9)
+    simulator = BatchedSimulator([Robot(HUB, (Mount(part, POSE, (1,)),))], settings, 1)
     generator = np.random.default_rng(0)
-    alpha = 0.3 * generator.normal(size=PART.mode_count)
-    rates = generator.normal(size=PART.mode_count)
+    alpha = 0.3 * generator.normal(size=part.mode_count) / (1.0 + np.arange(part.mode_count) / 6)
+    rates = generator.normal(size=part.mode_count)
     velocity = generator.normal(size=6) * [30.0, 30.0, 30.0, 0.5, 0.5, 0.5]
-    padding = (0, simulator.padded_mode_count - PART.mode_count)
+    padding = (0, simulator.padded_mode_count - part.mode_count)
     simulator.write(0, "modes", np.pad(alpha, padding))
     simulator.write(0, "mode_rates", np.pad(rates, padding))
     simulator.write(0, "velocity", velocity[:3])
     simulator.write(0, "angular_velocity", velocity[3:])
     simulator.advance(np.array([[0.0, 20.0]]), 1)
-    expected = dense_step(alpha, velocity, rates, settings.pressure_map.simulated(20.0), settings)
-    got = np.concatenate(
-        [
-            simulator.read("velocity")[0],
-            simulator.read("angular_velocity")[0],
-            simulator.read("mode_rates")[0, 0, : PART.mode_count],
-        ]
-    )
+    pressure = settings.pressure_map.simulated(20.0)
+    expected = dense_step(part, alpha, velocity, rates, pressure, settings)
+    read = simulator.read
+    modal = read("mode_rates")[0, 0, : part.mode_count]
+    return np.concatenate([read("velocity")[0], read("angular_velocity")[0], modal]), expected
+
+
+@pytest.mark.parametrize("damping", ["published", "objective"])
+@pytest.mark.parametrize("instruction_set", ["best", "avx2", "baseline"])
+def test_one_step_equals_dense_linear_algebra(damping, instruction_set):
+    settings = replace(SETTINGS, damping=damping, instruction_set=instruction_set)
+    got, expected = one_step(PART, settings)
     # Double precision throughout; modes are stored with a mass-orthonormality of about 1e-8.
     assert np.abs(got - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("mode_count", [8, 14, 20, 30])
+@pytest.mark.parametrize("precision", ["single", "double"])
+@pytest.mark.parametrize("instruction_set", ["best", "avx2"])
+def test_every_mode_count_has_a_kernel_that_is_right(mode_count, precision, instruction_set):
+    part = synthetic_reduced_part(mode_count=mode_count, cells=(6, 4, 4))
+    settings = replace(SETTINGS, element_precision=precision, instruction_set=instruction_set)
+    got, expected = one_step(part, settings)
+    # Single: each of a few hundred sums rounds to 6e-8, and the damping of stiff modes is a
+    # difference of nearly equal forces; a wrong tile or a lost row would be wrong by tenths.
+    tolerance = 1e-6 if precision == "double" else 1e-3
+    assert np.abs(got - expected).max() < tolerance * np.abs(expected).max()
 
 
 def crawlers() -> list[Robot]:
@@ -157,6 +175,66 @@ def test_mirror_image_robots_walk_mirror_image_paths():
     left, right = state["position"]
     assert np.abs(left - right * [1.0, -1.0, 1.0]).max() < 1e-3
     assert np.abs(left).max() > 0.1  # it moved at all
+
+
+def test_every_step_obeys_the_contact_law():
+    """Points that carry load end the step on the floor, within the cone; none ends below it."""
+    simulator = BatchedSimulator(crawlers(), SETTINGS, 1)
+    for command in GAIT:
+        for _ in range(20):
+            simulator.advance(np.tile(command, (3, 1)), 1)
+            impulses = simulator.read("impulses")
+            normal, tangent = impulses[..., 0], np.linalg.norm(impulses[..., 1:], axis=-1)
+            assert np.all(normal >= 0.0)
+            assert np.all(tangent <= SETTINGS.friction * normal * (1.0 + 1e-12))
+    assert simulator.read("unconverged_total").sum() == 0
+    assert simulator.read("worst_residual").max() <= SETTINGS.contact_tolerance_mm_per_s
+    assert simulator.read("contact_total").min() > 160  # they were on the floor
+    # The step's floor law is linear in the velocities: a turn W over h = 0.01 s leaves it by half
+    # of (W h)^2 times a lever of 150 mm, 0.03 mm at 2 rad/s.
+    assert simulator.read("worst_penetration").max() < 0.03
+
+
+def test_a_settling_robot_loses_energy():
+    """Without pressure, elastic, gravitational and kinetic energy together never grow.
+
+    Velocities are differences of positions over a step: of first order in the turn of a step, some
+    0.01 rad, so energies of motion are good to a percent of the largest of them.
+    """
+    robot = crawlers()[2]
+    settings = replace(SETTINGS, damping="objective", floor_height_mm=-25.0)  # it falls first
+    simulator = BatchedSimulator([robot], settings, 1)
+    node_mass = PART.mass / len(PART.rest_nodes)
+    gravity, h = settings.gravity_mm_per_s2, settings.time_step_s
+    stored, kinetic, before = [], [], None
+    for _ in range(120):
+        simulator.advance(np.zeros((1, 2)), 1)
+        hub, turn = simulator.read("position")[0], simulator.read("rotation")[0]
+        alpha = simulator.read("modes")[0, :, : PART.mode_count]
+        world = np.array(
+            [
+                mount.pose.apply(PART.positions(own)) @ turn.T + hub
+                for mount, own in zip(robot.mounts, alpha, strict=True)
+            ]
+        )
+        energy = gravity * (HUB.mass * hub[2] + node_mass * world[..., 2].sum())
+        for own in alpha:
+            for elements in (PART.tetrahedra, PART.membrane):
+                gradient = elements.gradients(own)
+                frame = element_rotation(gradient, "polar")
+                strain = np.einsum("eki,ekj->eij", frame, gradient) - np.eye(gradient.shape[2])
+                energy += 0.5 * elements.weighted_lambda @ np.einsum("eii->e", strain) ** 2
+                energy += elements.weighted_mu @ np.einsum("eij,eij->e", strain, strain)
+        now = (hub, world)
+        if before is not None:
+            speeds = [np.sum(((new - old) / h) ** 2) for new, old in zip(now, before, strict=True)]
+            stored.append(energy)
+            kinetic.append(0.5 * (HUB.mass * speeds[0] + node_mass * speeds[1]))
+        before = now
+    total = np.array(stored) + np.array(kinetic)
+    assert np.all(np.diff(total) < 0.01 * max(kinetic))
+    assert max(kinetic) > 0.3 * (total[0] - total[-1])  # it moved
+    assert kinetic[-1] < 1e-4 * max(kinetic)
 
 
 def test_pressure_moves_no_faster_than_its_rate():

@@ -1,0 +1,42 @@
+// Parts as the kernels read them: modes padded to whole vectors, elements and contact points side by side.
+#pragma once
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <vector>
+
+#include "model.hpp"
+
+namespace pneumorph {
+
+// Plain input of one part, before padding; all arrays row-major, see `reduction/reduced_part.py`.
+struct PartInput {
+  int modes = 0, tetrahedra = 0, membranes = 0, cavities = 0, contacts = 0;
+  const double *tetrahedron_rest, *tetrahedron_gradient, *tetrahedron_lambda, *tetrahedron_mu;
+  const double *membrane_rest, *membrane_gradient, *membrane_lambda, *membrane_mu;
+  const double *linear_stiffness, *volume_1, *volume_2, *volume_3;
+  double mass = 0;
+  const double *first_moment, *first_moment_modes, *second_moment, *second_moment_modes, *second_moment_mode_pairs;
+  const double *contact_points, *contact_modes;
+};
+
+class AlignedArray {
+ public:
+  AlignedArray() = default;
+  explicit AlignedArray(size_t bytes)
+      : data_(static_cast<char*>(std::aligned_alloc(64, (bytes + 127) / 64 * 64)), &std::free) {
+    if (!data_) throw std::bad_alloc();
+    __builtin_memset(data_.get(), 0, (bytes + 127) / 64 * 64);
+  }
+  template <class T>
+  T* as() const { return reinterpret_cast<T*>(data_.get()); }
+
+ private:
+  std::unique_ptr<char, void (*)(void*)> data_{nullptr, &std::free};
+};
+
+// The part with `padded` modes; its arrays live in `storage`. Throws std::invalid_argument for too many cavities.
+template <class Real>
+Part<Real> pad_part(std::vector<AlignedArray>& storage, const PartInput& in, int padded);
+
+}  // namespace pneumorph

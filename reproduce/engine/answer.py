@@ -1,0 +1,143 @@
+"""Do the engine's liberties change the answer? Distances against its converged reference settings.
+
+    python reproduce/engine/answer.py --out runs/engine-answer [--pairs 20] [--threads 2]
+
+Random designs of the paper's space, each with a random gait of 20 actions of one second, and the
+baseline walk 20 s: by default settings, by reference settings (double precision, friction to
+1e-8 mm/s), and with steps of 0.005 and 0.02 s. Then one robot of four legs on one thread is timed.
+Writes answer.json and prints the tables of the README.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.artefact import write_json
+from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
+from pneumorph.presets import load_default_leg, paper_robot_builder
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.design import Design
+from pneumorph.robot.design_space import DesignSpace
+from pneumorph.robot.robot import Robot
+from pneumorph.simulation import BatchedSimulator, SimulationSettings
+
+ACTION_S, ACTION_COUNT, SETTLING_S, MAXIMUM_KPA = 1.0, 20, 0.15, 90.0
+REFERENCE = SimulationSettings(
+    element_precision="double", contact_tolerance_mm_per_s=1e-8, contact_sweeps=20000
+)
+TIME_STEPS_S = (0.005, 0.01, 0.02)
+MARK_CM = 0.05
+
+
+def distances_cm(
+    robots: Sequence[Robot],
+    gaits: Sequence[OpenLoopGait],
+    settings: SimulationSettings,
+    threads: int,
+) -> tuple[np.ndarray, BatchedSimulator]:
+    """Forward travel after settling [cm], (robot,), and the simulator at the end."""
+    step_s = settings.time_step_s
+    count = round(ACTION_S * ACTION_COUNT / step_s)
+    commands = np.stack([sample_commands(gait, step_s, count) for gait in gaits], axis=1)
+    simulator = BatchedSimulator(robots, settings, threads)
+    simulator.advance(np.zeros(commands.shape[1:]), round(SETTLING_S / step_s))
+    start = simulator.forward_position_mm
+    simulator.clear_counters()
+    # Equal commands in a row are one call.
+    edges = [0, *(np.flatnonzero(np.any(np.diff(commands, axis=0) != 0, axis=(1, 2))) + 1), count]
+    for first, last in pairwise(edges):
+        simulator.advance(commands[first], last - first)
+    if np.any(simulator.status != 0):
+        raise RuntimeError(f"robots ended with status {simulator.status.tolist()}")
+    return (simulator.forward_position_mm - start) / 10.0, simulator
+
+
+def times_real_time(leg: ReducedPart) -> dict[str, float]:
+    """How much faster than real time the baseline's four legs walk 20 s on one thread.
+
+    By the clock, which other programs slow, and by the processor time that was used; best of five.
+    """
+    robot = paper_robot_builder(leg)(Design.parse(BASELINE_DESIGN))
+    best = {"clock": 0.0, "processor_time": 0.0}
+    for _ in range(5):
+        clocks = time.perf_counter(), time.process_time()
+        distances_cm([robot], [ExpertGait()], SimulationSettings(), 1)
+        for name, start, end in zip(
+            best, clocks, (time.perf_counter(), time.process_time()), strict=True
+        ):
+            best[name] = max(best[name], ACTION_S * ACTION_COUNT / (end - start))
+    return best
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--pairs", type=int, default=20)
+    parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--part", type=Path, help="reduced leg; by default the one that ships")
+    options = parser.parse_args()
+    leg = load_default_leg() if options.part is None else ReducedPart.load(options.part)
+    build, space = paper_robot_builder(leg), DesignSpace()
+    generator = np.random.default_rng(0)
+    drawn = generator.integers(len(space), size=options.pairs)
+    designs = [Design.parse(BASELINE_DESIGN), *(space[int(index)] for index in drawn)]
+    shape = (options.pairs, ACTION_COUNT, space.regulator_count)
+    held = generator.uniform(0.0, MAXIMUM_KPA, shape)
+    gaits = [ExpertGait(), *(HeldGait.evenly(each, ACTION_S) for each in held)]
+    robots = [build(design) for design in designs]
+
+    reference, _ = distances_cm(robots, gaits, REFERENCE, options.threads)
+    by_step = {}
+    counters = {}
+    for step_s in TIME_STEPS_S:
+        settings = SimulationSettings(time_step_s=step_s)
+        by_step[step_s], simulator = distances_cm(robots, gaits, settings, options.threads)
+        steps = simulator.read("step_count").sum()
+        counters[str(step_s)] = {
+            "unconverged_share": float(simulator.read("unconverged_total").sum() / steps),
+            "worst_residual_mm_per_s": float(simulator.read("worst_residual").max()),
+            "worst_penetration_mm": float(simulator.read("worst_penetration").max()),
+        }
+    # How far the answer moves by itself: the reference once more with other rounding.
+    nudged, _ = distances_cm(
+        robots,
+        gaits,
+        replace(REFERENCE, instruction_set="baseline", contact_tolerance_mm_per_s=1e-7),
+        options.threads,
+    )
+    error = np.abs(by_step[0.01] - reference)
+    summary = {
+        "designs": [str(design) for design in designs],
+        "reference_cm": reference.tolist(),
+        "default_cm": by_step[0.01].tolist(),
+        "difference_cm": {"largest": float(error.max()), "median": float(np.median(error))},
+        "within_mark": f"{int((error <= MARK_CM).sum())} of {len(error)} within {MARK_CM} cm",
+        "reference_of_other_rounding_cm": float(np.abs(nudged - reference).max()),
+        "by_time_step_cm": {str(step): value.tolist() for step, value in by_step.items()},
+        "counters": counters,
+        "times_real_time_one_4_leg_robot_one_thread": times_real_time(leg),
+    }
+    write_json(options.out / "answer.json", summary)
+    print("| design | reference | 0.01 s | difference | 0.005 s | 0.02 s |")
+    print("|---|---|---|---|---|---|")
+    for row, design in enumerate(designs):
+        print(
+            f"| `{design}` | {reference[row]:.3f} | {by_step[0.01][row]:.3f} | {error[row]:.4f} | "
+            f"{by_step[0.005][row]:.3f} | {by_step[0.02][row]:.3f} |"
+        )
+    for name in ("within_mark", "difference_cm", "reference_of_other_rounding_cm", "counters",
+                 "times_real_time_one_4_leg_robot_one_thread"):  # fmt: skip
+        print(name, summary[name])
+
+
+if __name__ == "__main__":
+    main()
