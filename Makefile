@@ -1,7 +1,7 @@
 # make install   everything into .venv
 # make demo      install, then a robot learns to crawl and a page shows it
 # make test      an environment of its own (.venv-test), then lint, types and tests
-# make docs      the pictures of docs/images again
+# make docs      the pictures of docs/images again (that of the replay needs a Chromium)
 #
 # PYTHON=/path/to/python3.11 (or later) chooses the interpreter.
 
@@ -31,6 +31,8 @@ test: .venv-test/.installed
 docs: .venv/.installed
 	.venv/bin/pneumorph demo --out runs/images
 	.venv/bin/python docs/make_images.py runs/images
+	.venv/bin/python -m pip install --quiet playwright
+	.venv/bin/python docs/make_replay_image.py runs/images
 
 clean:
 	rm -rf .venv .venv-test .cache

@@ -22,11 +22,19 @@ class RunFolder:
         path: The folder; made with the first file.
         verb: Name of the verb.
         progress: Where the verb says how far it is.
+        summary_only: Whether the caller wants the summary alone, and no page served meanwhile.
     """
 
-    def __init__(self, path: Path, verb: str, progress: Progress | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        verb: str,
+        progress: Progress | None = None,
+        summary_only: bool = False,
+    ) -> None:
         self.path = path
         self.verb = verb
+        self.summary_only = summary_only
         self.progress = progress or Progress(quiet=True)
 
     def __truediv__(self, name: str) -> Path:
