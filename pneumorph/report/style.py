@@ -54,6 +54,13 @@ def regulator_colour(regulator: int) -> str:
     return REGULATOR_COLOURS[(regulator - 1) % len(REGULATOR_COLOURS)]
 
 
+def white_between() -> list[Any]:
+    """Path effects that keep a text readable over lines: a white rim around its letters."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=2.0, foreground="white")]
+
+
 @contextmanager
 def figure_style() -> Iterator[None]:
     """Draw with the package's style and without a display, whatever the user's own settings are."""
