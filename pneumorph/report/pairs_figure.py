@@ -29,7 +29,7 @@ class Pair:
         label: Such as L1.
         design: The design.
         gait: Its gait.
-        distance_cm: How far it travels [cm]; None where it failed.
+        distance_cm: How far it travels [cm]; None where it failed or was not walked.
     """
 
     label: str
@@ -62,8 +62,8 @@ def pairs_figure(pairs: Sequence[Pair], rate_kPa_per_s: float) -> Figure:
         above.set(xlim=(-HALF_WIDTH_MM, HALF_WIDTH_MM), ylim=(-HALF_WIDTH_MM, HALF_WIDTH_MM))
         above.set_aspect("equal")
         above.axis("off")
-        far = "failed" if pair.distance_cm is None else f"{pair.distance_cm:.1f} cm"
-        above.set_title(f"{pair.label}: {far}\n{pair.design}", size=8, loc="center")
+        far = "" if pair.distance_cm is None else f": {pair.distance_cm:.1f} cm"
+        above.set_title(f"{pair.label}{far}\n{pair.design}", size=8, loc="center")
         time_s, commanded, smoothed = _pressures(pair.gait, rate_kPa_per_s)
         for index in range(regulators):
             axes = panels[index + 1, column]
