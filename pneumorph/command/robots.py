@@ -257,7 +257,7 @@ class Workshop:
         return part_description(self.leg, str(self.options.part or "the leg that ships"))
 
     def leg_used(self, model: Model) -> dict[str, Any]:
-        """The leg's description under `leg` where reduced robots walk; finite elements have none."""
+        """The leg's description under `leg`; empty for finite elements, which use none."""
         return {"leg": self.leg_description} if model == "reduced" else {}
 
 

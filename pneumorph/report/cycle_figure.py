@@ -5,7 +5,7 @@ The paper explains its best gait by the roll that lifts a front leg (section VI-
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from pneumorph.trajectory import Trajectory
 
-_LEG_LINES: tuple[str | tuple[int, tuple[int, ...]], ...] = (
+_LEG_LINES: tuple[Any, ...] = (
     "-", (0, (5, 1.5)), (0, (1, 1)), (0, (4, 1, 1, 1)), (0, (6, 2, 2, 2)), (0, (2, 3)),
 )  # fmt: skip
 
