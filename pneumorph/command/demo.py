@@ -28,7 +28,7 @@ def demo(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
     folder.progress.stage("drawing the page")
     summary = {"verb": folder.verb, **folder.provenance, **learned}
     run = Run(folder.path, summary, settings_to_dict(options))
-    page = write_run_page(run, folder / "report/page.html", progress=folder.progress).path
+    page = write_run_page(run, folder / "report/page.html").path
     best = learned["best_distance_cm"]
     found = "no gait that a robot survived" if best is None else f"{best:.1f} cm"
     folder.progress.say(

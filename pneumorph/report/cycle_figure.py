@@ -1,4 +1,4 @@
-"""What a robot does within one cycle: pressures, tilt, legs' height, travel.
+"""What a robot does within one cycle: pressures, tilt, legs' height and load, travel.
 
 The paper explains its best gait by the roll that lifts a front leg (section VI-A); this shows it.
 """
@@ -20,6 +20,7 @@ from pneumorph.report.style import (
 from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from pneumorph.trajectory import Trajectory
@@ -34,7 +35,8 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
     """Return the last whole cycle of a robot, one panel above the other.
 
     Roll is about the forward axis (left side up), pitch about the axis to the left (front down);
-    a leg's height is that of its lowest node over the lowest of all in the recording.
+    a leg's height is that of its lowest node over the lowest of all in the recording, and its load
+    is what the floor presses up with, where that was recorded.
 
     Args:
         trajectory: Of a robot with its nodes and its design in the metadata.
@@ -56,8 +58,10 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
     inside = (time_s >= begin - 1e-6) & (time_s <= begin + cycle_s + 1e-6)
     since = time_s[inside] - begin
     design = Design.parse(trajectory.metadata["design"])
-    figure = new_figure(5.2, 5.6)
-    pressure, tilt, height, travel = figure.subplots(4, 1, sharex=True)
+    loads = trajectory.contact_force_mN
+    figure = new_figure(5.2, 5.6 if loads is None else 6.8)
+    panels = list(figure.subplots(4 if loads is None else 5, 1, sharex=True))
+    pressure, tilt, height, travel = (*panels[:3], panels[-1])
     for index in range(max(design.assignment)):
         kPa = trajectory.regulated_kPa[inside, index]
         pressure.plot(since, kPa, color=regulator_colour(index + 1), label=f"regulator {index + 1}")
@@ -69,21 +73,29 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
     tilt.set(ylabel="tilt (°)")
     lowest = nodes[..., 2].min(axis=2)
     over = lowest[inside] - lowest.min()
+    _draw_legs(height, since, over, design)
+    height.set(ylabel="lowest (mm)")
+    if loads is not None:
+        pressed_N = loads[inside][..., 2].sum(axis=2) / 1e3
+        _draw_legs(panels[3], since, pressed_N, design)
+        panels[3].set(ylabel="load (N)")
+    x = trajectory.tracked_point_mm[inside, 0]
+    travel.plot(since, (x - x[0]) / 10.0, color=INK_COLOUR)
+    travel.set(ylabel="travel (cm)", xlabel=f"time since {begin:g} s (s)", xlim=(0, cycle_s))
+    for axes in panels[:-1]:
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)
+    return figure
+
+
+def _draw_legs(axes: Axes, since: np.ndarray, values: np.ndarray, design: Design) -> None:
     for leg, (location, regulator) in enumerate(design.legs):
-        height.plot(
+        axes.plot(
             since,
-            over[:, leg],
+            values[:, leg],
             color=regulator_colour(regulator),
             linestyle=_LEG_LINES[leg % len(_LEG_LINES)],
             label=f"leg {location + 1}",
         )
-    height.set(ylabel="lowest point (mm)")
-    x = trajectory.tracked_point_mm[inside, 0]
-    travel.plot(since, (x - x[0]) / 10.0, color=INK_COLOUR)
-    travel.set(ylabel="travel (cm)", xlabel=f"time since {begin:g} s (s)", xlim=(0, cycle_s))
-    for axes in (pressure, tilt, height):
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)
-    return figure
 
 
 def tilt_deg(rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,12 +6,17 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from pneumorph.artefact import write_atomically
 from pneumorph.report.frame_painter import FramePainter
+from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.scene import Actor
+
+Shown = TypeVar("Shown", bound=Actor | MarkerActor)
+"""Anything that has a lane."""
 
 # H.264 plays everywhere; the others are for PyAV builds without it. MPEG-4 plays in players only.
 _CODECS = ("libx264", "libopenh264", "libvpx-vp9", "mpeg4")
@@ -85,7 +90,7 @@ def write_still(
     return write_atomically(path, lambda stream: picture.save(stream, format="png", optimize=True))
 
 
-def side_by_side(actors: Sequence[Actor], spacing_mm: float = 340.0) -> list[Actor]:
+def side_by_side(actors: Sequence[Shown], spacing_mm: float = 340.0) -> list[Shown]:
     """Return the actors in lanes of their own, the first one farthest from the viewer."""
     from dataclasses import replace
 

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pneumorph.hardware.deployment_log import read_log
 from pneumorph.hardware.marker_track import read_track
-from pneumorph.hardware.trial import LOG_FILE, TRACK_PATTERN, trial_folders
+from pneumorph.hardware.trial import LOG_FILE, TRACK_PATTERN, read_trial, trial_folders
 from pneumorph.report import page
+from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.page import Section
 from pneumorph.report.run import Run
+from pneumorph.report.scene import Actor
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.step_figure import step_figure
 from pneumorph.report.trials_figure import trials_figure
+from pneumorph.trajectory import Trajectory
 
 
 def trial_sections(run: Run, sheet: Sheet) -> list[Section]:
@@ -82,8 +86,28 @@ def _transfer_sections(run: Run, sheet: Sheet) -> list[Section]:
     )
     return [
         Section("Simulated and measured", "".join(pictures) + table),
+        *_replay_sections(run, robots, sheet),
         Section("Step by step", drawn),
     ]
+
+
+def _replay_sections(run: Run, robots: list[dict[str, Any]], sheet: Sheet) -> list[Section]:
+    """Return each simulated robot beside the first of its trials that is still on disk."""
+    sections = []
+    for text, each in zip(run.settings["runs"], robots, strict=True):
+        label, deployed = each["label"], Path(text.rpartition("=")[2])
+        simulated = run.folder / f"simulated_{label}.npz"
+        if not simulated.exists():
+            continue
+        actors: list[Actor | MarkerActor] = [
+            Actor.of(Trajectory.load(simulated), f"{label} simulated")
+        ]
+        if deployed.exists():
+            trial = read_trial(trial_folders(deployed)[0])
+            actors.append(MarkerActor.of(trial, f"{label} {trial.name.replace('_', ' ')}"))
+        replay = sheet.replayed(actors, "The simulation, and the marker of the first trial.")
+        sections.append(Section(f"Replay of {label}", replay))
+    return sections
 
 
 def _summed_steps(

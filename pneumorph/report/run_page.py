@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from pneumorph.report import page
-from pneumorph.report.film import FilmSettings
 from pneumorph.report.hardware_sections import calibration_sections, trial_sections
 from pneumorph.report.making_sections import making_sections
 from pneumorph.report.page import Section
 from pneumorph.report.reduction_sections import comparison_sections, leg_sections
 from pneumorph.report.repeat_section import repeat_section
+from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.run import Run
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.training_sections import (
@@ -73,23 +72,17 @@ class WrittenPage:
     figures: tuple[Path, ...]
 
 
-def write_run_page(
-    run: Run,
-    path: Path,
-    film: FilmSettings | None = None,
-    progress: Callable[[int, int, str], None] | None = None,
-) -> WrittenPage:
+def write_run_page(run: Run, path: Path, replay: ReplaySettings | None = None) -> WrittenPage:
     """Write the page of a run.
 
     Args:
         run: The run.
-        path: The HTML file; films and figures are written beside it.
-        film: How a film looks.
-        progress: Told how far a film is.
+        path: The HTML file; figures are written beside it.
+        replay: How exact replays are.
     """
-    sheet = Sheet(path.parent)
+    sheet = Sheet(path.parent, replay)
     sections: list[Section] = [
-        *walk_sections(run, sheet, film, progress),
+        *walk_sections(run, sheet),
         *trial_sections(run, sheet),
         *calibration_sections(run),
         *sweep_sections(run, sheet),
@@ -104,7 +97,7 @@ def write_run_page(
     ]
     verb = str(run.summary["verb"])
     title, lead = _TITLES.get(verb, (f"pneumorph {verb}", ""))
-    page.write_page(path, title, f"{lead} {_where(run)}", _headline(run), sections)
+    page.write_page(path, title, f"{lead} {_where(run)}", _headline(run), sections, sheet.head)
     return WrittenPage(path, tuple(sheet.files))
 
 

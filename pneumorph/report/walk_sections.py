@@ -1,13 +1,12 @@
-"""Sections of robots that walked: film, stills, distance, steps, gait, one cycle."""
+"""Sections of robots that walked: replay, stills, distance, steps, gait, one cycle."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from pneumorph.report import page
 from pneumorph.report.cycle_figure import cycle_figure
 from pneumorph.report.distance_figure import distance_figure
-from pneumorph.report.film import FilmSettings, side_by_side, write_film, write_still
 from pneumorph.report.frames_figure import frames_figure
 from pneumorph.report.page import Section
 from pneumorph.report.path_figure import path_figure
@@ -20,22 +19,18 @@ from pneumorph.report.step_figure import path_of, step_figure
 from pneumorph.robot.design import Design
 from pneumorph.trajectory import Trajectory
 
-Progress = Callable[[int, int, str], None]
-
 _CYCLE_S = 4.0
 """Period of the paper's baseline, over which a slide back is counted [s]."""
 _STILL_COUNT = 5
 
 
-def walk_sections(
-    run: Run, sheet: Sheet, film: FilmSettings | None = None, progress: Progress | None = None
-) -> list[Section]:
+def walk_sections(run: Run, sheet: Sheet) -> list[Section]:
     """Return the sections of a run's trajectories, a group of robots after the other."""
     sections = []
     for group, trajectories in run.trajectories().items():
         seen = {name: each for name, each in trajectories.items() if _can_be_drawn(each)}
         if seen:
-            sections.append(_film_section(group, seen, sheet, film, progress))
+            sections.append(_replay_section(group, seen, sheet))
         sections.append(_distance_section(group, trajectories, sheet))
         sections += _gait_sections(group, trajectories, sheet)
     return sections
@@ -53,31 +48,21 @@ def _named(name: str, group: str) -> str:
     return f"{name}_{group.replace(' ', '_')}" if group else name
 
 
-def _film_section(
-    group: str,
-    trajectories: Mapping[str, Trajectory],
-    sheet: Sheet,
-    film: FilmSettings | None,
-    progress: Progress | None,
-) -> Section:
+def _replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
     actors = [
         Actor.of(each, f"{name}\n{each.metadata['design']}") for name, each in trajectories.items()
     ]
-    lanes = side_by_side(actors)
-    moving = write_film(sheet.folder / f"{_named('film', group)}.mp4", lanes, film, progress)
-    end_s = max(float(each.time_s[-1]) for each in trajectories.values())
-    still = write_still(sheet.folder / f"{_named('still', group)}.png", lanes, 0.15 * end_s, film)
-    caption = (
-        "A leg has its regulator's colour, pale while slack and full at 90 kPa. Lines on the floor "
-        "are 5 cm apart; the dark one is the start. Forward is to the right."
+    replay = sheet.replayed(
+        actors, "Forward is to the right. A leg has its regulator's colour, full at 90 kPa."
     )
+    end_s = max(float(each.time_s[-1]) for each in trajectories.values())
     times_s = [end_s * number / (_STILL_COUNT - 1) for number in range(_STILL_COUNT)]
     stills = sheet.drawn(
         _named("frames", group),
         frames_figure(actors, [round(each, 2) for each in times_s]),
-        "The same robots at instants of their walk, with their travel.",
+        "The robots at instants of their walk, with their travel; lines are 5 cm apart.",
     )
-    return Section(_titled("Film", group), page.filmed(moving, still, caption) + stills)
+    return Section(_titled("Replay", group), replay + stills)
 
 
 def _distance_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
@@ -136,7 +121,8 @@ def _gait_sections(
         _named("cycle", group),
         cycle_figure(walked),
         f"The last whole 4 s of the robot called {name}: pressures, tilt of the disk, how far each "
-        "leg's lowest point is above the lowest of all, and travel.",
+        "leg's lowest point is above the lowest of all, what the floor bears of it where that was "
+        "recorded, and travel.",
     )
     return [
         *sections, Section(_titled("Step by step", group), page.side_by_side(steps, cycle)),
