@@ -32,6 +32,7 @@ VERBS = {
     "fabricate": "design  ->  moulds, hub, parts list, drawing",
     "exchange": "gaits and reductions  <->  files of sorotraj and SOFA",
     "report": "any run folder  ->  one self-contained page",
+    "explore": "design space, scores  ->  one page over all designs",
     "bench": "how fast robots are simulated on this machine",
     "demo": "baseline, coopt and report in one go",
 }

@@ -46,8 +46,8 @@ class SimulateOptions:
     design: str | None = None
     """Regulator of each location, 0 for no leg, such as 1.0.0.2.2.0.0.1."""
     gait: Path | None = None
-    """Gait file (CSV or sorotraj YAML), coopt run (its best pair), or policy (npz, with --design); by
-    default the expert's gait."""
+    """Gait file (CSV or sorotraj YAML), coopt run (its best pair) or policy (npz, with --design);
+    by default the expert's gait."""
     model: Model = "reduced"
     """The reduced robot, or finite elements (ten minutes instead of a second)."""
     record_every: int = 10

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_DISK_RADIUS_MM = 54.5
-_LEG_LENGTH_MM = 115.0 * np.cos(np.radians(15.0))
-_LEG_CENTRE_MM = 52.0 * np.cos(np.radians(15.0)) + 50.0
-_LEG_WIDTH_MM = 32.0
+DISK_RADIUS_MM = 54.5
+LEG_LENGTH_MM = 115.0 * np.cos(np.radians(15.0))
+LEG_CENTRE_MM = 52.0 * np.cos(np.radians(15.0)) + 50.0
+LEG_WIDTH_MM = 32.0
 HALF_WIDTH_MM = 172.0
 
 
@@ -48,7 +48,7 @@ def draw_plan_view(
     from matplotlib.patches import Circle, Polygon
 
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
-    rectangle = corners * [_LEG_LENGTH_MM, _LEG_WIDTH_MM] + [_LEG_CENTRE_MM, 0.0]
+    rectangle = corners * [LEG_LENGTH_MM, LEG_WIDTH_MM] + [LEG_CENTRE_MM, 0.0]
     for location, regulator in enumerate(assignment):
         if regulator == 0:
             continue
@@ -62,14 +62,14 @@ def draw_plan_view(
         )
         if number_size:
             # The number says what the colour says, for grey print.
-            x, y = np.array([_LEG_CENTRE_MM + 12, 0.0]) @ turn.T * size_mm + centre_mm
+            x, y = np.array([LEG_CENTRE_MM + 12, 0.0]) @ turn.T * size_mm + centre_mm
             axes.text(
                 x, y, str(regulator), color="white", ha="center", va="center", size=number_size
             )
     axes.add_patch(
         Circle(
             centre_mm,
-            _DISK_RADIUS_MM * size_mm,
+            DISK_RADIUS_MM * size_mm,
             facecolor=DISK_COLOUR,
             edgecolor="white",
             linewidth=0.8,
