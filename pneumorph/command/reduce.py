@@ -31,6 +31,7 @@ from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.reduce import ReductionSettings, reduce_part
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
 from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
+from pneumorph.settings import settings_to_dict
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
     collected_s = time.monotonic() - start
     folder.progress.stage("choosing modes and elements")
     part, report = reduce_part(leg, snapshots, options.reduction, folder.progress)
+    part.metadata["materials"] = settings_to_dict(options.materials)
     path = part.save(folder / "leg.npz")
     numbers = {
         name: value

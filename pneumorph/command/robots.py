@@ -32,7 +32,7 @@ from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
 from pneumorph.robot.scaled_part import scaled_part
-from pneumorph.settings import settings_to_dict
+from pneumorph.settings import settings_from_dict, settings_to_dict
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator
@@ -219,8 +219,17 @@ class Workshop:
         """The finite elements of a leg."""
         full = self.options.full
         mesh = None if full.mesh is None else Mesh.load(full.mesh)
-        materials = scaled_materials(leg_materials(full.leg), self.modulus_factor)
+        materials = scaled_materials(self._leg_materials, self.modulus_factor)
         return full_leg(full.leg, mesh, materials)
+
+    @cached_property
+    def _leg_materials(self) -> LegMaterials:
+        """What the reduced leg says it is made of, or else what the options' name stands for."""
+        usual, part = leg_materials(self.options.full.leg), self.options.part
+        if part is None or self.options.full.leg != "paper":
+            return usual
+        recorded = ReducedPart.load(part).metadata.get("materials")
+        return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
 
     def refuse_full_options(self) -> None:
         """Refuse options of finite elements where reduced robots walk.
