@@ -136,6 +136,13 @@ void Batch::pad_parts(const std::vector<PartInput>& inputs) {
         for (int a = 0; a < m; ++a)
           pairs[(size_t(ij) * p + b) * p + a] = in.second_moment_mode_pairs[(size_t(ij) * m + b) * m + a];
     part.second_moment_mode_pairs = pairs;
+    double* gyroscopic = allocate<double>(storage_, size_t(3) * p * p);
+    for (int k = 0; k < 3; ++k) {
+      const size_t ij = 3 * ((k + 1) % 3) + (k + 2) % 3, ji = 3 * ((k + 2) % 3) + (k + 1) % 3;
+      for (size_t ba = 0; ba < size_t(p) * p; ++ba)
+        gyroscopic[k * size_t(p) * p + ba] = pairs[ij * p * p + ba] - pairs[ji * p * p + ba];
+    }
+    part.gyroscopic = gyroscopic;
     part.contact_count = in.contacts;
     part.contact_points = copy(storage_, in.contact_points, size_t(in.contacts) * 3);
     part.contact_modes = pad_rows(storage_, in.contact_modes, size_t(in.contacts) * 3, m, p);

@@ -7,6 +7,7 @@
 #pragma once
 #include "elements.hpp"
 #include "small_matrix.hpp"
+#include "velocity_products.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
@@ -148,6 +149,8 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
     for (int i = 0; i < 3; ++i) sum += (h * gravity[i]) * load(&mass_coupling[i][8 * v]);
     store(&leg.right_modes[8 * v], sum);
   }
+  add_velocity_products<M>(part.gyroscopic, rates, velocity + 3, first, second, lever, mode_momentum, h,
+                           leg.right_hub, leg.right_modes);
   // Pressure does work p dV; the cavity's volume is a cubic of the modal coordinates. A closed
   // cavity exerts no net force or moment, so the hub's rows have no such term.
   for (int cavity = 0; cavity < part.cavity_count; ++cavity) {

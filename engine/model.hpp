@@ -44,6 +44,7 @@ struct Part {
   const double* first_moment_modes = nullptr;       // (3, mode)
   const double* second_moment_modes = nullptr;      // (3, 3, mode)   sum m Y_i Phi_j
   const double* second_moment_mode_pairs = nullptr; // (3, 3, mode b, mode a)  sum m Phi_i^b Phi_j^a
+  const double* gyroscopic = nullptr;               // (3, mode b, mode a)  sum m Phi^b x Phi^a
   int contact_count = 0;
   const double* contact_points = nullptr;  // (point, 3)
   const double* contact_modes = nullptr;   // (point, 3, mode)

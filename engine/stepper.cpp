@@ -38,6 +38,7 @@ inline void begin_hub(const RobotModel& robot, const Settings& settings, const R
       hub.matrix[6 * i + j] = mass_scale * mass[6 * i + j];
     }
   }
+  add_rigid_velocity_products(hub.velocity + 3, first, robot.hub_second_moment, h, hub.right);
 }
 
 // Sets up mounted part k, eliminates its modes and adds what is left to the hub's system.
@@ -70,6 +71,12 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
     for (int j = 0; j < 6; ++j) part_velocity[i] += transform[6 * i + j] * hub.velocity[j];
   }
   multiply_transposed(mount.rotation, hub.gravity, part_gravity);
+  // The part's origin turns about the hub's: its centrifugal acceleration acts like gravity.
+  double circle[9], origin[3], inward[3];
+  centrifugal_matrix(part_velocity + 3, circle);
+  multiply_transposed(mount.rotation, t, origin);
+  multiply(circle, origin, inward);
+  for (int i = 0; i < 3; ++i) part_gravity[i] -= inward[i];
   for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
 
   element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, work.elements);

@@ -48,6 +48,11 @@ def data_file(name: str) -> Path:
     return path
 
 
+def data_folder(name: str) -> Path:
+    """Path of a folder that ships with the package; it may be empty or missing."""
+    return Path(str(files("pneumorph").joinpath("data", name)))
+
+
 @cache
 def paper_leg_mesh() -> Mesh:
     """Mesh of the PneuNet leg that ships; made by ``pneumorph mesh leg``."""

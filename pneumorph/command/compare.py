@@ -1,12 +1,14 @@
 """Compare reduced robots with the full ones they stand for.
 
-Four animations (the paper's appendix B) run with both models, and a single leg is bent by rising
-pressure. Errors are distances of corresponding nodes of the legs, averaged over nodes and time; in
-the frame of the hub they tell shapes apart from paths.
+Three comparisons: the four test animations of the paper's appendix B; the same floating without
+gravity or floor, which tells the error of shapes from what friction makes of it; and held-out
+robots, random designs under random gaits that no snapshot came from. A single leg is bent by rising
+pressure. Full-order trajectories take minutes each: they are kept in RUN/full_order, those of the
+leg that ships come with the package, and an interrupted one goes on.
 
-Presets: default (3 s of each animation), paper (16 s) and quick (1 s and three pressures).
+Presets: default (10 s), paper (16 s) and quick (1 s of two animations).
 
-Writes bend.csv, and each animation's trajectories with --record.
+Writes bend.csv and figures, and the reduced trajectories with --record.
 
 Example: pneumorph compare --preset default --json
 """
@@ -14,22 +16,31 @@ Example: pneumorph compare --preset default --json
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import tyro
 
 from pneumorph.artefact import write_atomically
+from pneumorph.command.model_pair import ModelPair
 from pneumorph.command.robots import RobotOptions, Workshop
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
-from pneumorph.comparison.animation_error import AnimationError, compare_animation
 from pneumorph.comparison.animations import Animation, animations
-from pneumorph.comparison.bend_error import BendComparison, compare_bend
+from pneumorph.comparison.bend_error import BendComparison, bend_of_report, compare_bend
+from pneumorph.comparison.full_order_store import FullOrderStore
+from pneumorph.comparison.heldout import heldout_animations
+from pneumorph.comparison.robot_error import RobotError, node_error, robot_error
+from pneumorph.fem.benchmark import FullBenchmark, bench_full
 from pneumorph.fem.rotation import Rotation
-from pneumorph.report.skin import with_skin_only
-from pneumorph.simulation.rollout import RobotModel
+from pneumorph.presets import data_folder
+from pneumorph.report.bend_figure import bend_figure
+from pneumorph.report.node_error_figure import node_error_figure
+from pneumorph.report.style import save_figure
+from pneumorph.simulation.rollout import rollout
 
 flat = tyro.conf.arg(name="")
 
@@ -39,15 +50,26 @@ class CompareOptions:
     """What to compare."""
 
     animations: tuple[str, ...] = ("hamiltonian", "baseline", "two_leg", "six_leg")
-    """Animations to run; none for the bend alone."""
-    duration_s: float = 3.0
-    """Length of each animation."""
-    record_every: int = 5
+    """Animations to run, on the floor and floating."""
+    heldout_count: int = 12
+    """Random designs with random gaits to run."""
+    duration_s: float = 10.0
+    """Length of each run."""
+    floating_duration_s: float = 4.0
+    """Length of the animations without gravity or floor; 0 leaves them out."""
+    record_every: int = 10
     """Time steps between compared frames."""
     record: bool = False
-    """Save the trajectories of both models."""
-    bend_pressures_kPa: tuple[float, ...] = (20.0, 80.0, 140.0, 200.0, 260.0, 300.0, 350.0)
-    """Simulated pressures of the bend; none to leave it out."""
+    """Save the reduced trajectories too."""
+    bend_limit_kPa: float = 300.0
+    """Largest simulated pressure of the bend; the full model's equilibria are in the reduction's
+    report."""
+    bend_pressures_kPa: tuple[float, ...] = ()
+    """Simulated pressures at which to bend both models anew."""
+    timed_steps: int = 21
+    """Steps of the full robot that are timed; 0 leaves the time ratio out."""
+    full_order: Path | None = None
+    """Folder of kept full-order trajectories; by default RUN/full_order and what ships."""
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
 
@@ -56,30 +78,33 @@ def compare(options: CompareOptions, folder: RunFolder) -> dict[str, Any]:
     start = time.monotonic()
     workshop = Workshop(options.robot)
     workshop.check_reduction()
-    chosen = animations(options.animations, options.duration_s)
-    errors = [_compared(each, options, folder) for each in chosen]
-    bend = _bent(workshop, options, folder)
+    runs = {
+        "animations": animations(options.animations, options.duration_s),
+        "heldout": heldout_animations(options.heldout_count, options.duration_s),
+    }
+    if options.floating_duration_s > 0.0:
+        runs["floating"] = animations(options.animations, options.floating_duration_s)
     summary: dict[str, Any] = {"leg": workshop.leg_description}
-    if errors:
-        summary |= {
-            "animations_mean_node_error_mm": float(np.mean([e.mean_node_error_mm for e in errors])),
-            "animations_mean_node_error_in_hub_mm": float(
-                np.mean([e.mean_node_error_in_hub_mm for e in errors])
-            ),
-            "animations": {e.name: {**asdict(e), "time_ratio": e.time_ratio} for e in errors},
-            "time_ratio": float(
-                sum(e.full_s_per_step for e in errors) / sum(e.reduced_s_per_step for e in errors)
-            ),
-            "full_s_per_step": float(np.mean([e.full_s_per_step for e in errors])),
-            "reduced_s_per_step": float(np.mean([e.reduced_s_per_step for e in errors])),
-        }
-    if bend is not None:
-        summary |= {
-            "bend_error_percent": bend.error_percent,
-            "bend_pressures_kPa": bend.pressure_kPa.tolist(),
-            "bend_full_deg": bend.full_deg.tolist(),
-            "bend_reduced_deg": bend.reduced_deg.tolist(),
-        }
+    for kind, chosen in runs.items():
+        errors, curves = _errors(chosen, kind, options, folder)
+        summary |= _means(kind, errors)
+        if curves:
+            step_s = options.record_every * options.robot.simulation.time_step_s
+            figure = node_error_figure(curves, step_s)
+            save_figure(figure, folder / f"{kind}_node_error.png")
+    bend = _bent(workshop, options, folder)
+    figure = bend_figure(
+        bend.pressure_kPa.tolist(), bend.full_deg.tolist(), bend.reduced_deg.tolist()
+    )
+    save_figure(figure, folder / "bend.png")
+    summary |= {
+        "bend_error_percent": bend.error_percent,
+        "bend_pressures_kPa": bend.pressure_kPa.tolist(),
+        "bend_full_deg": bend.full_deg.tolist(),
+        "bend_reduced_deg": bend.reduced_deg.tolist(),
+    }
+    if options.timed_steps > 0:
+        summary |= _time_ratio(options, folder)
     return summary | {
         "full_hub": options.robot.full.hub,
         "damping": options.robot.simulation.damping,
@@ -89,47 +114,99 @@ def compare(options: CompareOptions, folder: RunFolder) -> dict[str, Any]:
     }
 
 
-def _compared(animation: Animation, options: CompareOptions, folder: RunFolder) -> AnimationError:
-    folder.progress.stage(f"animation {animation.name}, full and reduced")
-    # The Hamiltonian animation has a regulator for every leg.
-    simulation = replace(options.robot.simulation, regulator_count=animation.gait.regulator_count)
-    workshop = Workshop(replace(options.robot, simulation=simulation))
-    finite_elements: RobotModel[Any] = workshop.full(animation.design)
-    error, full, reduced = compare_animation(
-        animation,
-        finite_elements,
-        workshop.reduced(animation.design),
-        simulation.time_step_s,
-        options.record_every,
+def _errors(
+    chosen: Sequence[Animation], kind: str, options: CompareOptions, folder: RunFolder
+) -> tuple[dict[str, RobotError], dict[str, np.ndarray]]:
+    """Errors of animations by name, and the mean node error of each frame [mm]."""
+    store = FullOrderStore(
+        (options.full_order or folder.path / "full_order", data_folder("full_order"))
     )
-    if options.record:
-        for trajectory, model in ((full, "full"), (reduced, "reduced")):
-            with_skin_only(trajectory).save(folder / f"{animation.name}_{model}.npz")
-    folder.progress.say(
-        f"  {error.mean_node_error_mm:.2f} mm on average, {error.mean_node_error_in_hub_mm:.2f} mm "
-        f"in the hub's frame; {error.time_ratio:.0f} times as fast; distance "
-        f"{reduced.forward_distance_cm:.2f} cm reduced, {full.forward_distance_cm:.2f} cm full"
-    )
-    return error
+    errors, curves = {}, {}
+    for animation in chosen:
+        name = f"{kind}_{animation.name}" if kind == "floating" else animation.name
+        folder.progress.stage(name)
+        pair = ModelPair(animation, options.robot, floating=kind == "floating")
+        full = pair.full(store, name, options.record_every, folder.progress)
+        reduced = pair.reduced(options.record_every, like=full)
+        if options.record:
+            reduced.save(folder / f"{name}_reduced.npz")
+        error = errors[animation.name] = robot_error(full, reduced)
+        curves[animation.name] = node_error(full, reduced).mean(axis=(1, 2))
+        folder.progress.say(
+            f"  {error.mean_node_error_mm:.2f} mm on average, "
+            f"{error.mean_node_error_in_hub_mm:.2f} mm in the hub's frame; distance "
+            f"{error.forward_reduced_cm:.2f} cm reduced, {error.forward_full_cm:.2f} cm full"
+        )
+    return errors, curves
 
 
-def _bent(workshop: Workshop, options: CompareOptions, folder: RunFolder) -> BendComparison | None:
-    if not options.bend_pressures_kPa:
-        return None
-    folder.progress.stage("bending one leg, full and reduced")
+def _means(kind: str, errors: dict[str, RobotError]) -> dict[str, Any]:
+    """Means over runs of one kind, the worst, and each run's own errors."""
+    if not errors:
+        return {}
+    table = {name: asdict(error) for name, error in errors.items()}
+    averaged = ("mean_node_error_mm", "mean_node_error_in_hub_mm", "path_error_mm",
+                "leg_force_error_percent", "slip_agreement_percent",
+                "slipping_points_overlap_percent")  # fmt: skip
+    means = {f"{kind}_{name}": _mean([each[name] for each in table.values()]) for name in averaged}
+    distance = [error.distance_error_cm for error in errors.values()]
+    return {
+        **means,
+        f"{kind}_worst_node_error_mm": max(each["mean_node_error_mm"] for each in table.values()),
+        f"{kind}_distance_error_cm": float(np.mean(distance)),
+        f"{kind}_worst_distance_error_cm": float(np.max(distance)),
+        kind: table,
+    }
+
+
+def _mean(values: list[float]) -> float:
+    known = [value for value in values if np.isfinite(value)]
+    return float(np.mean(known)) if known else float("nan")
+
+
+def _bent(workshop: Workshop, options: CompareOptions, folder: RunFolder) -> BendComparison:
+    folder.progress.stage("bending one leg")
     rotation: Rotation = "edge" if options.robot.simulation.damping == "published" else "polar"
-    bend = compare_bend(
-        workshop.full_leg,
-        workshop.leg,
-        options.bend_pressures_kPa,
-        rotation,
-        folder.progress,
-    )
+    if options.bend_pressures_kPa:
+        bend = compare_bend(
+            workshop.full_leg,
+            workshop.leg,
+            options.bend_pressures_kPa,
+            rotation,
+            folder.progress,
+        )
+    else:
+        mesh = workshop.full_leg.mesh
+        bend = bend_of_report(workshop.leg, mesh, options.bend_limit_kPa, rotation)
     rows = zip(bend.pressure_kPa, bend.full_deg, bend.reduced_deg, strict=True)
     lines = ["simulated_kPa,full_deg,reduced_deg", *(f"{p:g},{f:.4f},{r:.4f}" for p, f, r in rows)]
     text = ("\n".join(lines) + "\n").encode()
     write_atomically(folder / "bend.csv", lambda stream: stream.write(text))
     return bend
+
+
+def _time_ratio(options: CompareOptions, folder: RunFolder) -> dict[str, float]:
+    """Time of a step of both models, of the baseline in contact, each on one thread."""
+    folder.progress.stage("timing a step of both models")
+    (baseline,) = animations(("baseline",), 10.0)
+    pair = ModelPair(baseline, options.robot)
+    full = bench_full(
+        FullBenchmark(walking_steps=15, timed_steps=options.timed_steps, repetitions=1),
+        pair.workshop.full(baseline.design),
+        pair.commands_kPa,
+        lambda done, total: folder.progress(done, total, "steps of the full robot"),
+    )
+    robot = pair.workshop.reduced(baseline.design)
+    seconds = []
+    for _ in range(3):
+        start = time.perf_counter()
+        rollout(robot, pair.commands_kPa, record_every=len(pair.commands_kPa), record_nodes=False)
+        seconds.append((time.perf_counter() - start) / len(pair.commands_kPa))
+    return {
+        "time_ratio": full["seconds_per_step"] / float(np.median(seconds)),
+        "full_s_per_step": full["seconds_per_step"],
+        "reduced_s_per_step": float(np.median(seconds)),
+    }
 
 
 VERB = Verb(
@@ -138,6 +215,12 @@ VERB = Verb(
     {
         "default": CompareOptions,
         "paper": lambda: CompareOptions(duration_s=16.0),
-        "quick": lambda: CompareOptions(duration_s=1.0, bend_pressures_kPa=(80.0, 200.0, 350.0)),
+        "quick": lambda: CompareOptions(
+            animations=("baseline", "two_leg"),
+            heldout_count=0,
+            duration_s=1.0,
+            floating_duration_s=0.5,
+            timed_steps=3,
+        ),
     },
 )

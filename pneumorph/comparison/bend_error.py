@@ -11,6 +11,7 @@ from pneumorph.fem import static as full_static
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rotation import Rotation
+from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction import static_equilibrium as reduced_static
 from pneumorph.reduction.reduced_part import ReducedPart
 
@@ -33,6 +34,41 @@ class BendComparison:
     def error_percent(self) -> float:
         """Largest error over the pressures, in percent of the full model's bend there."""
         return float(100.0 * np.max(np.abs(self.reduced_deg / self.full_deg - 1.0)))
+
+
+def bend_of_report(
+    reduced: ReducedPart, mesh: Mesh, limit_kPa: float, rotation: Rotation = "edge"
+) -> BendComparison:
+    """Bend a reduced leg again through the full model's equilibria that its report holds.
+
+    Args:
+        reduced: The reduced leg, with the report of its reduction.
+        mesh: Its mesh.
+        limit_kPa: Largest simulated pressure [kPa].
+        rotation: Where elements take their rotation from.
+
+    Raises:
+        ValueError: No report, no pressure below the limit, or a search that did not converge.
+        ArtefactError: A reduction of another mesh.
+    """
+    reduced.check_mesh(mesh)
+    table = reduced.metadata.get("report", {}).get("bend", {})
+    pressures = np.array(table.get("pressure_kPa", []))
+    chosen = pressures <= limit_kPa
+    if not chosen.any():
+        raise ValueError(
+            f"the reduction's report holds bends at {pressures.tolist()} kPa, expected some up to "
+            f"{limit_kPa:g} kPa; give the pressures, and both models are bent anew"
+        )
+    bends, alpha = [], None
+    for pressure in pressures[chosen]:
+        found = reduced_static.static_equilibrium(
+            reduced, float(pressure), start=alpha, rotation=rotation
+        )
+        _check_converged("reduced", pressure, found)
+        alpha = found.alpha
+        bends.append(end_face_bend_deg(mesh, reduced.positions(alpha)))
+    return BendComparison(pressures[chosen], np.array(table["full_deg"])[chosen], np.array(bends))
 
 
 def compare_bend(
@@ -73,11 +109,7 @@ def compare_bend(
         )
         small = reduced_static.static_equilibrium(reduced, wanted, start=alpha, rotation=rotation)
         for name, result in (("full", exact), ("reduced", small)):
-            if not result.converged:
-                raise ValueError(
-                    f"the {name} leg found no equilibrium at {wanted:g} kPa (relative residual "
-                    f"{result.relative_residual:.1e}); add pressures in between"
-                )
+            _check_converged(name, wanted, result)
         positions, alpha, last = exact.positions, small.alpha, wanted
         bends.append(
             (
@@ -89,3 +121,15 @@ def compare_bend(
             progress(len(bends), len(pressures), "bending one leg")
     full_deg, reduced_deg = np.array(bends).T
     return BendComparison(pressures, full_deg, reduced_deg)
+
+
+def _check_converged(
+    name: str,
+    pressure: float,
+    result: full_static.StaticResult | reduced_static.StaticEquilibrium,
+) -> None:
+    if not result.converged:
+        raise ValueError(
+            f"the {name} leg found no equilibrium at {pressure:g} kPa (relative residual "
+            f"{result.relative_residual:.1e}); add pressures in between"
+        )

@@ -16,6 +16,7 @@ import numpy as np
 from pneumorph.artefact import ArtefactError
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
+from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.pose import Pose
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import (
@@ -47,14 +48,14 @@ class SnapshotSettings:
 @dataclass(frozen=True, eq=False)
 class _Problem:
     part: PartModel
-    hub: RigidHub
+    hub: RigidHub | SoftHub
     poses: tuple[Pose, ...]
     settings: SnapshotSettings
 
 
 def collect_snapshots(
     part: PartModel,
-    hub: RigidHub,
+    hub: RigidHub | SoftHub,
     poses: Sequence[Pose],
     settings: SnapshotSettings,
     folder: Path,

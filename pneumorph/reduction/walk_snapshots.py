@@ -16,6 +16,7 @@ from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
+from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.pose import Pose
 from pneumorph.pressure import PressureMap
 from pneumorph.reduction.snapshots import Snapshots
@@ -45,14 +46,15 @@ class WalkSnapshotSettings:
 
 def walk_snapshots(
     part: PartModel,
-    hub: RigidHub,
+    hub: RigidHub | SoftHub,
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     number: int,
 ) -> Snapshots:
     """Let one full-order robot walk and record its legs in their own frames.
 
-    The hub is rigid, so a leg's attachment rests in its frame whatever the robot does.
+    On a rigid hub a leg's attachment rests in its frame whatever the robot does; on a soft one it
+    moves with the hub's deformation.
 
     Args:
         part: The leg.
@@ -91,7 +93,8 @@ def walk_snapshots(
         steps += 1
         if steps % settings.record_every == 0:
             legs = np.array(robot.leg_nodes_in_hub_frame(state)) - part.rest_nodes
-            legs[:, part.mesh.node_set("attachment")] = 0.0  # rounding
+            if isinstance(hub, RigidHub):
+                legs[:, part.mesh.node_set("attachment")] = 0.0  # rounding
             recorded.append(legs.astype(np.float32))
             pressures.append(state.regulated_kPa)
 

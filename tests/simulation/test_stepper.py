@@ -72,6 +72,14 @@ def dense_step(alpha, velocity, rates, pressure, settings):
     force += PART.mass / len(nodes) * np.einsum("nia,i->a", jacobian, gravity)
     force[:3] += HUB.mass * gravity
     force[3:6] += np.cross(first, gravity)
+    # Coriolis and centrifugal accelerations of every node, and of the hub's own mass.
+    turning = velocity[3:]
+    swing = np.einsum("nia,a->ni", jacobian[:, :, 6:], rates)
+    acceleration = np.cross(turning, np.cross(turning, nodes)) + 2.0 * np.cross(turning, swing)
+    force -= PART.mass / len(nodes) * np.einsum("nia,ni->a", jacobian, acceleration)
+    force[:3] -= np.cross(turning, np.cross(turning, first))
+    inertia = np.trace(HUB.second_moment) * np.eye(3) - HUB.second_moment
+    force[3:6] -= np.cross(turning, inertia @ turning)
     scale = h * (h + settings.stiffness_damping_s)
     left = (1.0 + settings.mass_damping_per_s * h) * mass + scale * stiffness
     return np.linalg.solve(left, mass @ np.concatenate([velocity, rates]) + h * force)

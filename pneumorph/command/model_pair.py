@@ -1,0 +1,99 @@
+"""The full and the reduced robot of a design under the same commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pneumorph.command.robots import RobotOptions, Workshop
+from pneumorph.comparison.animations import Animation
+from pneumorph.comparison.full_order_store import FullOrderStore, at_nodes, rollout_identity
+from pneumorph.fem.resumable_rollout import resumable_rollout
+from pneumorph.settings import settings_to_dict
+from pneumorph.simulation.rollout import rollout
+from pneumorph.trajectory import Trajectory
+
+Progress = Callable[[int, int, str], None]
+
+# Fields of SimulationSettings that full-order robots have too; the others are numerics.
+_PHYSICS = ("time_step_s", "damping", "mass_damping_per_s", "stiffness_damping_s",
+            "gravity_mm_per_s2", "floor_slope_deg", "friction", "floor_height_mm",
+            "regulator_count", "pressure_rate_kPa_per_s", "pressure_map")  # fmt: skip
+
+
+class ModelPair:
+    """Both models of an animation's design.
+
+    Args:
+        animation: Design and pressures; it may drive more regulators than the options have.
+        options: The leg and the physics.
+        floating: Leave out gravity and floor.
+    """
+
+    def __init__(self, animation: Animation, options: RobotOptions, floating: bool = False) -> None:
+        simulation = replace(options.simulation, regulator_count=animation.gait.regulator_count)
+        if floating:
+            simulation = replace(simulation, gravity_mm_per_s2=0.0, floor_height_mm=-1e4)
+        self.animation = animation
+        self.workshop = Workshop(replace(options, simulation=simulation))
+        self.commands_kPa: np.ndarray = self.workshop.commands(animation.gait)
+        """Real pressure asked for in every step [kPa], (step, regulator)."""
+
+    def full(
+        self, store: FullOrderStore, name: str, record_every: int, progress: Progress
+    ) -> Trajectory:
+        """The full robot's trajectory with few of its nodes: the kept one, or computed and kept.
+
+        Args:
+            store: Where trajectories are kept.
+            name: What this one is called there.
+            record_every: Time steps between frames.
+            progress: Told the steps made and those to make.
+        """
+        identity = rollout_identity(self._described(record_every), self.commands_kPa)
+        kept = store.find(name, identity)
+        if kept is not None:
+            return kept
+        checkpoint = store.folders[0] / f"{name}.part.npz"
+        checkpoint.parent.mkdir(parents=True, exist_ok=True)
+        design = str(self.animation.design)
+        trajectory = resumable_rollout(
+            self.workshop.full(self.animation.design),
+            self.commands_kPa,
+            checkpoint,
+            record_every=record_every,
+            description={"design": design},
+            progress=progress,
+        )
+        return store.save(name, identity, trajectory)
+
+    def reduced(self, record_every: int, like: Trajectory | None = None) -> Trajectory:
+        """The reduced robot's trajectory.
+
+        Args:
+            record_every: Time steps between frames.
+            like: Take only the nodes that this kept trajectory has.
+        """
+        _, trajectory = rollout(
+            self.workshop.reduced(self.animation.design),
+            self.commands_kPa,
+            record_every=record_every,
+            description={"design": str(self.animation.design)},
+        )
+        return trajectory if like is None else at_nodes(trajectory, like.metadata["nodes"])
+
+    def _described(self, record_every: int) -> dict[str, Any]:
+        # All that decides the full robot's way, but for the commands.
+        leg = self.workshop.full_leg
+        physics = settings_to_dict(self.workshop.simulation)
+        return {
+            "design": str(self.animation.design),
+            "physics": {name: physics[name] for name in _PHYSICS},
+            "full": settings_to_dict(replace(self.workshop.options.full, mesh=None)),
+            "mesh": leg.mesh.digest(),
+            "leg": [repr(leg.material), repr(leg.membranes), float(leg.node_mass.sum())],
+            "record_every": record_every,
+        }
