@@ -31,6 +31,8 @@ VERBS = {
     "transfer": "logs and tracks beside the simulation  ->  distances, transfer ratio, figures",
     "fabricate": "design  ->  moulds, hub, parts list, drawing",
     "exchange": "gaits and reductions  <->  files of sorotraj and SOFA",
+    "watch": "training, finished or not  ->  live page in the browser",
+    "replay": "trajectories and trials  ->  3D replay as one page, film",
     "report": "any run folder  ->  one self-contained page",
     "explore": "design space, scores  ->  one page over all designs",
     "bench": "how fast robots are simulated on this machine",
@@ -103,7 +105,13 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     verb: Verb[Any] = module.VERB
     options, common, chosen = _parsed(name, verb, module.__doc__ or "", arguments)
     usual = verb.folder(options) if verb.folder is not None else default_folder(name)
-    folder = RunFolder(common.out or usual, name, Progress(), made_by([name, *arguments]))
+    folder = RunFolder(
+        common.out or usual,
+        name,
+        Progress(),
+        made_by([name, *arguments]),
+        summary_only=common.json,
+    )
     content = settings_to_dict(options)
     folder.refuse_other_verb()
     fresh = not folder.path.exists()

@@ -1,8 +1,21 @@
-"""Meshes that several tests share."""
+"""Meshes that several tests share, and a browser for the pages that the package writes."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 
 from pneumorph.geometry.mesh import Mesh
+
+# What draws without a graphics card: SwiftShader, on the processor.
+_SOFTWARE_GRAPHICS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
+# A loaded machine without a graphics card is slow; nothing here should fail for that.
+_PATIENCE_MS = 180_000
 
 
 @pytest.fixture(scope="session")
@@ -11,3 +24,57 @@ def leg_mesh() -> Mesh:
     from pneumorph.geometry.pneunet import mesh_pneunet
 
     return mesh_pneunet()
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """A headless Chromium, the system's or Playwright's own; tests are skipped without one."""
+    api = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
+    names = ("chromium", "chromium-browser", "google-chrome")
+    found = next((path for path in map(shutil.which, names) if path), None)
+    with api.sync_playwright() as playwright:
+        try:
+            browser = playwright.chromium.launch(executable_path=found, args=_SOFTWARE_GRAPHICS)
+        except api.Error as error:
+            pytest.skip(f"no Chromium (apt install chromium): {str(error).splitlines()[0]}")
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_page(chromium: Any) -> Iterator[Callable[[Path | str], Any]]:
+    """Return a function that opens a file with the network off, or an address of this machine.
+
+    At the end no page may have had an error on its console, or asked for anything but itself.
+    """
+    problems: list[str] = []
+    contexts = []
+
+    def watch_request(request: Any) -> None:
+        parts = urlsplit(request.url)
+        local = parts.hostname in ("127.0.0.1", "localhost")
+        if parts.scheme not in ("file", "data", "blob") and not local:
+            problems.append(f"request of {request.url}")
+
+    def note(message: Any) -> None:
+        if message.type == "error":
+            problems.append(message.text)
+
+    def open_one(target: Path | str) -> Any:
+        is_file = isinstance(target, Path)
+        context = chromium.new_context(
+            offline=is_file, viewport={"width": 800, "height": 600}, service_workers="block"
+        )
+        contexts.append(context)
+        context.set_default_timeout(_PATIENCE_MS)
+        page = context.new_page()
+        page.on("console", note)
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        page.on("request", watch_request)
+        page.goto(target.resolve().as_uri() if is_file else target)
+        return page
+
+    yield open_one
+    for context in contexts:
+        context.close()
+    assert problems == []

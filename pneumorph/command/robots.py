@@ -139,6 +139,7 @@ class Workshop:
         record_every: int = 10,
         settling_steps: int = 15,
         description: dict[str, Any] | None = None,
+        watch: Callable[[Trajectory], None] | None = None,
     ) -> Trajectory:
         """Return the trajectory of one reduced robot with its nodes.
 
@@ -148,9 +149,10 @@ class Workshop:
             record_every: Time steps between frames.
             settling_steps: Time steps at zero pressure before the gait.
             description: What else to note in the trajectory's metadata.
+            watch: Told every frame as it is simulated.
         """
         _, trajectory = rollout(
-            self.reduced(design),
+            self.reduced(design, watch),
             self.commands(gait),
             record_every=record_every,
             settling_steps=settling_steps,
@@ -166,6 +168,7 @@ class Workshop:
         record_every: int = 10,
         settling_steps: int = 15,
         progress: Callable[[int, int, str], None] | None = None,
+        watch: Callable[[Trajectory], None] | None = None,
     ) -> Trajectory:
         """Return the trajectory of one full robot; interrupted, it goes on from its checkpoint.
 
@@ -176,6 +179,7 @@ class Workshop:
             record_every: Time steps between frames.
             settling_steps: Time steps at zero pressure before the gait.
             progress: Told the steps made and those to make.
+            watch: Told every piece of the way as it is simulated.
         """
         return resumable_rollout(
             self.full(design),
@@ -185,11 +189,14 @@ class Workshop:
             record_every=record_every,
             description={"design": str(design)},
             progress=progress,
+            watch=watch,
         )
 
-    def reduced(self, design: Design) -> ReducedRobot:
+    def reduced(
+        self, design: Design, watch: Callable[[Trajectory], None] | None = None
+    ) -> ReducedRobot:
         """Return one reduced robot to roll out."""
-        return ReducedRobot(self.robot(design), self.simulation)
+        return ReducedRobot(self.robot(design), self.simulation, watch)
 
     def full(self, design: Design) -> FullRobot:
         """Return the finite elements of a whole robot.

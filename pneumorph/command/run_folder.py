@@ -24,6 +24,7 @@ class RunFolder:
         verb: Name of the verb.
         progress: Where the verb says how far it is.
         provenance: What made the run, for its summary and its page.
+        summary_only: Whether the caller wants the summary alone, and no page served meanwhile.
     """
 
     def __init__(
@@ -32,9 +33,11 @@ class RunFolder:
         verb: str,
         progress: Progress | None = None,
         provenance: Mapping[str, Any] | None = None,
+        summary_only: bool = False,
     ) -> None:
         self.path = path
         self.verb = verb
+        self.summary_only = summary_only
         self.progress = progress or Progress(quiet=True)
         self.provenance = {} if provenance is None else {"made_by": dict(provenance)}
 

@@ -8,7 +8,8 @@ A full robot takes ten minutes for 20 s. Its way is saved every minute: the same
 same --out goes on where it was stopped. Presets: paper, and hyperelastic, quadratic finite elements
 of the silicone's own stiffness with a pressure map of their own, which take an hour or two.
 
-Writes trajectory.npz and, with --film, film.mp4.
+With --live the robot can be watched in the browser while it is simulated: the address is printed,
+and the page keeps what it has seen. Writes trajectory.npz, replay.html and, with --film, film.mp4.
 
 Example: pneumorph simulate --gait runs/quick/training/gaits/L1.csv --film --out runs/replay
 """
@@ -16,6 +17,7 @@ Example: pneumorph simulate --gait runs/quick/training/gaits/L1.csv --film --out
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -30,6 +32,8 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.open_loop_gait import OpenLoopGait
 from pneumorph.presets import HYPERELASTIC_PRESSURE_MAP
 from pneumorph.report.film import FilmSettings, write_film
+from pneumorph.report.replay.live_replay import LiveReplay, LiveSettings
+from pneumorph.report.replay.page import write_replay
 from pneumorph.report.scene import Actor
 from pneumorph.report.skin import with_skin_only
 from pneumorph.robot.design import MINIMUM_LEGS, Design
@@ -54,9 +58,12 @@ class SimulateOptions:
     """Time steps between recorded frames."""
     film: bool = False
     """Make a film as well."""
+    live: bool = False
+    """Show the robot in the browser meanwhile; the address is printed."""
     expert: ExpertGait = field(default_factory=ExpertGait)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     film_settings: FilmSettings = field(default_factory=FilmSettings)
+    live_settings: LiveSettings = field(default_factory=LiveSettings)
 
 
 def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
@@ -66,42 +73,80 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
     gait, design = gait_and_design(options.gait, options.design, options.expert, least)
     folder.progress.stage(f"simulating {design} with the {options.model} model")
     workshop = Workshop(options.robot)
-    simulation_start = time.monotonic()
+    with ExitStack() as stack:
+        live = None
+        if options.live:
+            live = stack.enter_context(LiveReplay(str(design), options.live_settings))
+            folder.progress.say(f"live at {live.address}")
+        simulation_start = time.monotonic()
+        trajectory = _walked(workshop, design, gait, options, folder, live)
+        simulated_s = time.monotonic() - simulation_start
+        path = with_skin_only(trajectory).save(folder / "trajectory.npz")
+        summary: dict[str, Any] = {
+            "design": str(design),
+            "model": options.model,
+            "distance_cm": trajectory.forward_distance_cm,
+            "status": trajectory.status,
+            "simulated_s": float(trajectory.time_s[-1]),
+            "mean_contact_count": float(trajectory.contact_count.mean()),
+            **{
+                name: trajectory.metadata[name]
+                for name in ("contact", "steps", "reason")
+                if name in trajectory.metadata
+            },
+            "trajectory": str(path),
+            "damping": options.robot.simulation.damping,
+            "calibration": workshop.calibration_description,
+            **workshop.leg_used(options.model),
+            "simulation_wall_s": simulated_s,
+            **_shown(trajectory, options, folder),
+        }
+        if live is not None:
+            summary["live_page_read"] = _until_read(live, folder)
+    return summary | {"wall_s": time.monotonic() - start}
+
+
+def _walked(
+    workshop: Workshop,
+    design: Design,
+    gait: OpenLoopGait,
+    options: SimulateOptions,
+    folder: RunFolder,
+    live: LiveReplay | None,
+) -> Trajectory:
     if options.model == "full":
-        trajectory = workshop.recorded_full(
+        return workshop.recorded_full(
             design,
             gait,
             folder / "checkpoint.npz",
             options.record_every,
             progress=folder.progress,
+            watch=live,
         )
-    else:
-        workshop.refuse_full_options()
-        trajectory = workshop.recorded(design, gait, options.record_every)
-    simulated_s = time.monotonic() - simulation_start
-    path = with_skin_only(trajectory).save(folder / "trajectory.npz")
-    summary: dict[str, Any] = {
-        "design": str(design),
-        "model": options.model,
-        "distance_cm": trajectory.forward_distance_cm,
-        "status": trajectory.status,
-        "simulated_s": float(trajectory.time_s[-1]),
-        "mean_contact_count": float(trajectory.contact_count.mean()),
-        **{
-            name: trajectory.metadata[name]
-            for name in ("contact", "steps", "reason")
-            if name in trajectory.metadata
-        },
-        "trajectory": str(path),
-        "damping": options.robot.simulation.damping,
-        "calibration": workshop.calibration_description,
-        **workshop.leg_used(options.model),
-        "simulation_wall_s": simulated_s,
-    }
+    workshop.refuse_full_options()
+    return workshop.recorded(design, gait, options.record_every, watch=live)
+
+
+def _shown(trajectory: Trajectory, options: SimulateOptions, folder: RunFolder) -> dict[str, str]:
+    """Write what can be looked at; return the files by name."""
+    if trajectory.skin_triangles is None and not options.film:
+        return {}  # a leg of another program may have no skin
+    actor = Actor.of(trajectory, trajectory.metadata["design"])
+    shown = {"replay": str(write_replay(folder / "replay.html", [actor], title=actor.label))}
     if options.film:
         folder.progress.stage("filming")
-        summary["film"] = str(_filmed(trajectory, options, folder))
-    return summary | {"wall_s": time.monotonic() - start}
+        film = write_film(folder / "film.mp4", [actor], options.film_settings, folder.progress)
+        shown["film"] = str(film)
+    return shown
+
+
+def _until_read(live: LiveReplay, folder: RunFolder) -> bool:
+    """Leave the live page time to be read to its end; the keyboard may end the wait."""
+    folder.progress.say(f"the live page can still be opened: {live.address}")
+    try:
+        return live.finish()
+    except KeyboardInterrupt:
+        return False
 
 
 def gait_and_design(
@@ -126,11 +171,6 @@ def gait_and_design(
             "would lie on the floor"
         )
     return gait, design
-
-
-def _filmed(trajectory: Trajectory, options: SimulateOptions, folder: RunFolder) -> Path:
-    actor = Actor.of(trajectory, trajectory.metadata["design"])
-    return write_film(folder / "film.mp4", [actor], options.film_settings, folder.progress)
 
 
 def hyperelastic() -> SimulateOptions:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ def resumable_rollout(
     description: dict[str, Any] | None = None,
     checkpoint_every_s: float = 60.0,
     progress: Callable[[int, int, str], None] | None = None,
+    watch: Callable[[Trajectory], None] | None = None,
 ) -> Trajectory:
     """Follow commands from the settled state, saving the way so far.
 
@@ -47,6 +49,8 @@ def resumable_rollout(
         description: What else to note in the trajectory's metadata.
         checkpoint_every_s: Wall time between checkpoints, which are made at frames [s].
         progress: Told the steps made, those to make, and what goes on.
+        watch: Told every piece of the way, times since its start; a piece begins with the last
+            frame of the one before it.
 
     Raises:
         ValueError: A command is negative or not finite.
@@ -59,11 +63,17 @@ def resumable_rollout(
     done, state, pieces = _loaded(robot, checkpoint, identity)
     if state is None:
         state = robot.settled_state(settling_steps)
+    if watch is not None and pieces:
+        watch(replace(pieces[0], metadata=pieces[0].metadata | (description or {})))
     saved_at, status = time.monotonic(), "completed"
     while done < len(commands) and status == "completed":
         state, piece = robot.rollout(state, commands[done : done + record_every], record_every)
         pieces.append(piece)
         status = piece.status
+        if watch is not None:
+            start_s = done * robot.settings.time_step_s
+            named = piece.metadata | (description or {})
+            watch(replace(piece, time_s=piece.time_s + start_s, metadata=named))
         done = min(done + record_every, len(commands))
         if progress is not None:
             progress(done, len(commands), "simulating")

@@ -13,7 +13,7 @@ import numpy as np
 from pneumorph.artefact import write_atomically
 from pneumorph.report.frame_painter import FramePainter
 from pneumorph.report.marker_actor import MarkerActor
-from pneumorph.report.scene import Actor
+from pneumorph.report.scene import Actor, ColourBy
 
 Shown = TypeVar("Shown", bound=Actor | MarkerActor)
 """Anything that has a lane."""
@@ -36,6 +36,8 @@ class FilmSettings:
     """Turn of the view about the vertical; 0 looks across the direction of travel."""
     elevation_deg: float = 42.0
     """Height of the viewer above the horizon; 90 is a plan view."""
+    colour_by: ColourBy = "regulator"
+    """What the colour of a leg tells: its regulator, or its pressure from 0 to 90 kPa."""
 
     def __post_init__(self) -> None:
         if self.width < 160:
@@ -48,7 +50,7 @@ class FilmSettings:
 
 def write_film(
     path: Path | str,
-    actors: Sequence[Actor],
+    actors: Sequence[Actor | MarkerActor],
     settings: FilmSettings | None = None,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> Path:
@@ -67,7 +69,7 @@ def write_film(
     settings = settings or FilmSettings()
     if path.suffix not in (".mp4", ".gif"):
         raise ValueError(f"film {path} ends in {path.suffix!r}, expected .mp4 or .gif")
-    painter = FramePainter(actors, settings.width, settings.azimuth_deg, settings.elevation_deg)
+    painter = _painter(actors, settings)
     frames = _frames(painter, actors, settings, progress)
     with tempfile.TemporaryDirectory() as folder:
         draft = Path(folder) / f"film{path.suffix}"
@@ -79,13 +81,16 @@ def write_film(
 
 
 def write_still(
-    path: Path | str, actors: Sequence[Actor], time_s: float, settings: FilmSettings | None = None
+    path: Path | str,
+    actors: Sequence[Actor | MarkerActor],
+    time_s: float,
+    settings: FilmSettings | None = None,
 ) -> Path:
     """Write one frame of a film as PNG."""
     from PIL import Image
 
     settings = settings or FilmSettings()
-    painter = FramePainter(actors, settings.width, settings.azimuth_deg, settings.elevation_deg)
+    painter = _painter(actors, settings)
     picture = Image.fromarray(painter.paint(time_s))
     return write_atomically(path, lambda stream: picture.save(stream, format="png", optimize=True))
 
@@ -98,13 +103,19 @@ def side_by_side(actors: Sequence[Shown], spacing_mm: float = 340.0) -> list[Sho
     return [replace(a, lane_mm=(count - 1 - i) * spacing_mm) for i, a in enumerate(actors)]
 
 
+def _painter(actors: Sequence[Actor | MarkerActor], settings: FilmSettings) -> FramePainter:
+    return FramePainter(
+        actors, settings.width, settings.azimuth_deg, settings.elevation_deg, settings.colour_by
+    )
+
+
 def _frames(
     painter: FramePainter,
-    actors: Sequence[Actor],
+    actors: Sequence[Actor | MarkerActor],
     settings: FilmSettings,
     progress: Callable[[int, int, str], None] | None,
 ) -> Iterator[np.ndarray]:
-    end = max(float(actor.trajectory.time_s[-1]) for actor in actors)
+    end = max(actor.end_s for actor in actors)
     step = settings.speed / settings.frames_per_second
     count = max(1, int(np.floor(end / step + 1e-9)) + 1)
     for number in range(count):

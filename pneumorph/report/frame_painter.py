@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.report.camera import Camera, fitted_camera
+from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.rasteriser import DepthBuffer
-from pneumorph.report.scene import Actor, red_green_blue
-from pneumorph.report.style import INK_COLOUR
+from pneumorph.report.scene import Actor, ColourBy, red_green_blue
+from pneumorph.report.style import INK_COLOUR, path_colour
 
 if TYPE_CHECKING:
     from PIL import Image, ImageFont
@@ -33,21 +34,24 @@ class FramePainter:
         width: Pixels across.
         azimuth_deg: Turn of the view about the vertical.
         elevation_deg: Height of the viewer above the horizon.
+        colour_by: What the colour of a leg tells.
         captions: Write clock, scale and labels into the images.
     """
 
     def __init__(
         self,
-        actors: Sequence[Actor],
+        actors: Sequence[Actor | MarkerActor],
         width: int = 960,
         azimuth_deg: float = 12.0,
         elevation_deg: float = 42.0,
+        colour_by: ColourBy = "regulator",
         captions: bool = True,
     ) -> None:
         if not actors:
             raise ValueError("a film needs at least one robot, got none")
         self._actors = list(actors)
         self._captions = captions
+        self._colour_by = colour_by
         extreme, floor = _extent(self._actors, captions)
         self._floor_mm = floor
         self._camera = fitted_camera(extreme, width, azimuth_deg, elevation_deg)
@@ -82,10 +86,10 @@ class FramePainter:
         """Return the image at a time, (height, width, 3) uint8."""
         frames = [actor.frame_at(time_s) for actor in self._actors]
         corners = np.concatenate(
-            [actor.corners(f) for actor, f in zip(self._actors, frames, strict=True)]
+            [self._corners(actor, f) for actor, f in zip(self._actors, frames, strict=True)]
         )
         colours = np.concatenate(
-            [actor.colours(f) for actor, f in zip(self._actors, frames, strict=True)]
+            [a.colours(f, self._colour_by) for a, f in zip(self._actors, frames, strict=True)]
         )
         finite = np.isfinite(corners).all(axis=(1, 2))
         corners, colours = corners[finite], colours[finite]
@@ -96,12 +100,32 @@ class FramePainter:
 
         image = self._background.copy()
         self._shade_floor(image, corners[lit > 0])
+        image = self._with_paths(image, frames)
         seen = normal @ self._camera.away < 0
         self._buffer.clear()
         self._buffer.draw(self._fine.project(corners[seen]))
         self._blend_robots(image, shaded[seen] * 255)
         picture = image.astype(np.uint8).reshape(*self.size[::-1], 3)
         return self._captioned(picture, time_s, frames) if self._captions else picture
+
+    def _corners(self, actor: Actor | MarkerActor, frame: int) -> np.ndarray:
+        """Return an actor's triangles; what is measured has no height of its own."""
+        lift = self._floor_mm if isinstance(actor, MarkerActor) else 0.0
+        return np.asarray(actor.corners(frame) + np.array([0.0, 0.0, lift]))
+
+    def _with_paths(self, image: np.ndarray, frames: list[int]) -> np.ndarray:
+        """Return the image with the way of each robot so far drawn on the floor."""
+        from PIL import Image, ImageDraw
+
+        picture = Image.fromarray(image.astype(np.uint8).reshape(*self.size[::-1], 3))
+        draw = ImageDraw.Draw(picture)
+        for index, (actor, frame) in enumerate(zip(self._actors, frames, strict=True)):
+            way = actor.path_mm[: frame + 1]
+            points = np.column_stack([way, np.full(len(way), self._floor_mm)])
+            places = [tuple(point) for point in self._camera.project(points)[:, :2].tolist()]
+            if len(places) > 1:
+                draw.line(places, fill=path_colour(index, len(self._actors)), width=3)
+        return np.asarray(picture).reshape(-1, 3).astype(np.float32)
 
     def _shade_floor(self, image: np.ndarray, corners: np.ndarray) -> None:
         """Darken the floor where triangles keep the light off it."""
@@ -151,7 +175,7 @@ class FramePainter:
         draw.text((space, space), f"{max(time_s, 0.0):5.1f} s", fill=ink, font=large)
 
         for actor, frame in zip(self._actors, frames, strict=True):
-            start, now = actor.trajectory.tracked_point_mm[[0, frame], 0]
+            start, now = actor.path_mm[[0, frame], 0]
             anchor = self._camera.project(
                 np.array([[_label_x(self._actors), actor.lane_mm, self._floor_mm]])
             )[0]
@@ -167,26 +191,26 @@ class FramePainter:
         return np.asarray(picture)
 
 
-def _label_x(actors: list[Actor]) -> float:
+def _label_x(actors: list[Actor | MarkerActor]) -> float:
     """Return the world x of the labels: clear of every robot at the end of its path."""
-    return max(float(np.nanmax(a.trajectory.hub_position_mm[:, 0])) for a in actors) + 330.0
+    return max(float(np.nanmax(actor.path_mm[:, 0])) for actor in actors) + 330.0
 
 
-def _extent(actors: list[Actor], captions: bool) -> tuple[np.ndarray, float]:
+def _extent(actors: list[Actor | MarkerActor], captions: bool) -> tuple[np.ndarray, float]:
     """Return the corners of boxes around all that will be drawn, (point, 3), and the floor's z."""
-    points, lowest = [], []
-    for actor in actors:
-        shown = actor.leg_points_mm
-        low, high = np.nanmin(shown, axis=(0, 1)), np.nanmax(shown, axis=(0, 1))
-        high[2] = max(high[2], low[2] + 45.0)
-        lowest.append(low[2])
-        corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij"))
-        points.append(corners.reshape(3, -1).T)
-        hub = actor.trajectory.hub_position_mm[[0, -1]] + np.array([0.0, actor.lane_mm, 0.0])
-        points += [hub + np.array([side * actor.disk.top_radius_mm, 0.0, 0.0]) for side in (-1, 1)]
-        if captions:
-            points.append(np.array([[_label_x(actors), actor.lane_mm, low[2]]]))
-    return np.concatenate(points), min(lowest) - 0.5
+    boxes = [actor.extent_mm() for actor in actors]
+    lowest = [
+        float(box[:, 2].min())
+        for actor, box in zip(actors, boxes, strict=True)
+        if isinstance(actor, Actor)
+    ]
+    floor = min(lowest, default=0.0) - 0.5
+    for actor, box in zip(actors, boxes, strict=True):
+        if isinstance(actor, MarkerActor):
+            box[:, 2] += floor
+    if captions:
+        boxes.append(np.array([[_label_x(actors), actor.lane_mm, floor + 0.5] for actor in actors]))
+    return np.concatenate(boxes), floor
 
 
 def _averaged(image: np.ndarray) -> np.ndarray:

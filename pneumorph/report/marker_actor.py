@@ -7,8 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pneumorph.report.scene import ColourBy, red_green_blue
+
 if TYPE_CHECKING:
     from pneumorph.hardware.trial import Trial
+
+TRIAD_COLOURS = ("#D55E00", "#009E73", "#0072B2")
+"""Of the axes x, y and z."""
+_TRIAD_MM = 60.0
+_TRIAD_WIDTH_MM = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +78,52 @@ class MarkerActor:
             label,
         )
 
+    @property
+    def end_s(self) -> float:
+        """Time of its last frame [s]."""
+        return float(self.time_s[-1])
+
+    @property
+    def path_mm(self) -> np.ndarray:
+        """Way of the marker from above, in its lane, (frame, 2)."""
+        return np.asarray(self.position_mm + np.array([0.0, self.lane_mm]))
+
+    def extent_mm(self) -> np.ndarray:
+        """Return points around all that it will be drawn with, (point, 3), on a floor at z = 0."""
+        ends = np.stack([self.path_mm.min(axis=0), self.path_mm.max(axis=0)])
+        points = np.concatenate([ends - _TRIAD_MM, ends + _TRIAD_MM])
+        return np.hstack([points, np.zeros((4, 1))])
+
+    def corners(self, frame: int) -> np.ndarray:
+        """Return the triangles of a triad, (triangle, 3, 3) mm, on a floor at z = 0.
+
+        A marker has a place and no direction: the triad's axes are the world's.
+        """
+        place = np.append(self.path_mm[frame], _TRIAD_WIDTH_MM / 2)
+        return np.asarray(_TRIAD + place)
+
+    def colours(self, frame: int, colour_by: ColourBy = "regulator") -> np.ndarray:
+        """Return the colour of each triangle of `corners`, (triangle, 3) in 0..1."""
+        axes = np.array([red_green_blue(colour) for colour in TRIAD_COLOURS])
+        return np.repeat(axes, len(_TRIAD) // 3, axis=0)
+
     def frame_at(self, time_s: float) -> int:
         """Return the last frame at or before a time."""
         later = int(np.searchsorted(self.time_s, time_s + 1e-9, side="right"))
         return max(later - 1, 0)
+
+
+def _triad() -> np.ndarray:
+    """Return three thin boxes along the axes as triangles with outward normals."""
+    unit = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [each for a, b, c, d in faces for each in ((a, b, c), (a, c, d))]
+    boxes = []
+    for axis in range(3):
+        size = np.where(np.arange(3) == axis, _TRIAD_MM, _TRIAD_WIDTH_MM)
+        start = np.where(np.arange(3) == axis, 0.0, -_TRIAD_WIDTH_MM / 2)
+        boxes.append((unit * size + start)[np.array(triangles)])
+    return np.concatenate(boxes)
+
+
+_TRIAD = _triad()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
     from pneumorph.trajectory import Trajectory
+
+ColourBy = Literal["regulator", "pressure"]
+"""What the colour of a leg tells."""
 
 _FULL_COLOUR_KPA = 90.0
 _SLACK_TINT = 0.45
@@ -79,6 +82,26 @@ class Actor:
         shown = nodes[:, :, np.unique(skin)].reshape(len(nodes), -1, 3)
         return np.asarray(shown + np.array([0.0, self.lane_mm, 0.0]))
 
+    @property
+    def end_s(self) -> float:
+        """Time of its last frame [s]."""
+        return float(self.trajectory.time_s[-1])
+
+    @property
+    def path_mm(self) -> np.ndarray:
+        """Way of the tracked point from above, in its lane, (frame, 2)."""
+        return np.asarray(self.trajectory.tracked_point_mm[:, :2] + np.array([0.0, self.lane_mm]))
+
+    def extent_mm(self) -> np.ndarray:
+        """Return corners of boxes around all that it will be drawn with, (point, 3)."""
+        shown = self.leg_points_mm
+        low, high = np.nanmin(shown, axis=(0, 1)), np.nanmax(shown, axis=(0, 1))
+        high[2] = max(high[2], low[2] + 45.0)
+        corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij"))
+        hub = self.trajectory.hub_position_mm[[0, -1]] + np.array([0.0, self.lane_mm, 0.0])
+        side = np.array([self.disk.top_radius_mm, 0.0, 0.0])
+        return np.concatenate([corners.reshape(3, -1).T, hub - side, hub + side])
+
     def frame_at(self, time_s: float) -> int:
         """Return the last recorded frame at or before a time."""
         times = self.trajectory.time_s
@@ -96,10 +119,11 @@ class Actor:
         )
         return np.concatenate([legs, disk]) + np.array([0.0, self.lane_mm, 0.0])
 
-    def colours(self, frame: int) -> np.ndarray:
+    def colours(self, frame: int, colour_by: ColourBy = "regulator") -> np.ndarray:
         """Return the colour of each triangle of `corners`, (triangle, 3) in 0..1.
 
-        A leg has its regulator's colour, pale where it is slack and full at 90 kPa.
+        A leg has its regulator's colour, pale where it is slack and full at 90 kPa, or the
+        pressure's colour from 0 to 90 kPa.
         """
         pressures = self.trajectory.regulated_kPa[frame]
         skin = self.trajectory.skin_triangles
@@ -107,9 +131,13 @@ class Actor:
         colours = []
         for regulator in self.regulators:
             inflated = np.clip(pressures[regulator - 1] / _FULL_COLOUR_KPA, 0.0, 1.0)
-            strength = _SLACK_TINT + (1.0 - _SLACK_TINT) * inflated
-            full = np.array(red_green_blue(regulator_colour(regulator)))
-            colours.append(np.tile(1.0 - strength * (1.0 - full), (len(skin), 1)))
+            if colour_by == "pressure":
+                colour = pressure_colour(float(inflated))
+            else:
+                strength = _SLACK_TINT + (1.0 - _SLACK_TINT) * inflated
+                full = np.array(red_green_blue(regulator_colour(regulator)))
+                colour = 1.0 - strength * (1.0 - full)
+            colours.append(np.tile(colour, (len(skin), 1)))
         disk = np.tile(red_green_blue(DISK_COLOUR), (len(_disk_corners(self.disk)), 1))
         return np.concatenate([*colours, disk])
 
@@ -132,6 +160,13 @@ def _disk_corners(disk: DiskShape, segment_count: int = 40) -> np.ndarray:
             np.stack([bottom, low[1:], low[:-1]], axis=1),
         ]
     )
+
+
+def pressure_colour(share: float) -> np.ndarray:
+    """Return the colour of a share of the full pressure in 0..1: cividis, for any colour vision."""
+    import matplotlib
+
+    return np.array(matplotlib.colormaps["cividis"](share)[:3])
 
 
 def red_green_blue(colour: str) -> tuple[float, float, float]:

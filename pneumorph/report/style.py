@@ -20,6 +20,7 @@ BASELINE_COLOUR = "#E69F00"
 NEUTRAL_COLOUR = "#8A8F94"
 DISK_COLOUR = "#D9DCDF"
 INK_COLOUR = "#22272B"
+PATH_COLOURS = (LEARNED_COLOUR, BASELINE_COLOUR, "#CC79A7", "#56B4E9", "#009E73", NEUTRAL_COLOUR)
 
 _STYLE: Any = {
     "figure.dpi": 110,
@@ -62,6 +63,11 @@ def white_between() -> list[Any]:
     from matplotlib.patheffects import withStroke
 
     return [withStroke(linewidth=2.0, foreground="white")]
+
+
+def path_colour(index: int, count: int) -> str:
+    """Return the colour of the way of a robot in a film or replay of so many."""
+    return INK_COLOUR if count == 1 else PATH_COLOURS[index % len(PATH_COLOURS)]
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,10 +47,18 @@ class ReducedRobot:
     Args:
         robot: Hub and mounted reduced parts.
         settings: Physics and numerics.
+        watch: Told every frame of a rollout that records nodes as soon as it is simulated, as a
+            trajectory of that frame alone.
     """
 
-    def __init__(self, robot: Robot, settings: SimulationSettings | None = None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        settings: SimulationSettings | None = None,
+        watch: Callable[[Trajectory], None] | None = None,
+    ) -> None:
         self.robot = robot
+        self._watch = watch
         self.settings = settings or SimulationSettings()
         self._simulator = BatchedSimulator([robot], self.settings, thread_count=1)
 
@@ -137,6 +146,20 @@ class ReducedRobot:
         for name in _STATE:
             simulator.write(0, name, getattr(state, name))
         frames: dict[str, list[Any]] = {}
+        same_skin = self.robot.mounts[0].part.skin if self.robot.mounts and record_nodes else None
+
+        def trajectory(frames: dict[str, list[Any]], status: str) -> Trajectory:
+            return Trajectory(
+                **{name: np.array(values) for name, values in frames.items()},
+                skin_triangles=same_skin,
+                status=status,
+                metadata={
+                    "model": "reduced",
+                    "design": str(self.robot.design),
+                    "settings": settings_to_dict(self.settings),
+                    **(description or {}),
+                },
+            )
 
         def record(step: int, current: ReducedState) -> None:
             command = commands[max(step - 1, 0)] if len(commands) else current.regulated
@@ -156,6 +179,8 @@ class ReducedRobot:
                 frame["contact_velocity_mm_per_s"] = velocity.astype(np.float32)
             for name, value in frame.items():
                 frames.setdefault(name, []).append(value)
+            if self._watch is not None and record_nodes:
+                self._watch(trajectory({name: [value] for name, value in frame.items()}, "running"))
 
         status = "completed"
         record(0, state)
@@ -171,16 +196,4 @@ class ReducedRobot:
                 break
             state = self._read()
             record(start + len(chunk), state)
-        same_skin = self.robot.mounts[0].part.skin if self.robot.mounts and record_nodes else None
-        trajectory = Trajectory(
-            **{name: np.array(values) for name, values in frames.items()},
-            skin_triangles=same_skin,
-            status=status,
-            metadata={
-                "model": "reduced",
-                "design": str(self.robot.design),
-                "settings": settings_to_dict(self.settings),
-                **(description or {}),
-            },
-        )
-        return state, trajectory
+        return state, trajectory(frames, status)

@@ -1,11 +1,19 @@
 """Metrics are lines of JSON that a resumed run continues."""
 
+import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from pneumorph.coopt.metrics import METRICS_FILE, MetricsLog, read_metrics, score_histogram
+from pneumorph.coopt.metrics import (
+    METRICS_FILE,
+    TENSORBOARD_FOLDER,
+    MetricsLog,
+    read_metrics,
+    score_histogram,
+)
 
 
 def test_resumed_log_forgets_what_came_after_the_checkpoint(tmp_path: Path) -> None:
@@ -24,6 +32,33 @@ def test_resumed_log_forgets_what_came_after_the_checkpoint(tmp_path: Path) -> N
         (20, 0.1),
         (30, 0.2),
     ]
+
+
+def test_tensorboard_reads_the_same_numbers(tmp_path: Path) -> None:
+    log = MetricsLog(tmp_path)
+    for timestep, distance in ((10, 0.25), (20, 1.5)):
+        log.write({"timestep": timestep, "best_distance_cm": distance, "score_histogram": [1.0]})
+    log.close()
+    scalars = [
+        (event.step, value.tag, value.simple_value)
+        for event in _events(tmp_path / TENSORBOARD_FOLDER)
+        for value in event.summary.value
+    ]
+    # Both are powers of two, exact in TensorBoard's single precision.
+    assert scalars == [(10, "best_distance_cm", 0.25), (20, "best_distance_cm", 1.5)]
+
+
+def _events(folder: Path) -> list[Any]:
+    """Events of a TensorBoard folder: records of length, its checksum, event, its checksum."""
+    from tensorboardX.proto.event_pb2 import Event
+
+    (file,) = folder.glob("events.out.tfevents.*")
+    content, place, events = file.read_bytes(), 0, []
+    while place < len(content):
+        (size,) = struct.unpack_from("<Q", content, place)
+        events.append(Event.FromString(content[place + 12 : place + 12 + size]))
+        place += size + 16
+    return events
 
 
 def test_metrics_that_are_not_finite_are_refused(tmp_path: Path) -> None:

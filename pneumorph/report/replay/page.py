@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph.artefact import write_atomically
-from pneumorph.report.marker_actor import MarkerActor
+from pneumorph.report.marker_actor import TRIAD_COLOURS, MarkerActor
 from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
 from pneumorph.report.scene import Actor
-from pneumorph.report.style import DISK_COLOUR, INK_COLOUR, REGULATOR_COLOURS
+from pneumorph.report.style import DISK_COLOUR, INK_COLOUR, PATH_COLOURS, REGULATOR_COLOURS
 
 _SCRIPTS = ("motion.js", "stage.js", "time_line.js", "player.js")
 _THREE = ("static", "r130", "three.min.js")
@@ -43,7 +43,12 @@ def write_replay(
     Raises:
         ValueError: No robot, or one whose positions are not finite.
     """
-    content = page_of(title, replay_fragment(actors, settings)).encode()
+    return write_page_file(path, page_of(title, replay_fragment(actors, settings)))
+
+
+def write_page_file(path: Path | str, page: str) -> Path:
+    """Write the HTML of a page."""
+    content = page.encode()
     return write_atomically(path, lambda stream: stream.write(content))
 
 
@@ -76,13 +81,17 @@ def player_of(data: dict[str, Any]) -> str:
 
 def replay_assets() -> str:
     """Return style and scripts that a page with players needs once, before the first of them."""
-    folder = files("pneumorph.report.replay").joinpath("player")
-    style = folder.joinpath("player.css").read_text()
-    colours = {"regulators": REGULATOR_COLOURS, "disk": DISK_COLOUR, "ink": INK_COLOUR}
-    own = "\n".join(folder.joinpath(name).read_text() for name in _SCRIPTS)
+    colours = {
+        "regulators": REGULATOR_COLOURS,
+        "paths": PATH_COLOURS,
+        "triad": TRIAD_COLOURS,
+        "disk": DISK_COLOUR,
+        "ink": INK_COLOUR,
+    }
+    own = "\n".join(map(player_script, _SCRIPTS))
     # Each in its own element: an error in one is reported at its own line.
     return (
-        f"<style>{style}</style>\n<script>{_three()}</script>\n"
+        f"<style>{player_script('player.css')}</style>\n<script>{_three()}</script>\n"
         f"<script>\nconst pneumorphColours = {script_json(colours)};\n{own}</script>"
     )
 
@@ -100,6 +109,11 @@ def page_of(title: str, body: str) -> str:
             f'</head><body class="pneumorph-replay-page">{body}</body></html>',
         ]
     )
+
+
+def player_script(name: str) -> str:
+    """Return a file of the player."""
+    return files("pneumorph.report.replay").joinpath("player", name).read_text(encoding="utf-8")
 
 
 def script_json(value: Any) -> str:

@@ -29,7 +29,8 @@ class ReplaySettings:
 
     tolerance_mm: float = 0.01
     """How far a leg's node may be off [mm], in each coordinate. Reduced robots come out exact to
-    single precision, because their own modes are found; finite elements need more modes for less."""
+    single precision, because their own modes are found; finite elements need fewer modes for
+    more."""
     frame_interval_s: float = 0.0
     """Shortest time between frames that are kept [s]; the player moves smoothly between frames. 0
     keeps every frame of the trajectory."""
@@ -83,15 +84,22 @@ def replay_data(
     }
 
 
-def live_data(actor: Actor) -> dict[str, Any]:
-    """Return what the player is told of a robot whose frames are still to come.
+def live_data(actor: Actor, frame: int = 0) -> dict[str, Any]:
+    """Return what the player is told of a robot whose other frames are still to come.
 
     Args:
-        actor: A robot with at least one recorded frame, which gives its mesh.
+        actor: A robot with at least one recorded frame.
+        frame: Its first frame to show.
     """
     nodes, triangles = _skin(actor)
     basis = {"node_count": nodes.shape[2], "mode_count": 0, "triangles": array(triangles, "<u4")}
-    robot = {**_described(actor), "basis": 0, "turns_rad": [0.0] * nodes.shape[1], "frames": 0}
+    robot = {
+        **_described(actor),
+        "basis": 0,
+        "turns_rad": [0.0] * nodes.shape[1],
+        "frames": 1,
+        **live_frame(actor, frame),
+    }
     return {"format": FORMAT, "version": FORMAT_VERSION, "bases": [basis], "robots": [robot]}
 
 

@@ -200,8 +200,7 @@ const pneumorphReplay = (() => {
     // A frame of a live robot.
     append(frame) {
       this.motions[frame.robot].append(frame);
-      this.chart.redraw();
-      this.show();
+      this.stale = true; // many may come at once; the next picture shows them
     }
 
     finish() { this.live = false; this.marks(); }
@@ -211,6 +210,11 @@ const pneumorphReplay = (() => {
       // A page that was hidden does not jump ahead.
       const passed = Math.min((now - (this.before ?? now)) / 1000, 0.2);
       this.before = now;
+      if (this.stale) {
+        this.stale = false;
+        this.chart.redraw();
+        this.show();
+      }
       if (this.playing && this.time < this.duration) {
         this.time = Math.min(this.time + passed * this.speed, this.duration);
         this.show();

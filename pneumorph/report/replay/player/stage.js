@@ -1,12 +1,12 @@
 // The 3D picture: floor with a 5 cm grid, robots with their shadows, paths and contact points.
 const pneumorphStage = (() => {
   const GRID_MM = 50, SLACK = 0.45, LIGHT = [-0.35, -0.45, 0.82];
-  const PATHS = ["#0072B2", "#E69F00", "#CC79A7", "#56B4E9", "#009E73", "#8A8F94"];
   // cividis: even in lightness, and the same to the colour-blind.
   const PRESSURE = ["#00224e", "#31446b", "#666970", "#958f78", "#cab969", "#fee838"];
 
   function pathColour(index, count) {
-    return count === 1 ? pneumorphColours.ink : PATHS[index % PATHS.length];
+    const { ink, paths } = pneumorphColours;
+    return count === 1 ? ink : paths[index % paths.length];
   }
 
   function pressureColour(share) {
@@ -46,7 +46,10 @@ const pneumorphStage = (() => {
       const box = new THREE.Box3(), floors = [];
       for (const motion of this.motions) {
         const lane = motion.robot.lane_mm;
-        for (const [x, y] of motion.parts.tracked.length ? motion.parts.tracked : [[0, 0]]) {
+        // A live robot's way is not known: leave it 20 cm.
+        const [start] = motion.parts.tracked;
+        const way = motion.time.length > 1 ? motion.parts.tracked : [start, [start[0] + 200, start[1]]];
+        for (const [x, y] of way) {
           box.expandByPoint(new THREE.Vector3(x - 165, y + lane - 165, 0));
           box.expandByPoint(new THREE.Vector3(x + 165, y + lane + 165, 0));
         }
@@ -131,11 +134,10 @@ const pneumorphStage = (() => {
     measured(motion, index, labels) {
       const group = new THREE.Group(), triad = new THREE.Group();
       group.position.y = motion.robot.lane_mm;
-      const axes = [[1, 0, 0, "#D55E00"], [0, 1, 0, "#009E73"], [0, 0, 1, "#0072B2"]];
-      for (const [x, y, z, colour] of axes) {
-        triad.add(new THREE.ArrowHelper(
-          new THREE.Vector3(x, y, z), new THREE.Vector3(), 60, colour, 14, 8));
-      }
+      pneumorphColours.triad.forEach((colour, axis) => {
+        const direction = new THREE.Vector3().setComponent(axis, 1);
+        triad.add(new THREE.ArrowHelper(direction, new THREE.Vector3(), 60, colour, 14, 8));
+      });
       group.add(triad);
       this.scene.add(group);
       const actor = { motion, group, triad, index };

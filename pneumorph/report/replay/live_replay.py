@@ -1,0 +1,86 @@
+"""A robot shown in the browser while it is being simulated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import TracebackType
+
+from pneumorph.report.replay.live_server import LivePage
+from pneumorph.report.replay.page import page_of, player_script
+from pneumorph.report.replay.replay_data import live_data, live_frame
+from pneumorph.report.scene import Actor
+from pneumorph.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class LiveSettings:
+    """The page of a running simulation."""
+
+    port: int = 0
+    """Port of 127.0.0.1; 0 takes a free one."""
+    linger_s: float = 120.0
+    """How long the page may still be opened when the simulation has ended [s]; the wait is over as
+    soon as a page has got every frame, which it then keeps."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.port < 65536:
+            raise ValueError(f"port is {self.port}, expected 0 to 65535")
+        if not self.linger_s >= 0.0:
+            raise ValueError(f"linger_s is {self.linger_s}, expected 0 or more")
+
+
+class LiveReplay:
+    """Serves a page of one robot; call it with every piece of its motion.
+
+    Args:
+        label: What to write beside the robot.
+        settings: Port, and patience at the end.
+
+    Raises:
+        OSError: The port is taken.
+    """
+
+    def __init__(self, label: str, settings: LiveSettings | None = None) -> None:
+        self._label = label
+        self._settings = settings or LiveSettings()
+        self._page = LivePage(
+            page_of(label, f"<div></div><script>\n{player_script('live.js')}</script>"),
+            self._settings.port,
+        )
+        self._sent_s = -1.0
+
+    @property
+    def address(self) -> str:
+        """Where a browser finds the page."""
+        return self._page.address
+
+    def __call__(self, piece: Trajectory) -> None:
+        """Show the frames of a piece; those at times that were shown already are left out.
+
+        Args:
+            piece: Some frames with nodes and skin, times since the start of the whole motion.
+        """
+        actor = Actor.of(piece, self._label)
+        for frame, time_s in enumerate(piece.time_s):
+            if time_s <= self._sent_s:
+                continue
+            first = self._sent_s < 0.0
+            content = live_data(actor, frame) if first else live_frame(actor, frame)
+            self._page.send("start" if first else "frame", content)
+            self._sent_s = float(time_s)
+
+    def finish(self) -> bool:
+        """Say that this was all, and wait until a page has got it; return whether one has."""
+        self._page.send("end", {})
+        return self._page.wait_until_read(self._settings.linger_s)
+
+    def __enter__(self) -> LiveReplay:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._page.close()

@@ -1,0 +1,123 @@
+"""The page of a training: returns, entropy against its target, best designs, the best one crawling.
+
+The page is drawn by a script from a snapshot in JSON, so that a running training can send it anew.
+"""
+
+from __future__ import annotations
+
+import html
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM
+from pneumorph.report import page
+from pneumorph.report.entropy_figure import entropy_figure
+from pneumorph.report.plan_view import plan_view_figure
+from pneumorph.report.replay.page import player_script, replay_assets, script_json
+from pneumorph.report.replay.replay_data import replay_data
+from pneumorph.report.reward_figure import reward_figure
+
+if TYPE_CHECKING:
+    from pneumorph.coopt.snapshot import TrainingSnapshot
+    from pneumorph.report.scene import Actor
+    from pneumorph.robot.design_space import DesignSpace
+
+SHOWN_DESIGNS = 5
+
+
+def training_view_data(
+    snapshot: TrainingSnapshot,
+    space: DesignSpace,
+    best: Actor | None,
+    baseline_cm: float | None = None,
+) -> dict[str, Any]:
+    """Return what the page shows, as JSON values.
+
+    Args:
+        snapshot: The training.
+        space: Its designs.
+        best: The best robot crawling; None before the first checkpoint.
+        baseline_cm: Distance of the expert's best phase, where it is known.
+    """
+    return {
+        "status": _status(snapshot),
+        "numbers": page.numbers(_headline(snapshot)),
+        "figures": _figures(snapshot, baseline_cm),
+        "designs": _designs(snapshot, space),
+        "replay": None if best is None else replay_data([best]),
+    }
+
+
+def training_view_page(title: str, data: dict[str, Any] | None) -> str:
+    """Return the page.
+
+    Args:
+        title: Its heading.
+        data: What `training_view_data` returned, for a page that stands alone; None for one that
+            is told by server-sent events.
+    """
+    style = files("pneumorph.report").joinpath("page.css").read_text(encoding="utf-8")
+    begin = "listen()" if data is None else f"show({script_json(data)})"
+    return "\n".join(
+        [
+            "<!doctype html>",
+            '<html lang="en"><head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            '<link rel="icon" href="data:,">',
+            f"<title>{html.escape(title)}</title><style>{style}</style>",
+            replay_assets(),
+            f"</head><body><main><h1>{html.escape(title)}</h1>",
+            '<p class="lead" id="status">Waiting for the training ...</p><div id="numbers"></div>',
+            '<div class="row" id="figures"></div>',
+            '<h2>The best designs so far</h2><div class="tiles" id="designs"></div>',
+            '<h2>The best robot</h2><div id="replay"></div>',
+            f"</main><script>\n{player_script('training.js')}\npneumorphTraining.{begin};</script></body></html>",
+        ]
+    )
+
+
+def _status(snapshot: TrainingSnapshot) -> str:
+    made = f"{snapshot.timestep:,} of {snapshot.timesteps:,} timesteps"
+    if snapshot.is_finished:
+        return f"Finished: {made}."
+    if not snapshot.metrics:
+        return f"No round yet: {made}."
+    return f"Training: {made}; the last round was written {snapshot.last_round_s_ago:.0f} s ago."
+
+
+def _headline(snapshot: TrainingSnapshot) -> dict[str, str]:
+    if not snapshot.metrics:
+        return {}
+    last = snapshot.metrics[-1]
+    best = last["best_distance_cm"]
+    return {
+        "best distance": "none yet" if best is None else f"{best:.1f} cm",
+        "mean of the last round": f"{last['return_mean_cm']:.1f} cm",
+        "entropy of the designs": f"{last['design_entropy']:.2f}",
+        "its target": f"{last['design_entropy_target']:.2f}",
+    }
+
+
+def _figures(snapshot: TrainingSnapshot, baseline_cm: float | None) -> str:
+    if not snapshot.metrics:
+        return ""
+    return page.drawn(
+        reward_figure(snapshot.metrics, HISTOGRAM_EDGES_CM, baseline_cm),
+        "Distance of each round of episodes. Grey shades: scores of all designs, weighted by the "
+        "design distribution.",
+    ) + page.drawn(
+        entropy_figure(snapshot.metrics),
+        "The design distribution narrows as its entropy follows the target.",
+    )
+
+
+def _designs(snapshot: TrainingSnapshot, space: DesignSpace) -> str:
+    if not snapshot.pairs:
+        return page.paragraph("They come with the first checkpoint.", "note")
+    return "".join(
+        page.drawn(
+            plan_view_figure(space[pair.design].assignment),
+            f"{space[pair.design]}, {pair.distance_cm:.1f} cm",
+        )
+        for pair in snapshot.pairs[:SHOWN_DESIGNS]
+    )

@@ -1,0 +1,204 @@
+"""The page in headless Chromium: positions are the trajectory's, and every control works."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pneumorph.report.film import side_by_side
+from pneumorph.report.marker_actor import MarkerActor
+from pneumorph.report.replay.page import page_of, replay_assets, write_replay
+from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
+from pneumorph.report.scene import Actor
+from pneumorph.report.skin import with_skin_only
+from pneumorph.trajectory import Trajectory
+
+SETTINGS = ReplaySettings(tolerance_mm=2e-4)
+OpenPage = Callable[[Path | str], Any]
+PLAYER = "pneumorphReplay.players[0]"
+# Beside the tolerance: positions up to 300 mm, coefficients and the pose in single precision.
+ROUNDING_MM = SETTINGS.tolerance_mm + 10 * 300 * 2**-24
+
+
+@pytest.fixture(scope="session")
+def replay_file(crawl: Trajectory, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    time_s = np.linspace(0.0, 1.5, 31)
+    path = np.column_stack([20.0 * time_s, 3.0 * time_s])
+    marker = MarkerActor(time_s, path, np.full((31, 2), 30.0), np.full((31, 2), 20.0), "real")
+    actors = side_by_side([Actor.of(crawl, "expert"), marker])
+    return write_replay(tmp_path_factory.mktemp("replay") / "replay.html", actors, SETTINGS)
+
+
+def shown(page: Any, robot: int = 0) -> np.ndarray:
+    """Node positions read back from the page, (leg, node, 3)."""
+    flat = page.evaluate(f"Array.from({PLAYER}.nodePositions({robot}))")
+    legs = page.evaluate(f"{PLAYER}.robots[{robot}].legs")
+    return np.array(flat).reshape(legs, -1, 3)
+
+
+def recorded(trajectory: Trajectory) -> np.ndarray:
+    nodes = with_skin_only(trajectory).node_positions_mm
+    assert nodes is not None
+    return nodes
+
+
+def picture(page: Any) -> np.ndarray:
+    """The 3D picture as it stands on the screen, (row, column, 3)."""
+    from PIL import Image
+
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    content = page.locator(".pr-view").screenshot()
+    return np.asarray(Image.open(io.BytesIO(content)).convert("RGB")).astype(int)
+
+
+def test_positions_of_every_frame_are_the_trajectorys(
+    crawl: Trajectory, replay_file: Path, open_page: OpenPage
+) -> None:
+    page = open_page(replay_file)
+    for frame in (0, 7, 15):
+        page.evaluate(f"{PLAYER}.seek({crawl.time_s[frame]})")
+        assert np.abs(shown(page) - recorded(crawl)[frame]).max() < ROUNDING_MM
+        point = page.evaluate(f"{PLAYER}.trackedPoint()")
+        np.testing.assert_allclose(point, crawl.tracked_point_mm[frame], atol=ROUNDING_MM)
+        pressures = page.evaluate(f"{PLAYER}.pressures()")
+        np.testing.assert_allclose(pressures, crawl.regulated_kPa[frame], rtol=1e-6)
+    assert page.evaluate(f"{PLAYER}.distance()") == pytest.approx(
+        crawl.forward_distance_cm, abs=ROUNDING_MM / 10
+    )
+    assert page.evaluate(f"{PLAYER}.trackedPoint(1)")[:2] == pytest.approx([30.0, 4.5])
+
+
+def test_positions_between_frames_lie_between_them(
+    crawl: Trajectory, replay_file: Path, open_page: OpenPage
+) -> None:
+    page = open_page(replay_file)
+    page.evaluate(f"{PLAYER}.seek({0.5 * (crawl.time_s[9] + crawl.time_s[10])})")
+    middle = recorded(crawl)[9:11].mean(axis=0)
+    # The pose turns by less than 1e-3 rad a frame, so its chord leaves the arc by 1e-7 of 300 mm;
+    # what remains is the product of turn and bend, below a hundredth of the motion.
+    moved = np.abs(np.diff(recorded(crawl)[9:11], axis=0)).max()
+    assert np.abs(shown(page) - middle).max() < 0.01 * moved + ROUNDING_MM
+
+
+def test_contact_points_are_the_skin_at_the_floor(
+    crawl: Trajectory, replay_file: Path, open_page: OpenPage
+) -> None:
+    page = open_page(replay_file)
+    page.evaluate(f"{PLAYER}.seek(0)")
+    points = np.array(page.evaluate(f"Array.from({PLAYER}.contactPoints())")).reshape(-1, 3)
+    nodes = recorded(crawl)[0].reshape(-1, 3)
+    floor = crawl.metadata["settings"]["floor_height_mm"]
+    assert len(points) == (nodes[:, 2] <= floor + 0.2).sum() > 0
+    assert points[:, 2].max() <= floor + 0.2 + ROUNDING_MM
+
+
+def test_dragging_the_time_line_moves_the_robot(
+    crawl: Trajectory, replay_file: Path, open_page: OpenPage
+) -> None:
+    page = open_page(replay_file)
+    before = picture(page)
+    chart = page.locator(".pr-chart").bounding_box()
+    x0, x1 = (page.evaluate(f"{PLAYER}.chart.xAt({t})") for t in (0.1, crawl.time_s[12]))
+    y = chart["y"] + chart["height"] / 2
+    page.mouse.move(chart["x"] + x0, y)
+    page.mouse.down()
+    page.mouse.move(chart["x"] + x1, y, steps=3)
+    page.mouse.up()
+    # A pixel of the time line is 2 ms here.
+    assert page.evaluate(f"{PLAYER}.time") == pytest.approx(crawl.time_s[12], abs=0.004)
+    page.evaluate(f"{PLAYER}.seek({crawl.time_s[12]})")
+    assert np.abs(shown(page) - recorded(crawl)[12]).max() < ROUNDING_MM
+    after = picture(page)
+    coloured = np.ptp(after, axis=2) > 40  # legs; floor, disk and words are grey
+    assert coloured.mean() > 0.003
+    assert (np.abs(after - before).max(axis=2) > 30).mean() > 0.001
+    page.locator(".pr-slider").press("Home")
+    assert page.evaluate(f"{PLAYER}.time") == 0.0
+
+
+def test_play_pause_step_and_speed(replay_file: Path, open_page: OpenPage) -> None:
+    page = open_page(replay_file)
+    page.get_by_label("speed").select_option("0.1")
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_function(f"{PLAYER}.time > 0.02")
+    page.get_by_role("button", name="Pause").click()
+    paused = page.evaluate(f"{PLAYER}.time")
+    assert 0.02 < paused < 1.5
+    page.wait_for_timeout(200)
+    assert page.evaluate(f"{PLAYER}.time") == paused
+    page.evaluate(f"{PLAYER}.seek(0.52)")
+    for name, expected in (("forward", 0.6), ("forward", 0.7), ("back", 0.6)):
+        page.get_by_role("button", name=f"One frame {name}").click()
+        assert page.evaluate(f"{PLAYER}.time") == pytest.approx(expected, abs=1e-6)
+    page.evaluate(f"{PLAYER}.seek(0.52)")
+    page.get_by_role("button", name="One frame back").click()
+    assert page.evaluate(f"{PLAYER}.time") == pytest.approx(0.5, abs=1e-6)
+    page.get_by_label("speed").select_option("8")
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_function(f"{PLAYER}.time === {PLAYER}.duration && !{PLAYER}.playing")
+
+
+def test_cameras_and_colours_change_the_picture(replay_file: Path, open_page: OpenPage) -> None:
+    page = open_page(replay_file)
+    page.evaluate(f"{PLAYER}.seek(1.5)")
+    seen = {"orbit": picture(page)}
+    for camera in ("top", "side", "follow"):
+        page.get_by_label("camera").select_option(camera)
+        seen[camera] = picture(page)
+    for camera in ("top", "side", "follow"):
+        assert (np.abs(seen[camera] - seen["orbit"]).max(axis=2) > 30).mean() > 0.005
+    page.get_by_label("colour").select_option("pressure")
+    assert "90 kPa" in page.locator(".pr-legend").inner_text()
+    by_pressure = picture(page)
+    assert (np.abs(by_pressure - seen["follow"]).max(axis=2) > 30).mean() > 0.002
+
+
+def test_some_of_many_robots_can_be_mounted(
+    crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    """As the explorer does: one set of data, players made and disposed of."""
+    data = replay_data([Actor.of(crawl, f"robot {i}") for i in range(3)])
+    file = tmp_path / "page.html"
+    file.write_text(f"<!doctype html><meta charset=utf-8>{replay_assets()}<div id=a></div>")
+    page = open_page(file)
+    page.evaluate("(data) => { window.data = data; }", data)
+    mount = "pneumorphReplay.mount(document.getElementById('a'), data, {robots: [%d]})"
+    for robot in (2, 1):
+        page.evaluate(f"{{ {mount % robot}; }}")
+        labels = page.evaluate(f"{PLAYER}.robots.map((each) => each.label)")
+        assert labels == [f"robot {robot}"]
+        page.evaluate(f"{PLAYER}.dispose()")
+    assert page.evaluate("pneumorphReplay.players.length") == 0
+
+
+def test_a_page_without_webgl_still_tells_positions(
+    crawl: Trajectory, replay_file: Path, open_page: OpenPage, tmp_path: Path
+) -> None:
+    broken = (
+        "<script>HTMLCanvasElement.prototype.getContext = ((real) => function (kind, ...rest) {"
+    )
+    broken += "return kind.startsWith('webgl') || kind.startsWith('experimental') ? null"
+    broken += " : real.call(this, kind, ...rest); })(HTMLCanvasElement.prototype.getContext);"
+    broken += "console.error = () => {};</script>"
+    file = tmp_path / "page.html"
+    file.write_text(replay_file.read_text().replace("<head>", f"<head>{broken}", 1))
+    page = open_page(file)
+    assert "no 3D" in page.locator(".pr-labels").inner_text()
+    page.evaluate(f"{PLAYER}.seek({crawl.time_s[5]})")
+    assert np.abs(shown(page) - recorded(crawl)[5]).max() < ROUNDING_MM
+
+
+def test_a_page_needs_data_of_its_version(tmp_path: Path, open_page: OpenPage) -> None:
+    file = tmp_path / "page.html"
+    file.write_text(page_of("empty", "<div id=a></div>"))
+    page = open_page(file)
+    message = page.evaluate(
+        "(() => { try { pneumorphReplay.mount(document.getElementById('a'), {}); }"
+        " catch (error) { return error.message; } })()"
+    )
+    assert message.startswith("not replay data of version 1")
