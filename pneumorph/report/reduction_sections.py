@@ -15,12 +15,10 @@ from pneumorph.report.tolerance_figure import tolerance_figure
 
 def comparison_sections(run: Run, sheet: Sheet) -> list[Section]:
     """Return animations, tolerances and bend of `pneumorph compare`, and times of stages."""
-    summary, sections = run.summary, []
-    if "animations" in summary:
-        header = ["animation", "mean error (mm)", "in the hub's frame (mm)", "largest (mm)",
-                  "mean displacement (mm)", "times as fast"]  # fmt: skip
-        rows = [_animation(name, each) for name, each in summary["animations"].items()]
-        sections.append(Section("Reduced beside full robots", page.table(header, rows)))
+    summary = run.summary
+    sections = [
+        _kind_section(title, kind, run) for kind, title in _KINDS.items() if summary.get(kind)
+    ]
     if summary.get("tolerance_grid"):
         sections.append(_tolerance_section(summary["tolerance_grid"], sheet))
     if "bend_pressures_kPa" in summary:
@@ -36,10 +34,34 @@ def comparison_sections(run: Run, sheet: Sheet) -> list[Section]:
     return sections
 
 
-def _animation(name: str, each: dict[str, Any]) -> tuple[Any, ...]:
-    numbers = ("mean_node_error_mm", "mean_node_error_in_hub_mm", "largest_node_error_mm",
-               "mean_displacement_mm", "time_ratio")  # fmt: skip
-    return (name.replace("_", " "), *(each[key] for key in numbers))
+_KINDS = {
+    "animations": "Reduced beside full robots",
+    "heldout": "Robots that no snapshot came from",
+    "floating": "Without gravity and floor",
+}
+_COLUMNS = {
+    "mean_node_error_mm": "mean error (mm)",
+    "mean_node_error_in_hub_mm": "in the hub's frame (mm)",
+    "largest_node_error_mm": "largest (mm)",
+    "mean_displacement_mm": "moved (mm)",
+    "path_error_mm": "path (mm)",
+    "forward_full_cm": "distance, full (cm)",
+    "forward_reduced_cm": "reduced (cm)",
+    "leg_force_error_percent": "force error (%)",
+    "slip_agreement_percent": "slip agrees (%)",
+}
+
+
+def _kind_section(title: str, kind: str, run: Run) -> Section:
+    """Return the errors of one kind of runs, and their course over time where it was drawn."""
+    runs: dict[str, dict[str, Any]] = run.summary[kind]
+    known = [key for key in _COLUMNS if any(key in each for each in runs.values())]
+    rows = [(name.replace("_", " "), *(each.get(k) for k in known)) for name, each in runs.items()]
+    body = page.table(["run", *(_COLUMNS[key] for key in known)], rows)
+    picture = run.folder / f"{kind}_node_error.png"
+    if picture.exists():
+        body += page.picture(picture, "Mean node error against time.")
+    return Section(title, body)
 
 
 def _tolerance_section(grid: list[dict[str, Any]], sheet: Sheet) -> Section:

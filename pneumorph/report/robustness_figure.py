@@ -32,7 +32,7 @@ def robustness_figure(found: Mapping[str, Any]) -> Figure:
     pairs = found["pairs"]
     if not pairs:
         raise ValueError("robustness.json has no pairs, expected at least one")
-    figure = new_figure(max(3.2, 1.0 + 0.75 * len(pairs)), 3.2)
+    figure = new_figure(max(4.2, 1.0 + 0.75 * len(pairs)), 3.2)
     axes = figure.add_subplot()
     worlds = [[np.nan if d is None else d for d in w["distances_cm"]] for w in found["worlds"]]
     distances = np.array(worlds, dtype=float)
