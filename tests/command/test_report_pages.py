@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from few_snapshots import FEW_SNAPSHOTS
 from published_pairs import PAPER_PAIRS
 
 from pneumorph.cli import run
@@ -34,8 +35,7 @@ COMMANDS = {
     "deploy": f"deploy --model reduced {GAIT} --trials 2",
     "transfer": "transfer B={runs}/deploy",
     "exchange": "exchange {runs}/coopt/training/gaits/L1.csv --to csv",
-    "reduce": "reduce --preset quick --snapshots.static.bend-count 4 "
-    "--snapshots.static.load-count 6 --reduction.mode-limit 6",
+    "reduce": f"reduce --mesh {{mesh}} {FEW_SNAPSHOTS}",
     "fabricate": "fabricate 1.0.0.2.2.0.0.1 --surface-size-mm 20",
 }
 """In the order in which one needs the other."""
@@ -59,13 +59,13 @@ OpenPage = Callable[[Path | str], Any]
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def runs(mesh_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small run of every verb."""
     pytest.importorskip("netgen")
     folder = tmp_path_factory.mktemp("runs")
     (folder / "pairs.csv").write_text(PAPER_PAIRS)
     for name, command in COMMANDS.items():
-        arguments = command.format(runs=folder).split()
+        arguments = command.format(runs=folder, mesh=mesh_file).split()
         assert run([*arguments, "--out", str(folder / name)]) == 0, name
     return folder
 
