@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from typing import TYPE_CHECKING, Any
 
 from docutils.nodes import SkipNode
@@ -56,13 +57,28 @@ default_role = "code"
 _BAR = re.compile(r"(`[^`]*`)|\|")
 
 
+# Browsers know no letters of another alphabet by an attribute; Unicode has them as characters.
+_ALPHABET = re.compile(r'<mi mathvariant="(script|bold|sans-serif)">([A-Za-z])</mi>')
+
+
+def _mathml(formula: str, display: str) -> str:
+    return _ALPHABET.sub(_letter, convert(formula, display=display))
+
+
+def _letter(found: re.Match[str]) -> str:
+    alphabet, letter = found.groups()
+    case = "CAPITAL" if letter.isupper() else "SMALL"
+    name = f"MATHEMATICAL {alphabet.upper()} {case} {letter.upper()}"
+    return f'<mi mathvariant="normal">{unicodedata.lookup(name)}</mi>'
+
+
 def _inline(translator: HTML5Translator, node: math) -> None:
-    translator.body.append(convert(node.astext(), display="inline"))
+    translator.body.append(_mathml(node.astext(), "inline"))
     raise SkipNode
 
 
 def _block(translator: HTML5Translator, node: math_block) -> None:
-    translator.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>')
+    translator.body.append(f'<div class="formula">{_mathml(node.astext(), "block")}</div>')
     raise SkipNode
 
 
