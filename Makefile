@@ -2,7 +2,7 @@
 # make demo      install, then a robot learns to crawl and a page shows it
 # make test      an environment of its own (.venv-test), then lint, types, pages and tests
 # make site      the documentation as pages, in docs/_site
-# make docs      its pictures again, from a run of their own, and then the pages
+# make docs      its pictures again (those of pages need a Chromium), and then the pages
 #
 # PYTHON=/path/to/python3.11 (or later) chooses the interpreter.
 

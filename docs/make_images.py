@@ -2,21 +2,26 @@
 
 pneumorph demo --out runs/demo && python docs/make_images.py runs/demo
 
-The pictures of the report page and the explorer are taken by a headless Chromium through
+Pictures of pages are taken in headless Chromium (on Debian: apt install chromium) through
 playwright, which the extra `development` has.
 """
 
 from __future__ import annotations
 
+import io
 import json
 import shutil
 import sys
 from pathlib import Path
 from typing import Any
 
+from PIL import Image
+
+from pneumorph.artefact import write_atomically
 from pneumorph.cli import run as pneumorph
 from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
+from pneumorph.report.replay.page import write_replay
 from pneumorph.report.reward_figure import reward_figure
 from pneumorph.report.scene import Actor
 from pneumorph.report.style import save_figure
@@ -24,18 +29,13 @@ from pneumorph.trajectory import Trajectory
 
 IMAGES = Path(__file__).parent / "images"
 LOOP = FilmSettings(width=720, frames_per_second=5, speed=2.0)
-# Without a graphics card: SwiftShader draws on the processor.
-CHROMIUM = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
+TIME_S = 13.0
+"""Instant of the walk that pages are taken at."""
 
 
 def main(run: Path) -> None:
     """Write the pictures of a run into docs/images."""
-    draw_film_and_training(run)
-    take_pages(run)
-
-
-def draw_film_and_training(run: Path) -> None:
-    """Write robots.gif and training.png."""
+    summary = json.loads((run / "summary.json").read_text())
     actors = side_by_side(
         [
             Actor.of(Trajectory.load(run / "best_trajectory.npz"), "learned"),
@@ -43,7 +43,6 @@ def draw_film_and_training(run: Path) -> None:
         ]
     )
     write_film(IMAGES / "robots.gif", actors, LOOP)
-    summary = json.loads((run / "summary.json").read_text())
     figure = reward_figure(
         read_metrics(run / "training"),
         HISTOGRAM_EDGES_CM,
@@ -52,33 +51,51 @@ def draw_film_and_training(run: Path) -> None:
         summary["pairs"],
     )
     save_figure(figure, IMAGES / "training.png", ("png",))
+    take_pages(
+        write_replay(run / "replay.html", actors),
+        page_of("report", run),
+        page_of("explore", run).as_uri() + f"#design={summary['best_design']}",
+    )
 
 
-def take_pages(run: Path) -> None:
-    """Write report.png and explorer.png: pages as a browser shows them, in mid-walk."""
+def page_of(verb: str, run: Path) -> Path:
+    """Let a verb write its page of a run, and return it."""
+    folder = run / {"report": "report", "explore": "explorer"}[verb]
+    if pneumorph([verb, str(run), "--out", str(folder)]) != 0:
+        raise SystemExit(f"pneumorph {verb} {run} failed")
+    return Path(json.loads((folder / "summary.json").read_text())["page"]).resolve()
+
+
+def take_pages(replay: Path, report: Path, explorer: str) -> None:
+    """Write replay.png, report.png and explorer.png."""
     from playwright.sync_api import sync_playwright
 
-    for verb in ("report", "explore"):
-        if pneumorph([verb, str(run)]) != 0:
-            raise SystemExit(f"pneumorph {verb} {run} failed")
-    best = json.loads((run / "summary.json").read_text())["best_design"]
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
-            executable_path=shutil.which("chromium") or shutil.which("google-chrome"), args=CHROMIUM
+            executable_path=shutil.which("chromium"),
+            # Without a graphics card: SwiftShader draws on the processor.
+            args=["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"],
         )
-        page = browser.new_page(viewport={"width": 1040, "height": 1500})
-        page.goto((run / "report/page.html").resolve().as_uri())
-        _take(page, "pneumorphReplay.players[0].seek(7.4)", "report.png")
-        page.set_viewport_size({"width": 1240, "height": 780})
-        page.goto((run / "explorer/explorer.html").resolve().as_uri() + f"#design={best}")
-        _take(page, "pneumorphExplorer.player().seek(7.4)", "explorer.png")
+        player = f"pneumorphReplay.players[0].seek({TIME_S})"
+        _take(browser, replay.resolve().as_uri(), (960, 720), player, "replay.png")
+        _take(browser, report.as_uri(), (1040, 1400), player, "report.png")
+        shown = f"pneumorphExplorer.player().seek({TIME_S})"
+        _take(browser, explorer, (1240, 780), shown, "explorer.png")
         browser.close()
 
 
-def _take(page: Any, script: str, name: str) -> None:
+def _take(browser: Any, address: str, size: tuple[int, int], script: str, name: str) -> None:
+    # Twice the pixels, averaged below: smooth edges without a graphics card.
+    viewport = {"width": size[0], "height": size[1]}
+    page = browser.new_page(viewport=viewport, device_scale_factor=2)
+    page.set_default_timeout(180_000)
+    page.goto(address)
     page.evaluate(script)
-    page.wait_for_timeout(2000)  # a few pictures on the processor
-    page.screenshot(path=IMAGES / name)
+    page.evaluate("new Promise((done) => setTimeout(done, 1000))")
+    shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    page.close()
+    small = shot.resize(size, Image.Resampling.BOX).quantize(128, dither=Image.Dither.NONE)
+    write_atomically(IMAGES / name, lambda stream: small.save(stream, format="png", optimize=True))
 
 
 if __name__ == "__main__":

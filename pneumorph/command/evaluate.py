@@ -6,7 +6,8 @@ tells how far the reduction can be trusted for these gaits. Physics can be chang
 --simulation.friction 0.8. With --randomize the pairs walk in worlds drawn from --randomisation
 (friction, modulus, mass, regulator lag and floor slope, written like "U(0.9, 1.5)") as well.
 
-Writes evaluation.json, robustness.json with --randomize, and with --record each pair's trajectory.
+Writes evaluation.json, robustness.json with --randomize, and with --record or --model full each
+pair's trajectory and replay.html, which shows them side by side.
 
 Example: pneumorph evaluate runs/quick --model full --pair-count 1 --out runs/check
 """
@@ -30,6 +31,9 @@ from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.walk import walk
+from pneumorph.report.film import side_by_side
+from pneumorph.report.replay.page import write_replay
+from pneumorph.report.scene import Actor
 from pneumorph.report.skin import with_skin_only
 from pneumorph.robot.design import Design
 from pneumorph.settings import settings_from_dict, settings_to_dict
@@ -207,7 +211,7 @@ def _one_by_one(
     model: Model,
     folder: RunFolder,
 ) -> list[float]:
-    distances = []
+    distances, actors = [], []
     for number, (design, gait) in enumerate(zip(designs, gaits, strict=True), start=1):
         settling = task.settling_step_count
         if model == "full":
@@ -217,10 +221,15 @@ def _one_by_one(
             )
         else:
             trajectory = workshop.recorded(design, gait, settling_steps=settling)
-        with_skin_only(trajectory).save(folder / f"trajectory_{model}_L{number}.npz")
+        thin = with_skin_only(trajectory)
+        thin.save(folder / f"trajectory_{model}_L{number}.npz")
+        if thin.skin_triangles is not None:  # a leg of another program may have no skin
+            actors.append(Actor.of(thin, f"L{number} {design}"))
         sound = trajectory.status == "completed"
         distances.append(trajectory.forward_distance_cm if sound else float("nan"))
         folder.progress(number, len(designs), "walking")
+    if actors:
+        write_replay(folder / "replay.html", side_by_side(actors), title=str(folder.path))
     return distances
 
 

@@ -62,17 +62,19 @@ class MarkerActor:
             ValueError: The marker was not seen after the start of the gait.
         """
         track, log = trial.track, trial.pressures
-        seen = track.time_s >= 0.0
-        if not seen.any():
+        if not track.time_s[-1] > 0.0:
             raise ValueError(
                 f"the track of {label!r} ends at {track.time_s[-1]:.2f} s, before the gait starts; "
                 "is the start of the gait in the video right?"
             )
-        time_s = track.time_s[seen]
+        time_s = np.append(0.0, track.time_s[track.time_s > 0.0])
+        position = np.column_stack(
+            [np.interp(time_s, track.time_s, each) for each in track.position_mm.T]
+        )
         place = np.clip(np.searchsorted(log.time_s, time_s + 1e-9, side="right") - 1, 0, None)
         return cls(
             time_s,
-            track.position_mm[seen] - track.position_mm[seen][0],
+            position - position[0],
             log.commanded_kPa[place],
             trial.driven_kPa(time_s),
             label,

@@ -54,6 +54,41 @@ def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
     assert made[0] == 2  # other commands start anew
 
 
+def test_who_watches_is_told_the_whole_way_also_of_a_resumed_rollout(tmp_path):
+    told = []
+
+    def rolled(watch):
+        return resumable_rollout(
+            small_robot(),
+            COMMANDS,
+            tmp_path / "checkpoint.npz",
+            settling_steps=2,
+            record_every=2,
+            description={"design": "a"},
+            checkpoint_every_s=0.0,
+            watch=watch,
+        )
+
+    def stop_at_the_third(piece):
+        told.append(piece)
+        if len(told) == 3:
+            raise Interrupted
+
+    with pytest.raises(Interrupted):
+        rolled(stop_at_the_third)
+    resumed = []
+    whole = rolled(resumed.append)
+    # Three pieces of two steps are four frames; the last piece has a single step.
+    for pieces, count in ((told, 4), (resumed, len(whole.time_s))):
+        # A piece begins with the last frame of the one before it.
+        starts = [0 if number == 0 else 1 for number in range(len(pieces))]
+        times = np.concatenate([p.time_s[s:] for p, s in zip(pieces, starts, strict=True)])
+        points = [p.tracked_point_mm[s:] for p, s in zip(pieces, starts, strict=True)]
+        np.testing.assert_allclose(times, whole.time_s[:count], rtol=1e-12)
+        np.testing.assert_array_equal(np.concatenate(points), whole.tracked_point_mm[:count])
+        assert all(piece.metadata["design"] == "a" for piece in pieces)
+
+
 def test_a_state_of_another_robot_is_refused():
     arrays = state_to_arrays(small_robot(soft=True).initial_state())
     with pytest.raises(ArtefactError, match="hub_centre of the saved state must have shape"):

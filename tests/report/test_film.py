@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from pneumorph.report.film import FilmSettings, side_by_side, write_film, write_still
 from pneumorph.report.frame_painter import FramePainter
+from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.scene import Actor
 from pneumorph.report.skin import with_skin_only
 
@@ -45,9 +47,41 @@ def test_the_robot_moves_by_its_distance_at_the_scale_of_the_film(make_trajector
     assert moved_mm == pytest.approx(40.0, abs=1.5 / painter.pixels_per_mm)  # one pixel each end
 
 
-def test_gif_and_still(make_trajectory, tmp_path: Path) -> None:
-    from PIL import Image
+def test_the_path_is_drawn_up_to_now(make_trajectory) -> None:
+    actor = Actor.of(make_trajectory(speed_mm_per_s=60.0), "a")
+    painter = FramePainter([actor, replace(actor, lane_mm=600.0)], 480, 0.0, 89.0)
+    way = np.array([0, 114, 178])  # the colour of the first robot's path; no leg has it
+    dark = [(np.abs(painter.paint(t).astype(int) - way).max(axis=2) < 3).sum() for t in (0.0, 2.0)]
+    assert dark[1] > dark[0]
 
+
+def test_a_measured_robot_moves_by_its_path(make_trajectory, tmp_path: Path) -> None:
+    """A triad of orange, green and blue, 20 mm/s forward; the film is as long as its track."""
+    time_s = np.linspace(0.0, 3.0, 31)
+    path = np.column_stack([20.0 * time_s, 0.0 * time_s])
+    marker = MarkerActor(time_s, path, np.zeros((31, 1)), np.zeros((31, 1)), "real")
+    painter = FramePainter([marker], 480, azimuth_deg=0.0, elevation_deg=60.0)
+
+    def right_edge(image: np.ndarray) -> int:
+        red, green, blue = np.moveaxis(image.astype(int), 2, 0)
+        return int(np.flatnonzero(((red - blue > 60) & (red > green + 20)).any(axis=0))[-1])
+
+    moved = right_edge(painter.paint(3.0)) - right_edge(painter.paint(0.0))
+    assert moved / painter.pixels_per_mm == pytest.approx(60.0, abs=1.5 / painter.pixels_per_mm)
+    both = side_by_side([Actor.of(make_trajectory(), "simulated"), marker])
+    with Image.open(write_film(tmp_path / "f.gif", both, SMALL)) as film:
+        assert film.n_frames == 16  # 3 s at 5 frames a second, both ends
+
+
+def test_legs_can_be_coloured_by_pressure(make_trajectory) -> None:
+    actor = Actor.of(make_trajectory(), "a")
+    slack, full = (actor.colours(frame, "pressure")[0] for frame in (0, 10))
+    # 0 and 90 kPa: the ends of cividis, dark blue and yellow.
+    np.testing.assert_allclose(slack, [0.0, 0.135, 0.305], atol=0.01)
+    np.testing.assert_allclose(full, [0.996, 0.909, 0.218], atol=0.01)
+
+
+def test_gif_and_still(make_trajectory, tmp_path: Path) -> None:
     actors = [Actor.of(make_trajectory(), "a")]
     with Image.open(write_film(tmp_path / "f.gif", actors, SMALL)) as film:
         assert film.n_frames == 11

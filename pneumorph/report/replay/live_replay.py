@@ -62,7 +62,7 @@ class LiveReplay:
         """
         actor = Actor.of(piece, self._label)
         for frame, time_s in enumerate(piece.time_s):
-            if time_s <= self._sent_s:
+            if time_s <= self._sent_s + 1e-9:
                 continue
             first = self._sent_s < 0.0
             content = live_data(actor, frame) if first else live_frame(actor, frame)

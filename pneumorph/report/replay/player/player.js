@@ -34,7 +34,7 @@ const pneumorphReplay = (() => {
       <label><input type="checkbox" data-set="contacts" checked> contact</label>
     </div>
     <input class="pr-slider" type="range" min="0" max="1" step="any" value="0" aria-label="Time">
-    <canvas class="pr-chart"></canvas>`;
+    <div class="pr-time"><canvas class="pr-chart"></canvas><div class="pr-cursor"></div></div>`;
 
   class Player {
     constructor(element, data, options = {}) {
@@ -54,7 +54,7 @@ const pneumorphReplay = (() => {
       element.innerHTML = CONTROLS;
       this.find = (selector) => element.querySelector(selector);
       this.chart = new pneumorphTimeLine.TimeLine(
-        this.find(".pr-chart"), this.motions, (time) => this.seek(time));
+        this.find(".pr-chart"), this.find(".pr-cursor"), this.motions, (time) => this.seek(time));
       this.openStage();
       this.listen();
       this.size = new ResizeObserver(() => this.resize());
@@ -209,6 +209,7 @@ const pneumorphReplay = (() => {
       this.request = requestAnimationFrame(this.loop);
       // A page that was hidden does not jump ahead.
       const passed = Math.min((now - (this.before ?? now)) / 1000, 0.2);
+      if (this.playing && this.stage) this.stage.keepUp(passed);
       this.before = now;
       if (this.stale) {
         this.stale = false;

@@ -15,14 +15,26 @@ const pneumorphStage = (() => {
     return new THREE.Color(PRESSURE[low]).lerp(new THREE.Color(PRESSURE[low + 1]), place - low);
   }
 
+  // Whether the graphics are a program's, without a card: smooth edges would cost too much there.
+  function drawnByProcessor() {
+    const context = document.createElement("canvas").getContext("webgl2");
+    if (!context) return false;
+    const names = context.getExtension("WEBGL_debug_renderer_info");
+    const name = context.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : context.RENDERER);
+    const lose = context.getExtension("WEBGL_lose_context");
+    if (lose) lose.loseContext();
+    return /swiftshader|llvmpipe|softpipe|software/i.test(name);
+  }
+
   class Stage {
     constructor(canvas, labels, motions, fullPressure) {
       this.motions = motions;
       this.fullPressure = fullPressure;
       this.colourBy = "regulator";
       this.showPaths = this.showContacts = true;
-      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !drawnByProcessor() });
       this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+      this.pace = 1 / 60;
       this.scene = new THREE.Scene();
       this.scene.background = new THREE.Color("#f4f5f6");
       this.scene.add(new THREE.HemisphereLight("#ffffff", "#b9bec4", 0.75));
@@ -253,6 +265,15 @@ const pneumorphStage = (() => {
       this.controls.target.add(step);
       this.controls.update();
       this.lastFollowed = now;
+    }
+
+    // Draw fewer pixels where the machine cannot draw 30 pictures in a second.
+    keepUp(passed) {
+      this.pace += 0.05 * (passed - this.pace);
+      const ratio = this.renderer.getPixelRatio();
+      if (this.pace < 1 / 32 || ratio <= 0.5) return;
+      this.renderer.setPixelRatio(Math.max(0.5, 0.8 * ratio));
+      this.pace = 1 / 60;
     }
 
     resize(width, height) {

@@ -3,9 +3,8 @@ const pneumorphTimeLine = (() => {
   const LEFT = 52, RIGHT = 12, TOP = 14, GAP = 18, BOTTOM = 22;
 
   class TimeLine {
-    constructor(canvas, motions, seek) {
-      Object.assign(this, { canvas, motions, selected: 0 });
-      this.chart = document.createElement("canvas");
+    constructor(canvas, cursor, motions, seek) {
+      Object.assign(this, { canvas, cursor, motions, selected: 0 });
       const drag = (event) => {
         const box = canvas.getBoundingClientRect();
         seek(this.timeAt(event.clientX - box.left));
@@ -31,17 +30,15 @@ const pneumorphTimeLine = (() => {
     resize(width, height) {
       this.ratio = Math.min(window.devicePixelRatio || 1, 2);
       [this.width, this.height] = [width, height];
-      for (const each of [this.canvas, this.chart]) {
-        each.width = Math.round(width * this.ratio);
-        each.height = Math.round(height * this.ratio);
-      }
+      this.canvas.width = Math.round(width * this.ratio);
+      this.canvas.height = Math.round(height * this.ratio);
       this.redraw();
     }
 
-    // Draw the curves; the line at the time now is laid over them by `show`.
+    // Draw the curves; the line at the time now is an element over them, moved by `show`.
     redraw() {
       if (!this.width) return;
-      const pen = this.chart.getContext("2d");
+      const pen = this.canvas.getContext("2d");
       pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
       pen.clearRect(0, 0, this.width, this.height);
       pen.font = "11px system-ui, sans-serif";
@@ -120,13 +117,7 @@ const pneumorphTimeLine = (() => {
     }
 
     show(time) {
-      if (!this.width) return;
-      const pen = this.canvas.getContext("2d"), x = this.xAt(time) * this.ratio;
-      pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
-      pen.drawImage(this.chart, 0, 0);
-      pen.fillStyle = pneumorphColours.ink;
-      pen.fillRect(x - this.ratio * 0.75, TOP * this.ratio, 1.5 * this.ratio,
-        (this.height - TOP - BOTTOM) * this.ratio);
+      if (this.width) this.cursor.style.transform = `translateX(${this.xAt(time)}px)`;
     }
   }
 

@@ -1,0 +1,217 @@
+"""Replay, watch and live pages from the command line, as a user calls them."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from synthetic_part import synthetic_reduced_part
+
+from pneumorph.artefact import write_atomically
+from pneumorph.cli import run
+from pneumorph.hardware.marker_track import MarkerTrack, write_track
+from pneumorph.trajectory import Trajectory
+
+OpenPage = Callable[[Path | str], Any]
+PLAYER = "pneumorphReplay.players[0]"
+_SHORT_TRAINING = (
+    "total-timesteps 48 --environment-count 4 --task.action-count 3 --task.action-step-count 20 "
+    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
+    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
+    "--evaluated-design-count 4 --kept-pair-count 5 --checkpoint-interval-timesteps 12 "
+    "--baseline.phase-step-deg 90 --baseline.gait.duration-s 4 --baseline.record-step-count 10"
+)
+
+
+@pytest.fixture(scope="module")
+def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
+    return part.save(tmp_path_factory.mktemp("leg") / "leg.npz")
+
+
+@pytest.fixture(scope="module")
+def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished coopt run."""
+    folder = tmp_path_factory.mktemp("coopt") / "run"
+    assert run(f"coopt --part {leg} --out {folder} --{_SHORT_TRAINING}".split()) == 0
+    return folder
+
+
+def _json(command: list[str], capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    capsys.readouterr()
+    assert run([*command, "--json"]) == 0
+    content: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return content
+
+
+def _trial(folder: Path) -> Path:
+    """A trial of 3 s whose marker moves 5 mm/s forward, half a second into its video."""
+    folder.mkdir()
+    rows = ["time_s,commanded_1_kPa,commanded_2_kPa,sensed_1_kPa,sensed_2_kPa,event"]
+    rows += [f"{t:.2f},{30 * t:.2f},0,{29 * t:.2f},0," for t in np.arange(0.0, 3.01, 0.25)]
+    content = ("\n".join(rows) + "\n").encode()
+    write_atomically(folder / "log.csv", lambda stream: stream.write(content))
+    time_s = np.arange(-0.5, 3.01, 0.1)
+    path = np.column_stack([40.0 + 5.0 * time_s, np.full(len(time_s), 7.0)])
+    write_track(folder / "track.csv", MarkerTrack(time_s, path))
+    return folder
+
+
+def test_replay_of_two_robots_and_a_trial_with_films(
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], open_page: OpenPage
+) -> None:
+    trial = _trial(tmp_path / "trial_1")
+    summary = _json(
+        ["replay", f"learned={learned / 'best_trajectory.npz'}",
+         str(learned / "baseline_trajectory.npz"), f"real={trial}",
+         "--out", str(tmp_path / "out"), "--mp4", "--gif",
+         "--film.width", "240", "--film.frames-per-second", "2"],
+        capsys,
+    )  # fmt: skip
+    assert summary["robots"] == ["learned", "baseline_trajectory", "real"]
+    assert summary["largest_error_mm"] <= 0.01
+    assert Path(summary["mp4"]).stat().st_size > 1000
+    assert Path(summary["gif"]).stat().st_size > 1000
+    page = open_page(Path(summary["page"]))
+    assert page.evaluate(f"{PLAYER}.robots.map((each) => each.kind)") == [
+        "simulated", "simulated", "measured",
+    ]  # fmt: skip
+    page.evaluate(f"{PLAYER}.seek(3)")
+    # 5 mm/s for 3 s from the start of the gait, and what was sensed.
+    assert page.evaluate(f"{PLAYER}.distance(2)") == pytest.approx(1.5)
+    assert page.evaluate(f"{PLAYER}.pressures(2)") == pytest.approx([87.0, 0.0])
+
+
+def test_replay_refuses_what_holds_no_motion(
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = ["--out", str(tmp_path / "out")]
+    assert run(["replay", str(learned / "phase_sweep.npz"), *out]) == 1
+    assert "holds a PhaseSweep, expected a Trajectory" in capsys.readouterr().err
+    assert run(["replay", str(learned), *out]) == 1
+    assert "holds no track" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_watch_tells_the_moment(learned: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    summary = _json(["watch", str(learned)], capsys)
+    found = json.loads((learned / "summary.json").read_text())
+    assert summary["finished"]
+    assert summary["timestep"] == summary["timesteps"] == 48
+    assert summary["design_entropy_target"] == 0.0
+    # The checkpoint is older than the evaluation at the end, which may add to the pairs.
+    assert summary["best_designs"][0]["distance_cm"] <= found["best_distance_cm"]
+    assert "page" not in summary
+
+
+def test_watch_once_writes_a_page_that_stands_alone(
+    learned: Path, capsys: pytest.CaptureFixture[str], open_page: OpenPage
+) -> None:
+    summary = _json(["watch", str(learned), "--once"], capsys)
+    page = open_page(Path(summary["page"]))
+    assert "Finished: 48 of 48 timesteps" in page.locator("#status").inner_text()
+    designs = page.locator("#designs figcaption").all_inner_texts()
+    assert [text.split(",")[0] for text in designs] == [
+        each["design"] for each in summary["best_designs"]
+    ]
+    pictures = page.locator("#figures img")
+    assert pictures.count() == 2
+    assert all(pictures.nth(i).evaluate("(each) => each.naturalWidth") > 100 for i in range(2))
+    # The best robot crawls as far as training saw it crawl.
+    page.evaluate(f"{PLAYER}.pause(); {PLAYER}.seek(1e3);")
+    assert page.evaluate(f"{PLAYER}.distance()") == pytest.approx(
+        summary["best_designs"][0]["distance_cm"], abs=1e-4
+    )
+
+
+def test_watch_needs_a_training(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["watch", str(tmp_path)]) == 1
+    assert "holds no settings.json" in capsys.readouterr().err
+    (tmp_path / "settings.json").write_text("{}")
+    assert run(["watch", str(tmp_path)]) == 1
+    assert "holds no training, expected the folder of a coopt run" in capsys.readouterr().err
+
+
+@pytest.fixture
+def started() -> Iterator[Callable[[list[str]], tuple[subprocess.Popen[str], str]]]:
+    """Return a function that starts a verb and returns the process and the address it prints."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def start(arguments: list[str]) -> tuple[subprocess.Popen[str], str]:
+        process = subprocess.Popen(
+            [sys.executable, "-c", "from pneumorph.cli import main; main()", *arguments],
+            stderr=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "OMP_NUM_THREADS": "1", "JAX_PLATFORMS": "cpu"},
+        )
+        processes.append(process)
+        assert process.stderr is not None
+        for line in process.stderr:
+            if found := re.search(r"http://127\.0\.0\.1:\d+/", line):
+                return process, found.group()
+        raise AssertionError(f"no address printed, exit status {process.wait()}")
+
+    yield start
+    for process in processes:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+
+
+def test_watch_follows_a_run_that_is_still_written_and_ends_at_the_keyboard(
+    learned: Path, tmp_path: Path, open_page: OpenPage, started: Any
+) -> None:
+    run_folder = tmp_path / "run"
+    (run_folder / "training").mkdir(parents=True)
+    (run_folder / "settings.json").write_bytes((learned / "settings.json").read_bytes())
+    process, address = started(["watch", str(run_folder), "--interval-s", "0.1"])
+    page = open_page(address)
+    page.wait_for_function("document.getElementById('status').innerText.includes('No round yet')")
+    lines = (learned / "training/metrics.jsonl").read_text().splitlines(keepends=True)
+    metrics = run_folder / "training/metrics.jsonl"
+    # A line that is only half written is not a round.
+    metrics.write_text(lines[0] + lines[1][:40])
+    page.wait_for_function("document.getElementById('status').innerText.includes('12 of 48')")
+    assert page.evaluate("pneumorphReplay.players.length") == 0
+    checkpoint = (learned / "training/checkpoint.npz").read_bytes()
+    write_atomically(run_folder / "training/checkpoint.npz", lambda s: s.write(checkpoint))
+    metrics.write_text("".join(lines))
+    page.wait_for_function("document.getElementById('status').innerText.includes('48 of 48')")
+    page.wait_for_function("pneumorphReplay.players.length === 1")
+    assert page.locator("#designs figure").count() > 0
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=120) == 0
+    summary = json.loads((run_folder / "watch/summary.json").read_text())
+    assert summary["timestep"] == 48
+
+
+def test_simulate_live_shows_the_robot_and_ends_when_the_page_has_it(
+    leg: Path, tmp_path: Path, open_page: OpenPage, started: Any
+) -> None:
+    out = tmp_path / "out"
+    process, address = started(
+        ["simulate", "--part", str(leg), "--out", str(out), "--expert.duration-s", "4", "--live"]
+    )
+    page = open_page(address)
+    assert process.wait(timeout=300) == 0
+    page.wait_for_function(f"{PLAYER} && !{PLAYER}.live")
+    trajectory = Trajectory.load(out / "trajectory.npz")
+    assert page.evaluate(f"{PLAYER}.robots[0].frames") == len(trajectory.time_s) == 41
+    page.evaluate(f"{PLAYER}.pause(); {PLAYER}.seek(2);")
+    shown = np.array(page.evaluate(f"Array.from({PLAYER}.nodePositions())"))
+    assert trajectory.node_positions_mm is not None
+    # Sent as they are, in the single precision of the file.
+    assert np.array_equal(shown.astype(np.float32), trajectory.node_positions_mm[20].ravel())
+    assert json.loads((out / "summary.json").read_text())["live_page_read"]
+    replay = open_page(out / "replay.html")
+    assert replay.evaluate(f"{PLAYER}.duration") == pytest.approx(4.0)
