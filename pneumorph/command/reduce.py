@@ -62,6 +62,7 @@ from pneumorph.reduction.reduce import ReductionReport, ReductionSettings, reduc
 from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
 from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
+from pneumorph.settings import settings_to_dict
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,7 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
             leg, snapshots, options.reduction, folder.progress, mount_stiffness=mount
         )
     seconds = snapshots.metadata["seconds"]
+    part.metadata["materials"] = settings_to_dict(options.materials)
     path = part.save(folder / "leg.npz")
     numbers = {
         name: value

@@ -33,7 +33,7 @@ from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
 from pneumorph.robot.scaled_part import scaled_part
-from pneumorph.settings import settings_to_dict
+from pneumorph.settings import settings_from_dict, settings_to_dict
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator
@@ -220,9 +220,19 @@ class Workshop:
     @cached_property
     def full_leg(self) -> PartModel:
         """The finite elements of a leg."""
-        name, path = self.options.leg, self.options.full.mesh
+        path = self.options.full.mesh
         mesh = None if path is None else Mesh.load(path)
-        return full_leg(name, mesh, scaled_materials(leg_materials(name), self.modulus_factor))
+        materials = scaled_materials(self._leg_materials, self.modulus_factor)
+        return full_leg(self.options.leg, mesh, materials)
+
+    @cached_property
+    def _leg_materials(self) -> LegMaterials:
+        """What the reduced leg says it is made of, or else what the options' name stands for."""
+        usual, part = leg_materials(self.options.leg), self.options.part
+        if part is None or self.options.leg != "paper":
+            return usual
+        recorded = ReducedPart.load(part).metadata.get("materials")
+        return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
 
     def refuse_full_options(self) -> None:
         """Refuse options of finite elements where reduced robots walk.
@@ -258,6 +268,10 @@ class Workshop:
         """What the leg is and how well it stands for the full model, for a summary."""
         shipped = f"the {self.options.leg} leg that ships"
         return part_description(self.leg, str(self.options.part or shipped))
+
+    def leg_used(self, model: Model) -> dict[str, Any]:
+        """The leg's description under `leg`; empty for finite elements, which use none."""
+        return {"leg": self.leg_description} if model == "reduced" else {}
 
 
 def scaled_materials(

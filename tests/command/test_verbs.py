@@ -145,10 +145,10 @@ def test_simulate_refuses_bad_input(
 
 
 def test_report_is_one_page_of_the_run(learned: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    summary = _json(f"report {learned} --film.width 200 --film.frames-per-second 2", capsys)
+    summary = _json(f"report {learned} --replay.frame-interval-s 0.5", capsys)
     content = Path(summary["page"]).read_text()
     assert Path(summary["page"]) == learned / "report" / "page.html"
-    for heading in ("Film", "Distance and path", "Gait", "The expert&#x27;s gait", "Training",
+    for heading in ("Replay", "Distance and path", "Gait", "The expert&#x27;s gait", "Training",
                     "The best pairs", "How to repeat it"):  # fmt: skip
         assert f"<h2>{heading}" in content
     assert all(source.startswith("data:") for source in re.findall(r'src="([^"]*)"', content))

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pneumorph.comparison.animation_error import compare_animation, node_error
 from synthetic_part import synthetic_reduced_part
 
-from pneumorph.comparison.animation_error import compare_animation, node_error
 from pneumorph.comparison.animations import animations
 from pneumorph.presets import paper_robot_builder
 from pneumorph.simulation.reduced_robot import ReducedRobot
