@@ -25,6 +25,7 @@ VERBS = {
     "simulate": "design and gait  ->  trajectory, film",
     "baseline": "the expert's gait  ->  distance at each phase",
     "coopt": "design space and task  ->  design and gait learned together",
+    "search": "designs and gaits, without a policy  ->  how good the learned ones are",
     "evaluate": "learned pairs, simulated again  ->  distances, reduced or full",
     "calibrate": "measured bends, trials  ->  calibration file",
     "deploy": "gait or policy  ->  timed commands to a rig, logs of its trials",
