@@ -44,6 +44,12 @@ class Trajectory:
     pressure_work_mJ: np.ndarray | None = None
     """Work of the pressure in each leg since the robot was at rest [mJ], (frame, leg), of
     full-order robots."""
+    contact_force_mN: np.ndarray | None = None
+    """Force of the floor on each leg's contact points in the step before the frame, world axes
+    [mN], (frame, leg, point, 3) float32; recorded with the nodes."""
+    contact_velocity_mm_per_s: np.ndarray | None = None
+    """Velocities of these points after that step, zero where there is no force [mm/s], (frame, leg,
+    point, 3) float32; recorded with the nodes."""
     status: str = "completed"
     """How the rollout ended: `completed`, or why it stopped early."""
     metadata: dict[str, Any] = field(default_factory=dict)
@@ -99,4 +105,5 @@ class Trajectory:
 
 _REQUIRED = ("time_s", "hub_position_mm", "hub_rotation", "tracked_point_mm", "commanded_kPa",
              "regulated_kPa", "contact_count")  # fmt: skip
-_OPTIONAL = ("node_positions_mm", "skin_triangles", "cavity_volume_mm3", "pressure_work_mJ")
+_OPTIONAL = ("node_positions_mm", "skin_triangles", "cavity_volume_mm3", "pressure_work_mJ",
+             "contact_force_mN", "contact_velocity_mm_per_s")  # fmt: skip

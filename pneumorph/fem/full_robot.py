@@ -113,6 +113,22 @@ class FullRobot:
         legs = (leg.contact_weights @ x for leg, x in zip(self.legs, state.positions, strict=True))
         return (*legs, self.hub.point_positions(state.hub, self.hub.contact_points))
 
+    def leg_contacts(self, state: FullRobotState) -> tuple[np.ndarray, np.ndarray]:
+        """Forces on the legs' contact points and the velocities of those that carry one.
+
+        Returns:
+            Force in the last step [mN] and velocity after it [mm/s], world axes, both (leg, point,
+            3) for legs that are all the same part.
+        """
+        positions = np.concatenate(self.contact_positions(state)[:-1])
+        count, shape = len(positions), (len(self.legs), -1, 3)
+        frames = self.floor.frames(positions)
+        impulses, velocities = state.impulses[:count], state.contact_velocities[:count]
+        force = np.einsum("pra,pr->pa", frames, impulses) / self.settings.time_step_s
+        velocity = np.einsum("pra,pr->pa", frames, velocities)
+        pressed = impulses[:, :1] > 0.0
+        return force.reshape(shape), np.where(pressed, velocity, 0.0).reshape(shape)
+
     def bodies(self, state: FullRobotState) -> list[tuple[PartModel, np.ndarray, np.ndarray]]:
         """Every body of finite elements, legs first and then a soft hub.
 

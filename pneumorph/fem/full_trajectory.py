@@ -70,6 +70,9 @@ class Recorder:
         }
         if self._record_nodes:
             frame["node_positions_mm"] = np.array(state.positions, dtype=np.float32)
+            force, velocity = robot.leg_contacts(state)
+            frame["contact_force_mN"] = force.astype(np.float32)
+            frame["contact_velocity_mm_per_s"] = velocity.astype(np.float32)
         for name, value in frame.items():
             self._frames.setdefault(name, []).append(value)
 

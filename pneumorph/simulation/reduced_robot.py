@@ -79,6 +79,33 @@ class ReducedRobot:
             world.append(mount.pose.apply(local) @ state.rotation.T + state.position)
         return np.array(world)
 
+    def leg_contacts(self, state: ReducedState) -> tuple[np.ndarray, np.ndarray]:
+        """Forces on the mounted parts' contact points and the velocities of those that carry one.
+
+        Returns:
+            Force in the last step [mN] and velocity after it [mm/s], world axes, both (mount,
+            point, 3) for mounts that are all the same part.
+        """
+        hub_count = len(self.robot.hub.contact_points)
+        # the engine's rows are z, x, y
+        force = np.roll(state.impulses[hub_count:], -1, axis=1) / self.settings.time_step_s
+        velocity = []
+        for mount, alpha, rate in zip(
+            self.robot.mounts, state.modes, state.mode_rates, strict=True
+        ):
+            part = mount.part
+            count = part.mode_count
+            arm = mount.pose.apply(part.contact_points + part.contact_modes @ alpha[:count])
+            moved = part.contact_modes @ rate[:count] @ mount.pose.rotation.T
+            velocity.append(
+                state.velocity
+                + np.cross(state.angular_velocity, arm @ state.rotation.T)
+                + moved @ state.rotation.T
+            )
+        pressed = force[:, 2:] > 0.0
+        shape = (len(self.robot.mounts), -1, 3)
+        return force.reshape(shape), np.where(pressed, np.concatenate(velocity), 0.0).reshape(shape)
+
     def rollout(
         self,
         state: ReducedState,
@@ -124,6 +151,9 @@ class ReducedRobot:
             }
             if record_nodes:
                 frame["node_positions_mm"] = self.node_positions(current).astype(np.float32)
+                force, velocity = self.leg_contacts(current)
+                frame["contact_force_mN"] = force.astype(np.float32)
+                frame["contact_velocity_mm_per_s"] = velocity.astype(np.float32)
             for name, value in frame.items():
                 frames.setdefault(name, []).append(value)
 

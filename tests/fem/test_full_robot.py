@@ -149,3 +149,31 @@ def test_contact_law_holds_after_a_step():
     # Those pressed lie on the floor within the solver's tolerance times the step; none is below.
     assert np.abs(heights[pressed]).max() < 1e-8
     assert heights.min() > -1e-8
+
+
+@pytest.mark.parametrize("soft", [False, True])
+def test_contact_forces_and_weight_change_the_momentum(soft):
+    # (1 + a h) P_new = P_old + h (W + F): no internal force or damping has a resultant. The
+    # solution of the step is exact to rounding of stiffness times displacement, about 1e-10 of W.
+    robot = small_robot(soft=soft)
+    settings = robot.settings
+    h, damping = settings.time_step_s, settings.mass_damping_per_s
+    states = [robot.settled_state(10)]
+    states.append(robot.step(states[0], np.array([30.0, 0.0])))
+    bodies = [robot.bodies(state) for state in states]
+    momentum = np.array(
+        [sum(part.node_mass @ v for part, _, v in each) for each in bodies], dtype=float
+    )
+    mass = sum(part.node_mass.sum() for part, _, _ in bodies[0])
+    if not soft:
+        mass += robot.hub.mass_kg
+        momentum += robot.hub.mass_kg * np.array([state.hub.velocity[:3] for state in states])
+    force, velocity = robot.leg_contacts(states[1])
+    hub_force = np.roll(states[1].impulses[force.shape[0] * force.shape[1] :].sum(axis=0), -1) / h
+    weight = mass * np.array([0.0, 0.0, -settings.gravity_mm_per_s2])
+    expected = momentum[0] + h * (weight + force.sum(axis=(0, 1)) + hub_force)
+    np.testing.assert_allclose(
+        (1.0 + damping * h) * momentum[1], expected, atol=1e-8 * h * abs(weight[2])
+    )
+    assert force[..., 2].max() > 0.0
+    assert not np.any(velocity[force[..., 2] == 0.0])

@@ -235,3 +235,19 @@ def test_bad_robots_and_settings_are_refused():
         SimulationSettings(time_step_s=0.0)
     with pytest.raises(ValueError, match="friction must be finite"):
         SimulationSettings(friction=float("nan"))
+
+
+def test_contact_forces_carry_a_resting_robot_as_pressed_points_stand_still():
+    # At rest the momentum is constant, so F = W; what is left moves less than 1e-3 of g h a step.
+    part = synthetic_reduced_part(mode_count=6, cells=(6, 4, 4))
+    poses = [Pose(rotation_about("z", angle), np.zeros(3)) for angle in (0.0, 120.0, 240.0)]
+    robot = Robot(HUB, tuple(Mount(part, pose, (0,)) for pose in poses))
+    settings = replace(SETTINGS, floor_height_mm=-30.0, contact_sweeps=1000)
+    reduced = ReducedRobot(robot, settings)
+    _, trajectory = rollout(reduced, np.zeros((400, 2)), record_every=400)
+    weight = (3 * part.mass + HUB.mass) * 9800.0
+    force = trajectory.contact_force_mN[-1]
+    np.testing.assert_allclose(force.sum(axis=(0, 1)), [0.0, 0.0, weight], atol=1e-3 * weight)
+    speed = np.abs(trajectory.contact_velocity_mm_per_s[-1])
+    assert np.any(force[..., 2] > 0.0)
+    assert speed.max() < 1e-3 * 9800.0 * settings.time_step_s
