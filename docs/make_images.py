@@ -36,7 +36,7 @@ def main(run: Path) -> None:
         summary["baseline_best_distance_cm"],
         summary["best_distance_cm"],
     )
-    save_figure(figure, IMAGES / "training.png")
+    save_figure(figure, IMAGES / "training.png", ("png",))
 
 
 if __name__ == "__main__":

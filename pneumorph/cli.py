@@ -96,13 +96,14 @@ def run(arguments: Sequence[str]) -> int:
 def _run_verb(name: str, arguments: list[str]) -> int:
     from pneumorph.command.progress import Progress
     from pneumorph.command.run_folder import RunFolder, default_folder
+    from pneumorph.provenance import made_by
     from pneumorph.settings import settings_to_dict
 
     module = importlib.import_module(f"pneumorph.command.{name}")
     verb: Verb[Any] = module.VERB
     options, common, chosen = _parsed(name, verb, module.__doc__ or "", arguments)
     usual = verb.folder(options) if verb.folder is not None else default_folder(name)
-    folder = RunFolder(common.out or usual, name, Progress())
+    folder = RunFolder(common.out or usual, name, Progress(), made_by([name, *arguments]))
     content = settings_to_dict(options)
     folder.refuse_other_verb()
     fresh = not folder.path.exists()

@@ -61,7 +61,11 @@ def bench(options: BenchOptions, folder: RunFolder) -> dict[str, Any]:
     figures = bench_engine(
         options.benchmark, workshop.simulation, draw_robots, options.robot.threads
     )
-    return {"calibration": workshop.calibration_description, **figures}
+    return {
+        "calibration": workshop.calibration_description,
+        "leg": workshop.leg_description,
+        **figures,
+    }
 
 
 def _bench_full(options: BenchOptions, workshop: Workshop, folder: RunFolder) -> dict[str, Any]:

@@ -112,6 +112,7 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
         "reported_distance_cm": results[0]["reported_distance_cm"],
         "damping": run.robot.simulation.damping,
         "calibration": workshop.calibration_description,
+        **workshop.leg_used(options.model),
         "notes": _notes(results) if options.model == "reduced" else [],
         "pairs": results,
         **worlds,

@@ -1,9 +1,9 @@
 """Put a run on one self-contained page: film, figures, settings, and how to repeat it.
 
 The page opens from disk without a network and prints well. Everything on it is drawn from the files
-of the run folder; no display is needed.
+of the run folder; no display is needed. It takes a run of any verb.
 
-Writes page.html, film.mp4 and still.png into RUN/report, or into --out.
+Writes page.html, films, and each figure as PDF and PNG in figures/, into RUN/report or --out.
 
 Example: pneumorph report runs/quick
 """
@@ -20,7 +20,8 @@ import tyro
 from pneumorph.command.run_folder import RunFolder, read_settings, read_summary
 from pneumorph.command.verb import Verb
 from pneumorph.report.film import FilmSettings
-from pneumorph.report.run_page import Run, write_run_page
+from pneumorph.report.run import Run
+from pneumorph.report.run_page import write_run_page
 
 
 @dataclass(frozen=True)
@@ -37,10 +38,11 @@ def report(options: ReportOptions, folder: RunFolder) -> dict[str, Any]:
     start = time.monotonic()
     run = Run(options.run, read_summary(options.run), read_settings(options.run))
     folder.progress.stage("drawing the page")
-    path = write_run_page(run, folder / "page.html", options.film, folder.progress)
+    written = write_run_page(run, folder / "page.html", options.film, folder.progress)
     return {
-        "page": str(path),
-        "page_bytes": path.stat().st_size,
+        "page": str(written.path),
+        "page_bytes": written.path.stat().st_size,
+        "figures": [str(each) for each in written.figures],
         "run": str(options.run),
         "run_verb": run.summary["verb"],
         "wall_s": time.monotonic() - start,

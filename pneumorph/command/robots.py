@@ -256,6 +256,10 @@ class Workshop:
         """What the leg is and how well it stands for the full model, for a summary."""
         return part_description(self.leg, str(self.options.part or "the leg that ships"))
 
+    def leg_used(self, model: Model) -> dict[str, Any]:
+        """The leg's description under `leg`; empty for finite elements, which use none."""
+        return {"leg": self.leg_description} if model == "reduced" else {}
+
 
 def scaled_materials(
     usual: LegMaterials, modulus_factor: float = 1.0, mass_factor: float = 1.0

@@ -93,6 +93,7 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
         "trajectory": str(path),
         "damping": options.robot.simulation.damping,
         "calibration": workshop.calibration_description,
+        **workshop.leg_used(options.model),
         "simulation_wall_s": simulated_s,
     }
     if options.film:

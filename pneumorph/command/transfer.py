@@ -100,6 +100,7 @@ def transfer(options: TransferOptions, folder: RunFolder) -> dict[str, Any]:
         "figures": [str(each) for each in figures],
         "damping": options.robot.simulation.damping,
         "calibration": workshop.calibration_description,
+        **workshop.leg_used(options.model),
         "wall_s": time.monotonic() - start,
     }
 

@@ -33,6 +33,7 @@ class FramePainter:
         width: Pixels across.
         azimuth_deg: Turn of the view about the vertical.
         elevation_deg: Height of the viewer above the horizon.
+        captions: Write clock, scale and labels into the images.
     """
 
     def __init__(
@@ -41,11 +42,13 @@ class FramePainter:
         width: int = 960,
         azimuth_deg: float = 12.0,
         elevation_deg: float = 42.0,
+        captions: bool = True,
     ) -> None:
         if not actors:
             raise ValueError("a film needs at least one robot, got none")
         self._actors = list(actors)
-        extreme, floor = _extent(self._actors)
+        self._captions = captions
+        extreme, floor = _extent(self._actors, captions)
         self._floor_mm = floor
         self._camera = fitted_camera(extreme, width, azimuth_deg, elevation_deg)
         scale = _SUPERSAMPLING
@@ -97,7 +100,8 @@ class FramePainter:
         self._buffer.clear()
         self._buffer.draw(self._fine.project(corners[seen]))
         self._blend_robots(image, shaded[seen] * 255)
-        return self._captioned(image.astype(np.uint8).reshape(*self.size[::-1], 3), time_s, frames)
+        picture = image.astype(np.uint8).reshape(*self.size[::-1], 3)
+        return self._captioned(picture, time_s, frames) if self._captions else picture
 
     def _shade_floor(self, image: np.ndarray, corners: np.ndarray) -> None:
         """Darken the floor where triangles keep the light off it."""
@@ -168,7 +172,7 @@ def _label_x(actors: list[Actor]) -> float:
     return max(float(np.nanmax(a.trajectory.hub_position_mm[:, 0])) for a in actors) + 330.0
 
 
-def _extent(actors: list[Actor]) -> tuple[np.ndarray, float]:
+def _extent(actors: list[Actor], captions: bool) -> tuple[np.ndarray, float]:
     """Return the corners of boxes around all that will be drawn, (point, 3), and the floor's z."""
     points, lowest = [], []
     for actor in actors:
@@ -180,7 +184,8 @@ def _extent(actors: list[Actor]) -> tuple[np.ndarray, float]:
         points.append(corners.reshape(3, -1).T)
         hub = actor.trajectory.hub_position_mm[[0, -1]] + np.array([0.0, actor.lane_mm, 0.0])
         points += [hub + np.array([side * actor.disk.top_radius_mm, 0.0, 0.0]) for side in (-1, 1)]
-        points.append(np.array([[_label_x(actors), actor.lane_mm, low[2]]]))
+        if captions:
+            points.append(np.array([[_label_x(actors), actor.lane_mm, low[2]]]))
     return np.concatenate(points), min(lowest) - 0.5
 
 

@@ -77,6 +77,11 @@ def drawn(figure: Figure, caption: str) -> str:
     return _pictured("image/svg+xml", stream.getvalue(), caption)
 
 
+def picture(path: Path, caption: str) -> str:
+    """Return a PNG picture that a run saved, embedded with its caption."""
+    return _pictured("image/png", path.read_bytes(), caption)
+
+
 def filmed(film: Path, still: Path, caption: str) -> str:
     """Return an embedded MP4 film; a still stands for it in print and until it is played."""
     poster = _data_address("image/png", still.read_bytes())
@@ -117,6 +122,8 @@ def command_lines(lines: Iterable[str]) -> str:
 
 
 def _cell(value: object) -> str:
+    if value is None:
+        return '<td class="value">-</td>'
     if isinstance(value, float):
         return f'<td class="value">{value:.3g}</td>'
     if isinstance(value, int) and not isinstance(value, bool):

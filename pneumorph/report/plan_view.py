@@ -32,6 +32,7 @@ def draw_plan_view(
     centre_mm: tuple[float, float] = (0.0, 0.0),
     heading_rad: float = 0.0,
     size_mm: float = 1.0,
+    number_size: float = 0.0,
 ) -> None:
     """Draw a design into axes whose units are millimetres.
 
@@ -42,6 +43,7 @@ def draw_plan_view(
         centre_mm: Where the disk's centre is, (x, y).
         heading_rad: Turn of the robot about the vertical.
         size_mm: Size of a drawn millimetre in the axes' units.
+        number_size: Size of the regulators' numbers on the legs, in points; 0 for none.
     """
     from matplotlib.patches import Circle, Polygon
 
@@ -58,10 +60,12 @@ def draw_plan_view(
                 outline, facecolor=regulator_colour(regulator), edgecolor="white", linewidth=0.6
             )
         )
-        if size_mm == 1.0:
+        if number_size:
             # The number says what the colour says, for grey print.
-            x, y = np.array([_LEG_CENTRE_MM + 12, 0.0]) @ turn.T + centre_mm
-            axes.text(x, y, str(regulator), color="white", ha="center", va="center", size=8)
+            x, y = np.array([_LEG_CENTRE_MM + 12, 0.0]) @ turn.T * size_mm + centre_mm
+            axes.text(
+                x, y, str(regulator), color="white", ha="center", va="center", size=number_size
+            )
     axes.add_patch(
         Circle(
             centre_mm,
@@ -85,7 +89,7 @@ def plan_view_figure(assignment: Sequence[int], title: str = "") -> Figure:
     """Return a small square figure of one design."""
     figure = new_figure(1.9, 1.9 if not title else 2.1)
     axes = figure.add_subplot()
-    draw_plan_view(axes, assignment)
+    draw_plan_view(axes, assignment, number_size=8.0)
     axes.set(xlim=(-HALF_WIDTH_MM, HALF_WIDTH_MM), ylim=(-HALF_WIDTH_MM, HALF_WIDTH_MM))
     axes.set_aspect("equal")
     axes.axis("off")

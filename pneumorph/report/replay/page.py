@@ -1,0 +1,123 @@
+"""A replay as one HTML file, or as a fragment of another page; no network in either.
+
+The 3D is three.js, which the package jupyter-threejs-sage carries as one minified file (SageMath's
+own build, MIT, 1 MB, no dependencies, files named by release). Looked at instead: viser (its
+offline player shows a scene but no charts on its time line, and its positions cannot be read back),
+k3d (2.6 MB of script, no way to its three.js), pythreejs (no release since 2023, Jupyter only),
+nicegui (three.js inside a web framework), trimesh (three.js inside a zipped template).
+"""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from pneumorph.artefact import write_atomically
+from pneumorph.report.marker_actor import MarkerActor
+from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
+from pneumorph.report.scene import Actor
+from pneumorph.report.style import DISK_COLOUR, INK_COLOUR, REGULATOR_COLOURS
+
+_SCRIPTS = ("motion.js", "stage.js", "time_line.js", "player.js")
+_THREE = ("static", "r130", "three.min.js")
+
+
+def write_replay(
+    path: Path | str,
+    actors: Sequence[Actor | MarkerActor],
+    settings: ReplaySettings | None = None,
+    title: str = "Replay",
+) -> Path:
+    """Write a page that replays robots and needs nothing but itself.
+
+    Args:
+        path: The HTML file.
+        actors: The robots; see `pneumorph.report.film.side_by_side` for their lanes.
+        settings: How exact.
+        title: Of the page.
+
+    Raises:
+        ValueError: No robot, or one whose positions are not finite.
+    """
+    content = page_of(title, replay_fragment(actors, settings)).encode()
+    return write_atomically(path, lambda stream: stream.write(content))
+
+
+def replay_fragment(
+    actors: Sequence[Actor | MarkerActor], settings: ReplaySettings | None = None
+) -> str:
+    """Return the HTML of one player with its robots, for a page that holds `replay_assets` once.
+
+    Args:
+        actors: The robots.
+        settings: How exact; a report page does well with a frame_interval_s of 0.2.
+
+    Raises:
+        ValueError: As `replay_data`.
+    """
+    return player_of(replay_data(actors, settings))
+
+
+def player_of(data: dict[str, Any]) -> str:
+    """Return the HTML of a player of `replay_data`, for a page that holds `replay_assets` once.
+
+    A page may as well mount players itself:
+    ``pneumorphReplay.mount(element, data, {robots: [17]})`` shows some of the robots of ``data``.
+    """
+    return (
+        '<div class="pneumorph-replay"></div><script>pneumorphReplay.mount('
+        f"document.currentScript.previousElementSibling, {script_json(data)});</script>"
+    )
+
+
+def replay_assets() -> str:
+    """Return style and scripts that a page with players needs once, before the first of them."""
+    folder = files("pneumorph.report.replay").joinpath("player")
+    style = folder.joinpath("player.css").read_text()
+    colours = {"regulators": REGULATOR_COLOURS, "disk": DISK_COLOUR, "ink": INK_COLOUR}
+    own = "\n".join(folder.joinpath(name).read_text() for name in _SCRIPTS)
+    # Each in its own element: an error in one is reported at its own line.
+    return (
+        f"<style>{style}</style>\n<script>{_three()}</script>\n"
+        f"<script>\nconst pneumorphColours = {script_json(colours)};\n{own}</script>"
+    )
+
+
+def page_of(title: str, body: str) -> str:
+    """Return a whole page that fills the window with a player."""
+    return "\n".join(
+        [
+            "<!doctype html>",
+            '<html lang="en"><head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            '<link rel="icon" href="data:,">',
+            f"<title>{html.escape(title)}</title>",
+            replay_assets(),
+            f'</head><body class="pneumorph-replay-page">{body}</body></html>',
+        ]
+    )
+
+
+def script_json(value: Any) -> str:
+    """Return JSON that may stand inside a script element."""
+    return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
+
+
+def _three() -> str:
+    """Return three.js.
+
+    Raises:
+        ImportError: The package that carries it is missing.
+    """
+    try:
+        script = files("jupyter_threejs_sage").joinpath(*_THREE)
+    except ModuleNotFoundError as error:
+        raise ImportError(
+            "a replay needs three.js from the package jupyter-threejs-sage, which is not "
+            "installed; pip install jupyter-threejs-sage"
+        ) from error
+    return script.read_text(encoding="utf-8")

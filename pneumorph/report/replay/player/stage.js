@@ -1,0 +1,297 @@
+// The 3D picture: floor with a 5 cm grid, robots with their shadows, paths and contact points.
+const pneumorphStage = (() => {
+  const GRID_MM = 50, SLACK = 0.45, LIGHT = [-0.35, -0.45, 0.82];
+  const PATHS = ["#0072B2", "#E69F00", "#CC79A7", "#56B4E9", "#009E73", "#8A8F94"];
+  // cividis: even in lightness, and the same to the colour-blind.
+  const PRESSURE = ["#00224e", "#31446b", "#666970", "#958f78", "#cab969", "#fee838"];
+
+  function pathColour(index, count) {
+    return count === 1 ? pneumorphColours.ink : PATHS[index % PATHS.length];
+  }
+
+  function pressureColour(share) {
+    const place = Math.min(Math.max(share, 0), 1) * (PRESSURE.length - 1);
+    const low = Math.min(Math.floor(place), PRESSURE.length - 2);
+    return new THREE.Color(PRESSURE[low]).lerp(new THREE.Color(PRESSURE[low + 1]), place - low);
+  }
+
+  class Stage {
+    constructor(canvas, labels, motions, fullPressure) {
+      this.motions = motions;
+      this.fullPressure = fullPressure;
+      this.colourBy = "regulator";
+      this.showPaths = this.showContacts = true;
+      this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+      this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+      this.scene = new THREE.Scene();
+      this.scene.background = new THREE.Color("#f4f5f6");
+      this.scene.add(new THREE.HemisphereLight("#ffffff", "#b9bec4", 0.75));
+      const sun = new THREE.DirectionalLight("#ffffff", 0.45);
+      sun.position.set(...LIGHT);
+      this.scene.add(sun);
+      this.camera = new THREE.PerspectiveCamera(32, 1, 10, 20000);
+      this.camera.up.set(0, 0, 1);
+      this.controls = new THREE.OrbitControls(this.camera, canvas);
+      this.controls.maxPolarAngle = Math.PI / 2 - 0.01;
+      this.controls.addEventListener("change", () => { this.dirty = true; });
+      this.measure();
+      this.ground();
+      this.actors = motions.map((m, i) =>
+        m.simulated ? this.simulated(m, i, labels) : this.measured(m, i, labels));
+      this.view("orbit");
+    }
+
+    // What must be in view [mm].
+    measure() {
+      const box = new THREE.Box3(), floors = [];
+      for (const motion of this.motions) {
+        const lane = motion.robot.lane_mm;
+        for (const [x, y] of motion.parts.tracked.length ? motion.parts.tracked : [[0, 0]]) {
+          box.expandByPoint(new THREE.Vector3(x - 165, y + lane - 165, 0));
+          box.expandByPoint(new THREE.Vector3(x + 165, y + lane + 165, 0));
+        }
+        if (!motion.simulated) continue;
+        let floor = motion.robot.floor_mm;
+        if (floor === null) {
+          motion.show(0);
+          floor = motion.positions.reduce((low, z, i) => (i % 3 === 2 && z < low ? z : low), 0);
+        }
+        floors.push(floor);
+      }
+      this.floor = floors.length ? Math.min(...floors) : 0;
+      box.min.z = this.floor;
+      box.max.z = this.floor + 70;
+      this.box = box;
+    }
+
+    ground() {
+      const step = GRID_MM, points = [];
+      const low = [0, 1].map((i) => Math.floor(this.box.min.getComponent(i) / step - 4) * step);
+      const high = [0, 1].map((i) => Math.ceil(this.box.max.getComponent(i) / step + 4) * step);
+      const z = this.floor - 0.8;
+      for (let x = low[0]; x <= high[0]; x += step) points.push(x, low[1], z, x, high[1], z);
+      for (let y = low[1]; y <= high[1]; y += step) points.push(low[0], y, z, high[0], y, z);
+      const grid = new THREE.BufferGeometry();
+      grid.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+      this.scene.add(new THREE.LineSegments(grid, new THREE.LineBasicMaterial({ color: "#dadde0" })));
+      const start = new THREE.BufferGeometry();
+      start.setAttribute("position", new THREE.Float32BufferAttribute(
+        [0, low[1], z + 0.1, 0, high[1], z + 0.1], 3));
+      this.scene.add(new THREE.LineSegments(start, new THREE.LineBasicMaterial({ color: "#8a8f94" })));
+    }
+
+    simulated(motion, index, labels) {
+      const robot = motion.robot, group = new THREE.Group(), size = motion.basis.nodeCount * 3;
+      group.position.y = robot.lane_mm;
+      this.scene.add(group);
+      // Slides every point along the light down to just above the grid.
+      const flat = new THREE.Matrix4().set(
+        1, 0, -LIGHT[0] / LIGHT[2], this.floor * LIGHT[0] / LIGHT[2],
+        0, 1, -LIGHT[1] / LIGHT[2], this.floor * LIGHT[1] / LIGHT[2],
+        0, 0, 0, this.floor - 0.6, 0, 0, 0, 1);
+      const shade = new THREE.MeshBasicMaterial({ color: "#cfd3d7", side: THREE.DoubleSide });
+      const legs = robot.regulators.map((_, leg) => {
+        const geometry = new THREE.BufferGeometry();
+        const place = motion.positions.subarray(leg * size, (leg + 1) * size);
+        geometry.setAttribute("position",
+          new THREE.BufferAttribute(place, 3).setUsage(THREE.DynamicDrawUsage));
+        geometry.setIndex(new THREE.BufferAttribute(motion.basis.triangles, 1));
+        const mesh = new THREE.Mesh(geometry,
+          new THREE.MeshPhongMaterial({ flatShading: true, shininess: 4 }));
+        const shadow = new THREE.Mesh(geometry, shade);
+        shadow.matrixAutoUpdate = false;
+        shadow.matrix.copy(flat);
+        mesh.frustumCulled = shadow.frustumCulled = false;
+        group.add(mesh, shadow);
+        return mesh;
+      });
+      const shape = robot.disk;
+      const cone = new THREE.CylinderGeometry(
+        shape.top_radius_mm, shape.bottom_radius_mm, shape.height_mm, 48);
+      cone.rotateX(Math.PI / 2);
+      cone.translate(0, 0, shape.bottom_mm + shape.height_mm / 2);
+      const disk = new THREE.Mesh(cone, new THREE.MeshPhongMaterial({ color: pneumorphColours.disk }));
+      const diskShadow = new THREE.Mesh(cone, shade);
+      disk.matrixAutoUpdate = diskShadow.matrixAutoUpdate = false;
+      diskShadow.frustumCulled = false;
+      group.add(disk, diskShadow);
+      const dots = new THREE.BufferGeometry();
+      dots.setAttribute("position", new THREE.BufferAttribute(
+        new Float32Array(motion.positions.length), 3).setUsage(THREE.DynamicDrawUsage));
+      const contacts = new THREE.Points(dots, new THREE.PointsMaterial(
+        { color: "#22272b", size: 3, sizeAttenuation: false, depthTest: false }));
+      contacts.frustumCulled = false;
+      group.add(contacts);
+      const actor = { motion, group, legs, disk, diskShadow, flat, contacts, index };
+      actor.label = this.label(labels, robot.label);
+      return actor;
+    }
+
+    // A marker has a place and no direction: a triad along the world's axes.
+    measured(motion, index, labels) {
+      const group = new THREE.Group(), triad = new THREE.Group();
+      group.position.y = motion.robot.lane_mm;
+      const axes = [[1, 0, 0, "#D55E00"], [0, 1, 0, "#009E73"], [0, 0, 1, "#0072B2"]];
+      for (const [x, y, z, colour] of axes) {
+        triad.add(new THREE.ArrowHelper(
+          new THREE.Vector3(x, y, z), new THREE.Vector3(), 60, colour, 14, 8));
+      }
+      group.add(triad);
+      this.scene.add(group);
+      const actor = { motion, group, triad, index };
+      actor.label = this.label(labels, motion.robot.label);
+      return actor;
+    }
+
+    label(labels, text) {
+      const element = document.createElement("div");
+      element.textContent = text;
+      labels.append(element);
+      return element;
+    }
+
+    // Draw the path anew; once, and after every frame of a live robot.
+    path(actor) {
+      const { motion, index, group } = actor, points = motion.parts.tracked;
+      if (actor.line && actor.lineLength === points.length) return;
+      if (actor.line) {
+        group.remove(actor.line);
+        actor.line.geometry.dispose();
+        actor.line = null;
+      }
+      actor.lineLength = points.length;
+      if (points.length < 2) return;
+      const geometry = new THREE.LineGeometry();
+      geometry.setPositions(points.flatMap((p) => [p[0], p[1], this.floor + 0.2]));
+      const material = actor.lineMaterial = actor.lineMaterial || new THREE.LineMaterial(
+        { color: pathColour(index, this.motions.length), linewidth: 2.5 });
+      actor.line = new THREE.Line2(geometry, material);
+      actor.line.frustumCulled = false;
+      group.add(actor.line);
+    }
+
+    // Take over what the motions show now.
+    update() {
+      for (const actor of this.actors) {
+        const { motion } = actor;
+        if (!motion.time.length) continue;
+        this.path(actor);
+        if (actor.line) {
+          actor.line.visible = this.showPaths && motion.frame > 0;
+          actor.line.geometry.instanceCount = motion.frame;
+        }
+        if (motion.simulated) this.updateSimulated(actor);
+        else actor.triad.position.set(motion.tracked[0], motion.tracked[1], this.floor + 1);
+      }
+      this.follow();
+      this.dirty = true;
+    }
+
+    updateSimulated(actor) {
+      const { motion, legs, disk, diskShadow, flat, contacts } = actor;
+      legs.forEach((mesh, leg) => {
+        mesh.geometry.attributes.position.needsUpdate = true;
+        const regulator = motion.robot.regulators[leg];
+        const share = motion.regulated[regulator - 1] / this.fullPressure;
+        if (this.colourBy === "pressure") {
+          mesh.material.color.copy(pressureColour(share));
+        } else {
+          const colours = pneumorphColours.regulators;
+          const strength = SLACK + (1 - SLACK) * Math.min(Math.max(share, 0), 1);
+          mesh.material.color.set("#ffffff")
+            .lerp(new THREE.Color(colours[(regulator - 1) % colours.length]), strength);
+        }
+      });
+      const [x, y, z, i, j, k, w] = motion.hub;
+      disk.matrix.compose(new THREE.Vector3(x, y, z), new THREE.Quaternion(i, j, k, w),
+        new THREE.Vector3(1, 1, 1));
+      diskShadow.matrix.multiplyMatrices(flat, disk.matrix);
+      const count = this.showContacts ? motion.contacts(contacts.geometry.attributes.position.array) : 0;
+      contacts.geometry.setDrawRange(0, count);
+      contacts.geometry.attributes.position.needsUpdate = true;
+    }
+
+    // Look from somewhere: "orbit", "follow", "top" or "side".
+    view(name) {
+      const centre = this.box.getCenter(new THREE.Vector3());
+      const size = this.box.getSize(new THREE.Vector3());
+      const half = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
+      const aspect = this.camera.aspect || 1.6;
+      const directions = { orbit: [-0.25, -0.8, 0.72], follow: [-0.5, -0.8, 0.6],
+        top: [0, -0.001, 1], side: [0, -1, 0.12] };
+      const direction = new THREE.Vector3(...directions[name]).normalize();
+      let width = size.x, height = name === "side" ? size.z : size.y;
+      this.followed = null;
+      if (name === "follow") {
+        this.followed = this.actors[this.selected || 0].motion;
+        width = height = 340;
+        this.lastFollowed = this.place(this.followed);
+        centre.copy(this.lastFollowed);
+      }
+      const slant = name === "orbit" || name === "follow" ? 0.75 : 1;
+      const away = 1.2 * Math.max(width / (2 * half * aspect), height * slant / (2 * half)) +
+        (name === "side" ? size.y / 2 : 0);
+      this.controls.target.copy(centre);
+      this.camera.position.copy(centre).addScaledVector(direction, away);
+      this.controls.update();
+      this.viewName = name;
+      this.dirty = true;
+    }
+
+    place(motion) {
+      const [x, y] = motion.tracked;
+      return new THREE.Vector3(x, y + motion.robot.lane_mm, this.floor + 15);
+    }
+
+    follow() {
+      if (!this.followed) return;
+      const now = this.place(this.followed);
+      const step = now.clone().sub(this.lastFollowed);
+      this.camera.position.add(step);
+      this.controls.target.add(step);
+      this.controls.update();
+      this.lastFollowed = now;
+    }
+
+    resize(width, height) {
+      const first = !this.width;
+      [this.width, this.height] = [width, height];
+      this.renderer.setSize(width, height, false);
+      this.camera.aspect = width / height;
+      this.camera.updateProjectionMatrix();
+      if (first) this.view(this.viewName);
+      this.dirty = true;
+    }
+
+    render() {
+      for (const actor of this.actors) {
+        if (actor.lineMaterial) actor.lineMaterial.resolution.set(this.width, this.height);
+        this.placeLabel(actor);
+      }
+      this.renderer.render(this.scene, this.camera);
+      this.dirty = false;
+    }
+
+    placeLabel(actor) {
+      if (!actor.motion.time.length) return;
+      const point = this.place(actor.motion);
+      point.z += 75;
+      point.project(this.camera);
+      const x = (point.x + 1) / 2 * this.width, y = (1 - point.y) / 2 * this.height;
+      actor.label.style.transform = `translate(-50%, -100%) translate(${x}px, ${y}px)`;
+      actor.label.style.display = point.z < 1 ? "" : "none";
+    }
+
+    dispose() {
+      this.controls.dispose();
+      this.scene.traverse((each) => {
+        if (each.geometry) each.geometry.dispose();
+        if (each.material) each.material.dispose();
+      });
+      this.renderer.dispose();
+      this.renderer.forceContextLoss();
+    }
+  }
+
+  return { Stage, pathColour, PRESSURE };
+})();

@@ -1,0 +1,250 @@
+"""What a replay page is told: every robot's motion as JSON with arrays in base64.
+
+The player (`player/` beside this file) reads it. Arrays are little-endian; all positions are in mm,
+pressures in real kPa, times in s. docs/file_formats.md lists the fields.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pneumorph.report.marker_actor import MarkerActor
+from pneumorph.report.replay.leg_modes import LegModes, leg_modes
+from pneumorph.report.scene import Actor
+from pneumorph.robot.design import Design
+
+FORMAT = "pneumorph replay"
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True)
+class ReplaySettings:
+    """How exact, and so how large, a replay is."""
+
+    tolerance_mm: float = 0.01
+    """How far a leg's node may be off [mm], in each coordinate. Reduced robots come out exact to
+    single precision, because their own modes are found; finite elements need more modes for less."""
+    frame_interval_s: float = 0.0
+    """Shortest time between frames that are kept [s]; the player moves smoothly between frames. 0
+    keeps every frame of the trajectory."""
+
+    def __post_init__(self) -> None:
+        if not self.tolerance_mm > 0.0:
+            raise ValueError(f"tolerance_mm is {self.tolerance_mm}, expected above 0")
+        if not self.frame_interval_s >= 0.0:
+            raise ValueError(f"frame_interval_s is {self.frame_interval_s}, expected 0 or more")
+
+
+def replay_data(
+    actors: Sequence[Actor | MarkerActor], settings: ReplaySettings | None = None
+) -> dict[str, Any]:
+    """Return what the player shows of robots, as JSON values.
+
+    Legs of one mesh share their modes, so a further robot adds a hundredth of what the first takes.
+
+    Args:
+        actors: The robots, simulated or measured; see `pneumorph.report.film.side_by_side` for
+            their lanes.
+        settings: How exact.
+
+    Raises:
+        ValueError: No robot, or one whose positions are not finite.
+    """
+    if not actors:
+        raise ValueError("a replay needs at least one robot, got none")
+    settings = settings or ReplaySettings()
+    shapes: dict[str, list[np.ndarray]] = {}
+    skins: dict[str, np.ndarray] = {}
+    for actor in actors:
+        if isinstance(actor, Actor):
+            key = _mesh_key(actor)
+            shapes.setdefault(key, []).append(_shapes(actor, _kept(actor, settings)))
+            skins[key] = _skin(actor)[1]
+    bases = {key: leg_modes(of_mesh, settings.tolerance_mm) for key, of_mesh in shapes.items()}
+    places = {key: place for place, key in enumerate(bases)}
+    robots = []
+    for actor in actors:
+        if isinstance(actor, MarkerActor):
+            robots.append(_measured(actor))
+        else:
+            key = _mesh_key(actor)
+            robots.append(_simulated(actor, places[key], bases[key], settings))
+    return {
+        "format": FORMAT,
+        "version": FORMAT_VERSION,
+        "bases": [_basis(bases[key], skins[key]) for key in bases],
+        "robots": robots,
+    }
+
+
+def live_data(actor: Actor) -> dict[str, Any]:
+    """Return what the player is told of a robot whose frames are still to come.
+
+    Args:
+        actor: A robot with at least one recorded frame, which gives its mesh.
+    """
+    nodes, triangles = _skin(actor)
+    basis = {"node_count": nodes.shape[2], "mode_count": 0, "triangles": array(triangles, "<u4")}
+    robot = {**_described(actor), "basis": 0, "turns_rad": [0.0] * nodes.shape[1], "frames": 0}
+    return {"format": FORMAT, "version": FORMAT_VERSION, "bases": [basis], "robots": [robot]}
+
+
+def live_frame(actor: Actor, frame: int) -> dict[str, Any]:
+    """Return one frame of a robot for the player: positions as they are, in single precision."""
+    nodes, _ = _skin(actor)
+    return {
+        "robot": 0,
+        **_motion(actor, np.array([frame])),
+        "positions_mm": array(nodes[frame], "<f4"),
+    }
+
+
+def array(values: np.ndarray, kind: str) -> str:
+    """Return an array in base64, of a numpy type such as ``<f4``."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
+
+
+def _simulated(
+    actor: Actor, place: int, basis: LegModes, settings: ReplaySettings
+) -> dict[str, Any]:
+    kept = _kept(actor, settings)
+    shapes = _shapes(actor, kept)
+    coefficients = basis.coefficients(shapes)
+    # Turning a leg into the world adds the rounding of the hub's pose, 1e-4 mm at most.
+    error = float(np.abs(basis.shapes(coefficients) - shapes).max())
+    return {
+        **_described(actor),
+        "basis": place,
+        "turns_rad": _turns(actor).tolist(),
+        "frames": len(kept),
+        **_motion(actor, kept),
+        "coefficients_mm": array(coefficients, "<f4"),
+        "largest_error_mm": error,
+    }
+
+
+def _measured(actor: MarkerActor) -> dict[str, Any]:
+    height = np.zeros((len(actor.time_s), 1))
+    return {
+        "kind": "measured",
+        "label": actor.label,
+        "lane_mm": actor.lane_mm,
+        "regulator_count": actor.commanded_kPa.shape[1],
+        "frames": len(actor.time_s),
+        "time_s": array(actor.time_s, "<f4"),
+        "tracked_mm": array(np.hstack([actor.position_mm, height]), "<f4"),
+        "commanded_kPa": array(actor.commanded_kPa, "<f4"),
+        "regulated_kPa": array(actor.regulated_kPa, "<f4"),
+    }
+
+
+def _described(actor: Actor) -> dict[str, Any]:
+    """What is known of a simulated robot before it moves."""
+    trajectory, disk = actor.trajectory, actor.disk
+    return {
+        "kind": "simulated",
+        "label": actor.label,
+        "lane_mm": actor.lane_mm,
+        "design": trajectory.metadata.get("design"),
+        "model": trajectory.metadata.get("model"),
+        "status": trajectory.status,
+        "regulators": list(actor.regulators),
+        "regulator_count": trajectory.commanded_kPa.shape[1],
+        "floor_mm": _floor_mm(trajectory.metadata),
+        "disk": {
+            "bottom_radius_mm": disk.bottom_radius_mm,
+            "top_radius_mm": disk.top_radius_mm,
+            "height_mm": disk.height_mm,
+            "bottom_mm": disk.bottom_mm,
+        },
+    }
+
+
+def _motion(actor: Actor, kept: np.ndarray) -> dict[str, Any]:
+    """Everything of some frames but the shapes of the legs."""
+    from scipy.spatial.transform import Rotation
+
+    trajectory = actor.trajectory
+    # Scalar last: x, y, z, w, as the player's library has it.
+    quaternion = Rotation.from_matrix(trajectory.hub_rotation[kept]).as_quat()
+    hub = np.hstack([trajectory.hub_position_mm[kept], quaternion])
+    return {
+        "time_s": array(trajectory.time_s[kept], "<f4"),
+        "hub": array(hub, "<f4"),
+        "tracked_mm": array(trajectory.tracked_point_mm[kept], "<f4"),
+        "commanded_kPa": array(trajectory.commanded_kPa[kept], "<f4"),
+        "regulated_kPa": array(trajectory.regulated_kPa[kept], "<f4"),
+    }
+
+
+def _basis(basis: LegModes, triangles: np.ndarray) -> dict[str, Any]:
+    return {
+        "node_count": len(basis.mean) // 3,
+        "mode_count": len(basis.modes),
+        "triangles": array(triangles, "<u4"),
+        "mean_mm": array(basis.mean, "<f4"),
+        "modes": array(basis.modes, "<f4"),
+    }
+
+
+def _kept(actor: Actor, settings: ReplaySettings) -> np.ndarray:
+    """Return the frames to keep, the last one always among them."""
+    times = actor.trajectory.time_s
+    kept, last = [], -np.inf
+    for frame, time_s in enumerate(times):
+        if time_s - last >= settings.frame_interval_s - 1e-9:
+            kept.append(frame)
+            last = time_s
+    if kept[-1] != len(times) - 1:
+        kept.append(len(times) - 1)
+    return np.array(kept)
+
+
+def _skin(actor: Actor) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions of the skin's nodes (frame, leg, node, 3) and triangles of them."""
+    nodes, skin = actor.trajectory.node_positions_mm, actor.trajectory.skin_triangles
+    assert nodes is not None
+    assert skin is not None
+    shown, renumbered = np.unique(skin, return_inverse=True)
+    return nodes[:, :, shown], renumbered.reshape(skin.shape)
+
+
+def _mesh_key(actor: Actor) -> str:
+    nodes, triangles = _skin(actor)
+    return f"{nodes.shape[2]} {hashlib.sha256(triangles.astype('<u4').tobytes()).hexdigest()}"
+
+
+def _shapes(actor: Actor, kept: np.ndarray) -> np.ndarray:
+    """Return legs in the hub's frame, turned to location 0, (frame x leg, 3 node)."""
+    trajectory = actor.trajectory
+    nodes = _skin(actor)[0][kept] - trajectory.hub_position_mm[kept, None, None]
+    turn = _turns(actor)
+    cosine, sine, zero = np.cos(turn), np.sin(turn), np.zeros_like(turn)
+    # Rows of R^T of a turn about z.
+    back = np.array([[cosine, sine, zero], [-sine, cosine, zero], [zero, zero, zero + 1.0]])
+    rotation = np.einsum("ijl,fkj->flik", back, trajectory.hub_rotation[kept])
+    shapes = np.einsum("flik,flnk->flni", rotation, nodes)
+    return np.asarray(shapes.reshape(len(kept) * len(turn), -1))
+
+
+def _turns(actor: Actor) -> np.ndarray:
+    """Return each leg's direction about the hub's axis [rad], (leg,); 0 where it is not known."""
+    name = actor.trajectory.metadata.get("design")
+    if isinstance(name, str):
+        design = Design.parse(name)
+        if design.leg_count == len(actor.regulators):
+            return np.array([design.angle_rad(location) for location, _ in design.legs])
+    return np.zeros(len(actor.regulators))
+
+
+def _floor_mm(metadata: Mapping[str, Any]) -> float | None:
+    """Return the height where contact points rest; None where the floor is no plane."""
+    height = metadata.get("settings", {}).get("floor_height_mm")
+    floor = metadata.get("contact", {}).get("floor", "plane")
+    return float(height) if height is not None and str(floor).startswith("plane") else None
