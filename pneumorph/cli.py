@@ -27,6 +27,7 @@ VERBS = {
     "coopt": "design space and task  ->  design and gait learned together",
     "search": "designs and gaits, without a policy  ->  how good the learned ones are",
     "evaluate": "learned pairs, simulated again  ->  distances, reduced or full",
+    "analyse": "learned pairs  ->  rewards of each step, tilt, load and friction of each leg",
     "calibrate": "measured bends, trials  ->  calibration file",
     "deploy": "gait or policy  ->  timed commands to a rig, logs of its trials",
     "transfer": "logs and tracks beside the simulation  ->  distances, transfer ratio, figures",

@@ -51,6 +51,9 @@ class EvaluateOptions:
     """The reduced robots, or the finite elements they stand for."""
     pair_count: int = 5
     """How many of the best pairs."""
+    afresh: bool = False
+    """Take leg and physics from the flags alone, not from the run with what the flags change: so a
+    run of `objective` damping can be walked with the usual, published one."""
     record: bool = False
     """Save the trajectory of each pair."""
     randomize: bool = False
@@ -77,7 +80,7 @@ class EvaluateOptions:
 def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
     """Walk the best pairs again and return the distances beside those of the run."""
     start = time.monotonic()
-    run = read_learned_run(options.run, options.robot, options.pair_count)
+    run = read_learned_run(options.run, options.robot, options.pair_count, options.afresh)
     pairs, designs, gaits, task = run.pairs, run.designs, run.gaits, run.task
     workshop = Workshop(run.robot)
     if options.model == "full":

@@ -36,13 +36,16 @@ class LearnedRun:
     robot: RobotOptions
 
 
-def read_learned_run(folder: Path, asked: RobotOptions, pair_count: int = 5) -> LearnedRun:
+def read_learned_run(
+    folder: Path, asked: RobotOptions, pair_count: int = 5, afresh: bool = False
+) -> LearnedRun:
     """Read a coopt run.
 
     Args:
         folder: The run folder.
         asked: Robots asked for now; what differs from the usual ones replaces the run's.
         pair_count: Most pairs to read.
+        afresh: Take what is asked for as it is, and nothing of the run's leg and physics.
 
     Raises:
         ArtefactError: The folder holds no summary.
@@ -62,7 +65,9 @@ def read_learned_run(folder: Path, asked: RobotOptions, pair_count: int = 5) -> 
         [Design.parse(pair["design"]) for pair in pairs],
         [read_gait(folder / pair["gait"], *limits)[0] for pair in pairs],
         task,
-        settings_from_dict(RobotOptions, _overlaid(saved["robot"], changed, usual)),
+        asked
+        if afresh
+        else settings_from_dict(RobotOptions, _overlaid(saved["robot"], changed, usual)),
     )
 
 

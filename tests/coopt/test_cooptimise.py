@@ -93,7 +93,11 @@ def test_truncated_checkpoint_falls_back_to_the_previous_and_says_so(
         summary = run(tmp_path, resume=True)
     assert_same_run(tmp_path, summary, straight)
     assert "previous checkpoint is used" in summary["remarks"][0]
-    assert summary["remarks"][1] == f"resumed at timestep {3 * SETTINGS.timesteps_per_round}"
+    one_round = SETTINGS.timesteps_per_round
+    assert summary["remarks"][1] == (
+        f"resumed at timestep {3 * one_round}: {one_round} timesteps after the last checkpoint "
+        "were lost and are made again"
+    )
 
 
 def test_stages_account_for_the_time(straight: tuple[Path, dict[str, Any]]) -> None:
