@@ -25,6 +25,7 @@ VERBS = {
     "simulate": "design and gait  ->  trajectory, film",
     "baseline": "the expert's gait  ->  distance at each phase",
     "coopt": "design space and task  ->  design and gait learned together",
+    "campaign": "many coopt runs: seeds and settings  ->  how they compare",
     "search": "designs and gaits, without a policy  ->  how good the learned ones are",
     "evaluate": "learned pairs, simulated again  ->  distances, reduced or full",
     "analyse": "learned pairs  ->  rewards of each step, tilt, load and friction of each leg",

@@ -51,6 +51,8 @@ class AnalyseOptions:
     """Folder of a coopt run."""
     pair_count: int = 5
     """How many of the best pairs."""
+    afresh: bool = False
+    """Take leg and physics from the flags alone, not from the run with what the flags change."""
     cycle_s: float = 4.0
     """Length of a cycle, over which a slide back is counted and figures are drawn [s]."""
     record_every: int = 5
@@ -95,7 +97,7 @@ class _Walker:
 def analyse(options: AnalyseOptions, folder: RunFolder) -> dict[str, Any]:
     """Walk, record, and say what each robot did."""
     start = time.monotonic()
-    run = read_learned_run(options.run, options.robot, options.pair_count)
+    run = read_learned_run(options.run, options.robot, options.pair_count, options.afresh)
     workshop = Workshop(run.robot)
     workshop.refuse_full_options()
     walkers = _walkers(run)

@@ -3,7 +3,7 @@
 import os
 import signal
 import sys
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 
 from toy_coopt import TIME_STEP_S, make_simulator, toy_settings
@@ -11,7 +11,8 @@ from toy_coopt import TIME_STEP_S, make_simulator, toy_settings
 from pneumorph.coopt.cooptimise import cooptimise
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 
-SETTINGS = toy_settings(round_count=7, environment_count=4)
+_SETTINGS = toy_settings(round_count=7, environment_count=4)
+SETTINGS = replace(_SETTINGS, checkpoint_interval_timesteps=2 * _SETTINGS.timesteps_per_round)
 
 
 def die_at_call(number: int, of: object, name: str) -> None:
@@ -28,18 +29,18 @@ def die_at_call(number: int, of: object, name: str) -> None:
 
 def main(folder: Path, moment: str) -> None:
     """Run until the moment."""
-    if moment == "in an action of round 5":
+    if moment == "in an action of round 6":
         per_round = SETTINGS.task.action_count + 1  # and settling
-        die_at_call(4 * per_round + 5, ViscousCrawler, "advance")
-    elif moment == "while a checkpoint is written":
+        die_at_call(5 * per_round + 5, ViscousCrawler, "advance")
+    elif moment == "while the second checkpoint is written":
         # settings.json, the empty metrics, then checkpoints.
-        die_at_call(2 + 3, os, "fsync")
-    elif moment == "between the renames of a checkpoint":
+        die_at_call(2 + 2, os, "fsync")
+    elif moment == "between the renames of the second checkpoint":
         # settings.json, metrics, the first checkpoint's two renames, then three for each.
         die_at_call(1 + 1 + 2 + 3, os, "replace")
     cooptimise(
         viscous_crawler_robot,
-        partial(make_simulator),
+        make_simulator,
         SETTINGS,
         folder,
         time_step_s=TIME_STEP_S,

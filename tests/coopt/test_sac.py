@@ -85,7 +85,9 @@ def test_policy_and_value_tell_designs_apart() -> None:
     space = DesignSpace(location_count=4, regulator_count=2, minimum_legs=2, maximum_legs=3)
     sign = np.where(np.arange(len(space)) % 2 == 0, 1.0, -1.0)
     features = space.one_hot
-    settings = SacSettings(**SMALL, initial_temperature=1e-6, temperature_learning_rate=0.0)
+    # Without entropy the squashed policy would settle at an end of its range before the values are
+    # learned, where its gradient vanishes.
+    settings = SacSettings(**SMALL, temperature_learning_rate=0.01)
     learner = Sac(1 + features.shape[1], 1, settings)
     buffer = ReplayBuffer(4000, 1, 1, features)
     rng = np.random.default_rng(0)
@@ -105,9 +107,9 @@ def test_policy_and_value_tell_designs_apart() -> None:
     seen = np.concatenate([np.zeros((len(space), 1)), features], axis=1).astype(np.float32)
     found = np.asarray(state.critic(jnp.asarray(seen), jnp.full((len(space), 1), 0.8)))
     # Parity is the most rugged function of a design there is: each must be told from all others.
-    # A wrong sign errs by 1.6.
-    np.testing.assert_allclose(found, [0.8 * sign] * 2, atol=0.25)
-    assert (learner.mode_actions(state.policy, seen)[:, 0] * sign > 0.8).all()
+    np.testing.assert_allclose(found, [0.8 * sign] * 2, atol=0.1)  # twice the jitter
+    # The entropy asked for keeps the best action's mode off the end of the range.
+    assert (learner.mode_actions(state.policy, seen)[:, 0] * sign > 0.6).all()
 
 
 @pytest.fixture(scope="module")
