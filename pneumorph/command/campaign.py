@@ -30,6 +30,7 @@ from pneumorph.command.run_folder import SUMMARY, RunFolder, finite, read_summar
 from pneumorph.command.verb import Verb
 from pneumorph.executor import ExecutorSettings, run_tasks
 from pneumorph.settings import load_settings, settings_from_dict, settings_to_dict
+from pneumorph.simulation.batched_simulator import processor_count
 
 flat = tyro.conf.arg(name="")
 
@@ -65,7 +66,7 @@ def campaign(options: CampaignOptions, folder: RunFolder) -> dict[str, Any]:
     ]
     folder.progress.stage(f"{len(tasks)} runs")
     failures = {}
-    shared = (str(folder.path), folder.provenance.get("made_by"))
+    shared = (str(folder.path), folder.provenance.get("made_by"), _threads(options.executor))
     answers = run_tasks(run_one, shared, tasks, options.executor)
     for done, (number, failure) in enumerate(answers, start=1):
         name = tasks[number][0]
@@ -96,18 +97,19 @@ def campaign(options: CampaignOptions, folder: RunFolder) -> dict[str, Any]:
 
 
 def run_one(
-    shared: tuple[str, dict[str, Any] | None], task: tuple[str, dict[str, Any]]
+    shared: tuple[str, dict[str, Any] | None, int], task: tuple[str, dict[str, Any]]
 ) -> str | None:
     """Make one run, or go on with it; a finished one of the same settings is left alone.
 
     Args:
-        shared: The campaign's folder, and what made it.
+        shared: The campaign's folder, what made it, and the engine's threads where the run leaves
+            their number open (it does not change what comes out).
         task: Name and settings of the run.
 
     Returns:
         Why it failed, or None: one failure does not end the others.
     """
-    folder, made_by = shared
+    folder, made_by, threads = shared
     name, content = task
     options = replace(settings_from_dict(CooptOptions, content), resume=True)
     place = RunFolder(Path(folder) / name, "coopt", provenance=made_by)
@@ -117,10 +119,18 @@ def run_one(
         return None if there == settings else f"{place.path} holds a run of other settings"
     place.save_settings(settings)
     try:
-        place.save_summary(coopt(options, place))
+        robot = replace(options.robot, threads=options.robot.threads or threads)
+        place.save_summary(coopt(replace(options, robot=robot), place))
     except (ValueError, OSError, ArithmeticError) as error:
         return str(error)
     return None
+
+
+def _threads(executor: ExecutorSettings) -> int:
+    """Threads of each run: a Ray task has one processor, processes share the machine's."""
+    if executor.backend == "ray":
+        return 1
+    return 0 if executor.process_count == 1 else max(1, processor_count() // executor.process_count)
 
 
 def _variants(options: CampaignOptions) -> dict[str, CooptOptions]:

@@ -56,7 +56,7 @@ class BatchedSimulator:
             ValueError: No robot, an unknown regulator, or a part of too many modes.
         """
         self.settings = settings
-        self.thread_count = thread_count or _processor_count()
+        self.thread_count = thread_count or processor_count()
         self._parts: list[ReducedPart] = []
         self._batch: Any = None
         self.set_robots(robots)
@@ -214,8 +214,8 @@ class BatchedSimulator:
         return str(self._batch.instruction_set)
 
 
-def _processor_count() -> int:
-    # How many this process may use, where the system can say so.
+def processor_count() -> int:
+    """How many processors this process may use, where the system can say so."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -2,7 +2,8 @@
 
     python reproduce/fast_schedule/run.py runs/paper [--seeds 0 1 2] [--processes 1]
 
-The seeds are a campaign (resumable, on Ray with --ray-address). Then fast.json with how near each
+The seeds are a campaign (resumable, on Ray with --ray-address); flags that are not listed go to it.
+Then fast.json with how near each
 comes to the full run's best, and fast.png with all learning curves.
 """
 
@@ -33,12 +34,12 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--ray-address", help="cluster to run on")
     parser.add_argument("--out", type=Path, default=HERE)
-    options = parser.parse_args()
+    options, flags = parser.parse_known_args()
     where: tuple[object, ...] = ("--executor.process-count", options.processes)
     if options.ray_address:
         where += ("--executor.backend", "ray", "--executor.address", options.ray_address)
     campaign = run_once(
-        options.runs, "campaign", "--preset", "fast", "--seeds", *options.seeds, *where
+        options.runs, "campaign", "--preset", "fast", "--seeds", *options.seeds, *where, *flags
     )
     full = read_summary(options.run)
     settings = read_settings(options.run)

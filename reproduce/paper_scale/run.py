@@ -122,7 +122,7 @@ class PaperScale:
         baseline = learned["baseline_best_distance_cm"]
         top_five = []
         for rank, (pair, again, elements) in enumerate(
-            zip(learned["pairs"], reduced, full, strict=False), start=1
+            zip(learned["pairs"][:5], reduced, full, strict=True), start=1
         ):
             shutil.copy(self.run / pair["gait"], self.out / f"L{rank}.csv")
             top_five.append(

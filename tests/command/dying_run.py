@@ -9,7 +9,7 @@ from pneumorph.command.campaign import run_one
 from pneumorph.coopt import cooptimise
 
 
-def dies_once(shared: tuple[str, Any], task: tuple[str, dict[str, Any]]) -> str | None:
+def dies_once(shared: tuple[str, Any, int], task: tuple[str, dict[str, Any]]) -> str | None:
     """Make the run; the first process to try is killed after its second checkpoint."""
     marker = Path(shared[0]) / f"{task[0]}.died"
     if not marker.exists():

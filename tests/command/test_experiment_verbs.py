@@ -168,7 +168,7 @@ def test_a_campaigns_dead_worker_costs_its_own_run_nothing_but_time(
     base = load_settings(type(CampaignOptions().run), tmp_path / "alone" / "settings.json")
     tasks = [("a", _seeded(base, 0))]
     settings = ExecutorSettings(process_count=2)
-    answers = list(run_tasks(dies_once, (str(tmp_path), None), tasks, settings))
+    answers = list(run_tasks(dies_once, (str(tmp_path), None, 1), tasks, settings))
     assert answers == [(0, None)]
     assert (tmp_path / "a.died").exists()
     alone, died = (
@@ -177,9 +177,9 @@ def test_a_campaigns_dead_worker_costs_its_own_run_nothing_but_time(
     assert died["notes"] == ["resumed at timestep 40"]
     assert died["pairs"] == alone["pairs"]
     # A finished run is left alone; one of other settings is not written over.
-    assert run_one((str(tmp_path), None), tasks[0]) is None
+    assert run_one((str(tmp_path), None, 1), tasks[0]) is None
     assert "holds a run of other settings" in str(
-        run_one((str(tmp_path), None), ("a", _seeded(base, 5)))
+        run_one((str(tmp_path), None, 1), ("a", _seeded(base, 5)))
     )
 
 

@@ -27,7 +27,7 @@ def environment(simulator=make_simulator, count: int = 16) -> CrawlingEnvironmen
 
 def searcher(method: str) -> Searcher:
     if method == "gaits":
-        return GaitSearch([3, 40, 11], TASK, GaitSearchSettings(population=10), seed=0)
+        return GaitSearch([3, 20, 11], TASK, GaitSearchSettings(population=10), seed=0)
     if method == "random":
         return RandomSearch(SPACE, TASK, RandomSearchSettings(population=20), seed=0)
     return GeneticAlgorithm(SPACE, TASK, GeneticSettings(population=20), seed=0)
@@ -41,11 +41,11 @@ def test_cma_finds_the_best_gait_of_each_design(tmp_path: Path) -> None:
     best = best_distances_cm()
     # 32 numbers of a gait, 10 gaits a generation, 120 generations of three designs.
     found = search("gaits", 120 * 30 * TASK.action_count, tmp_path)
-    assert sorted(found.best) == [3, 11, 40]
+    assert sorted(found.best) == [3, 11, 20]
     for design, pair in found.best.items():
         # The exhaustive search tries pressures of 0, 45 and 90 kPa only; between them there is
         # a little more, and 1200 gaits do not exhaust 32 numbers.
-        assert 0.9 * best[design] < pair.distance_cm < 1.05 * best[design]
+        assert 0.85 * best[design] < pair.distance_cm < 1.05 * best[design]
 
 
 def test_genetic_algorithm_finds_the_best_design_and_beats_random_search(tmp_path: Path) -> None:
