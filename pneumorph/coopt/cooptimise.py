@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 from pneumorph.artefact import write_json
 from pneumorph.coopt.checkpoint import has_checkpoint, load_checkpoint, save_checkpoint
 from pneumorph.coopt.design_gait_pair import DesignGaitPair
-from pneumorph.coopt.finetuning import finetune
+from pneumorph.coopt.finetuning import FINETUNED_FOLDER, finetune
 from pneumorph.coopt.metrics import MetricsLog, read_metrics
 from pneumorph.coopt.policy_file import save_policy
 from pneumorph.coopt.settings import CooptSettings
@@ -82,6 +83,8 @@ def cooptimise(
         earlier_s, remarks = _restore(training, folder, provenance or {})
     else:
         remarks = _lost(folder, 0)
+        # Policies of a training whose checkpoints are gone are not this one's.
+        shutil.rmtree(folder / FINETUNED_FOLDER, ignore_errors=True)
         write_json(folder / SETTINGS_FILE, settings_to_dict(settings))
     if say is not None:
         for remark in remarks:
@@ -99,8 +102,12 @@ def cooptimise(
     save_policy(folder / POLICY_FILE, training.state.policy, settings, timestep=training.timestep)
     seen = pairs = training.best.pairs
     if settings.finetuning.timesteps:
-        pairs, found["finetuning_wall_s"] = finetune(training, folder, evaluated, progress)
-        pairs = pairs[: settings.kept_pair_count]
+        finetuned = finetune(training, folder, evaluated, progress)
+        pairs = finetuned.pairs[: settings.kept_pair_count]
+        found |= {
+            "finetuning_timesteps": finetuned.timesteps,
+            "finetuning_wall_s": finetuned.wall_s,
+        }
     action_s = settings.task.action_step_count * time_step_s
     for rank, pair in enumerate(pairs, start=1):
         comments = {
@@ -231,9 +238,6 @@ def _summary(
     ]
     best = ranked[0] if ranked else dict.fromkeys(("design", "distance_cm", "gait", "source"))
     policy_best = evaluated[0] if evaluated else None
-    finetuning = training.settings.finetuning
-    timesteps_per_round = training.settings.timesteps_per_round
-    finalist_timesteps = finetuning.round_count(timesteps_per_round) * timesteps_per_round
     return {
         **{f"best_{name}": best[name] for name in ("design", "distance_cm", "gait", "source")},
         "policy_best_design": str(training.space[policy_best.design]) if policy_best else None,
@@ -241,7 +245,7 @@ def _summary(
         "pairs": ranked,
         "seen_pairs": [_described(training, pair) for pair in seen],
         "timesteps": training.timestep,
-        "finetuning_timesteps": finetuning.finalist_count * finalist_timesteps,
+        "finetuning_timesteps": 0,
         "update_count": training.update_count,
         "failed_episode_count": training.failure_count,
         "seed": training.settings.seed,

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,12 +25,27 @@ from pneumorph.gait.walk import Progress
 FINETUNED_FOLDER = "finetuned"
 
 
+@dataclass(frozen=True)
+class Finetuned:
+    """What fine-tuning came to.
+
+    Attributes:
+        pairs: A pair for each finalist whose simulation did not fail, the furthest first.
+        timesteps: Actions of all robots for all finalists.
+        wall_s: Wall time of all fine-tuning [s].
+    """
+
+    pairs: list[DesignGaitPair]
+    timesteps: int
+    wall_s: float
+
+
 def finetune(
     training: Training,
     folder: Path,
     evaluated: Sequence[DesignGaitPair],
     progress: Progress | None = None,
-) -> tuple[list[DesignGaitPair], float]:
+) -> Finetuned:
     """Fine-tune a finished training on each of its best designs.
 
     The folder receives ``finetuned/DESIGN.npz``, a policy for each finalist. Those that are there
@@ -40,10 +56,6 @@ def finetune(
         folder: The run folder, with that checkpoint.
         evaluated: Pairs of the trained policy without noise.
         progress: Told (timesteps done, timesteps in all, message).
-
-    Returns:
-        A pair for each finalist whose simulation did not fail, the furthest first, and the wall
-        time of all fine-tuning [s].
     """
     settings = training.settings
     checkpoint = load_checkpoint(folder)
@@ -75,7 +87,8 @@ def finetune(
         report(span)
     training.restore(checkpoint.arrays, checkpoint.metadata)
     pairs = _walked(training, designs, policies, training.timestep + span)
-    return sorted(pairs, key=lambda pair: pair.distance_cm, reverse=True), wall_s
+    ranked = sorted(pairs, key=lambda pair: pair.distance_cm, reverse=True)
+    return Finetuned(ranked, len(designs) * span, wall_s)
 
 
 def finalists(training: Training, evaluated: Sequence[DesignGaitPair]) -> list[int]:

@@ -2,13 +2,15 @@
 
 A genome is a design's assignment and the numbers of its gait. Parents are chosen by tournament. A
 child takes each location from either parent and the first part of its gait from one, the rest from
-the other; then single locations are redrawn and single numbers of the gait moved. The best of
-parents and children survive.
+the other; then single locations are redrawn and single numbers of the gait moved. Of parents and
+children the furthest of each design survive, the best designs first: with more than one of a design
+the first that comes forward soon takes over.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -20,6 +22,9 @@ from pneumorph.search.searcher import Candidates
 _MOST_TRIES = 100
 """Times that a child of too few or too many legs is made again before a parent stands in."""
 
+_Genome: TypeAlias = tuple[np.ndarray, np.ndarray]
+"""Assignment (location,) and actions (action, regulator)."""
+
 
 @dataclass(frozen=True)
 class GeneticSettings:
@@ -28,7 +33,7 @@ class GeneticSettings:
     population: int = 96
     """Candidates of a generation, as many as robots are simulated side by side."""
     tournament_size: int = 3
-    """Survivors that compete to become a parent."""
+    """Candidates that compete to become a parent."""
     crossover_probability: float = 0.7
     """Share of children that have two parents."""
     location_mutation_probability: float = 0.125
@@ -56,7 +61,7 @@ class GeneticSettings:
 
 
 class GeneticAlgorithm:
-    """The survivors and the generation that was asked for last."""
+    """The parents and the generation that was asked for last."""
 
     def __init__(
         self, space: DesignSpace, task: CrawlingTask, settings: GeneticSettings, seed: int
@@ -64,46 +69,43 @@ class GeneticAlgorithm:
         """Draw the first generation uniformly."""
         self._space, self._settings = space, settings
         self._rng = np.random.default_rng(seed)
-        count = settings.population
-        drawn = self._rng.integers(len(space), size=count)
-        self._assignment = np.array([space[int(index)].assignment for index in drawn])
-        shape = (count, task.action_count, task.regulator_count)
-        self._action = self._rng.uniform(-1.0, 1.0, shape)
-        # Nobody has walked yet: the first generation is all there is.
-        self._survivors: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._gait_shape = (task.action_count, task.regulator_count)
+        self._genomes = [self._newcomer() for _ in range(settings.population)]
+        # Those that have walked, the furthest first, with their distances [cm].
+        self._parents: list[tuple[_Genome, float]] = []
 
     def ask(self) -> Candidates:
         """The generation to walk, each design by its canonical name."""
-        if self._survivors is not None:
-            children = [self._child() for _ in range(self._settings.population)]
-            self._assignment = np.array([assignment for assignment, _ in children])
-            self._action = np.array([action for _, action in children])
-        named = [
-            canonical_candidate(self._space, assignment, action)
-            for assignment, action in zip(self._assignment, self._action, strict=True)
-        ]
+        if self._parents:
+            self._genomes = [self._child() for _ in range(self._settings.population)]
+        named = [canonical_candidate(self._space, *genome) for genome in self._genomes]
         return Candidates(
             np.array([design for design, _ in named]), np.array([action for _, action in named])
         )
 
     def tell(self, distance_cm: np.ndarray) -> None:
-        """Let the best of parents and children survive."""
-        walked = (self._assignment, self._action, np.asarray(distance_cm, dtype=float))
-        if self._survivors is not None:
-            walked = tuple(  # type: ignore[assignment]
-                np.concatenate([old, new]) for old, new in zip(self._survivors, walked, strict=True)
-            )
-        best = np.argsort(-walked[2], kind="stable")[: self._settings.population]
-        self._survivors = (walked[0][best], walked[1][best], walked[2][best])
+        """Let the furthest of each design survive."""
+        best: dict[int, tuple[_Genome, float]] = {}
+        for genome, distance in [
+            *self._parents,
+            *zip(self._genomes, map(float, distance_cm), strict=True),
+        ]:
+            design, _ = canonical_candidate(self._space, *genome)
+            if design not in best or distance > best[design][1]:
+                best[design] = (genome, distance)
+        ranked = sorted(best.values(), key=lambda each: -each[1])
+        self._parents = ranked[: self._settings.population]
 
-    def _parent(self) -> tuple[np.ndarray, np.ndarray]:
-        assert self._survivors is not None
-        assignment, action, _ = self._survivors
-        # Survivors are sorted, so the first of those drawn wins.
-        winner = self._rng.integers(len(assignment), size=self._settings.tournament_size).min()
-        return assignment[winner], action[winner]
+    def _newcomer(self) -> _Genome:
+        design = self._space[int(self._rng.integers(len(self._space)))]
+        return np.array(design.assignment), self._rng.uniform(-1.0, 1.0, self._gait_shape)
 
-    def _child(self) -> tuple[np.ndarray, np.ndarray]:
+    def _parent(self) -> _Genome:
+        # They are sorted, so the first of those drawn wins.
+        drawn = self._rng.integers(len(self._parents), size=self._settings.tournament_size)
+        return self._parents[int(drawn.min())][0]
+
+    def _child(self) -> _Genome:
         for _ in range(_MOST_TRIES):
             assignment, action = self._parent()
             if self._rng.random() < self._settings.crossover_probability:
