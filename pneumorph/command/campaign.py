@@ -85,7 +85,8 @@ def campaign(options: CampaignOptions, folder: RunFolder) -> dict[str, Any]:
         "failures": failures,
     }
     write_json(folder / "campaign.json", finite(result))
-    best = max(runs, key=lambda run: run["best_distance_cm"] or -np.inf, default=None)
+    walked = [run for run in runs if run["best_distance_cm"] is not None]
+    best = max(walked, key=lambda run: run["best_distance_cm"], default=None)
     return {
         "status": "completed" if not failures else "some runs failed",
         "best_run": best and best["name"],

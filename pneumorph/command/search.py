@@ -119,7 +119,7 @@ def search(options: SearchOptions, folder: RunFolder) -> dict[str, Any]:
         environment,
         space,
         timesteps,
-        folder / "",
+        folder.path,
         description={
             **{name: settings_to_dict(options)[name] for name in ("method", "seed", "gaits",
                                                                   "random", "genetic")},
@@ -141,7 +141,8 @@ def search(options: SearchOptions, folder: RunFolder) -> dict[str, Any]:
             for design, why in designs.items()
         ]  # fmt: skip
         result = {"designs": rows, **_gap(rows)}
-        best = max(rows, key=lambda row: row["distance_cm"] or -np.inf)
+        walked = [row for row in rows if row["distance_cm"] is not None]
+        best = max(walked or rows, key=lambda row: row["distance_cm"] or 0.0)
     else:
         ranked = found.ranked(space)[: options.kept_pair_count]
         rows = [_described(pair, space, action_s, task, folder) for pair in ranked]

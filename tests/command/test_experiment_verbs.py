@@ -12,8 +12,9 @@ from dying_run import dies_once
 from synthetic_part import synthetic_reduced_part
 
 from pneumorph.cli import run
-from pneumorph.command.campaign import run_one
-from pneumorph.executor import ExecutorSettings, run_tasks
+from pneumorph.command.campaign import _seeded, run_one
+from pneumorph.command.coopt import CooptOptions
+from pneumorph.executor import Backend, ExecutorSettings, run_tasks
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.settings import load_settings
 from pneumorph.trajectory import Trajectory
@@ -157,22 +158,21 @@ def test_search_of_gaits_stands_beside_the_policy(
     assert found["mean_policy_gap_cm"] == pytest.approx(np.mean(gaps))
 
 
+@pytest.mark.parametrize("backend", ["processes", "ray"])
 def test_a_campaigns_dead_worker_costs_its_own_run_nothing_but_time(
-    leg: Path, tmp_path: Path
+    backend: Backend, learned: Path, tmp_path: Path
 ) -> None:
-    """Two runs in processes of their own; the first dies once and ends as the one that did not."""
-    from pneumorph.command.campaign import CampaignOptions, _seeded
-
-    (tmp_path / "short.json").write_text("{}")
-    assert run(f"coopt --preset fast --part {leg} --out {tmp_path / 'alone'} {_SHORT}".split()) == 0
-    base = load_settings(type(CampaignOptions().run), tmp_path / "alone" / "settings.json")
+    """A run in a process of its own dies once and ends as the run that did not."""
+    if backend == "ray":
+        pytest.importorskip("ray")
+    base = load_settings(CooptOptions, learned / "settings.json")
     tasks = [("a", _seeded(base, 0))]
-    settings = ExecutorSettings(process_count=2)
+    settings = ExecutorSettings(backend, process_count=2)
     answers = list(run_tasks(dies_once, (str(tmp_path), None, 1), tasks, settings))
     assert answers == [(0, None)]
     assert (tmp_path / "a.died").exists()
     alone, died = (
-        json.loads((tmp_path / name / "summary.json").read_text()) for name in ("alone", "a")
+        json.loads((folder / "summary.json").read_text()) for folder in (learned, tmp_path / "a")
     )
     assert died["notes"] == ["resumed at timestep 40"]
     assert died["pairs"] == alone["pairs"]
