@@ -52,7 +52,7 @@ class EcswSettings:
 
     hyperreduction_tolerance: float = 0.008
     """Relative residual of the scaled force rows at which no more elements are added."""
-    element_limit: int = 190
+    element_limit: int = 220
     """At most so many sampled elements, tetrahedra and membrane triangles together."""
     stiffness_state_count: int = 24
     """Number of training states at which the stiffness is trained too."""

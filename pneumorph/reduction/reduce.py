@@ -44,9 +44,9 @@ class ReductionSettings:
     equal_snapshots: bool = True
     """Every snapshot of a kind counts alike, whatever its energy; else by its energy, which is that
     of the largest pressures almost alone."""
-    bend_share: float = 0.05
+    bend_share: float = 0.3
     """Share of the free-bending equilibria in the weight of all snapshots."""
-    load_share: float = 0.1
+    load_share: float = 0.2
     """Share of the loaded equilibria; what remains is that of the robots' walks."""
     rotation: Rotation = "edge"
     """Where elements take their rotation from while sampled elements are trained."""
