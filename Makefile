@@ -1,7 +1,8 @@
 # make install   everything into .venv
 # make demo      install, then a robot learns to crawl and a page shows it
-# make test      an environment of its own (.venv-test), then lint, types and tests
-# make docs      the pictures of docs/images again (that of the replay needs a Chromium)
+# make test      an environment of its own (.venv-test), then lint, types, pages and tests
+# make site      the documentation as pages, in docs/_site
+# make docs      its pictures again (those of pages need a Chromium), and then the pages
 #
 # PYTHON=/path/to/python3.11 (or later) chooses the interpreter.
 
@@ -15,7 +16,7 @@ ENGINE := pyproject.toml CMakeLists.txt $(wildcard engine/*)
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: install demo test docs clean
+.PHONY: install demo test site docs clean
 
 install: .venv/.installed
 
@@ -26,19 +27,23 @@ test: .venv-test/.installed
 	.venv-test/bin/ruff check .
 	.venv-test/bin/ruff format --check .
 	.venv-test/bin/mypy
+	$(MAKE) site
 	.venv-test/bin/pytest
 
-docs: .venv/.installed
-	.venv/bin/pneumorph demo --out runs/images
-	.venv/bin/python docs/make_images.py runs/images
-	.venv/bin/python -m pip install --quiet playwright
-	.venv/bin/python docs/make_replay_image.py runs/images
+site: .venv-test/.installed
+	rm -rf docs/_site docs/api
+	.venv-test/bin/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_site
+
+docs: .venv-test/.installed
+	.venv-test/bin/pneumorph demo --out runs/images
+	.venv-test/bin/python docs/make_images.py runs/images
+	$(MAKE) site
 
 clean:
 	rm -rf .venv .venv-test .cache
 
 .venv/.installed: PACKAGE := .[$(EXTRAS)]
-.venv-test/.installed: PACKAGE := .[$(EXTRAS),development]
+.venv-test/.installed: PACKAGE := .[$(EXTRAS),development,docs]
 
 # Runs again only where the package's requirements or the engine changed: Python sources are edited
 # in place (an editable install).

@@ -1,16 +1,27 @@
 """Draw the pictures of the README and the docs from a finished demo run.
 
 pneumorph demo --out runs/demo && python docs/make_images.py runs/demo
+
+Pictures of pages are taken in headless Chromium (on Debian: apt install chromium) through
+playwright, which the extra `development` has.
 """
 
 from __future__ import annotations
 
+import io
 import json
+import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
+from PIL import Image
+
+from pneumorph.artefact import write_atomically
+from pneumorph.cli import run as pneumorph
 from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
+from pneumorph.report.replay.page import write_replay
 from pneumorph.report.reward_figure import reward_figure
 from pneumorph.report.scene import Actor
 from pneumorph.report.style import save_figure
@@ -18,10 +29,13 @@ from pneumorph.trajectory import Trajectory
 
 IMAGES = Path(__file__).parent / "images"
 LOOP = FilmSettings(width=720, frames_per_second=5, speed=2.0)
+TIME_S = 13.0
+"""Instant of the walk that pages are taken at."""
 
 
 def main(run: Path) -> None:
     """Write the pictures of a run into docs/images."""
+    summary = json.loads((run / "summary.json").read_text())
     actors = side_by_side(
         [
             Actor.of(Trajectory.load(run / "best_trajectory.npz"), "learned"),
@@ -29,14 +43,59 @@ def main(run: Path) -> None:
         ]
     )
     write_film(IMAGES / "robots.gif", actors, LOOP)
-    summary = json.loads((run / "summary.json").read_text())
     figure = reward_figure(
         read_metrics(run / "training"),
         HISTOGRAM_EDGES_CM,
         summary["baseline_best_distance_cm"],
         summary["best_distance_cm"],
+        summary["pairs"],
     )
-    save_figure(figure, IMAGES / "training.png")
+    save_figure(figure, IMAGES / "training.png", ("png",))
+    take_pages(
+        write_replay(run / "replay.html", actors),
+        page_of("report", run),
+        page_of("explore", run).as_uri() + f"#design={summary['best_design']}",
+    )
+
+
+def page_of(verb: str, run: Path) -> Path:
+    """Let a verb write its page of a run, and return it."""
+    folder = run / {"report": "report", "explore": "explorer"}[verb]
+    if pneumorph([verb, str(run), "--out", str(folder)]) != 0:
+        raise SystemExit(f"pneumorph {verb} {run} failed")
+    return Path(json.loads((folder / "summary.json").read_text())["page"]).resolve()
+
+
+def take_pages(replay: Path, report: Path, explorer: str) -> None:
+    """Write replay.png, report.png and explorer.png."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"),
+            # Without a graphics card: SwiftShader draws on the processor.
+            args=["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"],
+        )
+        player = f"pneumorphReplay.players[0].seek({TIME_S})"
+        _take(browser, replay.resolve().as_uri(), (960, 720), player, "replay.png")
+        _take(browser, report.as_uri(), (1040, 1400), player, "report.png")
+        shown = f"pneumorphExplorer.player().seek({TIME_S})"
+        _take(browser, explorer, (1240, 780), shown, "explorer.png")
+        browser.close()
+
+
+def _take(browser: Any, address: str, size: tuple[int, int], script: str, name: str) -> None:
+    # Twice the pixels, averaged below: smooth edges without a graphics card.
+    viewport = {"width": size[0], "height": size[1]}
+    page = browser.new_page(viewport=viewport, device_scale_factor=2)
+    page.set_default_timeout(180_000)
+    page.goto(address)
+    page.evaluate(script)
+    page.evaluate("new Promise((done) => setTimeout(done, 1000))")
+    shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    page.close()
+    small = shot.resize(size, Image.Resampling.BOX).quantize(128, dither=Image.Dither.NONE)
+    write_atomically(IMAGES / name, lambda stream: small.save(stream, format="png", optimize=True))
 
 
 if __name__ == "__main__":

@@ -72,6 +72,8 @@ static pneumorph::PartInput read_part(PartReader& reader, size_t m) {
   const size_t c = reader.length("cavity_volume_1"), p = reader.length("contact_points");
   part.modes = int(m), part.tetrahedra = int(e), part.membranes = int(t);
   part.cavities = int(c), part.contacts = int(p);
+  part.tetrahedron_law = int(reader.number("tetrahedron_law"));
+  part.membrane_law = int(reader.number("membrane_law"));
   part.tetrahedron_rest = reader.read("tetrahedron_rest", {e, 3, 3});
   part.tetrahedron_gradient = reader.read("tetrahedron_mode_gradient", {e, 3, 3, m});
   part.tetrahedron_lambda = reader.read("tetrahedron_lambda", {e});
@@ -272,6 +274,7 @@ void bind_frontal_cholesky(nb::module_& module);
 NB_MODULE(_engine, module) {
   module.doc() = "Batched reduced-order stepper; contact solver and sparse factors of full robots.";
   bind_frontal_cholesky(module);
+  module.attr("LAWS") = nb::make_tuple("corotational", "st_venant_kirchhoff", "stable_neo_hookean");  // enum Law
   module.def("solve_friction_contacts", &solve_friction_contacts, nb::arg("delassus"),
              nb::arg("free_velocity"), nb::arg("friction"), nb::arg("warm_start"), nb::arg("tolerance"),
              nb::arg("max_sweeps"),

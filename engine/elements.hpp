@@ -12,6 +12,7 @@
 #pragma once
 #include <cmath>
 
+#include "hyperelastic.hpp"
 #include "lanes.hpp"
 #include "model.hpp"
 #include "outer_products.hpp"
@@ -255,11 +256,21 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
   }
 }
 
+// Adds a family of whichever law.
+template <int M, int D, int Loads, class Real>
+inline void add_elements(const ElementFamily<Real>& family, const Real* alpha, bool edge_rotations, Real (*work)[M],
+                         ElementSystem<M, Real>& system) {
+  if (family.law == kCorotational)
+    add_family<M, D, Loads, Real>(family, alpha, edge_rotations, work, system);
+  else
+    add_hyperelastic<M, D, (Loads > 1), Real>(family, alpha, work, system.stiffness, system.turn_turn_stiffness);
+}
+
 template <int M, int Loads, class Real>
 void element_system_of(const Part<Real>& part, const Real* alpha, bool edge_rotations, ElementSystem<M, Real>& system) {
   alignas(64) Real work[4][M] = {};
-  add_family<M, 3, Loads, Real>(part.tetrahedra, alpha, edge_rotations, work, system);
-  add_family<M, 2, Loads, Real>(part.membranes, alpha, edge_rotations, work, system);
+  add_elements<M, 3, Loads, Real>(part.tetrahedra, alpha, edge_rotations, work, system);
+  add_elements<M, 2, Loads, Real>(part.membranes, alpha, edge_rotations, work, system);
   for (int a = 0; a < M; ++a) {
     system.force[a] = -work[0][a];
     for (int axis = 0; axis < 3; ++axis) system.turn_stiffness[axis][a] = work[1 + axis][a];

@@ -18,10 +18,15 @@ enum Status : unsigned char { kRunning = 0, kDiverged = 1, kSingular = 2 };
 constexpr int pair_index(int b, int c, int modes) { return b * modes - b * (b - 1) / 2 + c - b; }
 constexpr int pair_count(int modes) { return (modes * (modes + 1) / 2 + 15) / 8 * 8; }
 
+// Elastic laws, numbered as `LAWS` of bindings.cpp names them.
+enum Law : int { kCorotational = 0, kStVenantKirchhoff = 1, kStableNeoHookean = 2 };
+
 // Sampled elements of one family: D = 3 for tetrahedra, D = 2 for membrane triangles.
 // The deformation gradient of an element, 3 x D in its own material frame, is affine in the modes.
 template <class Real>
 struct ElementFamily {
+  int law = kCorotational;
+  Real lambda_over_mu = 0;          // Lame coefficients, lambda of plane stress in membranes; one material a family
   int block_count = 0;              // elements padded to a multiple of kLane
   const Real* rest = nullptr;       // (block, 3 D, lane)
   const Real* gradient_lanes = nullptr;  // (block, mode, 3 D, lane)
@@ -40,7 +45,7 @@ template <class Real>
 struct Part {
   ElementFamily<Real> tetrahedra;   // D = 3
   ElementFamily<Real> membranes;    // D = 2
-  const Real* constant_stiffness = nullptr;  // (mode, mode) sum over tetrahedra of 2 mu G_a : G_b
+  const Real* constant_stiffness = nullptr;  // (mode, mode) sum over corotational tetrahedra of 2 mu G_a : G_b
   const double* linear_stiffness = nullptr;  // (mode, mode) of the mount
   int has_linear_stiffness = 0;
   int cavity_count = 0;

@@ -30,10 +30,12 @@ const double* copy(std::vector<AlignedArray>& storage, const double* from, size_
 }
 
 template <class Real>
-ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, int count, const double* rest,
+ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, int law, int count, const double* rest,
                                const double* gradient, const double* lambda, const double* mu, int modes, int padded) {
   const int rows = 3 * columns;
   ElementFamily<Real> family;
+  family.law = law;
+  if (count > 0 && mu[0] > 0) family.lambda_over_mu = Real(lambda[0] / mu[0]);
   family.block_count = (count + kLane - 1) / kLane;
   const size_t elements = size_t(family.block_count) * kLane;
   Real* rest_lanes = allocate<Real>(storage, elements * rows);
@@ -76,12 +78,13 @@ ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, 
   return family;
 }
 
-// Sum over tetrahedra of 2 mu G_a : G_b, (padded, padded).
+// Sum over corotational tetrahedra of 2 mu G_a : G_b, (padded, padded).
 template <class Real>
 Real* constant_stiffness(std::vector<AlignedArray>& storage, const PartInput& in, int padded) {
   const size_t m = in.modes;
   std::vector<double> sum(m * m, 0.0);
-  for (size_t row = 0; row < size_t(in.tetrahedra) * 9; ++row) {
+  const size_t rows = in.tetrahedron_law == kCorotational ? size_t(in.tetrahedra) * 9 : 0;
+  for (size_t row = 0; row < rows; ++row) {
     const double* g = in.tetrahedron_gradient + row * m;
     const double mu = in.tetrahedron_mu[row / 9];
     for (size_t a = 0; a < m; ++a)
@@ -179,10 +182,10 @@ Part<Real> pad_part(std::vector<AlignedArray>& storage, const PartInput& in, int
     throw std::invalid_argument("a part has " + std::to_string(in.cavities) + " cavities, at most " +
                                 std::to_string(kMaximumRegulators) + " are supported");
   Part<Real> part;
-  part.tetrahedra = pad_family<Real>(storage, 3, in.tetrahedra, in.tetrahedron_rest, in.tetrahedron_gradient,
-                                     in.tetrahedron_lambda, in.tetrahedron_mu, m, p);
-  part.membranes = pad_family<Real>(storage, 2, in.membranes, in.membrane_rest, in.membrane_gradient,
-                                    in.membrane_lambda, in.membrane_mu, m, p);
+  part.tetrahedra = pad_family<Real>(storage, 3, in.tetrahedron_law, in.tetrahedra, in.tetrahedron_rest,
+                                     in.tetrahedron_gradient, in.tetrahedron_lambda, in.tetrahedron_mu, m, p);
+  part.membranes = pad_family<Real>(storage, 2, in.membrane_law, in.membranes, in.membrane_rest,
+                                    in.membrane_gradient, in.membrane_lambda, in.membrane_mu, m, p);
   part.constant_stiffness = constant_stiffness<Real>(storage, in, p);
   double* square = allocate<double>(storage, size_t(p) * p);
   for (int a = 0; a < m; ++a)

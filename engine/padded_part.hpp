@@ -11,6 +11,7 @@ namespace pneumorph {
 
 // Plain input of one part, before padding; all arrays row-major, see `reduction/reduced_part.py`.
 struct PartInput {
+  int tetrahedron_law = 0, membrane_law = 0;  // of enum Law
   int modes = 0, tetrahedra = 0, membranes = 0, cavities = 0, contacts = 0;
   const double *tetrahedron_rest, *tetrahedron_gradient, *tetrahedron_lambda, *tetrahedron_mu;
   const double *membrane_rest, *membrane_gradient, *membrane_lambda, *membrane_mu;

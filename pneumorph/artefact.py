@@ -7,11 +7,12 @@ made it. Files are written beside their target and renamed, so a reader never se
 from __future__ import annotations
 
 import json
+import math
 import os
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -71,9 +72,15 @@ def save_artefact(
 
 
 def load_artefact(
-    path: Path | str, kind: str, *versions: int
+    path: Path | str, kind: str, *versions: int, leave: Collection[str] = ()
 ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Read what `save_artefact` wrote.
+
+    Args:
+        path: The file.
+        kind: What it must hold.
+        *versions: Format versions that are understood.
+        leave: Arrays that are not read; `stream_rows` reads large ones in blocks.
 
     Returns:
         The arrays by name, and the metadata.
@@ -87,7 +94,8 @@ def load_artefact(
         raise FileNotFoundError(f"{kind} file {path} does not exist")
     try:
         with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files if name != "metadata"}
+            names = [name for name in archive.files if name not in ("metadata", *leave)]
+            arrays = {name: archive[name] for name in names}
             metadata = json.loads(str(archive["metadata"]))
     except (zipfile.BadZipFile, zlib.error, ValueError, KeyError, EOFError, OSError) as error:
         raise ArtefactError(
@@ -103,3 +111,36 @@ def load_artefact(
             "matching release"
         )
     return arrays, metadata
+
+
+def stream_rows(path: Path | str, name: str, row_count: int) -> Iterator[np.ndarray]:
+    """Read an array of a file in blocks of rows, so that it never lies in memory as a whole.
+
+    Args:
+        path: A file that `save_artefact` wrote.
+        name: The array.
+        row_count: Rows in a block; the last may have fewer.
+
+    Raises:
+        ArtefactError: The file is truncated, or its rows do not follow one another.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive, archive.open(f"{name}.npy") as stream:
+            version = np.lib.format.read_magic(stream)
+            read_header = (
+                np.lib.format.read_array_header_1_0
+                if version == (1, 0)
+                else np.lib.format.read_array_header_2_0
+            )
+            shape, column_major, dtype = read_header(stream)
+            if column_major:
+                raise ArtefactError(f"{name} of {path} must be stored row after row")
+            row_bytes = dtype.itemsize * math.prod(shape[1:])
+            for start in range(0, shape[0], row_count):
+                count = min(row_count, shape[0] - start)
+                content = stream.read(count * row_bytes)
+                yield np.frombuffer(content, dtype).reshape(count, *shape[1:])
+    except (zipfile.BadZipFile, zlib.error, ValueError, KeyError, EOFError, OSError) as error:
+        if isinstance(error, ArtefactError):
+            raise
+        raise ArtefactError(f"{name} of {path} is truncated or missing ({error})") from error

@@ -25,7 +25,10 @@ VERBS = {
     "simulate": "design and gait  ->  trajectory, film",
     "baseline": "the expert's gait  ->  distance at each phase",
     "coopt": "design space and task  ->  design and gait learned together",
+    "campaign": "many coopt runs: seeds and settings  ->  how they compare",
+    "search": "designs and gaits, without a policy  ->  how good the learned ones are",
     "evaluate": "learned pairs, simulated again  ->  distances, reduced or full",
+    "analyse": "learned pairs  ->  rewards of each step, tilt, load and friction of each leg",
     "calibrate": "measured bends, trials  ->  calibration file",
     "deploy": "gait or policy  ->  timed commands to a rig, logs of its trials",
     "transfer": "logs and tracks beside the simulation  ->  distances, transfer ratio, figures",
@@ -34,6 +37,7 @@ VERBS = {
     "watch": "training, finished or not  ->  live page in the browser",
     "replay": "trajectories and trials  ->  3D replay as one page, film",
     "report": "any run folder  ->  one self-contained page",
+    "explore": "design space, scores  ->  one page over all designs",
     "bench": "how fast robots are simulated on this machine",
     "demo": "baseline, coopt and report in one go",
 }
@@ -97,13 +101,20 @@ def run(arguments: Sequence[str]) -> int:
 def _run_verb(name: str, arguments: list[str]) -> int:
     from pneumorph.command.progress import Progress
     from pneumorph.command.run_folder import RunFolder, default_folder
+    from pneumorph.provenance import made_by
     from pneumorph.settings import settings_to_dict
 
     module = importlib.import_module(f"pneumorph.command.{name}")
     verb: Verb[Any] = module.VERB
     options, common, chosen = _parsed(name, verb, module.__doc__ or "", arguments)
     usual = verb.folder(options) if verb.folder is not None else default_folder(name)
-    folder = RunFolder(common.out or usual, name, Progress(), summary_only=common.json)
+    folder = RunFolder(
+        common.out or usual,
+        name,
+        Progress(),
+        made_by([name, *arguments]),
+        summary_only=common.json,
+    )
     content = settings_to_dict(options)
     folder.refuse_other_verb()
     fresh = not folder.path.exists()

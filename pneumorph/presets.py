@@ -66,9 +66,13 @@ def paper_disk_mesh() -> Mesh:
 
 
 @cache
-def load_default_leg() -> ReducedPart:
-    """The reduced leg that ships; made by ``pneumorph reduce --preset paper``."""
-    return ReducedPart.load(data_file("leg_paper.npz"))
+def load_default_leg(name: LegName = "paper") -> ReducedPart:
+    """A reduced leg that ships; made by ``pneumorph reduce --preset NAME``.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    return ReducedPart.load(data_file(f"leg_{_known_leg(name)}.npz"))
 
 
 @cache
@@ -127,9 +131,22 @@ def leg_materials(name: LegName) -> LegMaterials:
     Raises:
         ValueError: No such leg.
     """
+    return HYPERELASTIC_MATERIALS if _known_leg(name) == "hyperelastic" else LegMaterials()
+
+
+def pressure_map(name: LegName) -> PressureMap:
+    """Real to simulated pressure of a leg.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    return HYPERELASTIC_PRESSURE_MAP if _known_leg(name) == "hyperelastic" else PressureMap()
+
+
+def _known_leg(name: LegName) -> LegName:
     if name not in get_args(LegName):
         raise ValueError(f"leg must be one of {', '.join(get_args(LegName))}, got {name!r}")
-    return HYPERELASTIC_MATERIALS if name == "hyperelastic" else LegMaterials()
+    return name
 
 
 def full_leg(
@@ -145,9 +162,8 @@ def full_leg(
     Raises:
         ValueError: No such leg.
     """
-    materials = materials or leg_materials(name)
-    shipped = hyperelastic_leg_mesh if name == "hyperelastic" else paper_leg_mesh
-    return leg_model(mesh or shipped(), materials)
+    shipped = hyperelastic_leg_mesh if _known_leg(name) == "hyperelastic" else paper_leg_mesh
+    return leg_model(mesh or shipped(), materials or leg_materials(name))
 
 
 @cache

@@ -48,6 +48,7 @@ def baseline(options: BaselineOptions, folder: RunFolder) -> dict[str, Any]:
         **sweep_summary(sweep, options.sweep),
         "damping": options.robot.simulation.damping,
         "calibration": workshop.calibration_description,
+        "leg": workshop.leg_description,
         "wall_s": time.monotonic() - start,
     }
 

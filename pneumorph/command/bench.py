@@ -88,7 +88,11 @@ def bench(options: BenchOptions, folder: RunFolder) -> dict[str, Any]:
     figures = bench_engine(
         options.benchmark, workshop.simulation, draw_robots, options.robot.threads
     )
-    figures = {"calibration": workshop.calibration_description, **figures}
+    figures = {
+        "calibration": workshop.calibration_description,
+        "leg": workshop.leg_description,
+        **figures,
+    }
     if options.profile:
         folder.progress.stage("profiling the engine")
         rows = profile_engine(

@@ -107,6 +107,7 @@ def calibrate(options: CalibrateOptions, folder: RunFolder) -> dict[str, Any]:
         "digest": calibration.digest(),
         **{name: content[name] for name in content if name != "source"},
         "damping": options.robot.simulation.damping,
+        **workshop.leg_used(options.model),
         "wall_s": time.monotonic() - start,
     }
 

@@ -4,13 +4,15 @@ First the expert's gait walks at every phase. Then one design-conditioned policy
 over designs are trained together, as in the paper. The best pairs are open-loop gaits that anyone
 can replay. A stopped run goes on from its last checkpoint with --resume and the same --out.
 
-Presets: quick (minutes on two cores: three or four legs, many updates an action, mirror images) and
-paper (one million timesteps). Both use the published damping; see --simulation.damping. With
+Presets: quick (minutes on two cores: three or four legs, many updates an action, mirror images),
+paper (one million timesteps, all designs, then fine-tuning of the eight best) and fast (all
+designs in a quarter of that). All use the published damping; see --simulation.damping. With
 --randomize every round is walked in worlds drawn from --randomisation, so that a pair's distance is
 that of the world it was seen in; `pneumorph evaluate RUN --randomize` ranks pairs over many worlds.
 
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
-metrics.jsonl, TensorBoard logs, checkpoints, policy.npz and gaits/L1.csv, L2.csv ...
+metrics.jsonl, TensorBoard logs, checkpoints, policy.npz, a policy for each fine-tuned design, and
+gaits/L1.csv, L2.csv ...
 
 Example: pneumorph coopt --preset quick --seed 1 --out runs/quick-1
 """
@@ -30,7 +32,13 @@ from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
 from pneumorph.coopt.checkpoint import has_checkpoint
 from pneumorph.coopt.cooptimise import cooptimise
-from pneumorph.coopt.settings import CooptSettings, paper_settings, quick_settings
+from pneumorph.coopt.settings import (
+    CooptSettings,
+    fast_settings,
+    paper_settings,
+    quick_settings,
+)
+from pneumorph.coopt.training import STAGES
 from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.gait_file import read_gait
@@ -43,6 +51,12 @@ from pneumorph.simulation.randomisation import Randomisation
 flat = tyro.conf.arg(name="")
 
 TRAINING_FOLDER = "training"
+_TIMES = (
+    *(f"{stage}_s" for stage in STAGES),
+    "other_s",
+    "learn_and_log_share",
+    "finetuning_wall_s",
+)
 BEST_TRAJECTORY_FILE = "best_trajectory.npz"
 
 
@@ -54,6 +68,9 @@ class CooptOptions:
     """Go on from the newest checkpoint in the run folder."""
     randomize: bool = False
     """Train in worlds drawn anew every round, instead of one; see --randomisation."""
+    wandb_project: str | None = None
+    """Project of Weights & Biases to log to besides TensorBoard; offline, into the run folder,
+    unless WANDB_API_KEY is set."""
     world_count: int = 8
     """Worlds side by side in a round of --randomize."""
     randomisation: Randomisation = field(default_factory=Randomisation)
@@ -90,7 +107,9 @@ def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
             **_randomised(options),
         },
         resume=options.resume,
+        wandb_project=options.wandb_project,
         progress=folder.progress,
+        say=folder.progress.say,
     )
     replayed = _replay_best(workshop, learned, options.coopt.task, folder)
     return {
@@ -102,14 +121,15 @@ def coopt(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
         "timesteps": learned["timesteps"],
         "wall_s": time.monotonic() - start,
         "training_wall_s": learned["wall_s"],
-        "simulate_s": learned["simulate_s"],
-        "learn_s": learned["learn_s"],
+        **{name: learned[name] for name in _TIMES if name in learned},
+        "finetuning_timesteps": learned["finetuning_timesteps"],
         "update_count": learned["update_count"],
         "failed_episode_count": learned["failed_episode_count"],
         "seed": options.coopt.seed,
         "damping": options.robot.simulation.damping,
         "calibration": workshop.calibration_description,
         **_randomised(options),
+        "seen_pairs": learned["seen_pairs"],
         "pairs": [{**each, "gait": _under_training(each["gait"])} for each in learned["pairs"]],
         "notes": learned["remarks"],
         "leg": workshop.leg_description,
@@ -167,6 +187,7 @@ VERB = Verb(
     coopt,
     {
         "quick": lambda: CooptOptions(coopt=quick_settings()),
+        "fast": lambda: CooptOptions(coopt=fast_settings()),
         "paper": lambda: CooptOptions(coopt=paper_settings()),
     },
 )

@@ -16,7 +16,8 @@ from pneumorph.command.coopt import VERB as COOPT
 from pneumorph.command.coopt import CooptOptions, coopt
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
-from pneumorph.report.run_page import Run, write_run_page
+from pneumorph.report.run import Run
+from pneumorph.report.run_page import write_run_page
 from pneumorph.settings import settings_to_dict
 
 
@@ -25,8 +26,9 @@ def demo(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
     start = time.monotonic()
     learned = coopt(options, folder)
     folder.progress.stage("drawing the page")
-    run = Run(folder.path, {"verb": "coopt", **learned}, settings_to_dict(options))
-    page = write_run_page(run, folder / "report/page.html", progress=folder.progress)
+    summary = {"verb": folder.verb, **folder.provenance, **learned}
+    run = Run(folder.path, summary, settings_to_dict(options))
+    page = write_run_page(run, folder / "report/page.html").path
     best = learned["best_distance_cm"]
     found = "no gait that a robot survived" if best is None else f"{best:.1f} cm"
     folder.progress.say(

@@ -198,6 +198,7 @@ def _run_trials(
     )
     if reality is not None:
         summary["model"] = options.model
+        summary |= workshop.leg_used(options.model)
         summary["virtual_seed"] = options.virtual.seed
     trials: list[dict[str, Any]] = []
     for number in range(1, options.trials + 1):

@@ -23,12 +23,12 @@ import numpy as np
 import tyro
 
 from pneumorph.artefact import write_json
+from pneumorph.command.learned_run import read_learned_run
 from pneumorph.command.robots import Model, RobotOptions, Workshop
 from pneumorph.command.robustness import distances_in_worlds, draw_worlds, robustness
-from pneumorph.command.run_folder import RunFolder, finite, read_settings, read_summary
+from pneumorph.command.run_folder import RunFolder, finite
 from pneumorph.command.verb import Verb
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.walk import walk
 from pneumorph.report.film import side_by_side
@@ -36,7 +36,7 @@ from pneumorph.report.replay.page import write_replay
 from pneumorph.report.scene import Actor
 from pneumorph.report.skin import with_skin_only
 from pneumorph.robot.design import Design
-from pneumorph.settings import settings_from_dict, settings_to_dict
+from pneumorph.settings import settings_to_dict
 from pneumorph.simulation.randomisation import Randomisation
 
 flat = tyro.conf.arg(name="")
@@ -55,6 +55,9 @@ class EvaluateOptions:
     """The reduced robots, or the finite elements they stand for."""
     pair_count: int = 5
     """How many of the best pairs."""
+    afresh: bool = False
+    """Take leg and physics from the flags alone, not from the run with what the flags change: so a
+    run of `objective` damping can be walked with the usual, published one."""
     record: bool = False
     """Save the trajectory of each pair."""
     randomize: bool = False
@@ -81,15 +84,9 @@ class EvaluateOptions:
 def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
     """Walk the best pairs again and return the distances beside those of the run."""
     start = time.monotonic()
-    pairs = read_summary(options.run).get("pairs")
-    if not pairs:
-        raise ValueError(f"{options.run} holds no design-gait pairs; expected a coopt run")
-    pairs = pairs[: options.pair_count]
-    designs = [Design.parse(pair["design"]) for pair in pairs]
-    task, robot = _of_run(options)
-    limits = (task.minimum_pressure_kPa, task.maximum_pressure_kPa)
-    gaits = [read_gait(options.run / pair["gait"], *limits)[0] for pair in pairs]
-    workshop = Workshop(robot)
+    run = read_learned_run(options.run, options.robot, options.pair_count, options.afresh)
+    pairs, designs, gaits, task = run.pairs, run.designs, run.gaits, run.task
+    workshop = Workshop(run.robot)
     if options.model == "full":
         workshop.check_reduction()
     else:
@@ -120,8 +117,9 @@ def evaluate(options: EvaluateOptions, folder: RunFolder) -> dict[str, Any]:
         "best_design": results[0]["design"],
         "best_distance_cm": results[0]["distance_cm"],
         "reported_distance_cm": results[0]["reported_distance_cm"],
-        "damping": robot.simulation.damping,
+        "damping": run.robot.simulation.damping,
         "calibration": workshop.calibration_description,
+        **workshop.leg_used(options.model),
         "notes": _notes(results) if options.model == "reduced" else [],
         "pairs": results,
         **worlds,
@@ -151,27 +149,6 @@ def _in_worlds(
     ]
     write_json(folder / "robustness.json", finite({**found, "worlds": drawn}))
     return {**found, "distributions": settings_to_dict(options.randomisation)}
-
-
-def _of_run(options: EvaluateOptions) -> tuple[CrawlingTask, RobotOptions]:
-    """The run's own task, and its leg and physics with what the flags changed laid over."""
-    saved = read_settings(options.run)
-    task = settings_from_dict(CrawlingTask, saved["coopt"]["task"])
-    asked, usual = (settings_to_dict(each) for each in (options.robot, RobotOptions()))
-    return task, settings_from_dict(RobotOptions, _overlaid(saved["robot"], asked, usual))
-
-
-def _overlaid(
-    saved: dict[str, Any], asked: dict[str, Any], usual: dict[str, Any]
-) -> dict[str, Any]:
-    """What was saved, but where a flag asks for something unusual."""
-    merged = dict(saved)
-    for name, value in asked.items():
-        if isinstance(value, dict):
-            merged[name] = _overlaid(saved.get(name, {}), value, usual[name])
-        elif value != usual[name] or name not in saved:
-            merged[name] = value
-    return merged
 
 
 def _notes(results: list[dict[str, Any]]) -> list[str]:

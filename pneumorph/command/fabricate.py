@@ -99,7 +99,7 @@ def fabricate(options: FabricateOptions, folder: RunFolder) -> dict[str, Any]:
     write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
     write_atomically(folder / "tubes.csv", lambda stream: stream.write(tubes_csv(tubes).encode()))
     figure = assembly_drawing(design, parts, tubes, options.leg, options.disk, options.mounting)
-    drawing = save_figure(figure, folder / "drawing.pdf", ("pdf",))[0]
+    drawing = save_figure(figure, folder / "drawing.pdf", ("pdf", "png"))[0]
     silicone = parts[1]
     return {
         "design": str(design),

@@ -2,8 +2,9 @@
 
 The leg and the disk of the paper come out as they are; every size is a flag. A mesh file of your
 own (gmsh, VTK, ...) is read with --file: its regions are gmsh's physical groups by name, or cell
-data `region` whose numbers --regions names, such as --regions 1=cavity 2=paper 3=attachment. A mesh
-that cannot be computed with is refused with its reason.
+data `region` whose numbers --regions names, such as --regions 1=cavity 2=paper 3=attachment. A leg
+to be reduced needs the surfaces cavity and paper and the node sets attachment and outer_end_face. A
+mesh that cannot be computed with is refused with its reason.
 
 Writes mesh.npz, which `pneumorph reduce --mesh` reads.
 
@@ -47,6 +48,8 @@ class MeshOptions:
     """Surface regions that the file must have."""
     node_sets: tuple[str, ...] = ("attachment",)
     """Node sets that the file must have."""
+    contact_spacing_mm: float = 10.0
+    """Distance between the contact points of a file's mesh, which are nodes of its skin [mm]."""
     quadratic: bool = False
     """Add a node in the middle of every edge: 10-node tetrahedra, which do not lock in bending."""
     leg: PneuNetShape = field(default_factory=PneuNetShape)
@@ -85,6 +88,7 @@ def _made(options: MeshOptions) -> Mesh:
             options.node_sets,
             region_names=_region_names(options.regions),
             scale=options.scale,
+            contact_spacing_mm=options.contact_spacing_mm,
         )
     if options.part == "disk":
         return mesh_disk(options.disk, options.disk_mesher)

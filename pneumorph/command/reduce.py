@@ -5,7 +5,11 @@ robots. They are kept in RUN/snapshots: the same command with the same --out goe
 stopped, and other tolerances reuse them. Modes live in the frame of the hub (POD), elements are
 sampled by ECSW.
 
-Presets: paper (what made the leg that ships) and quick (equilibria alone, few of them).
+Presets: paper and hyperelastic (what made the legs that ship), quick (equilibria alone), published:
+the paper's protocol and tolerances, all 255 robots through every corner of their pressures. That is
+days of one processor; each robot is a task, and --snapshots.executor shares them out over processes
+or, with Ray, machines. greedy: equilibria, and then random robots, simulated in full one after
+another where the reduction's own error indicator is worst, until held-out ones are met.
 
 Writes leg.npz, which every other verb takes as --part.
 
@@ -15,55 +19,108 @@ Example: pneumorph reduce --mesh runs/tall-leg/mesh.npz --out runs/tall-leg-redu
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
+
+from pneumorph.command.greedy_candidates import (
+    CandidateModels,
+    CandidateSettings,
+    candidate_indicator,
+    candidate_snapshots,
+    draw_candidates,
+)
 from pneumorph.command.robots import part_description
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
-from pneumorph.fem.part_model import LegMaterials, leg_model
+from pneumorph.fem.material import DiskMaterials, LegMaterials
+from pneumorph.fem.part_model import PartModel, disk_model
 from pneumorph.fem.rigid_hub import RigidHub
+from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
-from pneumorph.presets import DISK_MASS_KG, disk_rim_points, paper_disk_mesh, paper_leg_mesh
+from pneumorph.presets import (
+    DISK_MASS_KG,
+    HYPERELASTIC_MATERIALS,
+    LegName,
+    disk_rim_points,
+    full_leg,
+    paper_disk_mesh,
+)
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
-from pneumorph.reduction.reduce import ReductionSettings, reduce_part
+from pneumorph.reduction.ecsw import EcswSettings
+from pneumorph.reduction.greedy import (
+    GreedyProblem,
+    GreedyResult,
+    GreedySettings,
+    greedy_reduction,
+)
+from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
+from pneumorph.reduction.reduce import ReductionReport, ReductionSettings, reduce_part
+from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
 from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
+from pneumorph.settings import settings_to_dict
 
 
 @dataclass(frozen=True)
 class ReduceOptions:
     """The leg, its snapshots, and how to reduce it."""
 
+    leg: LegName = "paper"
+    """Whose mesh that ships is taken where `mesh` names none."""
     mesh: Path | None = None
-    """Mesh of the leg, as `pneumorph mesh` writes it; by default the one that ships."""
+    """Mesh of the leg, as `pneumorph mesh` writes it."""
     materials: LegMaterials = field(default_factory=LegMaterials)
+    hub: Literal["soft", "rigid"] = "soft"
+    """What carries the legs of walking robots: the paper's disk, whose give at a leg's attachment
+    becomes a stiffness of the reduced leg's mount, or a rigid one."""
     snapshots: SnapshotSettings = field(default_factory=SnapshotSettings)
     reduction: ReductionSettings = field(default_factory=ReductionSettings)
+    greedy: GreedySettings = field(default_factory=GreedySettings)
+    """Search for snapshots where the reduction is worst; needs the paper's leg places."""
+    candidates: CandidateSettings = field(default_factory=CandidateSettings)
+    """Motions of that search."""
 
 
 def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
     """Reduce a leg, save it, and return its size and errors."""
     start = time.monotonic()
-    leg = leg_model(
-        paper_leg_mesh() if options.mesh is None else Mesh.load(options.mesh), options.materials
-    )
+    mesh = None if options.mesh is None else Mesh.load(options.mesh)
+    leg = full_leg(options.leg, mesh, options.materials)
     disk = paper_disk_mesh()
     mounting = RadialMounting()
     folder.progress.stage("collecting snapshots of the full model")
+    poses = [mounting.pose(location) for location in range(mounting.location_count)]
+    rim = disk_rim_points(disk)
+    soft = disk_model(disk, DiskMaterials(mass_kg=DISK_MASS_KG))
+    mount = leg_mount_stiffness(leg, soft, poses) if options.hub == "soft" else None
     snapshots = collect_snapshots(
         leg,
-        RigidHub(disk, DISK_MASS_KG, disk_rim_points(disk)),
-        [mounting.pose(location) for location in range(mounting.location_count)],
+        RigidHub(disk, DISK_MASS_KG, rim) if mount is None else SoftHub(soft, rim),
+        poses,
         options.snapshots,
         (folder / "snapshots/bend.npz").parent,
         folder.progress,
+        folder.progress.say,
     )
-    collected_s = time.monotonic() - start
     folder.progress.stage("choosing modes and elements")
-    part, report = reduce_part(leg, snapshots, options.reduction, folder.progress)
+    search: dict[str, Any] = {}
+    if options.greedy.round_limit > 0:
+        found = _greedy(options, leg, snapshots, mount, folder)
+        part, report, snapshots = found.part, found.report, SnapshotFiles(found.files)
+        search = {
+            "greedy_converged": found.converged,
+            "greedy_rounds": [asdict(each) for each in found.rounds],
+        }
+    else:
+        part, report = reduce_part(
+            leg, snapshots, options.reduction, folder.progress, mount_stiffness=mount
+        )
+    seconds = snapshots.metadata["seconds"]
+    part.metadata["materials"] = settings_to_dict(options.materials)
     path = part.save(folder / "leg.npz")
     numbers = {
         name: value
@@ -75,10 +132,60 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
         "part_bytes": path.stat().st_size,
         **numbers,
         "leg": part_description(part, str(path)),
+        **search,
         "stage_seconds": report.stage_seconds,
-        "snapshot_wall_s": collected_s,
+        # Of all snapshots, those of earlier runs included.
+        "snapshot_wall_s": seconds["wall"],
+        "snapshot_processor_s": seconds["processor"],
+        "snapshot_files_without_time": seconds["files_without"],
         "wall_s": time.monotonic() - start,
     }
+
+
+def hyperelastic() -> ReduceOptions:
+    """The leg that follows `HYPERELASTIC_PRESSURE_MAP`: 90 real kPa are 108 simulated ones."""
+    return ReduceOptions(
+        leg="hyperelastic",
+        materials=HYPERELASTIC_MATERIALS,
+        hub="rigid",
+        snapshots=SnapshotSettings(
+            static=StaticSnapshotSettings(
+                bend_pressure_kPa=114.0, load_count=48, load_pressure_kPa=110.0
+            ),
+            walk=WalkSnapshotSettings(
+                leg_counts=(2, 3),
+                corner_limit=4,
+                amplitude_kPa=110.0,
+                pressure_rate_kPa_per_s=187.0,
+            ),
+        ),
+    )
+
+
+def _greedy(
+    options: ReduceOptions,
+    leg: PartModel,
+    snapshots: SnapshotFiles,
+    mount: np.ndarray | None,
+    folder: RunFolder,
+) -> GreedyResult[ReductionReport]:
+    """Add snapshots of random robots until the held-out ones are met."""
+    training, heldout = draw_candidates(options.candidates)
+    models = CandidateModels(leg, options.candidates)
+    problem = GreedyProblem(
+        models, candidate_indicator, candidate_snapshots, training, heldout, models.identity()
+    )
+    return greedy_reduction(
+        problem,
+        lambda files: reduce_part(
+            leg, files, options.reduction, folder.progress, mount_stiffness=mount
+        ),
+        snapshots.paths,
+        options.greedy,
+        (folder / "greedy/greedy.json").parent,
+        options.snapshots.executor,
+        folder.progress,
+    )
 
 
 VERB = Verb(
@@ -86,11 +193,35 @@ VERB = Verb(
     reduce,
     {
         "paper": ReduceOptions,
+        "hyperelastic": hyperelastic,
         "quick": lambda: ReduceOptions(
             snapshots=SnapshotSettings(
                 static=StaticSnapshotSettings(bend_count=12, load_count=24),
                 walk=WalkSnapshotSettings(leg_counts=()),
             )
+        ),
+        "greedy": lambda: ReduceOptions(
+            snapshots=SnapshotSettings(walk=WalkSnapshotSettings(leg_counts=())),
+            greedy=GreedySettings(round_limit=6),
+        ),
+        "published": lambda: ReduceOptions(
+            snapshots=SnapshotSettings(
+                static=StaticSnapshotSettings(load_count=0),
+                walk=WalkSnapshotSettings(
+                    robots="all", corner_limit=None, hold_s=1.0, compression=3e-4
+                ),
+            ),
+            # Free bending is computed for the report alone.
+            reduction=ReductionSettings(
+                norm="mass",
+                mode_limit=32,  # as many as the batched simulator takes; the paper has 36
+                symmetric=False,
+                bend_share=0.0,
+                load_share=0.0,
+                ecsw=EcswSettings(
+                    hyperreduction_tolerance=0.001, element_limit=1000, stiffness_state_count=0
+                ),
+            ),
         ),
     },
 )

@@ -13,7 +13,7 @@ import numpy as np
 from pneumorph.fem.full_order_settings import FrictionSolver, Integrator
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.height_map import HeightMap
-from pneumorph.fem.material import LegMaterials, Material
+from pneumorph.fem.material import LegMaterials
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
@@ -26,13 +26,14 @@ from pneumorph.presets import (
     load_default_leg,
     paper_full_robot,
     paper_robot_builder,
+    pressure_map,
 )
 from pneumorph.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
 from pneumorph.robot.scaled_part import scaled_part
-from pneumorph.settings import settings_to_dict
+from pneumorph.settings import settings_from_dict, settings_to_dict
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator
@@ -48,9 +49,6 @@ Model = Literal["reduced", "full"]
 class FullOptions:
     """Robots of finite elements."""
 
-    leg: LegName = "paper"
-    """`paper`: linear elements of the published material. `hyperelastic`: quadratic neo-Hookean
-    elements of the silicone's own stiffness, for its own pressure map."""
     hub: Literal["soft", "rigid"] = "soft"
     """Disk as finite elements, or rigid as in the reduced robots."""
     integrator: Integrator = "linearly_implicit"
@@ -69,6 +67,10 @@ class FullOptions:
 class RobotOptions:
     """The leg and the physics."""
 
+    leg: LegName = "paper"
+    """`paper`: the published material, linear elements. `hyperelastic`: the silicone's own
+    stiffness, quadratic neo-Hookean elements; in place of the published pressure map it has its
+    own."""
     part: Path | None = None
     """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
     threads: int = 0
@@ -87,23 +89,26 @@ class Workshop:
         self.calibration = (
             None if options.calibration is None else Calibration.load(options.calibration)
         )
-        self.simulation = self._calibrated(options.simulation)
+        self.simulation = self._with_pressure_map(options.simulation)
         self.modulus_factor = (self.calibration and self.calibration.modulus_factor) or 1.0
 
     @cached_property
     def leg(self) -> ReducedPart:
         """The reduced leg."""
         part = self.options.part
-        leg = load_default_leg() if part is None else ReducedPart.load(part)
+        leg = load_default_leg(self.options.leg) if part is None else ReducedPart.load(part)
         return leg if self.modulus_factor == 1.0 else scaled_part(leg, self.modulus_factor)
 
     @cached_property
     def _build(self) -> Callable[[Design], Robot]:
         return paper_robot_builder(self.leg)
 
-    def _calibrated(self, settings: SimulationSettings) -> SimulationSettings:
+    def _with_pressure_map(self, settings: SimulationSettings) -> SimulationSettings:
         if self.calibration is None:
-            return settings
+            own = settings.pressure_map != PressureMap()
+            return (
+                settings if own else replace(settings, pressure_map=pressure_map(self.options.leg))
+            )
         if settings.pressure_map != PressureMap():
             raise ValueError(
                 f"both a calibration file ({self.options.calibration}) and simulation.pressure_map "
@@ -199,20 +204,11 @@ class Workshop:
         return ReducedRobot(self.robot(design), self.simulation, watch)
 
     def full(self, design: Design) -> FullRobot:
-        """Return the finite elements of a whole robot.
-
-        Raises:
-            ValueError: The hyperelastic leg is to follow the published leg's pressure map.
-        """
-        full, physics = self.options.full, self.simulation
-        if full.leg == "hyperelastic" and physics.pressure_map == PressureMap():
-            raise ValueError(
-                "pressure_map is the published leg's, expected the hyperelastic leg's own; start "
-                "from --preset hyperelastic"
-            )
+        """Return the finite elements of a whole robot."""
+        full = self.options.full
         return paper_full_robot(
             design,
-            physics,
+            self.simulation,
             full.hub,
             self.full_leg,
             integrator=full.integrator,
@@ -224,10 +220,19 @@ class Workshop:
     @cached_property
     def full_leg(self) -> PartModel:
         """The finite elements of a leg."""
-        full = self.options.full
-        mesh = None if full.mesh is None else Mesh.load(full.mesh)
-        materials = scaled_materials(leg_materials(full.leg), self.modulus_factor)
-        return full_leg(full.leg, mesh, materials)
+        path = self.options.full.mesh
+        mesh = None if path is None else Mesh.load(path)
+        materials = scaled_materials(self._leg_materials, self.modulus_factor)
+        return full_leg(self.options.leg, mesh, materials)
+
+    @cached_property
+    def _leg_materials(self) -> LegMaterials:
+        """What the reduced leg says it is made of, or else what the options' name stands for."""
+        usual, part = leg_materials(self.options.leg), self.options.part
+        if part is None or self.options.leg != "paper":
+            return usual
+        recorded = ReducedPart.load(part).metadata.get("materials")
+        return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
 
     def refuse_full_options(self) -> None:
         """Refuse options of finite elements where reduced robots walk.
@@ -247,9 +252,9 @@ class Workshop:
         """Refuse a reduced leg that does not stand for the full one.
 
         Raises:
-            ArtefactError: It was made from another mesh.
+            ArtefactError: It was made from another mesh or material.
         """
-        self.leg.check_mesh(self.full_leg.mesh)
+        self.leg.check_model(self.full_leg)
 
     @property
     def calibration_description(self) -> dict[str, Any]:
@@ -261,21 +266,22 @@ class Workshop:
     @property
     def leg_description(self) -> dict[str, Any]:
         """What the leg is and how well it stands for the full model, for a summary."""
-        return part_description(self.leg, str(self.options.part or "the leg that ships"))
+        shipped = f"the {self.options.leg} leg that ships"
+        return part_description(self.leg, str(self.options.part or shipped))
+
+    def leg_used(self, model: Model) -> dict[str, Any]:
+        """The leg's description under `leg`; empty for finite elements, which use none."""
+        return {"leg": self.leg_description} if model == "reduced" else {}
 
 
 def scaled_materials(
     usual: LegMaterials, modulus_factor: float = 1.0, mass_factor: float = 1.0
 ) -> LegMaterials:
     """A leg of a stiffer or heavier material."""
-
-    def stiffer(material: Material) -> Material:
-        return replace(material, young_modulus_kPa=material.young_modulus_kPa * modulus_factor)
-
     return replace(
         usual,
-        silicone=stiffer(usual.silicone),
-        paper=stiffer(usual.paper),
+        silicone=usual.silicone.stiffer(modulus_factor),
+        paper=usual.paper.stiffer(modulus_factor),
         mass_kg=usual.mass_kg * mass_factor,
     )
 

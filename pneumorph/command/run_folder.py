@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ class RunFolder:
         path: The folder; made with the first file.
         verb: Name of the verb.
         progress: Where the verb says how far it is.
+        provenance: What made the run, for its summary and its page.
         summary_only: Whether the caller wants the summary alone, and no page served meanwhile.
     """
 
@@ -30,12 +32,14 @@ class RunFolder:
         path: Path,
         verb: str,
         progress: Progress | None = None,
+        provenance: Mapping[str, Any] | None = None,
         summary_only: bool = False,
     ) -> None:
         self.path = path
         self.verb = verb
         self.summary_only = summary_only
         self.progress = progress or Progress(quiet=True)
+        self.provenance = {} if provenance is None else {"made_by": dict(provenance)}
 
     def __truediv__(self, name: str) -> Path:
         """Return the path of a file of this run; the folder it is in exists."""
@@ -64,7 +68,8 @@ class RunFolder:
 
     def save_summary(self, content: dict[str, Any]) -> Path:
         """Write the summary and the verb that made it; numbers that are not finite become null."""
-        return write_json(self / SUMMARY, {"verb": self.verb, **finite(content)})
+        head = {"verb": self.verb, **self.provenance}
+        return write_json(self / SUMMARY, {**head, **finite(content)})
 
     def remove_if_only_settings(self) -> None:
         """Remove the folder of a run that failed before it made anything."""

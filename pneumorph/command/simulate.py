@@ -1,11 +1,13 @@
 """Simulate any design with any gait, reduced or full.
 
-The gait is a CSV file, as coopt writes them and a spreadsheet can, or else the expert's gait at
---expert.phase-deg. The design is --design, or the one that the file names, or the expert's.
+The gait is a CSV file, as coopt writes them and a spreadsheet can, a coopt run (its best pair), a
+policy (RUN/training/policy.npz with --design), or else the expert's gait at --expert.phase-deg. The
+design is --design, or the one that the file names, or the expert's.
 
-A full robot takes ten minutes for 20 s. Its way is saved every minute: the same command with the
-same --out goes on where it was stopped. Presets: paper, and hyperelastic, quadratic finite elements
-of the silicone's own stiffness with a pressure map of their own, which take an hour or two.
+A full robot (--model full) takes ten minutes for 20 s, or an hour or two with the hyperelastic leg.
+Its way is saved every minute: the same command with the same --out goes on where it was stopped.
+Presets: paper, and hyperelastic, legs of the silicone's own stiffness with a pressure map of their
+own and objective damping.
 
 With --live the robot can be watched in the browser while it is simulated: the address is printed,
 and the page keeps what it has seen. Writes trajectory.npz, replay.html and, with --film, film.mp4.
@@ -23,13 +25,12 @@ from typing import Annotated, Any
 
 import tyro
 
-from pneumorph.command.robots import FullOptions, Model, RobotOptions, Workshop
+from pneumorph.command.gait_source import find_gait
+from pneumorph.command.robots import Model, RobotOptions, Workshop
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
-from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
-from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.open_loop_gait import OpenLoopGait
-from pneumorph.presets import HYPERELASTIC_PRESSURE_MAP
 from pneumorph.report.film import FilmSettings, write_film
 from pneumorph.report.replay.live_replay import LiveReplay, LiveSettings
 from pneumorph.report.replay.page import write_replay
@@ -49,7 +50,8 @@ class SimulateOptions:
     design: str | None = None
     """Regulator of each location, 0 for no leg, such as 1.0.0.2.2.0.0.1."""
     gait: Path | None = None
-    """Gait file (CSV); by default the expert's gait."""
+    """Gait file (CSV or sorotraj YAML), coopt run (its best pair) or policy (npz, with --design);
+    by default the expert's gait."""
     model: Model = "reduced"
     """The reduced robot, or finite elements (ten minutes instead of a second)."""
     record_every: int = 10
@@ -95,6 +97,7 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
             "trajectory": str(path),
             "damping": options.robot.simulation.damping,
             "calibration": workshop.calibration_description,
+            **workshop.leg_used(options.model),
             "simulation_wall_s": simulated_s,
             **_shown(trajectory, options, folder),
         }
@@ -152,7 +155,7 @@ def gait_and_design(
     """Return the gait to walk and the design to walk it with.
 
     Args:
-        file: Gait file; None for the expert's gait.
+        file: As of `find_gait`; None for the expert's gait.
         named: The design; None for the file's, or else the expert's.
         expert: The expert's gait.
         minimum_legs: Fewest legs.
@@ -160,26 +163,20 @@ def gait_and_design(
     Raises:
         ValueError: The design has too few legs, or uses a regulator the gait does not command.
     """
-    if file is None:
-        gait: OpenLoopGait = expert
-        design = Design.parse(named or BASELINE_DESIGN)
-    else:
-        gait, comments = read_gait(file)
-        design = Design.parse(named or comments.get("design", BASELINE_DESIGN))
+    found = find_gait(file, named, expert)
+    gait, design = found.gait, found.design
     if design.leg_count < minimum_legs:
         raise ValueError(
             f"design {design} has {design.leg_count} legs, expected at least {minimum_legs}: it "
             "would lie on the floor"
         )
-    design.check_regulators(gait.regulator_count)
     return gait, design
 
 
 def hyperelastic() -> SimulateOptions:
-    """Finite elements of the silicone's own stiffness and the pressure map that fits them."""
-    physics = SimulationSettings(damping="objective", pressure_map=HYPERELASTIC_PRESSURE_MAP)
-    full = FullOptions(leg="hyperelastic")
-    return SimulateOptions(model="full", robot=RobotOptions(full=full, simulation=physics))
+    """Legs of the silicone's own stiffness, damped in proportion to deformation alone."""
+    physics = SimulationSettings(damping="objective")
+    return SimulateOptions(robot=RobotOptions(leg="hyperelastic", simulation=physics))
 
 
 VERB = Verb(SimulateOptions, simulate, {"paper": SimulateOptions, "hyperelastic": hyperelastic})

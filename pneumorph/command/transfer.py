@@ -5,8 +5,8 @@ marker's track (time_s,x_mm,y_mm, or a table of Tracker, DeepLabCut or SLEAP, se
 design is simulated with the commands that were given, and set beside its trials: reward per step,
 commanded against sensed pressure, backsliding, mean and spread, and the transfer ratio.
 
-Writes the paper's two comparison figures, transfer_rewards.png and transfer_gaits.png, and
-comparison.json.
+Writes the paper's two comparison figures, transfer_rewards and transfer_gaits (PNG and PDF), the
+simulations as simulated_LABEL.npz, and comparison.json.
 
 Example: pneumorph transfer B=runs/deploy-B L1=runs/deploy-L1 --calibration calibration.json
 """
@@ -30,6 +30,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import Comparison, compare_trials, pressure_tracking
+from pneumorph.report.skin import with_skin_only
 from pneumorph.report.style import save_figure
 from pneumorph.report.transfer_figure import transfer_gaits_figure, transfer_rewards_figure
 from pneumorph.robot.design import Design
@@ -100,6 +101,7 @@ def transfer(options: TransferOptions, folder: RunFolder) -> dict[str, Any]:
         "figures": [str(each) for each in figures],
         "damping": options.robot.simulation.damping,
         "calibration": workshop.calibration_description,
+        **workshop.leg_used(options.model),
         "wall_s": time.monotonic() - start,
     }
 
@@ -124,6 +126,7 @@ def _compared(
     else:
         workshop.refuse_full_options()
         trajectory = workshop.recorded(design, gait, record_every=5)
+    with_skin_only(trajectory).save(folder / f"simulated_{label}.npz")
     x = trajectory.tracked_point_mm[:, 0]
     return compare_trials(
         label,

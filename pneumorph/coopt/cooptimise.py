@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pneumorph.artefact import write_json
 from pneumorph.coopt.checkpoint import has_checkpoint, load_checkpoint, save_checkpoint
-from pneumorph.coopt.metrics import MetricsLog
+from pneumorph.coopt.design_gait_pair import DesignGaitPair
+from pneumorph.coopt.finetuning import FINETUNED_FOLDER, finetune
+from pneumorph.coopt.metrics import MetricsLog, read_metrics
 from pneumorph.coopt.policy_file import save_policy
 from pneumorph.coopt.settings import CooptSettings
-from pneumorph.coopt.training import Training
+from pneumorph.coopt.training import STAGES, Training
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
@@ -34,13 +37,18 @@ def cooptimise(
     time_step_s: float = 0.01,
     provenance: Mapping[str, Any] | None = None,
     resume: bool = False,
+    wandb_project: str | None = None,
     progress: Progress | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Run co-optimisation to its end, or go on with a run that was stopped.
 
     The folder receives ``settings.json``, ``metrics.jsonl``, ``tensorboard/``, the two newest
-    checkpoints, and at the end ``policy.npz``, ``gaits/L1.csv`` ... for the best pairs and
-    ``summary.json``.
+    checkpoints, and at the end ``policy.npz``, ``finetuned/DESIGN.npz`` for the finalists,
+    ``gaits/L1.csv`` ... for the best pairs and ``summary.json``.
+
+    The best pairs are those of the finalists' policies without noise; where nothing was
+    fine-tuned, the best that were seen in training or in an evaluation.
 
     Args:
         build_robot: Turns a design into a robot of the simulator.
@@ -51,7 +59,9 @@ def cooptimise(
         provenance: What else a resumed run must have in common with its beginning, such as the
             physics and the leg; JSON values.
         resume: Go on from the folder's newest checkpoint; begin anew if there is none.
+        wandb_project: Project of Weights & Biases to log to as well.
         progress: Told (timesteps done, timesteps in all, message).
+        say: Told where a resumed run goes on and what was lost.
 
     Returns:
         The summary, as in ``summary.json``.
@@ -72,9 +82,15 @@ def cooptimise(
     if has_checkpoint(folder):
         earlier_s, remarks = _restore(training, folder, provenance or {})
     else:
+        remarks = _lost(folder, 0)
+        # Policies of a training whose checkpoints are gone are not this one's.
+        shutil.rmtree(folder / FINETUNED_FOLDER, ignore_errors=True)
         write_json(folder / SETTINGS_FILE, settings_to_dict(settings))
+    if say is not None:
+        for remark in remarks:
+            say(remark)
     started = time.perf_counter() - earlier_s
-    log = MetricsLog(folder, training.timestep)
+    log = MetricsLog(folder, training.timestep, wandb_project)
     try:
         _train(training, folder, log, started, remarks, provenance or {}, progress)
     finally:
@@ -82,9 +98,18 @@ def cooptimise(
     if progress is not None:
         progress(training.timestep, training.timestep, "evaluating the best designs")
     evaluated = training.evaluate()
+    found = _time_spent(training, time.perf_counter() - started)
     save_policy(folder / POLICY_FILE, training.state.policy, settings, timestep=training.timestep)
+    seen = pairs = training.best.pairs
+    if settings.finetuning.timesteps:
+        finetuned = finetune(training, folder, evaluated, progress)
+        pairs = finetuned.pairs[: settings.kept_pair_count]
+        found |= {
+            "finetuning_timesteps": finetuned.timesteps,
+            "finetuning_wall_s": finetuned.wall_s,
+        }
     action_s = settings.task.action_step_count * time_step_s
-    for rank, pair in enumerate(training.best.pairs, start=1):
+    for rank, pair in enumerate(pairs, start=1):
         comments = {
             "design": str(training.space[pair.design]),
             "distance_cm": f"{pair.distance_cm:.3f}",
@@ -93,7 +118,7 @@ def cooptimise(
         write_gait(
             folder / GAIT_FOLDER / f"L{rank}.csv", pair.gait(action_s, settings.task), comments
         )
-    summary = _summary(training, evaluated, time.perf_counter() - started, remarks)
+    summary = {**_summary(training, pairs, seen, evaluated), **found, "remarks": remarks}
     write_json(folder / SUMMARY_FILE, summary)
     return summary
 
@@ -115,8 +140,17 @@ def _restore(
     remarks = list(checkpoint.metadata["remarks"])
     if checkpoint.remark is not None:
         remarks.append(checkpoint.remark)
-    remarks.append(f"resumed at timestep {training.timestep}")
+    remarks += _lost(folder, training.timestep) or [f"resumed at timestep {training.timestep}"]
     return float(checkpoint.metadata["wall_s"]), remarks
+
+
+def _lost(folder: Path, timestep: int) -> list[str]:
+    """A remark where the metrics go on after the timestep that training goes on from."""
+    lost = max((line["timestep"] for line in read_metrics(folder)), default=timestep) - timestep
+    if lost <= 0:
+        return []
+    how = f"resumed at timestep {timestep}" if timestep else "began again"
+    return [f"{how}: {lost} timesteps after the last checkpoint were lost and are made again"]
 
 
 def _as_json(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -148,6 +182,8 @@ def _train(
 ) -> None:
     settings = training.settings
     total = settings.round_count * settings.timesteps_per_round
+    write = training.clock.timed("log", log.write)
+    save = training.clock.timed("log", save_checkpoint)
     while not training.is_finished:
         before = training.timestep
         metrics = training.run_round()
@@ -156,7 +192,7 @@ def _train(
             if evaluated:
                 metrics["evaluated_distance_cm"] = evaluated[0].distance_cm
         wall_s = time.perf_counter() - started
-        log.write({**metrics, "wall_s": wall_s})
+        write({**metrics, "wall_s": wall_s})
         if training.is_finished or _passed(
             settings.checkpoint_interval_timesteps, before, training.timestep
         ):
@@ -167,7 +203,7 @@ def _train(
                 "wall_s": wall_s,
                 "remarks": remarks,
             }
-            save_checkpoint(folder, training.arrays(), metadata)
+            save(folder, training.arrays(), metadata)
         if progress is not None:
             best = training.best.best_distance_cm
             message = "training" if best is None else f"training, best {best:.1f} cm"
@@ -179,34 +215,47 @@ def _passed(interval: int, before: int, after: int) -> bool:
     return interval > 0 and after // interval > before // interval
 
 
+def _time_spent(training: Training, wall_s: float) -> dict[str, Any]:
+    """Where the wall time of training went."""
+    spent = {f"{stage}_s": training.clock.seconds[stage] for stage in STAGES}
+    return {
+        "wall_s": wall_s,
+        **spent,
+        "other_s": wall_s - sum(spent.values()),
+        "learn_and_log_share": (spent["learn_s"] + spent["log_s"]) / wall_s,
+    }
+
+
 def _summary(
-    training: Training, evaluated: list[Any], wall_s: float, remarks: list[str]
+    training: Training,
+    pairs: Sequence[DesignGaitPair],
+    seen: Sequence[DesignGaitPair],
+    evaluated: Sequence[DesignGaitPair],
 ) -> dict[str, Any]:
-    pairs = [
-        {
-            "design": str(training.space[pair.design]),
-            "distance_cm": pair.distance_cm,
-            "source": pair.source,
-            "timestep": pair.timestep,
-            "gait": f"{GAIT_FOLDER}/L{rank}.csv",
-        }
-        for rank, pair in enumerate(training.best.pairs, start=1)
+    ranked = [
+        {**_described(training, pair), "gait": f"{GAIT_FOLDER}/L{rank}.csv"}
+        for rank, pair in enumerate(pairs, start=1)
     ]
+    best = ranked[0] if ranked else dict.fromkeys(("design", "distance_cm", "gait", "source"))
     policy_best = evaluated[0] if evaluated else None
     return {
-        "best_design": pairs[0]["design"] if pairs else None,
-        "best_distance_cm": pairs[0]["distance_cm"] if pairs else None,
-        "best_gait": pairs[0]["gait"] if pairs else None,
-        "best_source": pairs[0]["source"] if pairs else None,
+        **{f"best_{name}": best[name] for name in ("design", "distance_cm", "gait", "source")},
         "policy_best_design": str(training.space[policy_best.design]) if policy_best else None,
         "policy_best_distance_cm": policy_best.distance_cm if policy_best else None,
-        "pairs": pairs,
+        "pairs": ranked,
+        "seen_pairs": [_described(training, pair) for pair in seen],
         "timesteps": training.timestep,
+        "finetuning_timesteps": 0,
         "update_count": training.update_count,
         "failed_episode_count": training.failure_count,
-        "wall_s": wall_s,
-        "simulate_s": training.seconds["simulate"],
-        "learn_s": training.seconds["learn"],
         "seed": training.settings.seed,
-        "remarks": remarks,
+    }
+
+
+def _described(training: Training, pair: DesignGaitPair) -> dict[str, Any]:
+    return {
+        "design": str(training.space[pair.design]),
+        "distance_cm": pair.distance_cm,
+        "source": pair.source,
+        "timestep": pair.timestep,
     }

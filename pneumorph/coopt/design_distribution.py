@@ -15,13 +15,17 @@ BISECTION_LIMIT = 200
 class EntropySchedule:
     """Entropy of the design distribution over training; the defaults are the paper's.
 
-    Uniform until the decay starts, then linear in the timestep down to zero (paper, appendix A).
+    Uniform until the decay starts, then linear in the timestep down to the final entropy.
     """
 
     decay_start_timestep: int = 200_000
-    """Timestep until which designs are drawn uniformly."""
+    """Timestep until which designs are drawn uniformly (paper, appendix A)."""
     decay_end_timestep: int = 950_000
-    """Timestep from which a single design remains."""
+    """Timestep from which the entropy is the final one (paper, appendix A)."""
+    final_entropy: float = 0.0
+    """Entropy at the end [nat]; 0 leaves a single design (paper, appendix A)."""
+    initial_score_cm: float = 0.0
+    """Score of a design that has not walked yet [cm] (authors' experiment)."""
     maximum_inverse_temperature: float = 20.0
     """Highest beta that is tried [1/cm] (authors' experiment)."""
     entropy_tolerance: float = 0.01
@@ -33,6 +37,10 @@ class EntropySchedule:
                 f"entropy decays from timestep {self.decay_start_timestep} to "
                 f"{self.decay_end_timestep}, expected 0 <= start < end"
             )
+        if not (math.isfinite(self.final_entropy) and self.final_entropy >= 0.0):
+            raise ValueError(f"final_entropy is {self.final_entropy}, expected 0 or more")
+        if not math.isfinite(self.initial_score_cm):
+            raise ValueError(f"initial_score_cm is {self.initial_score_cm}, expected a number")
         if not self.maximum_inverse_temperature > 0.0 or not self.entropy_tolerance > 0.0:
             raise ValueError(
                 "maximum_inverse_temperature and entropy_tolerance are "
@@ -41,10 +49,11 @@ class EntropySchedule:
             )
 
     def target(self, timestep: int, design_count: int) -> float:
-        """Entropy to be had at a timestep [nat]: from log(design_count) linearly to 0."""
+        """Entropy to be had at a timestep [nat]: from log(design_count) linearly to the end's."""
         span = self.decay_end_timestep - self.decay_start_timestep
-        progress = (timestep - self.decay_start_timestep) / span
-        return math.log(design_count) * (1.0 - min(max(progress, 0.0), 1.0))
+        progress = min(max((timestep - self.decay_start_timestep) / span, 0.0), 1.0)
+        highest = math.log(design_count)
+        return highest + progress * (min(self.final_entropy, highest) - highest)
 
 
 def gibbs(scores: np.ndarray, inverse_temperature: float) -> np.ndarray:
@@ -101,17 +110,17 @@ class DesignDistribution:
     """Which designs to try next, given the newest return of each.
 
     Attributes:
-        scores: Newest return of each design [cm], shape (design,); 0 until its first.
+        scores: Newest return of each design [cm], shape (design,).
         inverse_temperature: beta [1/cm].
         probabilities: shape (design,).
     """
 
     def __init__(self, design_count: int, schedule: EntropySchedule) -> None:
-        """Start uniform over ``design_count`` designs, with all scores 0 (authors' experiment)."""
+        """Start uniform over ``design_count`` designs, all with the schedule's initial score."""
         if design_count < 1:
             raise ValueError(f"design_count is {design_count}, expected at least 1")
         self.schedule = schedule
-        self.scores = np.zeros(design_count)
+        self.scores = np.full(design_count, schedule.initial_score_cm)
         self.inverse_temperature = 0.0
         self.probabilities = gibbs(self.scores, 0.0)
 

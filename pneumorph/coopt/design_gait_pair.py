@@ -11,7 +11,7 @@ from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.robot.design_space import DesignSpace
 
-SOURCES = ("policy", "exploration")
+SOURCES = ("policy", "exploration", "search")
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,8 +23,9 @@ class DesignGaitPair:
         held_kPa: Real pressures, each held for one action [kPa], shape (action, regulator).
         distance_cm: Forward travel in one episode [cm].
         source: ``policy`` for the deterministic policy's gait, ``exploration`` for an episode of
-            training, whose actions were drawn from the policy. Either way a plain open-loop gait.
-        timestep: Timestep of training at which it was seen.
+            training, whose actions were drawn from the policy, ``search`` for a search without
+            one. Always a plain open-loop gait.
+        timestep: Timestep of training, or of the search, at which it was seen.
     """
 
     design: int

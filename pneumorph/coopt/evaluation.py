@@ -44,8 +44,6 @@ def evaluate_policy(
     pairs: list[DesignGaitPair] = []
     for begin in range(0, len(designs), count):
         batch = designs[begin : begin + count]
-        # A batch is full: what is missing is filled up with the first design and not reported.
-        filled = np.concatenate([batch, np.full(count - len(batch), batch[0])])
 
         def report(action: int, begin: int = begin) -> None:
             if progress is not None:
@@ -55,7 +53,7 @@ def evaluate_policy(
         commands, distance_cm, failed = walk_episode(
             environment,
             space,
-            filled,
+            filled_batch(batch, count),
             lambda observation: learner.mode_actions(policy, observation),
             report,
         )
@@ -67,6 +65,11 @@ def evaluate_policy(
             if not failed[place]
         ]
     return pairs
+
+
+def filled_batch(batch: np.ndarray, count: int) -> np.ndarray:
+    """As many entries as an environment has robots: what is missing repeats the first."""
+    return np.concatenate([batch, np.full(count - len(batch), batch[0])])
 
 
 def walk_episode(

@@ -1,4 +1,5 @@
-"""Metrics of training: a line of JSON for each round, and the same numbers for TensorBoard."""
+"""Metrics of training: a line of JSON for each round, and the same numbers for TensorBoard and,
+where asked for, Weights & Biases."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.artefact import write_atomically
+from pneumorph.coopt.weights_and_biases import open_wandb
 
 METRICS_FILE = "metrics.jsonl"
 TENSORBOARD_FOLDER = "tensorboard"
@@ -21,13 +23,16 @@ HISTOGRAM_EDGES_CM = tuple(np.arange(-5.0, 30.01, 0.5).tolist())
 class MetricsLog:
     """Writes the metrics of a run, and goes on where a resumed run left off."""
 
-    def __init__(self, folder: Path | str, timestep: int = 0) -> None:
+    def __init__(
+        self, folder: Path | str, timestep: int = 0, wandb_project: str | None = None
+    ) -> None:
         """Open the log of a run folder.
 
         Args:
             folder: The run folder.
             timestep: Timestep training goes on from; later lines are forgotten, because training
                 makes them again.
+            wandb_project: Project of Weights & Biases to log to as well.
         """
         from tensorboardX import SummaryWriter
 
@@ -40,19 +45,28 @@ class MetricsLog:
         self._board = SummaryWriter(
             str(folder / TENSORBOARD_FOLDER), purge_step=timestep + 1 if timestep else None
         )
+        self._wandb = open_wandb(folder, wandb_project, timestep) if wandb_project else None
 
     def write(self, metrics: Mapping[str, Any]) -> None:
         """Write one round; ``metrics["timestep"]`` places it. Lists go to the file alone."""
         self._file.write(json.dumps(dict(metrics), allow_nan=False) + "\n")
         self._file.flush()
-        for name, value in metrics.items():
-            if name != "timestep" and isinstance(value, int | float):
-                self._board.add_scalar(name, value, metrics["timestep"])
+        numbers = {
+            name: value
+            for name, value in metrics.items()
+            if name != "timestep" and isinstance(value, int | float)
+        }
+        for name, value in numbers.items():
+            self._board.add_scalar(name, value, metrics["timestep"])
+        if self._wandb is not None:
+            self._wandb.log(numbers, step=metrics["timestep"])
 
     def close(self) -> None:
-        """Close both files."""
+        """Close everything."""
         self._file.close()
         self._board.close()
+        if self._wandb is not None:
+            self._wandb.finish()
 
 
 def read_metrics(folder: Path | str) -> list[dict[str, Any]]:

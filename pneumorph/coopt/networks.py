@@ -6,9 +6,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-LOG_STANDARD_DEVIATION_RANGE = (-20.0, 2.0)
-"""Limits of the logarithm of the policy's standard deviation (Haarnoja et al. 2018)."""
-
 
 class FeedForward(eqx.Module):
     """Linear layers with rectifiers between them, applied to a whole batch at once."""
@@ -43,6 +40,7 @@ class Policy(eqx.Module):
 
     network: FeedForward
     action_size: int = eqx.field(static=True)
+    log_std_range: tuple[float, float] = eqx.field(static=True)
 
     def __init__(
         self,
@@ -50,16 +48,18 @@ class Policy(eqx.Module):
         action_size: int,
         hidden_sizes: tuple[int, ...],
         key: jax.Array,
+        log_std_range: tuple[float, float] = (-20.0, 2.0),
     ) -> None:
-        """Draw the weights."""
+        """Draw the weights; log_std is clipped to its range."""
         self.network = FeedForward(observation_size, hidden_sizes, 2 * action_size, key)
         self.action_size = action_size
+        self.log_std_range = log_std_range
 
     def distribution(self, observation: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Mean and log standard deviation before squashing, each (batch, action)."""
         output = self.network(observation)
         mean, log_std = output[:, : self.action_size], output[:, self.action_size :]
-        return mean, jnp.clip(log_std, *LOG_STANDARD_DEVIATION_RANGE)
+        return mean, jnp.clip(log_std, *self.log_std_range)
 
     def sample(self, observation: jax.Array, key: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Draw actions (batch, action) and their log density (batch,).

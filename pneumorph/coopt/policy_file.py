@@ -49,6 +49,7 @@ def load_policy(path: Path | str) -> tuple[Policy, CooptSettings, dict[str, Any]
         settings.task.regulator_count,
         settings.sac.hidden_sizes,
         jax.random.PRNGKey(0),
+        settings.sac.log_standard_deviation_range,
     )
     leaves: list[Any] = []
     for number, layer in enumerate(policy.network.layers):

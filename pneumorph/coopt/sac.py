@@ -40,7 +40,10 @@ class SacSettings:
     temperature_learning_rate: float | None = None
     """Adam step of log alpha; None: the policy's (authors' experiment)."""
     target_entropy: float | None = None
-    """Entropy the temperature is tuned to [nat]; None: minus the number of regulators."""
+    """Entropy the temperature is tuned to [nat]; None: minus the number of regulators, which is -3
+    on the paper's rig (authors' experiment)."""
+    log_standard_deviation_range: tuple[float, float] = (-20.0, 2.0)
+    """Limits of the logarithm of the policy's standard deviation (authors' experiment)."""
 
     def __post_init__(self) -> None:
         if not self.hidden_sizes or min(self.hidden_sizes) < 1:
@@ -55,6 +58,11 @@ class SacSettings:
         for name in ("discount", "target_smoothing", "adam_beta_1", "adam_beta_2"):
             if not 0.0 <= getattr(self, name) <= 1.0:
                 raise ValueError(f"{name} is {getattr(self, name)}, expected from 0 to 1")
+        low, high = self.log_standard_deviation_range
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise ValueError(
+                f"log_standard_deviation_range is {low}, {high}, expected a rising pair of numbers"
+            )
 
 
 class Batch(NamedTuple):
@@ -120,7 +128,7 @@ class Sac:
         """Draw the networks' weights."""
         policy_key, critic_key, key = jax.random.split(jax.random.PRNGKey(seed), 3)
         sizes = (self.observation_size, self.action_size, self.settings.hidden_sizes)
-        policy = Policy(*sizes, policy_key)
+        policy = Policy(*sizes, policy_key, self.settings.log_standard_deviation_range)
         critic = TwinCritic(*sizes, critic_key)
         log_temperature = jnp.log(jnp.float32(self.settings.initial_temperature))
         return SacState(
@@ -139,15 +147,14 @@ class Sac:
         self, state: SacState, observation: np.ndarray
     ) -> tuple[SacState, np.ndarray]:
         """Draw actions (batch, action) from the policy; the state's key moves on."""
-        key, action_key = jax.random.split(state.key)
-        actions = np.asarray(_sample(state.policy, jnp.asarray(observation), action_key))
-        return eqx.tree_at(lambda s: s.key, state, key), actions
+        key, actions = _sample(state.policy, observation, state.key)
+        return eqx.tree_at(lambda s: s.key, state, key), np.asarray(actions)
 
     def mode_actions(self, policy: Policy, observation: np.ndarray) -> np.ndarray:
         """Deterministic actions of a policy, (batch, action)."""
-        return np.asarray(_mode(policy, jnp.asarray(observation)))
+        return np.asarray(_mode(policy, observation))
 
-    def update(self, state: SacState, batches: Batch) -> tuple[SacState, dict[str, float]]:
+    def update(self, state: SacState, batches: Batch) -> tuple[SacState, dict[str, jax.Array]]:
         """Make one update per leading entry of ``batches``, all in one compiled call.
 
         Args:
@@ -155,10 +162,11 @@ class Sac:
             batches: Fields of shape (update, batch, ...).
 
         Returns:
-            The new state, and metrics averaged over the updates.
+            The new state, and metrics averaged over the updates; still being computed when this
+            returns, so that nothing waits for them.
         """
         state, metrics = _updates((self, batches), state)
-        return state, {name: float(value) for name, value in metrics.items()}
+        return state, metrics
 
     def one_update(self, state: SacState, batch: Batch) -> tuple[SacState, dict[str, jax.Array]]:
         """One update from one batch, to be compiled: values, policy, temperature, targets."""
@@ -240,10 +248,11 @@ _updates = eqx.filter_jit(_scan_updates, donate="all-except-first")
 
 
 @eqx.filter_jit
-def _sample(policy: Policy, observation: jax.Array, key: jax.Array) -> jax.Array:
-    return policy.sample(observation, key)[0]
+def _sample(policy: Policy, observation: np.ndarray, key: jax.Array) -> tuple[jax.Array, jax.Array]:
+    key, action_key = jax.random.split(key)
+    return key, policy.sample(jnp.asarray(observation), action_key)[0]
 
 
 @eqx.filter_jit
-def _mode(policy: Policy, observation: jax.Array) -> jax.Array:
-    return policy.mode(observation)
+def _mode(policy: Policy, observation: np.ndarray) -> jax.Array:
+    return policy.mode(jnp.asarray(observation))

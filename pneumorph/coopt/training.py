@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,7 +22,12 @@ from pneumorph.coopt.sac import Sac
 from pneumorph.coopt.settings import CooptSettings
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_simulator import RUNNING, RobotBuilder, SimulatorFactory
+from pneumorph.fem.stage_clock import StageClock
 from pneumorph.gait.walk import Progress
+
+STAGES = ("simulate", "learn", "log", "evaluate")
+"""Where a training's time goes: the robots, drawing actions and updating the networks, metrics and
+checkpoints, deterministic evaluations."""
 
 
 class Training:
@@ -68,7 +72,12 @@ class Training:
         self.timestep = 0
         self.update_count = 0
         self.failure_count = 0
-        self.seconds = {"simulate": 0.0, "learn": 0.0}
+        self.clock = StageClock()
+        self._reset = self.clock.timed("simulate", self.environment.reset)
+        self._step = self.clock.timed("simulate", self.environment.step)
+        # Drawing actions waits for the updates before it: both are learning.
+        self._act = self.clock.timed("learn", self._actions)
+        self._learn = self.clock.timed("learn", self._updates)
 
     @property
     def is_finished(self) -> bool:
@@ -83,22 +92,37 @@ class Training:
         """
         # Algorithm 1, line 3.
         designs = self.distribution.sample(self.settings.environment_count, self._rng)
-        started = time.perf_counter()
-        observation, _ = self.environment.reset(
+        returns, failed, losses = self.walk_and_learn(
+            designs, self.settings.updates_per_vector_step
+        )
+        self._update_distribution(designs, returns, failed)
+        return self._metrics(returns, failed, losses)
+
+    def walk_and_learn(
+        self, designs: np.ndarray, update_count: int
+    ) -> tuple[np.ndarray, np.ndarray, list[dict[str, jax.Array]]]:
+        """Let each robot walk an episode with a design's index, and learn after each action.
+
+        Args:
+            designs: Index of each robot's design, shape (robot,).
+            update_count: Updates of the learner after each action of all robots together.
+
+        Returns:
+            Return of each robot [cm] (robot,), whether its simulation failed (robot,), and the
+            learner's metrics after each action.
+        """
+        observation, _ = self._reset(
             # Where physics are drawn, a resumed run sees those that it would have seen.
             seed=self.timestep,
             options={"designs": [self.space[int(index)] for index in designs]},
         )
-        self.seconds["simulate"] += time.perf_counter() - started
         returns = np.zeros(len(designs))
         ended, failed = np.zeros((2, len(designs)), dtype=bool)
         commands, losses = [], []
         for _ in range(self.settings.task.action_count):
             # Line 4: control the designs, and add the transitions to the replay buffer.
             action = self._act(observation)
-            started = time.perf_counter()
-            next_observation, reward, terminated, truncated, info = self.environment.step(action)
-            self.seconds["simulate"] += time.perf_counter() - started
+            next_observation, reward, terminated, truncated, info = self._step(action)
             self._store(designs, observation, action, reward, next_observation, terminated, info)
             returns += np.where(ended, 0.0, reward)
             failed |= ~ended & (info["status"] != RUNNING)
@@ -107,14 +131,13 @@ class Training:
             observation = next_observation
             self.timestep += len(designs)
             # Line 5.
-            loss = self._learn()
+            loss = self._learn(update_count)
             if loss:
                 losses.append(loss)
         self._note_pairs(designs, returns, failed, np.array(commands))
-        self._update_distribution(designs, returns, failed)
-        return self._metrics(returns, failed, losses)
+        return returns, failed, losses
 
-    def _act(self, observation: np.ndarray) -> np.ndarray:
+    def _actions(self, observation: np.ndarray) -> np.ndarray:
         """Actions from the policy, or uniform ones until learning starts."""
         if self.timestep < self.settings.learning_start_timestep:
             shape = (len(observation), self.settings.task.regulator_count)
@@ -155,15 +178,12 @@ class Training:
                 terminal=terminated,
             )
 
-    def _learn(self) -> dict[str, float]:
-        count = self.settings.updates_per_vector_step
+    def _updates(self, count: int) -> dict[str, jax.Array]:
         if count == 0 or self.timestep < self.settings.learning_start_timestep:
             return {}
-        started = time.perf_counter()
         batches = self.buffer.sample(count, self.settings.sac.batch_size, self._rng)
         self.state, metrics = self.learner.update(self.state, batches)
         self.update_count += count
-        self.seconds["learn"] += time.perf_counter() - started
         return metrics
 
     def _note_pairs(
@@ -194,7 +214,7 @@ class Training:
         self.distribution.follow_schedule(self.timestep)
 
     def _metrics(
-        self, returns: np.ndarray, failed: np.ndarray, losses: list[dict[str, float]]
+        self, returns: np.ndarray, failed: np.ndarray, losses: list[dict[str, jax.Array]]
     ) -> dict[str, Any]:
         distribution = self.distribution
         learning = {
@@ -214,8 +234,7 @@ class Training:
             "highest_score_cm": float(distribution.scores.max()),
             "update_count": self.update_count,
             **learning,
-            "simulate_s": self.seconds["simulate"],
-            "learn_s": self.seconds["learn"],
+            **{f"{stage}_s": self.clock.seconds[stage] for stage in STAGES},
             "score_histogram": score_histogram(distribution.scores, distribution.probabilities),
         }
 
@@ -226,8 +245,7 @@ class Training:
             The pairs walked, the furthest first.
         """
         order = np.argsort(-self.distribution.scores, kind="stable")
-        started = time.perf_counter()
-        pairs = evaluate_policy(
+        pairs = self.clock.timed("evaluate", evaluate_policy)(
             self.environment,
             self.space,
             self.state.policy,
@@ -236,7 +254,6 @@ class Training:
             timestep=self.timestep,
             progress=progress,
         )
-        self.seconds["simulate"] += time.perf_counter() - started
         self.best.offer(pairs)
         return sorted(pairs, key=lambda pair: pair.distance_cm, reverse=True)
 
@@ -257,7 +274,7 @@ class Training:
             "timestep": self.timestep,
             "update_count": self.update_count,
             "failure_count": self.failure_count,
-            "seconds": self.seconds,
+            "seconds": dict(self.clock.seconds),
             "random_state": json.dumps(self._rng.bit_generator.state),
         }
 
@@ -287,7 +304,8 @@ class Training:
         self.timestep = int(metadata["timestep"])
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])
-        self.seconds = dict(metadata["seconds"])
+        self.clock.clear()
+        self.clock.seconds.update(metadata["seconds"])
         self._rng.bit_generator.state = json.loads(metadata["random_state"])
 
 

@@ -79,7 +79,15 @@ def write_sofa_reduction(folder: Path, part: ReducedPart, element_counts: dict[s
         folder: Where to write.
         part: The reduced part.
         element_counts: Elements of the whole mesh: ``tetrahedra`` and ``membrane``.
+
+    Raises:
+        ValueError: The part's elements are not the plugin's, linear and corotational.
     """
+    if part.tetrahedron_material.law != "corotational":
+        raise ValueError(
+            f"the part's law is {part.tetrahedron_material.law!r}, expected 'corotational': SOFA's "
+            "force fields of the scene know no other"
+        )
     write_table(folder / MODES_FILE, part.modes.reshape(-1, part.mode_count))
     sampled = {
         "tetrahedra": (part.tetrahedron_index, part.tetrahedron_weight),

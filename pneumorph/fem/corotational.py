@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.fem.law import Strain, differentiated_stress
+from pneumorph.fem.law import Law, Strain, differentiated_stress
 from pneumorph.fem.material import Material
 from pneumorph.fem.rotation import Rotation, element_rotation, polar_rotation_rate
 
@@ -89,6 +89,11 @@ class Corotational:
             for column in range(d):
                 tangent[axis, column, axis, column] += 2.0 * self._mu
         return tangent
+
+
+def law_with_rotation(law: Law, rotation: Rotation) -> Law:
+    """The law itself; a corotational one with its rotation taken from `rotation`."""
+    return law.with_rotation(rotation) if isinstance(law, Corotational) else law
 
 
 def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -13,8 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from pneumorph.fem.corotational import Corotational
+from pneumorph.fem.corotational import law_with_rotation
 from pneumorph.fem.law import Law
+from pneumorph.fem.material import Material
 from pneumorph.fem.rotation import Rotation, element_rotation
 
 
@@ -41,8 +42,10 @@ class ElementGroup:
     """lambda, that of plane stress for sheets [kPa], (element,)."""
     lame_mu: np.ndarray
     """mu [kPa], (element,)."""
+    material: Material
+    """What the elements are made of."""
     law: Law
-    """Energy, stress and tangent."""
+    """Its energy, stress and tangent."""
     points_per_element: int = 1
     """Integration points of one element; they follow each other."""
 
@@ -73,8 +76,7 @@ class ElementGroup:
 
     def law_with(self, rotation: Rotation) -> Law:
         """The law; a corotational one with its element rotation taken from `rotation`."""
-        law = self.law
-        return law.with_rotation(rotation) if isinstance(law, Corotational) else law
+        return law_with_rotation(self.law, rotation)
 
     def deformation_gradients(self, x: np.ndarray) -> np.ndarray:
         """F, (3, d, element).

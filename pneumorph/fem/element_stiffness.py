@@ -131,7 +131,7 @@ def tangent_entries(
     flat = tangent.reshape(3 * d, 3 * d, count)
     flat = 0.5 * (flat + np.swapaxes(flat, 0, 1)) * group.measure
     if definite:
-        flat = _positive_part(flat)
+        flat = positive_part(flat)
     tangent = flat.reshape(3, d, 3, d, count)
     gradients = group.gradients_by_corner
     corner_count = len(gradients)
@@ -171,7 +171,7 @@ def tangent_matrices(group: ElementGroup, x: np.ndarray, rotation: Rotation) -> 
     return np.ascontiguousarray(matrices).reshape(-1, size, size)
 
 
-def _positive_part(matrices: np.ndarray) -> np.ndarray:
+def positive_part(matrices: np.ndarray) -> np.ndarray:
     """Symmetric matrices (n, n, point) with their negative eigenvalues set to zero."""
     values, vectors = np.linalg.eigh(np.moveaxis(matrices, 2, 0))
     wrong = values[:, 0] < 0.0

@@ -38,6 +38,7 @@ def membrane_group(
         measure=np.linalg.det(jacobian) * np.tile(rule.weights, count) * (0.5 * thickness_mm),
         lame_lambda=np.full(points * count, lame_lambda),
         lame_mu=np.full(points * count, lame_mu),
+        material=material,
         law=make_law(material, 2),
         points_per_element=points,
     )

@@ -116,6 +116,11 @@ class PartModel:
                 total[axis] += np.bincount(indices, forces[axis].ravel(), self.node_count)
         return total.T
 
+    def has_potential(self, rotation: Rotation) -> bool:
+        """Whether forces derive from an energy; those of edge-based rotations do not."""
+        laws = [group.law for group in self.element_groups]
+        return rotation == "polar" or not any(isinstance(law, Corotational) for law in laws)
+
     def elastic_energy(self, x: np.ndarray) -> float:
         """Stored energy [mN mm]; of corotational elements with polar rotations."""
         return sum(group.energy(x) for group in self.element_groups)
@@ -176,7 +181,7 @@ class PartModel:
         self, x: np.ndarray, pressure_kPa: float = 0.0, rotation: Rotation = "edge"
     ) -> csc_array:
         """-d(elastic force + pressure force)/dx [mN/mm], (3 node, 3 node), nothing left out."""
-        if rotation != "edge":
+        if self.has_potential(rotation):
             return self.assembly.matrix(self.tangent_data(x, pressure_kPa, rotation))
         # Edge-based rotations: a matrix without symmetry.
         blocks = [

@@ -50,6 +50,7 @@ def tetrahedron_group(
         measure=(determinant * rule.weights / 6.0).ravel(),
         lame_lambda=np.full(points * count, lame_lambda),
         lame_mu=np.full(points * count, lame_mu),
+        material=material,
         law=make_law(material, 3),
         points_per_element=points,
     )

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csc_array
 
+from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rotation import Rotation
 
@@ -82,9 +84,8 @@ def static_equilibrium(
     held = np.unique(np.asarray(held_nodes))
     if len(held) < 3:
         raise ValueError(f"held_nodes must name at least 3 nodes, got {len(held)}: it would float")
-    free_node = np.ones(part.node_count, dtype=bool)
-    free_node[held] = False
-    free = np.flatnonzero(np.repeat(free_node, 3))
+    tangent = _SymmetricTangent if part.has_potential(rotation) else _Tangent
+    solver = tangent(part, held, rotation)
     x = np.array(part.rest_nodes if start is None else start, dtype=float)
     external = np.zeros_like(x) if external_force is None else np.asarray(external_force)
 
@@ -94,7 +95,7 @@ def static_equilibrium(
     while True:
         target = current + float(np.clip(pressure_kPa - current, -step, step))
         found, moved, residual_there, used = _newton(
-            part, x, target, external, free, rotation, settings
+            part, x, target, external, solver, rotation, settings
         )
         iterations += used
         if found:
@@ -112,18 +113,16 @@ def _newton(
     start: np.ndarray,
     pressure: float,
     external: np.ndarray,
-    free: np.ndarray,
+    solver: _Tangent,
     rotation: Rotation,
     settings: StaticSettings,
 ) -> tuple[bool, np.ndarray, float, int]:
     """One load step: found, positions, relative residual, Newton steps."""
-    from scipy.sparse.linalg import splu
-
     x, relative, best, since = start.copy(), np.inf, np.inf, 0
     iteration = 0
     while True:
         load = external + (part.pressure_force(x, pressure) if pressure != 0.0 else 0.0)
-        residual = (part.internal_force(x, rotation) + load).ravel()[free]
+        residual = (part.internal_force(x, rotation) + load).ravel()[solver.free]
         scale = max(float(np.linalg.norm(load)), 1.0)
         relative = float(np.linalg.norm(residual)) / scale
         if not np.isfinite(relative):
@@ -133,14 +132,53 @@ def _newton(
         best, since = (relative, 0) if relative < best else (best, since + 1)
         if iteration == settings.iteration_limit or since == settings.patience:
             return False, x, relative, iteration
-        tangent = part.tangent(x, pressure, rotation)[free][:, free].tocsc()
-        change = np.zeros(x.size)
-        change[free] = splu(
-            tangent,
+        change = solver.solve(x, pressure, residual)
+        longest = float(np.linalg.norm(change.reshape(-1, 3), axis=1).max())
+        x = x + change.reshape(-1, 3) * min(1.0, settings.largest_move_mm / max(longest, 1e-300))
+        iteration += 1
+
+
+class _Tangent:
+    """Solves for the free unknowns with the whole tangent of a part."""
+
+    def __init__(self, part: PartModel, held: np.ndarray, rotation: Rotation) -> None:
+        self._part, self._rotation = part, rotation
+        free_node = np.ones(part.node_count, dtype=bool)
+        free_node[held] = False
+        self.free: np.ndarray = np.flatnonzero(np.repeat(free_node, 3))
+
+    def solve(self, x: np.ndarray, pressure: float, residual: np.ndarray) -> np.ndarray:
+        """Change of all unknowns, (3 node,), for a residual on the free ones, (free,)."""
+        return self._solved(self._part.tangent(x, pressure, self._rotation), residual)
+
+    def _solved(self, tangent: csc_array, residual: np.ndarray) -> np.ndarray:
+        from scipy.sparse.linalg import splu
+
+        change = np.zeros(tangent.shape[0])
+        change[self.free] = splu(
+            tangent[self.free][:, self.free].tocsc(),
             permc_spec="MMD_AT_PLUS_A",
             diag_pivot_thresh=0.0,
             options={"SymmetricMode": True},
         ).solve(residual)
-        longest = float(np.linalg.norm(change.reshape(-1, 3), axis=1).max())
-        x = x + change.reshape(-1, 3) * min(1.0, settings.largest_move_mm / max(longest, 1e-300))
-        iteration += 1
+        return change
+
+
+class _SymmetricTangent(_Tangent):
+    """The same by the frontal Cholesky factors, six times as fast, while they exist."""
+
+    def __init__(self, part: PartModel, held: np.ndarray, rotation: Rotation) -> None:
+        super().__init__(part, held, rotation)
+        self._pattern = FrontPattern(part.assembly, held)
+
+    def solve(self, x: np.ndarray, pressure: float, residual: np.ndarray) -> np.ndarray:
+        """As `_Tangent.solve`."""
+        data = self._part.tangent_data(x, pressure, self._rotation)
+        try:
+            factor = FrontalCholesky(self._pattern, data)
+        except np.linalg.LinAlgError:  # not definite, away from stable equilibria
+            return self._solved(self._part.assembly.matrix(data), residual)
+        change = np.zeros(x.size)
+        change[self.free] = residual
+        change[self._pattern.unknowns] = factor.solve(change[self._pattern.unknowns][:, None])[:, 0]
+        return change

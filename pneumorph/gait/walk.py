@@ -44,20 +44,47 @@ class Walk:
         Raises:
             ValueError: The walk is shorter than one period.
         """
-        cycle_count = int(np.floor(self.time_s[-1] / period_s + 1e-6))
-        if cycle_count < 1:
-            raise ValueError(
-                f"the walk lasts {self.time_s[-1]:g} s, expected at least one period of "
-                f"{period_s:g} s"
-            )
-        slides = []
-        for cycle in range(cycle_count):
-            inside = (self.time_s >= cycle * period_s - 1e-6) & (
-                self.time_s <= (cycle + 1) * period_s + 1e-6
-            )
-            path = self.forward_cm[inside]
-            slides.append(np.max(np.maximum.accumulate(path, axis=0) - path, axis=0))
-        return np.mean(slides, axis=0)
+        return cycle_slides_cm(self.time_s, self.forward_cm, period_s).mean(axis=0)
+
+
+def step_rewards_cm(time_s: np.ndarray, forward_cm: np.ndarray, step_s: float) -> np.ndarray:
+    """Travel in each whole step [cm], (step, ...).
+
+    Args:
+        time_s: When [s], (time,).
+        forward_cm: Forward travel [cm], (time, ...).
+        step_s: Length of a step [s].
+
+    Raises:
+        ValueError: The walk is shorter than one step.
+    """
+    edges = step_s * np.arange(_whole_parts(time_s, step_s) + 1)
+    paths = forward_cm.reshape(len(time_s), -1).T
+    at = np.stack([np.interp(edges, time_s, path) for path in paths], axis=-1)
+    return np.diff(at, axis=0).reshape(-1, *forward_cm.shape[1:])
+
+
+def cycle_slides_cm(time_s: np.ndarray, forward_cm: np.ndarray, cycle_s: float) -> np.ndarray:
+    """Furthest slide back within each whole cycle [cm], (cycle, ...); arguments as above.
+
+    Raises:
+        ValueError: The walk is shorter than one cycle.
+    """
+    slides = []
+    for cycle in range(_whole_parts(time_s, cycle_s)):
+        inside = (time_s >= cycle * cycle_s - 1e-6) & (time_s <= (cycle + 1) * cycle_s + 1e-6)
+        path = forward_cm[inside]
+        slides.append(np.max(np.maximum.accumulate(path, axis=0) - path, axis=0))
+    return np.array(slides)
+
+
+def _whole_parts(time_s: np.ndarray, part_s: float) -> int:
+    count = int(np.floor(time_s[-1] / part_s + 1e-6))
+    if count < 1:
+        raise ValueError(
+            f"the walk lasts {time_s[-1]:g} s, expected at least one period of {part_s:g} s"
+        )
+    return count
 
 
 def walk(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,8 @@ import numpy as np
 
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.spread_points import spread_points
+from pneumorph.geometry.surface import boundary_triangles, enclosed_volume
 
 REGION_FIELD = "region"
 """Name of the cell data that numbers the regions in formats without physical groups."""
@@ -22,6 +25,7 @@ def read_mesh_file(
     *,
     region_names: dict[int, str] | None = None,
     scale: float = 1.0,
+    contact_spacing_mm: float = 10.0,
 ) -> Mesh:
     """Read nodes, tetrahedra and regions.
 
@@ -29,7 +33,8 @@ def read_mesh_file(
     `region_names` saying what a number means. Triangles of a region make a surface of that name,
     and all nodes of a region's points, lines or triangles a node set of that name. Nodes that no
     tetrahedron uses are dropped; a cavity whose normals all leave the solid is turned round, since
-    mesh generators orient a boundary that way.
+    mesh generators orient a boundary that way. Where no region is called ``skin``, it is the
+    boundary without the cavity; contact points are nodes of the skin, spread evenly.
 
     Args:
         path: The file.
@@ -37,6 +42,7 @@ def read_mesh_file(
         node_sets: Node sets that must be there.
         region_names: Name of each region number.
         scale: Length of the file's unit [mm], 1000 for metres.
+        contact_spacing_mm: Distance between contact points [mm].
 
     Raises:
         FileNotFoundError: No such file.
@@ -78,7 +84,7 @@ def read_mesh_file(
     )
     mesh = _with_cavity_inward(mesh)
     check_mesh(mesh, surfaces, node_sets)
-    return mesh
+    return _with_contact_points(_with_skin(mesh), contact_spacing_mm)
 
 
 def _regions(
@@ -112,18 +118,26 @@ def _regions(
 
 def _with_cavity_inward(mesh: Mesh) -> Mesh:
     """Turn a cavity round whose normals all leave the solid."""
-    from pneumorph.geometry.surface import enclosed_volume
-
     if "cavity" not in mesh.surfaces:
         return mesh
     cavity = mesh.surfaces["cavity"]
     if enclosed_volume(mesh.nodes, cavity) >= 0.0:
         return mesh
-    return Mesh(
-        mesh.nodes,
-        mesh.tetrahedra,
-        {**mesh.surfaces, "cavity": cavity[:, ::-1]},
-        mesh.node_sets,
-        mesh.contact_points,
-        mesh.mirror_nodes,
-    )
+    return replace(mesh, surfaces={**mesh.surfaces, "cavity": cavity[:, ::-1]})
+
+
+def _with_skin(mesh: Mesh) -> Mesh:
+    """Name the boundary without the cavity, unless the file did."""
+    if "skin" in mesh.surfaces:
+        return mesh
+    boundary = boundary_triangles(mesh.tetrahedra)
+    cavity = {
+        tuple(sorted(each)) for each in mesh.surfaces.get("cavity", np.zeros((0, 3))).tolist()
+    }
+    outside = [tuple(sorted(each)) not in cavity for each in boundary.tolist()]
+    return replace(mesh, surfaces={**mesh.surfaces, "skin": boundary[outside]})
+
+
+def _with_contact_points(mesh: Mesh, spacing_mm: float) -> Mesh:
+    outer = mesh.nodes[np.unique(mesh.surfaces["skin"])]
+    return replace(mesh, contact_points=outer[spread_points(outer, spacing_mm)])

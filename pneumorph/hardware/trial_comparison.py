@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.gait.walk import Walk
+from pneumorph.gait.walk import cycle_slides_cm, step_rewards_cm
 from pneumorph.hardware.trial import Trial
 
 
@@ -62,20 +62,15 @@ class Comparison:
 
     def rewards_per_step_cm(self) -> tuple[np.ndarray, np.ndarray]:
         """Travel in each step: of the simulation (step,), and of each trial (trial, step) [cm]."""
-        count = int(self.time_s[-1] / self.step_s + 1e-6)
-        at = self.step_s * np.arange(count + 1)
-        simulated = np.diff(np.interp(at, self.time_s, self.simulated_cm))
-        measured = np.array(
-            [np.diff(np.interp(at, self.time_s, path)) for path in self.measured_cm]
-        )
-        return simulated, measured
+        simulated = step_rewards_cm(self.time_s, self.simulated_cm, self.step_s)
+        return simulated, step_rewards_cm(self.time_s, self.measured_cm.T, self.step_s).T
 
     def backsliding_cm(self) -> tuple[float, np.ndarray]:
         """Mean slide back per cycle: of the simulation, and of each trial (trial,) [cm]."""
-        paths = np.column_stack([self.simulated_cm, *self.measured_cm])
-        walk = Walk(self.time_s, paths, np.zeros(paths.shape[1], dtype=np.uint8))
-        slides = walk.backsliding_cm(min(self.cycle_s, float(self.time_s[-1])))
-        return float(slides[0]), slides[1:]
+        cycle_s = min(self.cycle_s, float(self.time_s[-1]))
+        simulated = cycle_slides_cm(self.time_s, self.simulated_cm, cycle_s)
+        measured = cycle_slides_cm(self.time_s, self.measured_cm.T, cycle_s)
+        return float(simulated.mean()), measured.mean(axis=0)
 
     def summary(self) -> dict[str, object]:
         """Everything as numbers, for a summary."""

@@ -8,9 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.fem.cavity import Cavity
+from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.interpolation import interpolation_matrix
+from pneumorph.fem.material import Material
+from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial
-from pneumorph.reduction.full_part import ElementGroup, FullPart
 from pneumorph.reduction.inertia import mass_integrals
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.sampled_elements import SampledElements
@@ -18,10 +21,13 @@ from pneumorph.reduction.sampled_elements import SampledElements
 
 @dataclass(frozen=True)
 class Cubature:
-    """Which elements of one group are integrated over, and with which weight."""
+    """Which integration points of one group are summed over, and with which weight.
+
+    ``element`` in names means such a point: a linear element is one, a quadratic one several.
+    """
 
     index: np.ndarray
-    """Element numbers, ascending, (sampled,)."""
+    """Numbers of the points in their group, ascending, (sampled,)."""
     weight: np.ndarray
     """Non-negative weights, (sampled,)."""
 
@@ -48,40 +54,42 @@ def sample_elements(
         cubature: Which elements and weights; every element with weight one if not given.
     """
     if cubature is None:
-        cubature = Cubature.every(len(group.connectivity))
+        cubature = Cubature.every(group.element_count)
     index = cubature.index
     element_modes = modes[group.connectivity[index]]  # (element, k, 3, mode)
     gradients = group.material_gradients[index]  # (element, k, d)
-    scale = cubature.weight * group.measure[index]
     return SampledElements(
         rest=group.rest_frame[index],
         mode_gradient=np.einsum("enim,end->eidm", element_modes, gradients, optimize=True),
-        weighted_lambda=scale * group.lame_lambda[index],
-        weighted_mu=scale * group.lame_mu[index],
+        measure=cubature.weight * group.measure[index],
+        material=group.material,
     )
 
 
 def assemble_reduced_part(
-    part: FullPart,
+    part: PartModel,
     modes: np.ndarray,
     cubatures: tuple[Cubature, ...] | None = None,
     contact_modes: np.ndarray | None = None,
     metadata: Mapping[str, Any] | None = None,
+    mount_stiffness: np.ndarray | None = None,
 ) -> ReducedPart:
     """Build the reduced part of given modes and sampled elements.
 
     Args:
-        part: The full-order part; its groups are the tetrahedra and, optionally, one membrane.
-        modes: Mass-orthonormal mode shapes that vanish at the attachment, (node, 3, mode). They
+        part: The full-order part: tetrahedra and at most one membrane.
+        modes: Mass-orthonormal mode shapes, (node, 3, mode); zero at a rigid attachment. They
             are rounded to single precision first, so a saved part equals the one in memory.
         cubatures: Sampled elements of each group; every element with unit weight if not given
             (plain Galerkin projection).
         contact_modes: Mode shapes at the mesh's collision points, (point, 3, mode); interpolated
             in the tetrahedra if not given.
         metadata: Provenance and errors to record beside the mesh digest.
+        mount_stiffness: Of a soft hub against the attachment nodes [mN/mm], (3 attachment, 3
+            attachment); None where it is rigid.
 
     Raises:
-        ValueError: Shapes disagree.
+        ValueError: Shapes disagree, or the part has several membranes.
     """
     mesh, groups = part.mesh, tuple(part.element_groups)
     if modes.ndim != 3 or modes.shape[:2] != mesh.nodes.shape:
@@ -89,28 +97,29 @@ def assemble_reduced_part(
             f"modes must have shape (node, 3, mode) with {len(mesh.nodes)} nodes, got "
             f"{modes.shape}; they may belong to another mesh"
         )
+    if len(groups) > 2:
+        raise ValueError(
+            f"a part to be reduced may have one membrane, got {len(groups) - 1}; a reduced part "
+            "has one material for its tetrahedra and one for its membrane"
+        )
     if cubatures is None:
-        cubatures = tuple(Cubature.every(len(group.connectivity)) for group in groups)
+        cubatures = tuple(Cubature.every(group.element_count) for group in groups)
     if len(cubatures) != len(groups):
         raise ValueError(
             f"cubatures must name the sampled elements of each of the {len(groups)} element "
             f"groups, got {len(cubatures)}"
         )
     modes = modes.astype(np.float32).astype(np.float64)
-    by_dimension = {
-        group.material_gradients.shape[2]: (cubature, sample_elements(group, modes, cubature))
-        for group, cubature in zip(groups, cubatures, strict=True)
-    }
-    nothing = Cubature(np.zeros(0, dtype=np.int64), np.zeros(0))
     mode_count = modes.shape[2]
-    no_membrane = SampledElements(
-        np.zeros((0, 3, 2)), np.zeros((0, 3, 2, mode_count)), np.zeros(0), np.zeros(0)
+    solid_cubature, *membrane_cubatures = cubatures
+    solid, *membranes = (
+        sample_elements(group, modes, cubature)
+        for group, cubature in zip(groups, cubatures, strict=True)
     )
-    solid_cubature, solid = by_dimension[3]
-    membrane_cubature, membrane = by_dimension.get(2, (nothing, no_membrane))
-
+    membrane_cubature = membrane_cubatures[0] if membranes else Cubature.every(0)
+    membrane = membranes[0] if membranes else _no_membrane(mode_count)
     cavities = [
-        cavity_polynomial(mesh.nodes, mesh.surfaces[name], modes)
+        cavity_polynomial(mesh.nodes, Cavity.of_surface(mesh.surface_connectivity(name)), modes)
         for name in sorted(mesh.surfaces)
         if name.startswith("cavity")
     ]
@@ -127,15 +136,15 @@ def assemble_reduced_part(
         tetrahedron_weight=solid_cubature.weight,
         tetrahedron_rest=solid.rest,
         tetrahedron_mode_gradient=solid.mode_gradient,
-        tetrahedron_lambda=solid.weighted_lambda,
-        tetrahedron_mu=solid.weighted_mu,
+        tetrahedron_measure=solid.measure,
+        tetrahedron_material=solid.material,
         membrane_index=membrane_cubature.index.astype(np.int32),
         membrane_weight=membrane_cubature.weight,
         membrane_rest=membrane.rest,
         membrane_mode_gradient=membrane.mode_gradient,
-        membrane_lambda=membrane.weighted_lambda,
-        membrane_mu=membrane.weighted_mu,
-        linear_stiffness=np.zeros((mode_count, mode_count)),
+        membrane_measure=membrane.measure,
+        membrane_material=membrane.material,
+        linear_stiffness=_mount(part, modes, mount_stiffness),
         cavity_volume=np.array([cavity.constant for cavity in cavities]),
         cavity_volume_1=np.array([c.linear for c in cavities]).reshape(-1, *cube[:1]),
         cavity_volume_2=np.array([c.quadratic for c in cavities]).reshape(-1, *cube[:2]),
@@ -149,4 +158,25 @@ def assemble_reduced_part(
         contact_points=np.array(mesh.contact_points, dtype=np.float64).reshape(-1, 3),
         contact_modes=contact_modes,
         metadata={**(metadata or {}), "mesh_digest": mesh.digest()},
+    )
+
+
+def _mount(part: PartModel, modes: np.ndarray, stiffness: np.ndarray | None) -> np.ndarray:
+    # Stiffness of the mount projected on the modes, (mode, mode).
+    mode_count = modes.shape[2]
+    if stiffness is None:
+        return np.zeros((mode_count, mode_count))
+    attached = modes[part.mesh.node_set("attachment")].reshape(-1, mode_count)
+    if stiffness.shape != (len(attached), len(attached)):
+        raise ValueError(
+            f"mount_stiffness must have shape ({len(attached)}, {len(attached)}), three rows for "
+            f"each attachment node, got {stiffness.shape}"
+        )
+    projected: np.ndarray = attached.T @ stiffness @ attached
+    return 0.5 * (projected + projected.T)
+
+
+def _no_membrane(mode_count: int) -> SampledElements:
+    return SampledElements(
+        np.zeros((0, 3, 2)), np.zeros((0, 3, 2, mode_count)), np.zeros(0), Material(1.0, 0.0)
     )

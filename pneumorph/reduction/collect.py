@@ -1,36 +1,46 @@
-"""Collect all snapshots of a part over processes, resuming where an earlier run stopped."""
+"""Collect all snapshots of a part, resuming where an earlier run stopped.
+
+The work is cut into tasks, each of which makes one file: the free bending, a dozen loads, or the
+walk of one robot. Where they run is the executor's choice; the files are written here, so that
+workers need no common disk.
+"""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pneumorph.artefact import ArtefactError
+from pneumorph.executor import ExecutorSettings, run_tasks
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.pose import Pose
+from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
+from pneumorph.reduction.snapshot_files import SnapshotFiles, read_header
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import (
     StaticSnapshotSettings,
     bend_snapshots,
     load_snapshots,
 )
-from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings, walk_snapshots
-from pneumorph.settings import settings_to_dict
+from pneumorph.reduction.walk_snapshots import (
+    WalkSnapshotSettings,
+    leg_step_seconds,
+    walk_plan,
+    walk_snapshots,
+)
+from pneumorph.settings import settings_from_dict, settings_to_dict
 
 Progress = Callable[[int, int, str], None]
 
 # Loads of one task: small enough to resume and to share out, large enough to be worth a file.
 _LOADS_PER_TASK = 12
+# What an equilibrium costs, in steps of one leg: some twenty Newton steps with a general solver.
+_LEG_STEPS_PER_EQUILIBRIUM = 50
 
 
 @dataclass(frozen=True)
@@ -41,8 +51,8 @@ class SnapshotSettings:
     """A single part at rest under load."""
     walk: WalkSnapshotSettings = field(default_factory=WalkSnapshotSettings)
     """Parts that carry a robot."""
-    process_count: int = 2
-    """Processes that compute at the same time."""
+    executor: ExecutorSettings = field(default_factory=ExecutorSettings)
+    """Where they are computed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +61,8 @@ class _Problem:
     hub: RigidHub | SoftHub
     poses: tuple[Pose, ...]
     settings: SnapshotSettings
+    bend: Snapshots | None = None
+    """Free bending, which loads start from."""
 
 
 def collect_snapshots(
@@ -60,126 +72,151 @@ def collect_snapshots(
     settings: SnapshotSettings,
     folder: Path,
     progress: Progress | None = None,
-) -> Snapshots:
+    say: Callable[[str], None] | None = None,
+) -> SnapshotFiles:
     """Compute the snapshots the settings ask for.
 
-    Each task writes a file into ``folder``; a file that was made from the same mesh with the same
+    Each task writes a file into ``folder``; a file that was made from the same part with the same
     settings is not made again.
 
     Args:
         part: The full-order part.
         hub: Carries the parts of walking robots.
         poses: Places of parts in the robot's frame.
-        settings: Protocols and number of processes.
+        settings: Protocols, and where they run.
         folder: Where the files go.
-        progress: Called with tasks done, tasks in all and a message.
+        progress: Called with the work done, the work in all and a message.
+        say: Told how long the missing tasks will take, before they begin.
+
+    Raises:
+        ArtefactError: The settings ask for no snapshots at all.
     """
     problem = _Problem(part, hub, tuple(poses), settings)
-    load_tasks = -(-settings.static.load_count // _LOADS_PER_TASK)
-    walks = [f"walk_{number}" for number in range(len(settings.walk.leg_counts))]
-    # The longest first, so that processes end together.
-    walks.sort(key=lambda name: -settings.walk.leg_counts[_number(name)])
-    names = ["bend", *walks, *(f"load_{number}" for number in range(load_tasks))]
-    missing = [name for name in names if _saved(problem, folder, name) is None]
+    names = _task_names(settings)
+    missing = [name for name in names if not _is_there(problem, folder, name)]
+    cost = {name: _leg_steps(problem, name) for name in names}
+    total = sum(cost.values())
 
-    def report(name: str) -> None:
+    def report(message: str) -> None:
         if progress:
-            progress(len(names) - len(missing), len(names), f"snapshots: {name}")
+            progress(total - sum(cost[name] for name in missing), total, f"snapshots: {message}")
 
     if "bend" in missing:  # loads start from these
         report("bend")
-        _run(problem, folder, "bend")
+        _save(problem, folder, "bend", _task(problem, "bend"))
         missing.remove("bend")
-    if settings.process_count == 1:
-        for name in list(missing):
-            report(name)
-            _run(problem, folder, name)
-            missing.remove(name)
-    elif missing:
-        with _single_threaded_children():
-            context = multiprocessing.get_context("spawn")
-            with ProcessPoolExecutor(
-                settings.process_count, context, initializer=_remember, initargs=(problem, folder)
-            ) as pool:
-                futures = {pool.submit(_run_remembered, name): name for name in missing}
-                report(f"{len(missing)} tasks")
-                for future in as_completed(futures):
-                    future.result()
-                    missing.remove(futures[future])
-                    report(f"{futures[future]} done")
-    pieces = [_saved(problem, folder, name) for name in sorted(names, key=_canonical)]
-    return Snapshots.joined([piece for piece in pieces if piece is not None and len(piece)])
-
-
-def _canonical(name: str) -> tuple[int, int]:
+    if any(name.startswith("load") for name in missing):
+        problem = _Problem(part, hub, problem.poses, settings, Snapshots.load(folder / "bend.npz"))
+    if say and any(name.startswith("walk") for name in missing):
+        say(_estimate(problem, sum(cost[name] for name in missing), len(missing)))
+    # The longest first, so that workers end together.
+    tasks = sorted(missing, key=lambda name: -cost[name])
+    report(f"{len(missing)} tasks")
+    for number, snapshots in run_tasks(_task, problem, tasks, settings.executor):
+        _save(problem, folder, tasks[number], snapshots)
+        missing.remove(tasks[number])
+        report(f"{tasks[number]} done")
     # The order of snapshots does not depend on the order of computing.
-    kind = name.split("_")[0]
-    return ["bend", "load", "walk"].index(kind), _number(name)
+    return SnapshotFiles([folder / f"{name}.npz" for name in names])
+
+
+def _task_names(settings: SnapshotSettings) -> list[str]:
+    loads = -(-settings.static.load_count // _LOADS_PER_TASK)
+    return [
+        "bend",
+        *(f"load_{number}" for number in range(loads)),
+        *(f"walk_{number}" for number in range(settings.walk.robot_count)),
+    ]
 
 
 def _number(name: str) -> int:
-    return int(name.split("_")[1]) if "_" in name else 0
+    return int(name.split("_")[1])
 
 
-def _task_settings(problem: _Problem, name: str) -> dict[str, Any]:
+def _load_numbers(settings: StaticSnapshotSettings, name: str) -> list[int]:
+    first = _LOADS_PER_TASK * _number(name)
+    return list(range(first, min(first + _LOADS_PER_TASK, settings.load_count)))
+
+
+def _leg_steps(problem: _Problem, name: str) -> int:
+    """Cost of a task, in steps of one leg."""
     settings = problem.settings
+    if name == "bend":
+        return settings.static.bend_count * _LEG_STEPS_PER_EQUILIBRIUM
+    if name.startswith("load"):
+        return len(_load_numbers(settings.static, name)) * _LEG_STEPS_PER_EQUILIBRIUM
+    plan = walk_plan(settings.walk, _number(name), len(problem.poses))
+    return plan.step_count(settings.walk) * len(plan.places)
+
+
+def _estimate(problem: _Problem, leg_steps: int, task_count: int) -> str:
+    settings = problem.settings
+    seconds = leg_step_seconds(problem.part, problem.hub, problem.poses, settings.walk)
+    hours = leg_steps * seconds / 3600.0
+    shared = max(settings.executor.process_count, 1)
+    return (
+        f"{task_count} tasks with {leg_steps} steps of a leg, {1000.0 * seconds:.0f} ms each here: "
+        f"{hours:.1f} processor hours, about {hours / shared:.1f} h on {shared} processors; "
+        "stop at any time, finished tasks are kept"
+    )
+
+
+def _origin(problem: _Problem, name: str) -> dict[str, Any]:
+    """What a task's snapshots depend on."""
+    settings, part = problem.settings, problem.part
     chosen = settings.walk if name.startswith("walk") else settings.static
-    return {"task": name, **settings_to_dict(chosen)}
+    return {
+        "settings": {"task": name, **settings_to_dict(chosen)},
+        "part": {
+            "material": asdict(part.material),
+            "membranes": [asdict(membrane) for membrane in part.membranes],
+            "mass_kg": part.mass_kg,
+        },
+    }
 
 
-def _saved(problem: _Problem, folder: Path, name: str) -> Snapshots | None:
+def _is_there(problem: _Problem, folder: Path, name: str) -> bool:
     path = folder / f"{name}.npz"
     if not path.exists():
-        return None
+        return False
     try:
-        snapshots = Snapshots.load(path)
-    except ArtefactError:  # an interrupted run's; made again
-        return None
-    same_mesh = snapshots.metadata.get("mesh_digest") == problem.part.mesh.digest()
-    same_settings = snapshots.metadata.get("settings") == _task_settings(problem, name)
-    return snapshots if same_mesh and same_settings else None
+        _, metadata = read_header(path)
+        saved = dict(metadata["settings"])
+        if saved.pop("task") != name:
+            return False
+        settings = problem.settings
+        wanted = settings.walk if name.startswith("walk") else settings.static
+        # A setting that the file does not know had its default's meaning.
+        same_settings = settings_from_dict(type(wanted), saved) == wanted
+    except (ArtefactError, KeyError, ValueError):  # an interrupted run's or another's; made again
+        return False
+    origin = _origin(problem, name)
+    same_part = metadata.get("part", origin["part"]) == origin["part"]
+    return same_settings and same_part and metadata.get("mesh_digest") == problem.part.mesh.digest()
 
 
-def _run(problem: _Problem, folder: Path, name: str) -> None:
-    part, settings = problem.part, problem.settings
-    if name == "bend":
-        snapshots = bend_snapshots(part, settings.static)
-    elif name.startswith("load"):
-        first = _LOADS_PER_TASK * _number(name)
-        numbers = np.arange(first, min(first + _LOADS_PER_TASK, settings.static.load_count))
-        bend = _saved(problem, folder, "bend")
-        snapshots = load_snapshots(part, settings.static, numbers.tolist(), bend)
-    else:
-        snapshots = walk_snapshots(part, problem.hub, problem.poses, settings.walk, _number(name))
-    snapshots.metadata["settings"] = _task_settings(problem, name)
+def _save(
+    problem: _Problem, folder: Path, name: str, snapshots: Snapshots | CompressedSnapshots
+) -> None:
+    snapshots.metadata.update(_origin(problem, name))
     snapshots.save(folder / f"{name}.npz")
 
 
-_remembered: tuple[_Problem, Path] | None = None
-
-
-def _remember(problem: _Problem, folder: Path) -> None:
-    global _remembered
-    _remembered = (problem, folder)
-
-
-def _run_remembered(name: str) -> None:
-    if _remembered is None:
-        raise RuntimeError("the process was started without a problem to work on")
-    _run(*_remembered, name)
-
-
-@contextmanager
-def _single_threaded_children() -> Iterator[None]:
-    # Two BLAS threads in each of two processes stall each other on shared cores.
-    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(dict.fromkeys(names, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+def _task(problem: _Problem, name: str) -> Snapshots | CompressedSnapshots:
+    """Compute one task and note how long it took."""
+    part, settings = problem.part, problem.settings
+    wall, processor = time.perf_counter(), time.process_time()
+    snapshots: Snapshots | CompressedSnapshots
+    if name == "bend":
+        snapshots = bend_snapshots(part, settings.static)
+    elif name.startswith("load"):
+        numbers = _load_numbers(settings.static, name)
+        snapshots = load_snapshots(part, settings.static, numbers, problem.bend)
+    else:
+        number = _number(name)
+        snapshots = walk_snapshots(part, problem.hub, problem.poses, settings.walk, number)
+    snapshots.metadata["seconds"] = {
+        "wall": time.perf_counter() - wall,
+        "processor": time.process_time() - processor,
+    }
+    return snapshots

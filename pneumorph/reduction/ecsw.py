@@ -8,13 +8,19 @@ looks for few non-negative weights with sum_e w_e Phi^T f_e = sum_e Phi^T f_e at
 L^-1 of its reduced stiffness K = L L^T: their norm is then the energy of the displacement the error
 causes. Each state is divided by the size of its own force (with a floor), so gently inflated states
 count as much as strongly inflated ones. The hyperreduction tolerance t bounds the relative residual
-||G w - b|| <= t ||b|| of these scaled rows.
+||G w - b|| <= t ||b|| of these scaled rows. The published one (0.001) is the same formula for rows
+as they are: G_{(s,a),e} = Phi_a^T f_e(alpha_s), b = G 1.
 
 **Rigid turns.** The rows also hold the moment of the internal force about the part's frame (not
 zero with edge-based rotations) and, at some states, the stiffness itself between modes and
 rotations: damping proportional to stiffness couples the rates of the modes and the hub's rotation.
+An element's force has no resultant whatever its weight, nor has it a moment where its law is
+objective, so sampling conserves linear and angular momentum.
 
-**Mirror pairs.** With symmetric and antisymmetric modes an element and its mirror image share one
+**Integration points.** What is sampled are integration points; a linear element is one, and each of
+a quadratic element's has a weight of its own.
+
+**Mirror pairs.** With symmetric and antisymmetric modes a point and its mirror image share one
 column and one weight, so a mirrored motion of the sampled part is the mirrored motion, exactly.
 """
 
@@ -26,14 +32,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sparse
 
+from pneumorph.fem.element_group import ElementGroup
+from pneumorph.fem.quadrature import quadrature
 from pneumorph.fem.rotation import Rotation
 from pneumorph.reduction.assemble import Cubature, sample_elements
-from pneumorph.reduction.full_part import ElementGroup
-from pneumorph.reduction.sampled_elements import (
-    SampledElements,
-    rotated_stress,
-    strain_factors,
-)
+from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.sparse_nnls import NormalEquations, sparse_nnls
 
 Progress = Callable[[int, int, str], None]
@@ -49,7 +52,7 @@ class EcswSettings:
 
     hyperreduction_tolerance: float = 0.008
     """Relative residual of the scaled force rows at which no more elements are added."""
-    element_limit: int = 240
+    element_limit: int = 190
     """At most so many sampled elements, tetrahedra and membrane triangles together."""
     stiffness_state_count: int = 24
     """Number of training states at which the stiffness is trained too."""
@@ -78,6 +81,7 @@ def ecsw(
     *,
     rotation: Rotation = "edge",
     mirror_nodes: np.ndarray | None = None,
+    linear_stiffness: np.ndarray | None = None,
     progress: Progress | None = None,
 ) -> EcswResult:
     """Choose elements and weights.
@@ -89,6 +93,7 @@ def ecsw(
         settings: Tolerances and limits.
         rotation: Where the elements take their rotation from.
         mirror_nodes: Mirror image of each node, (node,), to pair elements.
+        linear_stiffness: What holds the modes besides the elements, (mode, mode): the mount's.
         progress: Called with done, total and a message.
 
     Raises:
@@ -96,7 +101,7 @@ def ecsw(
     """
     if len(states) == 0:
         raise ValueError("states must hold at least one training state, got none")
-    training = TrainingRows.build(groups, modes, mirror_nodes, rotation)
+    training = TrainingRows.build(groups, modes, mirror_nodes, rotation, linear_stiffness)
     # Evenly spread over the states, which are ordered by protocol and load.
     spread = np.linspace(0, len(states) - 1, max(settings.stiffness_state_count, 1))
     stiffness_states = set(np.unique(spread.astype(int)).tolist())
@@ -153,6 +158,8 @@ class TrainingRows:
     columns: sparse.csr_matrix
     """Adds up the contributions of elements that share a weight, (element, column)."""
     rotation: Rotation
+    linear_stiffness: np.ndarray
+    """Besides the elements', (mode, mode)."""
 
     @classmethod
     def build(
@@ -161,13 +168,14 @@ class TrainingRows:
         modes: np.ndarray,
         mirror_nodes: np.ndarray | None,
         rotation: Rotation,
+        linear_stiffness: np.ndarray | None = None,
     ) -> TrainingRows:
         """Prepare the elements of all groups and number their columns."""
         owner, offset = [], 0
         for group in groups:
-            column = np.arange(len(group.connectivity))
+            column = np.arange(group.element_count)
             if mirror_nodes is not None:
-                column = shared_columns(group.connectivity, mirror_nodes)
+                column = shared_columns(group, mirror_nodes)
             owner.append(offset + column)
             offset += int(column.max(initial=-1)) + 1
         column = np.concatenate(owner)
@@ -176,7 +184,10 @@ class TrainingRows:
             (np.ones(element_count), (np.arange(element_count), column)),
             shape=(element_count, offset),
         )
-        return cls(tuple(sample_elements(group, modes) for group in groups), columns, rotation)
+        elements = tuple(sample_elements(group, modes) for group in groups)
+        if linear_stiffness is None:
+            linear_stiffness = np.zeros((modes.shape[2], modes.shape[2]))
+        return cls(elements, columns, rotation, linear_stiffness)
 
     @property
     def column_count(self) -> int:
@@ -189,8 +200,9 @@ class TrainingRows:
         sizes = []
         for state in states:
             mode_count = len(state)
-            _, factors = self._contributions(state)
-            turn.append(sum(np.square(factor[:, :, mode_count:]).sum() for factor in factors) / 3.0)
+            _, pairs = self._contributions(state)
+            turns = [(fields[:, :, mode_count:], tangent) for fields, tangent in pairs]
+            turn.append(sum(np.sum(d * (tangent @ d)) for d, tangent in turns) / 3.0)
             forces, _ = self.rows(state, unscaled, with_stiffness=False)
             sizes.append(_size(forces[:mode_count]))
         # A part that is never stressed gives no turning stiffness; any scale will do then.
@@ -201,20 +213,22 @@ class TrainingRows:
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """Scaled force and moment (mode + 3, column), and stiffness entries (pair, column)."""
         mode_count = len(state)
-        forces, factors = self._contributions(state)
-        flat = np.concatenate([factor.reshape(-1, mode_count + 3) for factor in factors])
-        flat = flat[:, :mode_count]
+        forces, pairs = self._contributions(state)
+        stiffness = self.linear_stiffness.copy()
+        for fields, tangent in pairs:
+            modal = fields[:, :, :mode_count]
+            stiffness += modal.reshape(-1, mode_count).T @ (tangent @ modal).reshape(-1, mode_count)
         inverse = np.zeros((mode_count + 3, mode_count + 3))
-        inverse[:mode_count, :mode_count] = np.linalg.inv(np.linalg.cholesky(flat.T @ flat))
+        inverse[:mode_count, :mode_count] = np.linalg.inv(np.linalg.cholesky(stiffness))
         inverse[mode_count:, mode_count:] = np.eye(3) / scales.rotation
         force_rows = (inverse @ forces) @ self.columns
         if not with_stiffness:
             return force_rows, None
         first, second = np.triu_indices(mode_count + 3)
         entries = []
-        for factor in factors:
-            scaled = factor @ inverse.T
-            matrices = np.swapaxes(scaled, 1, 2) @ scaled  # (element, mode + 3, mode + 3)
+        for fields, tangent in pairs:
+            scaled = fields @ inverse.T
+            matrices = np.swapaxes(scaled, 1, 2) @ (tangent @ scaled)
             entries.append(matrices[:, first, second].T)
         rows = np.concatenate(entries, axis=1)
         rows[first != second] *= 2**0.5  # an off-diagonal entry stands for two
@@ -226,42 +240,60 @@ class TrainingRows:
         ends = np.cumsum([len(elements.rest) for elements in self.elements])
         return tuple(Cubature.from_weights(part) for part in np.split(each, ends[:-1]))
 
-    def _contributions(self, state: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    def _contributions(
+        self, state: np.ndarray
+    ) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
         # Force on the modes and moment about the frame's origin, (mode + 3, element); and for
-        # each group the factors of the stiffness between modes and turns.
-        forces, factors = [], []
+        # each group the gradients of modes and turns with the tangent between them.
+        forces, pairs = [], []
         for elements in self.elements:
             gradient = elements.gradients(state)
             # Gradients of the fields: those of the modes, and of the unit rotations e_j x x.
             turns = np.stack([np.cross(axis, gradient, axisb=1, axisc=1) for axis in np.eye(3)], 3)
-            directions = np.concatenate([elements.mode_gradient, turns], axis=3)
-            weighted = (elements.weighted_lambda, elements.weighted_mu, self.rotation)
-            stress = rotated_stress(gradient, *weighted)
-            flat = directions.reshape(len(directions), -1, directions.shape[3])
-            forces.append(-(stress.reshape(len(stress), 1, -1) @ flat)[:, 0].T)
-            factors.append(strain_factors(gradient, directions, *weighted))
-        return np.concatenate(forces, axis=1), factors
+            fields = np.concatenate([elements.mode_gradient, turns], axis=3)
+            fields = fields.reshape(len(fields), -1, fields.shape[3])
+            stress = elements.stress(gradient, self.rotation)
+            forces.append(-(stress.reshape(len(stress), 1, -1) @ fields)[:, 0].T)
+            pairs.append((fields, elements.published_tangent(gradient, self.rotation)))
+        return np.concatenate(forces, axis=1), pairs
 
 
-def shared_columns(connectivity: np.ndarray, mirror_nodes: np.ndarray) -> np.ndarray:
-    """Number the mirror pairs of elements: elements with equal numbers share one weight.
+def shared_columns(group: ElementGroup, mirror_nodes: np.ndarray) -> np.ndarray:
+    """Number the mirror pairs of integration points: points with equal numbers share one weight.
+
+    A point is known by its element's corners and its barycentric coordinates at each.
 
     Args:
-        connectivity: Nodes of each element, (element, k).
+        group: The points.
         mirror_nodes: Mirror image of each node, (node,).
 
     Raises:
         ValueError: The mirror image of an element is not in the mesh.
     """
-    own = np.sort(connectivity, axis=1)
-    image = np.sort(mirror_nodes[connectivity], axis=1)
-    position = {tuple(nodes): number for number, nodes in enumerate(own)}
-    partner = np.array([position.get(tuple(nodes), -1) for nodes in image])
+    corners = group.connectivity[:, : group.dimension + 1]
+    rule = quadrature(group.dimension, group.connectivity.shape[1])
+    # The coordinates of the rules differ by far more than a thousandth.
+    coordinates = np.round(1e3 * rule.barycentric).astype(int)
+    coordinates = np.tile(coordinates, (len(corners) // len(coordinates), 1))
+    own, image = (
+        _point_names(corners, coordinates),
+        _point_names(mirror_nodes[corners], coordinates),
+    )
+    position = {name: number for number, name in enumerate(own)}
+    partner = np.array([position.get(name, -1) for name in image])
     if np.any(partner < 0):
-        lonely = int(np.flatnonzero(partner < 0)[0])
+        lonely = int(np.flatnonzero(partner < 0)[0]) // group.points_per_element
         raise ValueError(
             f"mirror_nodes must map elements onto elements, but the image of element {lonely} "
             "is not in the mesh; the mesh is not symmetric under y -> -y"
         )
     _, column = np.unique(np.minimum(partner, np.arange(len(partner))), return_inverse=True)
     return column
+
+
+def _point_names(corners: np.ndarray, coordinates: np.ndarray) -> list[tuple[int, ...]]:
+    # Corners in ascending order with the point's coordinates at each.
+    order = np.argsort(corners, axis=1)
+    sorted_corners = np.take_along_axis(corners, order, axis=1)
+    sorted_coordinates = np.take_along_axis(coordinates, order, axis=1)
+    return [tuple(row) for row in np.hstack([sorted_corners, sorted_coordinates]).tolist()]

@@ -22,6 +22,9 @@ from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.pose import Pose
 
+# Smallest compliance as a share of the largest.
+_STIFFEST = 1e-4
+
 
 def mount_stiffness(
     hub: PartModel,
@@ -43,7 +46,7 @@ def mount_stiffness(
         3 point), points major.
 
     Raises:
-        ValueError: No poses, or points of which the hub can hold no displacement apart.
+        ValueError: No poses.
     """
     if not poses:
         raise ValueError("poses is empty, expected the places of the part in the robot's frame")
@@ -58,15 +61,26 @@ def mount_stiffness(
         image = np.arange(points.size).reshape(-1, 3)[mirror_points].ravel()
         sign = np.tile([1.0, -1.0, 1.0], len(points))
         compliance = 0.5 * (compliance + sign[:, None] * compliance[np.ix_(image, image)] * sign)
-    values = np.linalg.eigvalsh(compliance)
-    if not values[0] > 1e-9 * values[-1]:
-        raise ValueError(
-            f"the compliance of the hub at the {len(points)} attachment points has eigenvalues "
-            f"from {values[0]:.3g} to {values[-1]:.3g} mm/mN, expected all above 0; several points "
-            "may lie in one tetrahedron of a coarse hub"
-        )
-    stiffness: np.ndarray = np.linalg.inv(compliance)
-    return 0.5 * (stiffness + stiffness.T)
+    values, vectors = np.linalg.eigh(compliance)
+    # A coarse hub cannot move all points apart: there they are as good as held.
+    values = np.maximum(values, _STIFFEST * values[-1])
+    stiffness: np.ndarray = (vectors / values) @ vectors.T
+    return stiffness
+
+
+def leg_mount_stiffness(leg: PartModel, hub: PartModel, poses: Sequence[Pose]) -> np.ndarray:
+    """`mount_stiffness` of the attachment nodes of a leg, with the mirror plane of its mesh.
+
+    Raises:
+        MeshError: The leg's mesh has no attachment.
+    """
+    nodes = leg.mesh.node_set("attachment")
+    mirror = leg.mesh.mirror_nodes
+    points = None
+    if mirror is not None:
+        place = {int(node): number for number, node in enumerate(nodes)}
+        points = np.array([place[int(node)] for node in mirror[nodes]])
+    return mount_stiffness(hub, leg.rest_nodes[nodes], poses, points)
 
 
 def _inertia_relief(hub: PartModel) -> np.ndarray:

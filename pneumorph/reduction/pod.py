@@ -7,9 +7,13 @@ modes with
 
     sqrt( sum_{j > m} s_j^2 / sum_j s_j^2 ) <= t,
 
-the relative root-mean-square projection error of the snapshots in the norm of H. The span is then
-mass-orthonormalised, Phi^T M Phi = I, one mode after the other, so that fewer modes of the same
-decomposition are a sub-basis.
+the relative root-mean-square projection error of the snapshots in the norm of H. This is the mode
+tolerance of the published experiment (0.0032), there in the Euclidean norm of the nodes' positions,
+which with equal node masses is the norm of mass. Snapshots that are only known up to a dropped part
+of square D (`incremental_pod.py`) add D to both sums; the bound then holds for them all the same.
+
+The span is then mass-orthonormalised, Phi^T M Phi = I, one mode after the other, so that fewer
+modes of the same decomposition are a sub-basis.
 
 For a part with a mirror plane the mirror images count as snapshots too. Their decomposition splits
 exactly into that of the symmetric and of the antisymmetric halves of the snapshots, because the two
@@ -21,13 +25,18 @@ Source: Goury and Duriez 2018 for soft robots; Sirovich 1987 for the method of s
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sparse
 
-MIRROR = np.array([1.0, -1.0, 1.0])
-"""Reflection y -> -y of a vector."""
+from pneumorph.reduction.incremental_pod import MIRROR as MIRROR
+from pneumorph.reduction.incremental_pod import IncrementalPod, gram_vectors
+from pneumorph.reduction.snapshots import BLOCK_SIZE
+
+# Singular values below this, relative to the largest, are rounding of the Gram matrix.
+_ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
@@ -40,11 +49,14 @@ class Pod:
     """All singular values in the chosen inner product, descending."""
     parity: np.ndarray
     """+1 for a symmetric, -1 for an antisymmetric mode, 0 without a mirror plane, (mode,)."""
+    dropped_square: float = 0.0
+    """D: square of what the snapshots lost before."""
 
     @property
     def projection_error(self) -> float:
-        """sqrt(sum of the dropped s_j^2 / sum of all s_j^2)."""
-        return float(truncation_error(self.singular_values)[self.modes.shape[2]])
+        """sqrt((D + sum of the dropped s_j^2) / (D + sum of all s_j^2)), at least the true one."""
+        error = truncation_error(self.singular_values, self.dropped_square)
+        return float(error[self.modes.shape[2]])
 
 
 def pod(
@@ -70,46 +82,76 @@ def pod(
     Raises:
         ValueError: No snapshot, shapes disagree, values not finite or a tolerance out of range.
     """
-    _check(displacement, node_mass, tolerance, mode_limit)
-    halves = {0: displacement}
-    if mirror_nodes is not None:
-        image = displacement[:, mirror_nodes] * MIRROR
-        # Without the factor 1/2 these are sqrt(2) times the halves of snapshots and images.
-        halves = {1: (displacement + image) / 2**0.5, -1: (displacement - image) / 2**0.5}
+    _check(displacement, node_mass)
     if metric is None:
-        metric = sparse.diags(np.repeat(node_mass, 3))
-
-    values, parities, candidates = [], [], []
-    for parity, half in halves.items():
-        flat = half.reshape(len(half), -1)
-        squares, vectors = np.linalg.eigh(flat @ (metric @ flat.T))
-        order = np.argsort(squares)[::-1][:mode_limit]
-        values.append(np.sqrt(np.clip(squares[::-1], 0.0, None)))
-        scale = np.sqrt(np.clip(squares[order], 0.0, None))
-        parities.append(np.full(len(order), parity))
-        candidates.append((scale, flat.T @ vectors[:, order]))
-    singular_values = np.sort(np.concatenate(values))[::-1]
-    if singular_values[0] == 0.0:
-        raise ValueError("displacement must not be zero in every snapshot; nothing moved")
-    wanted = int(np.argmax(truncation_error(singular_values) <= tolerance))
-    # Gram eigenvalues below rounding carry no direction.
-    meaningful = int((singular_values > 1e-7 * singular_values[0]).sum())
-    count = max(1, min(wanted, mode_limit, meaningful))
-
-    scale = np.concatenate([scale for scale, _ in candidates])
-    chosen = np.argsort(-scale, kind="stable")[:count]
-    fields = np.concatenate([field for _, field in candidates], axis=1)[:, chosen]
-    modes = mass_orthonormalise(fields, node_mass)
-    return Pod(
-        modes=modes.reshape(*displacement.shape[1:], count),
-        singular_values=singular_values,
-        parity=np.concatenate(parities)[chosen],
+        metric = sparse.diags(np.repeat(node_mass, 3)).tocsr()
+    gathered = IncrementalPod(metric, _ROUNDING, mirror_nodes)
+    for start in range(0, len(displacement), BLOCK_SIZE):
+        gathered.add(displacement[start : start + BLOCK_SIZE])
+    return joint_pod(
+        [(1.0, gathered)], node_mass, metric, tolerance=tolerance, mode_limit=mode_limit
     )
 
 
-def truncation_error(singular_values: np.ndarray) -> np.ndarray:
-    """sqrt(sum_{j > m} s_j^2 / sum s_j^2) for m = 0 .. number of values."""
-    squares = np.append(np.cumsum(singular_values[::-1] ** 2)[::-1], 0.0)
+def joint_pod(
+    parts: Sequence[tuple[float, IncrementalPod]],
+    node_mass: np.ndarray,
+    metric: sparse.spmatrix,
+    *,
+    tolerance: float,
+    mode_limit: int,
+) -> Pod:
+    """Decompose several sets of snapshots together, each with its weight.
+
+    Args:
+        parts: Factor of the snapshots of each set, and its decomposition in this metric.
+        node_mass: Lumped mass [kg], (node,).
+        metric: Inner product H, (3 node, 3 node).
+        tolerance: Mode tolerance t of the formula above, between 0 and 1; what the sets have
+            dropped counts as error.
+        mode_limit: Keep at most so many modes, whatever the tolerance asks for.
+
+    Raises:
+        ValueError: A tolerance or limit out of range, or all snapshots are zero.
+    """
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance must lie between 0 and 1, got {tolerance}")
+    if mode_limit < 1:
+        raise ValueError(f"mode_limit must be at least 1, got {mode_limit}")
+    values, parities, fields = [], [], []
+    for parity in parts[0][1].scaled_modes:
+        rows = np.concatenate([scale * part.scaled_modes[parity] for scale, part in parts])
+        squares, vectors = gram_vectors(rows, metric)
+        kept = min(mode_limit, len(rows))
+        values.append(np.sqrt(squares))
+        parities.append(np.full(kept, parity))
+        fields.append((np.sqrt(squares[:kept]), vectors[:, :kept].T @ rows))
+    singular_values = np.sort(np.concatenate(values))[::-1]
+    if len(singular_values) == 0 or singular_values[0] == 0.0:
+        raise ValueError("displacement must not be zero in every snapshot; nothing moved")
+    dropped = sum(scale**2 * part.dropped_square for scale, part in parts)
+    reached = truncation_error(singular_values, dropped) <= tolerance
+    # Where even all of them leave more than the tolerance, all are wanted.
+    wanted = int(np.argmax(reached)) if reached.any() else len(singular_values)
+    # Gram eigenvalues below rounding carry no direction.
+    meaningful = int((singular_values > _ROUNDING * singular_values[0]).sum())
+    count = max(1, min(wanted, mode_limit, meaningful))
+
+    scale_of = np.concatenate([scale for scale, _ in fields])
+    chosen = np.argsort(-scale_of, kind="stable")[:count]
+    columns = np.concatenate([field for _, field in fields])[chosen].T
+    modes = mass_orthonormalise(columns, node_mass)
+    return Pod(
+        modes=modes.reshape(len(node_mass), 3, count),
+        singular_values=singular_values,
+        parity=np.concatenate(parities)[chosen],
+        dropped_square=dropped,
+    )
+
+
+def truncation_error(singular_values: np.ndarray, dropped_square: float = 0.0) -> np.ndarray:
+    """sqrt((D + sum_{j > m} s_j^2) / (D + sum s_j^2)) for m = 0 .. number of values."""
+    squares = np.append(np.cumsum(singular_values[::-1] ** 2)[::-1], 0.0) + dropped_square
     return np.sqrt(squares / squares[0])
 
 
@@ -128,9 +170,7 @@ def project(displacement: np.ndarray, modes: np.ndarray, node_mass: np.ndarray) 
     return displacement.reshape(len(displacement), -1) @ weighted
 
 
-def _check(
-    displacement: np.ndarray, node_mass: np.ndarray, tolerance: float, mode_limit: int
-) -> None:
+def _check(displacement: np.ndarray, node_mass: np.ndarray) -> None:
     if displacement.ndim != 3 or displacement.shape[1:] != (len(node_mass), 3):
         raise ValueError(
             f"displacement must have shape (snapshot, {len(node_mass)}, 3), got "
@@ -140,7 +180,3 @@ def _check(
         raise ValueError("displacement must hold at least one snapshot, got none")
     if not np.all(np.isfinite(displacement)):
         raise ValueError("displacement must be finite; the full-order run may have diverged")
-    if not 0.0 < tolerance < 1.0:
-        raise ValueError(f"tolerance must lie between 0 and 1, got {tolerance}")
-    if mode_limit < 1:
-        raise ValueError(f"mode_limit must be at least 1, got {mode_limit}")

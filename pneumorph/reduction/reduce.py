@@ -11,18 +11,21 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse as sparse
 
-from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rotation import Rotation
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.ecsw import EcswSettings, ecsw
 from pneumorph.reduction.errors import BendCurve, bend_curve, force_errors, node_errors_mm
-from pneumorph.reduction.pod import pod
+from pneumorph.reduction.incremental_pod import IncrementalPod
+from pneumorph.reduction.pod import Pod, joint_pod
 from pneumorph.reduction.reduced_part import ReducedPart
-from pneumorph.reduction.snapshots import Snapshots
+from pneumorph.reduction.snapshots import SnapshotSet
 from pneumorph.settings import settings_to_dict
 
 Progress = Callable[[int, int, str], None]
+
+# Share of the mode tolerance that decomposing block by block may cost.
+_STREAMING_SHARE = 0.1
 
 
 @dataclass(frozen=True)
@@ -38,9 +41,12 @@ class ReductionSettings:
     symmetric: bool = True
     """Use the mesh's mirror plane, if it has one: symmetric or antisymmetric modes, equal weights
     of mirrored elements."""
-    bend_share: float = 0.3
+    equal_snapshots: bool = True
+    """Every snapshot of a kind counts alike, whatever its energy; else by its energy, which is that
+    of the largest pressures almost alone."""
+    bend_share: float = 0.05
     """Share of the free-bending equilibria in the weight of all snapshots."""
-    load_share: float = 0.3
+    load_share: float = 0.1
     """Share of the loaded equilibria; what remains is that of the robots' walks."""
     rotation: Rotation = "edge"
     """Where elements take their rotation from while sampled elements are trained."""
@@ -61,7 +67,9 @@ class ReductionReport:
     projection_error: float
     """Relative, in the POD's norm; the mode tolerance bounds it unless the mode limit cuts."""
     tetrahedron_count: int
+    """Sampled integration points of the solid; a linear element has one."""
     membrane_count: int
+    """The same of the membrane."""
     sampling_residual: float
     """||G w - b|| / ||b|| of the element selection."""
     sampling_converged: bool
@@ -73,9 +81,10 @@ class ReductionReport:
     """Mean over nodes in the worst snapshot not used."""
     heldout_force_error_percent: float
     """Root mean square over snapshots not used of the sampled force's relative error."""
-    bend_error_percent: float
-    """Largest error of the bend against the full model over the pressures of `bend`."""
-    bend_error_unsampled_percent: float
+    bend_error_percent: float | None
+    """Largest error of the bend against the full model over the pressures of `bend`; none of a part
+    without cavity."""
+    bend_error_unsampled_percent: float | None
     """The same with every element: the part of the modes alone."""
     bend: dict[str, list[float]]
     """Pressure [kPa], bend of the full and the reduced part [degrees], mean node error [mm]."""
@@ -92,34 +101,33 @@ class ReductionReport:
 
 def reduce_part(
     part: PartModel,
-    snapshots: Snapshots,
+    snapshots: SnapshotSet,
     settings: ReductionSettings | None = None,
     progress: Progress | None = None,
     *,
     report_pressure_kPa: float = 350.0,
+    mount_stiffness: np.ndarray | None = None,
 ) -> tuple[ReducedPart, ReductionReport]:
-    """Reduce a part.
+    """Reduce a part: one that is held at its attachment, or one that moves freely.
+
+    The modes live in the frame that the snapshots were brought into: that of the hub the part is
+    mounted on, or for a free part, such as a disk, that of its own rigid motion (`free_part.py`).
 
     Args:
         part: The full-order part.
-        snapshots: States of it, among them free-bending equilibria (source ``bend``) in order of
-            pressure.
+        snapshots: States of it, read in blocks, so that files of any length fit; of a part with a
+            cavity among them free-bending equilibria (source ``bend``) in order of pressure.
         settings: Tolerances and limits.
         progress: Called with done, total and a message.
         report_pressure_kPa: The bend error is measured up to this pressure.
+        mount_stiffness: Of a soft hub against the attachment nodes [mN/mm], (3 attachment, 3
+            attachment), see `mount_stiffness.py`; None holds them.
 
     Raises:
-        ValueError: The elements are not corotational linear ones, or the snapshots belong to
-            another mesh or hold no free bending.
+        ValueError: The part has several membranes, or the snapshots belong to another mesh or hold
+            no free bending.
     """
     settings = settings or ReductionSettings()
-    laws = {group.law.__class__ for group in part.element_groups}
-    if laws != {Corotational} or part.mesh.edge_nodes is not None:
-        raise ValueError(
-            "a part to be reduced must have corotational linear elements, got "
-            f"{', '.join(sorted(law.__name__ for law in laws))} on "
-            f"{part.mesh.connectivity.shape[1]}-node tetrahedra; the batched engine knows no others"
-        )
     clock = _Clock(progress)
     digest = part.mesh.digest()
     if snapshots.metadata.get("mesh_digest") != digest:
@@ -128,54 +136,56 @@ def reduce_part(
             f"{str(snapshots.metadata.get('mesh_digest'))[:12]}; collect them again"
         )
     bend = snapshots.of("bend")
-    if len(bend) == 0:
+    if part.cavity is not None and len(bend) == 0:
         raise ValueError(
             "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
             "can be 30 % too stiff in free air"
         )
-    displacement = snapshots.displacement.astype(np.float64)
-    training, heldout = _split(snapshots, bend, settings.holdout_every)
+    training, heldout = _split(snapshots, settings)
     mirror_nodes = part.mesh.mirror_nodes if settings.symmetric else None
 
     clock.start("metric")
-    metric = _metric(part, displacement[training], settings)
+    metric = _metric(part, snapshots, training, settings, mount_stiffness)
     clock.start("modes")
-    scale = _source_scale(snapshots, displacement, metric, settings)
-    basis = pod(
-        (scale[:, None, None] * displacement)[training],
-        part.node_mass,
-        tolerance=settings.mode_tolerance,
-        mode_limit=settings.mode_limit,
-        metric=metric,
-        mirror_nodes=mirror_nodes,
-    )
-    every = assemble_reduced_part(part, basis.modes)
-    alpha = _nearest_states(displacement, every.modes, metric)
+    basis = _basis(part, snapshots, training, metric, mirror_nodes, settings, progress)
+    every = assemble_reduced_part(part, basis.modes, mount_stiffness=mount_stiffness)
 
     clock.start("bend of the modes")
     shown = bend[snapshots.pressure_kPa[bend] <= report_pressure_kPa]
-    shown_pressure = snapshots.pressure_kPa[shown]
-    ideal = bend_curve(every, part.mesh, displacement[shown], shown_pressure, settings.rotation)
+    shown_pressure, bent = snapshots.pressure_kPa[shown], snapshots.states(shown)
+
+    def bending(reduced: ReducedPart) -> BendCurve | None:
+        if part.cavity is None:
+            return None
+        return bend_curve(reduced, part.mesh, bent, shown_pressure, settings.rotation)
+
+    ideal = bending(every)
 
     clock.start("sampled elements")
-    states = alpha[_evenly(training, settings.training_state_limit)]
-    found = ~np.isnan(ideal.reduced_deg)
+    trained = _evenly(training, settings.training_state_limit)
+    alpha = _nearest_states(snapshots.states(trained), every.modes, metric)
+    if ideal and settings.bend_share > 0.0:
+        alpha = np.concatenate([alpha, ideal.alpha[~np.isnan(ideal.reduced_deg)]])
     chosen = ecsw(
         part.element_groups,
         every.modes,
-        np.concatenate([states, ideal.alpha[found]]),
+        alpha,
         settings.ecsw,
         rotation=settings.rotation,
         mirror_nodes=mirror_nodes,
+        linear_stiffness=every.linear_stiffness,
         progress=progress,
     )
 
     clock.start("errors")
-    sampled = assemble_reduced_part(part, basis.modes, chosen.cubatures, every.contact_modes)
-    curve = bend_curve(sampled, part.mesh, displacement[shown], shown_pressure, settings.rotation)
-    node_error = node_errors_mm(displacement, every.modes, alpha)
+    sampled = assemble_reduced_part(
+        part, basis.modes, chosen.cubatures, every.contact_modes, mount_stiffness=mount_stiffness
+    )
+    curve = bending(sampled)
+    node_error = _node_errors_mm(snapshots, every.modes, metric)
     measured = heldout if len(heldout) else training
-    force_error = force_errors(sampled, every, alpha[_evenly(measured, 100)], settings.rotation)
+    tried = _nearest_states(snapshots.states(_evenly(measured, 100)), every.modes, metric)
+    force_error = force_errors(sampled, every, tried, settings.rotation)
     clock.stop()
     report = ReductionReport(
         mode_count=sampled.mode_count,
@@ -189,9 +199,9 @@ def reduce_part(
         heldout_node_error_mm=float(node_error[measured].mean()),
         heldout_worst_node_error_mm=float(node_error[measured].max()),
         heldout_force_error_percent=float(100.0 * np.sqrt(np.mean(force_error**2))),
-        bend_error_percent=curve.worst_percent,
-        bend_error_unsampled_percent=ideal.worst_percent,
-        bend=_bend_table(curve),
+        bend_error_percent=curve.worst_percent if curve else None,
+        bend_error_unsampled_percent=ideal.worst_percent if ideal else None,
+        bend=_bend_table(curve) if curve else {},
         snapshot_count=len(snapshots),
         stage_seconds=clock.seconds,
         peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
@@ -204,60 +214,125 @@ def reduce_part(
     return sampled, report
 
 
-def _split(
-    snapshots: Snapshots, bend: np.ndarray, holdout_every: int
-) -> tuple[np.ndarray, np.ndarray]:
-    # Training and held-out snapshots; free bending always trains.
-    others = np.setdiff1d(np.arange(len(snapshots)), bend)
-    heldout = others[holdout_every - 1 :: holdout_every] if holdout_every > 0 else others[:0]
-    return np.setdiff1d(np.arange(len(snapshots)), heldout), heldout
+def _kinds(
+    snapshots: SnapshotSet, settings: ReductionSettings
+) -> tuple[tuple[np.ndarray, float], ...]:
+    """Numbers of the free-bending, the loaded and the walking snapshots, and their shares."""
+    bend, load = snapshots.of("bend"), snapshots.of("load")
+    walk = np.setdiff1d(np.arange(len(snapshots)), np.concatenate([bend, load]))
+    walk_share = 1.0 - settings.bend_share - settings.load_share
+    return (bend, settings.bend_share), (load, settings.load_share), (walk, walk_share)
+
+
+def _split(snapshots: SnapshotSet, settings: ReductionSettings) -> tuple[np.ndarray, np.ndarray]:
+    """Training and held-out snapshots; free bending is never held out, nor is what has no share.
+
+    Raises:
+        ValueError: Nothing is left to learn from.
+    """
+    (bend, bend_share), *rest = _kinds(snapshots, settings)
+    others = np.sort(np.concatenate([n if share > 0.0 else n[:0] for n, share in rest]))
+    every = settings.holdout_every
+    heldout = others[every - 1 :: every] if every > 0 else others[:0]
+    training = np.setdiff1d(others, heldout)
+    if bend_share > 0.0:
+        training = np.union1d(bend, training)
+    if len(training) == 0:
+        raise ValueError(
+            "snapshots must hold some that have a share of the weight, got none; look at "
+            "bend_share and load_share"
+        )
+    return training, heldout
 
 
 def _metric(
-    part: PartModel, displacement: np.ndarray, settings: ReductionSettings
-) -> sparse.csr_array | None:
+    part: PartModel,
+    snapshots: SnapshotSet,
+    training: np.ndarray,
+    settings: ReductionSettings,
+    mount_stiffness: np.ndarray | None,
+) -> sparse.csr_array:
     """Mean rotated stiffness over snapshots: a snapshot's error costs about its energy in it."""
     if settings.norm == "mass":
-        return None
-    numbers = _evenly(np.arange(len(displacement)), 48)
+        return sparse.csr_array(sparse.diags(np.repeat(part.node_mass, 3)))
+    moved = snapshots.states(_evenly(training, 48))
     total = part.stiffness(part.rest_nodes, settings.rotation)
-    for number in numbers:
-        total = total + part.stiffness(part.rest_nodes + displacement[number], settings.rotation)
-    return sparse.csr_array(total / (len(numbers) + 1))
-
-
-def _source_scale(
-    snapshots: Snapshots,
-    displacement: np.ndarray,
-    metric: sparse.csr_array | None,
-    settings: ReductionSettings,
-) -> np.ndarray:
-    """Factor of each snapshot that gives the kinds of snapshots their share of the weight."""
-    flat = displacement.reshape(len(displacement), -1)
-    weighted = flat if metric is None else (metric @ flat.T).T
-    square = np.einsum("sj,sj->s", flat, weighted)
-    bend, load = snapshots.of("bend"), snapshots.of("load")
-    rest = np.setdiff1d(np.arange(len(snapshots)), np.concatenate([bend, load]))
-    scale = np.zeros(len(snapshots))
-    shares = (
-        settings.bend_share,
-        settings.load_share,
-        1.0 - settings.bend_share - settings.load_share,
+    for displacement in moved:
+        total = total + part.stiffness(part.rest_nodes + displacement, settings.rotation)
+    mean = sparse.csr_array(total / (len(moved) + 1))
+    if mount_stiffness is None:
+        return mean
+    rows = (3 * part.mesh.node_set("attachment")[:, None] + np.arange(3)).ravel()
+    first, second = np.meshgrid(rows, rows, indexing="ij")
+    mount = sparse.coo_array(
+        (mount_stiffness.ravel(), (first.ravel(), second.ravel())), shape=mean.shape
     )
-    for numbers, share in zip((bend, load, rest), shares, strict=True):
-        if len(numbers):
-            scale[numbers] = np.sqrt(share / square[numbers].sum())
-    return scale
+    return sparse.csr_array(mean + mount)
+
+
+def _basis(
+    part: PartModel,
+    snapshots: SnapshotSet,
+    training: np.ndarray,
+    metric: sparse.csr_array,
+    mirror_nodes: np.ndarray | None,
+    settings: ReductionSettings,
+    progress: Progress | None,
+) -> Pod:
+    """Modes of the training snapshots, each kind of them with its share of the weight."""
+    parts, done = [], 0
+    for kind, share in _kinds(snapshots, settings):
+        numbers = np.intersect1d(kind, training)
+        if len(numbers) == 0:
+            continue
+        gathered = IncrementalPod(metric, _STREAMING_SHARE * settings.mode_tolerance, mirror_nodes)
+        fields_of = snapshots.blocks if settings.equal_snapshots else snapshots.factors
+        for fields in fields_of(numbers):
+            gathered.add(_of_unit_energy(fields, metric) if settings.equal_snapshots else fields)
+            done += len(fields)
+            if progress:
+                progress(min(done, len(training)), len(training), "modes")
+        if gathered.square > 0.0:
+            parts.append(((share / gathered.square) ** 0.5, gathered))
+    if not parts:
+        raise ValueError("snapshots must move, but all that train the modes are zero")
+    return joint_pod(
+        parts,
+        part.node_mass,
+        metric,
+        tolerance=settings.mode_tolerance,
+        mode_limit=settings.mode_limit,
+    )
+
+
+def _of_unit_energy(displacement: np.ndarray, metric: sparse.csr_array) -> np.ndarray:
+    """Snapshots (snapshot, node, 3) scaled to the same norm in the metric; none where at rest."""
+    flat = displacement.reshape(len(displacement), -1).astype(np.float64)
+    square = np.einsum("sj,sj->s", flat, (metric @ flat.T).T)
+    moved = square > 1e-12 * square.max(initial=0.0)
+    return displacement[moved] / np.sqrt(square[moved])[:, None, None]
 
 
 def _nearest_states(
-    displacement: np.ndarray, modes: np.ndarray, metric: sparse.csr_array | None
+    displacement: np.ndarray, modes: np.ndarray, metric: sparse.csr_array
 ) -> np.ndarray:
-    # Modal coordinates nearest to each snapshot in the metric (mass if None: uniform nodes).
+    """Modal coordinates nearest to displacements (snapshot, node, 3) in the metric."""
     basis = modes.reshape(-1, modes.shape[2])
-    weighted = basis if metric is None else metric @ basis
+    weighted = metric @ basis
     right = displacement.reshape(len(displacement), -1) @ weighted
     return np.linalg.solve(basis.T @ weighted, right.T).T
+
+
+def _node_errors_mm(
+    snapshots: SnapshotSet, modes: np.ndarray, metric: sparse.csr_array
+) -> np.ndarray:
+    """Mean distance of the nodes from the nearest modal state, of every snapshot, (snapshot,)."""
+    errors = []
+    for block in snapshots.blocks(np.arange(len(snapshots))):
+        displacement = block.astype(np.float64)
+        alpha = _nearest_states(displacement, modes, metric)
+        errors.append(node_errors_mm(displacement, modes, alpha))
+    return np.concatenate(errors)
 
 
 def _evenly(numbers: np.ndarray, limit: int) -> np.ndarray:

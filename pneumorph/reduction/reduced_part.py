@@ -1,8 +1,8 @@
 """A reduced part: everything a stepper needs to know of a soft part, and its provenance.
 
 Points are x = Y + Phi alpha in the part's own frame, which moves with the hub the part is mounted
-on; the attachment nodes have Phi = 0. The file is an npz that numpy alone can read; the methods
-here are the reference the compiled engine is tested against.
+on; the attachment nodes have Phi = 0. The file is an npz that numpy alone can read
+(docs/file_formats.md); the methods here are the reference the compiled engine is tested against.
 """
 
 from __future__ import annotations
@@ -16,11 +16,15 @@ from typing import Any, Protocol
 import numpy as np
 
 from pneumorph.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.fem.law_registry import law_names
+from pneumorph.fem.material import Material
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rotation import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
 from pneumorph.reduction.sampled_elements import SampledElements
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+_MATERIAL_ENTRIES = ("law", "young_modulus_kPa", "poisson_ratio")
 
 
 class HasDigest(Protocol):
@@ -33,8 +37,9 @@ class HasDigest(Protocol):
 class ReducedPart:
     """Modes, sampled elements, cavity volumes and mass integrals of one part [mm, kg, s, kPa].
 
-    Axes: node, mode, element (sampled tetrahedra), triangle (sampled membrane triangles), cavity,
-    point (collision points).
+    Axes: node, mode, element (sampled integration points of tetrahedra), triangle (those of the
+    membrane), cavity, point (collision points). A linear element has one integration point, a
+    quadratic one several, which follow each other.
     """
 
     rest_nodes: np.ndarray
@@ -45,30 +50,30 @@ class ReducedPart:
     """Outer triangles, for drawing, (skin triangle, 3)."""
 
     tetrahedron_index: np.ndarray
-    """Number of each sampled tetrahedron in the mesh, (element,)."""
+    """Number of each sampled point among those of all tetrahedra of the mesh, (element,)."""
     tetrahedron_weight: np.ndarray
     """Cubature weight, non-negative, (element,)."""
     tetrahedron_rest: np.ndarray
     """Rest deformation gradient in the material frame, (element, 3, 3)."""
     tetrahedron_mode_gradient: np.ndarray
     """dF'/dalpha, (element, 3, 3, mode)."""
-    tetrahedron_lambda: np.ndarray
-    """weight * volume * lambda [kPa mm^3], (element,)."""
-    tetrahedron_mu: np.ndarray
-    """weight * volume * mu [kPa mm^3], (element,)."""
+    tetrahedron_measure: np.ndarray
+    """weight * volume that the point stands for [mm^3], (element,)."""
+    tetrahedron_material: Material
+    """What the solid is made of, and its law."""
 
     membrane_index: np.ndarray
-    """Number of each sampled triangle in the membrane, (triangle,)."""
+    """Number of each sampled point among those of the whole membrane, (triangle,)."""
     membrane_weight: np.ndarray
     """Cubature weight, non-negative, (triangle,)."""
     membrane_rest: np.ndarray
     """Rest deformation gradient in the material frame, (triangle, 3, 2)."""
     membrane_mode_gradient: np.ndarray
     """dF'/dalpha, (triangle, 3, 2, mode)."""
-    membrane_lambda: np.ndarray
-    """weight * area * thickness * plane-stress lambda [kPa mm^3], (triangle,)."""
-    membrane_mu: np.ndarray
-    """weight * area * thickness * mu [kPa mm^3], (triangle,)."""
+    membrane_measure: np.ndarray
+    """weight * area * thickness [mm^3], (triangle,)."""
+    membrane_material: Material
+    """What the membrane is made of, and its law; of no meaning where there is none."""
 
     linear_stiffness: np.ndarray
     """Additional linear stiffness of the mount, zero for a rigid hub, (mode, mode)."""
@@ -127,14 +132,12 @@ class ReducedPart:
             "tetrahedron_weight": (element,),
             "tetrahedron_rest": (element, 3, 3),
             "tetrahedron_mode_gradient": (element, 3, 3, mode),
-            "tetrahedron_lambda": (element,),
-            "tetrahedron_mu": (element,),
+            "tetrahedron_measure": (element,),
             "membrane_index": (triangle,),
             "membrane_weight": (triangle,),
             "membrane_rest": (triangle, 3, 2),
             "membrane_mode_gradient": (triangle, 3, 2, mode),
-            "membrane_lambda": (triangle,),
-            "membrane_mu": (triangle,),
+            "membrane_measure": (triangle,),
             "linear_stiffness": (mode, mode),
             "cavity_volume_1": (cavity, mode),
             "cavity_volume_2": (cavity, mode, mode),
@@ -152,8 +155,11 @@ class ReducedPart:
         """Hash of everything a simulation reads of the part, in hexadecimal."""
         content = hashlib.sha256()
         for each in fields(self):
-            if each.name != "metadata":
-                content.update(np.ascontiguousarray(getattr(self, each.name)).tobytes())
+            value = getattr(self, each.name)
+            if isinstance(value, Material):
+                content.update(repr(value).encode())
+            elif each.name != "metadata":
+                content.update(np.ascontiguousarray(value).tobytes())
         return content.hexdigest()
 
     @property
@@ -166,22 +172,22 @@ class ReducedPart:
 
     @cached_property
     def tetrahedra(self) -> SampledElements:
-        """The sampled tetrahedra."""
+        """The sampled points of the tetrahedra."""
         return SampledElements(
             self.tetrahedron_rest,
             self.tetrahedron_mode_gradient,
-            self.tetrahedron_lambda,
-            self.tetrahedron_mu,
+            self.tetrahedron_measure,
+            self.tetrahedron_material,
         )
 
     @cached_property
     def membrane(self) -> SampledElements:
-        """The sampled membrane triangles."""
+        """The sampled points of the membrane."""
         return SampledElements(
             self.membrane_rest,
             self.membrane_mode_gradient,
-            self.membrane_lambda,
-            self.membrane_mu,
+            self.membrane_measure,
+            self.membrane_material,
         )
 
     def cavity(self, index: int = 0) -> CavityPolynomial:
@@ -211,10 +217,22 @@ class ReducedPart:
         )
 
     def stiffness(self, alpha: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
-        """Rotated linear stiffness (mode, mode) at alpha (mode,), without geometric terms."""
+        """Stiffness of the published step (mode, mode) at alpha (mode,), positive semi-definite.
+
+        Of corotational elements the rotated linear stiffness, without geometric terms; of others
+        their tangent, negative eigenvalues removed point by point.
+        """
         return (
             self.tetrahedra.stiffness(alpha, rotation)
             + self.membrane.stiffness(alpha, rotation)
+            + self.linear_stiffness
+        )
+
+    def objective_stiffness(self, alpha: np.ndarray) -> np.ndarray:
+        """Stiffness that objective damping acts on (mode, mode), at alpha (mode,)."""
+        return (
+            self.tetrahedra.objective_stiffness(alpha)
+            + self.membrane.objective_stiffness(alpha)
             + self.linear_stiffness
         )
 
@@ -231,13 +249,31 @@ class ReducedPart:
                 f"{got[:12]}; reduce that mesh, or load the one the reduction was made from"
             )
 
+    def check_model(self, model: PartModel) -> None:
+        """Refuse finite elements that this reduction does not stand for.
+
+        Raises:
+            ArtefactError: The mesh or a material differs.
+        """
+        self.check_mesh(model.mesh)
+        materials = (self.tetrahedron_material, self.membrane_material)
+        for material, group in zip(materials, model.element_groups, strict=False):
+            if material != group.material:
+                raise ArtefactError(
+                    f"this reduction's {group.kind} elements are of {material}, got "
+                    f"{group.material}; reduce the part again"
+                )
+
     def save(self, path: Path | str) -> Path:
         """Write the part; mode shapes are stored in single precision."""
-        arrays = {
-            item.name: np.asarray(getattr(self, item.name))
-            for item in fields(self)
-            if item.name != "metadata"
-        }
+        arrays: dict[str, np.ndarray] = {}
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, Material):
+                for entry in _MATERIAL_ENTRIES:
+                    arrays[_entry_name(item.name, entry)] = np.array(getattr(value, entry))
+            elif item.name != "metadata":
+                arrays[item.name] = np.asarray(value)
         arrays["modes"] = arrays["modes"].astype(np.float32)
         return save_artefact(path, "ReducedPart", FORMAT_VERSION, arrays, self.metadata)
 
@@ -246,18 +282,33 @@ class ReducedPart:
         """Read a part.
 
         Raises:
-            ArtefactError: The file is truncated, of another kind or another format version.
+            ArtefactError: The file is truncated, of another kind or another format version, or its
+                law is not known.
         """
         arrays, metadata = load_artefact(path, "ReducedPart", FORMAT_VERSION)
-        names = {item.name for item in fields(cls)} - {"metadata"}
+        materials = {item.name for item in fields(cls) if item.name.endswith("_material")}
+        names = {item.name for item in fields(cls)} - {"metadata"} - materials
+        names |= {_entry_name(name, entry) for name in materials for entry in _MATERIAL_ENTRIES}
         if names != set(arrays):
             raise ArtefactError(
                 f"{path} lacks {sorted(names - set(arrays))} and has unknown "
                 f"{sorted(set(arrays) - names)}; it was written by a different pneumorph"
             )
-        content: dict[str, Any] = {
-            name: value.astype(np.float64) if value.dtype == np.float32 else value
-            for name, value in arrays.items()
-        }
+        content: dict[str, Any] = {}
+        for name in materials:
+            law, young, poisson = (arrays.pop(_entry_name(name, e)) for e in _MATERIAL_ENTRIES)
+            if str(law) not in law_names():
+                raise ArtefactError(
+                    f"{path} has the law {str(law)!r}, expected {', '.join(law_names())}; a law of "
+                    "your own must be registered before its parts are read"
+                )
+            content[name] = Material(float(young), float(poisson), str(law))
+        for name, value in arrays.items():
+            content[name] = value.astype(np.float64) if value.dtype == np.float32 else value
         content["mass"] = float(content["mass"])
         return cls(**content, metadata=metadata)
+
+
+def _entry_name(material: str, entry: str) -> str:
+    # tetrahedron_material's law is saved as tetrahedron_law, and so on.
+    return material.removesuffix("material") + entry

@@ -1,121 +1,163 @@
-"""Corotational elements of a reduced part, evaluated in modal coordinates.
+"""Integration points of a reduced part, evaluated in modal coordinates, whatever their law.
 
-An element's deformation gradient is affine in the modal coordinates,
-F'(alpha) = rest + mode_gradient alpha, expressed in the element's material frame (first axis along
-its first edge, second in its first face). Corotational linear elasticity with the rotation R' of
-F' gives the stress P' = R' (lambda tr(eps) I + 2 mu eps), eps = sym(R'^T F') - I, and the
-generalised force -weight * measure * P' : dF'/dalpha. Membranes are the same with two material
-axes.
+The deformation gradient of a point is affine in the modal coordinates,
+
+    F(alpha) = rest + mode_gradient alpha,
+
+in the material frame of its element (see `pneumorph.fem.element_group`). The law of
+`pneumorph.fem` gives the stress P(F), and with the measure, the sampling weight in it,
+
+    force = - sum_points measure P : D,   stiffness = sum_points measure D^T C D,   D = dF/dalpha,
+
+C being dP/dF or what a time step takes in its place.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from pneumorph.fem.rotation import Rotation
-from pneumorph.fem.rotation import element_rotation as component_rotation
+from pneumorph.fem.corotational import Corotational, law_with_rotation
+from pneumorph.fem.element_stiffness import positive_part
+from pneumorph.fem.law import Law
+from pneumorph.fem.law_registry import make_law
+from pneumorph.fem.material import Material
+from pneumorph.fem.rotation import Rotation, element_rotation
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SampledElements:
-    """The elements a reduced part integrates over; axes are (element, world, material, mode)."""
+    """The points of one kind of element a reduced part sums over.
+
+    Axes are (point, world, material, mode); a material has d dimensions, 3 in a solid and 2 in a
+    membrane. A linear element is one point.
+    """
 
     rest: np.ndarray
-    """Rest deformation gradient in the material frame [-], (element, 3, d) with d = 3 or 2."""
+    """Deformation gradient at rest [-], (point, 3, d)."""
     mode_gradient: np.ndarray
-    """Derivative of that gradient by the modal coordinates, (element, 3, d, mode)."""
-    weighted_lambda: np.ndarray
-    """weight * measure * lambda [kPa mm^3], (element,)."""
-    weighted_mu: np.ndarray
-    """weight * measure * mu [kPa mm^3], (element,)."""
+    """Derivative of the gradient by the modal coordinates, (point, 3, d, mode)."""
+    measure: np.ndarray
+    """Weight times the volume that a point stands for [mm^3], (point,)."""
+    material: Material
+    """What the elements are made of."""
 
     @property
     def mode_count(self) -> int:
+        """Number of modes."""
         return int(self.mode_gradient.shape[3])
 
+    @property
+    def dimension(self) -> int:
+        """Material dimensions d."""
+        return int(self.rest.shape[2])
+
+    @cached_property
+    def law(self) -> Law:
+        """Stress and tangent."""
+        return make_law(self.material, self.dimension)
+
+    @property
+    def weighted_lame_constants(self) -> tuple[np.ndarray, np.ndarray]:
+        """lambda (of plane stress in membranes) and mu times the measure [mN mm], each (point,)."""
+        lame_lambda, lame_mu = self.material.lame_constants(self.dimension)
+        return lame_lambda * self.measure, lame_mu * self.measure
+
     def gradients(self, alpha: np.ndarray) -> np.ndarray:
-        """Deformation gradients at modal coordinates (..., mode): shape (..., element, 3, d)."""
-        element_count, _, dimension, mode_count = self.mode_gradient.shape
+        """Deformation gradients at modal coordinates (..., mode): shape (..., point, 3, d)."""
+        point_count, _, dimension, mode_count = self.mode_gradient.shape
         change = alpha @ self.mode_gradient.reshape(-1, mode_count).T
-        return self.rest + change.reshape(*alpha.shape[:-1], element_count, 3, dimension)
+        return self.rest + change.reshape(*alpha.shape[:-1], point_count, 3, dimension)
+
+    def stress(self, gradient: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
+        """P times the measure [mN mm] at deformation gradients (..., point, 3, d), same shape.
+
+        Args:
+            gradient: Deformation gradients.
+            rotation: Where a corotational law takes its rotation from.
+        """
+        by_point = gradient.reshape(-1, 3, self.dimension)
+        stress = law_with_rotation(self.law, rotation).stress(_component_first(by_point))
+        weighted: np.ndarray = (
+            np.moveaxis(stress, 2, 0).reshape(gradient.shape) * self.measure[:, None, None]
+        )
+        return weighted
 
     def force(self, alpha: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Generalised internal force [mN mm per unit of alpha] at (..., mode), same shape."""
-        gradient = self.gradients(alpha)
-        stress = rotated_stress(gradient, self.weighted_lambda, self.weighted_mu, rotation)
+        stress = self.stress(self.gradients(alpha), rotation)
         mode_count = self.mode_count
         return -stress.reshape(*alpha.shape[:-1], -1) @ self.mode_gradient.reshape(-1, mode_count)
 
+    def published_tangent(self, gradient: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
+        """C times the measure of the published step, as `PartModel.stiffness` has it.
+
+        Hooke's law in the frame of the rotation for the corotational law; dP/dF with negative
+        eigenvalues set to zero for others.
+
+        Args:
+            gradient: Deformation gradients, (point, 3, d).
+            rotation: Where a corotational law takes its rotation from.
+
+        Returns:
+            Symmetric positive semi-definite [mN mm], (point, 3 d, 3 d).
+        """
+        by_component = _component_first(gradient)
+        if isinstance(self.law, Corotational):
+            return self._hooke(element_rotation(by_component, rotation))
+        size = 3 * self.dimension
+        tangent = self.law.tangent(by_component).reshape(size, size, -1)
+        tangent = positive_part(0.5 * (tangent + np.swapaxes(tangent, 0, 1)))
+        return np.moveaxis(tangent, 2, 0) * self.measure[:, None, None]
+
+    def objective_tangent(self, gradient: np.ndarray) -> np.ndarray:
+        """C times the measure that objective damping acts on: B^T (Hooke) B, B dF a strain's rate.
+
+        Green's strain has B dF = sym(F^T dF), Hooke's law in the "frame" F, and is blind to rigid
+        turns. The corotational law has sym(R^T dF) with polar R, which is the rate of stretch but
+        for terms of the order of the strain.
+
+        Args:
+            gradient: Deformation gradients, (point, 3, d).
+
+        Returns:
+            Symmetric positive semi-definite [mN mm], (point, 3 d, 3 d).
+        """
+        by_component = _component_first(gradient)
+        if self.law.damped_strain == "stretch":
+            by_component = element_rotation(by_component, "polar")
+        return self._hooke(by_component)
+
     def stiffness(self, alpha: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
-        """Rotated linear stiffness (mode, mode) at alpha (mode,), positive semi-definite."""
-        strain = strain_factors(
-            self.gradients(alpha),
-            self.mode_gradient,
-            self.weighted_lambda,
-            self.weighted_mu,
-            rotation,
+        """D^T C D of the published step (mode, mode) at alpha (mode,), positive semi-definite."""
+        return self._projected(self.published_tangent(self.gradients(alpha), rotation))
+
+    def objective_stiffness(self, alpha: np.ndarray) -> np.ndarray:
+        """D^T C D of objective damping (mode, mode) at alpha (mode,), positive semi-definite."""
+        return self._projected(self.objective_tangent(self.gradients(alpha)))
+
+    def _projected(self, tangent: np.ndarray) -> np.ndarray:
+        directions = self.mode_gradient.reshape(
+            len(self.measure), 3 * self.dimension, self.mode_count
         )
-        flat = strain.reshape(-1, self.mode_count)
-        return flat.T @ flat
+        flat = directions.reshape(-1, self.mode_count)
+        return flat.T @ (tangent @ directions).reshape(flat.shape)
+
+    def _hooke(self, frame: np.ndarray) -> np.ndarray:
+        """lambda A_ia A_jc + mu A_ic A_ja + mu (A A^T)_ij delta_ac of a frame A, (3, d, point)."""
+        weighted_lambda, weighted_mu = self.weighted_lame_constants
+        turned = np.einsum("icp,jap->iajcp", frame, frame)
+        tangent = weighted_mu * turned
+        tangent += weighted_lambda * (frame[:, :, None, None] * frame[None, None])
+        across = weighted_mu * np.einsum("iap,jap->ijp", frame, frame)
+        for column in range(self.dimension):
+            tangent[:, column, :, column] += across
+        size = 3 * self.dimension
+        return np.moveaxis(tangent.reshape(size, size, -1), 2, 0)
 
 
-def element_rotation(gradient: np.ndarray, rotation: Rotation) -> np.ndarray:
-    """Rotation R' of deformation gradients in the material frame, (..., 3, d) like them."""
-    by_component = np.moveaxis(gradient.reshape(-1, *gradient.shape[-2:]), 0, 2)
-    turned = component_rotation(np.ascontiguousarray(by_component), rotation)
-    return np.moveaxis(turned, 2, 0).reshape(gradient.shape)
-
-
-def rotated_stress(
-    gradient: np.ndarray, lame_lambda: np.ndarray, lame_mu: np.ndarray, rotation: Rotation
-) -> np.ndarray:
-    """P' = R' (lambda tr(eps) I + 2 mu eps) of gradients (..., element, 3, d), same shape."""
-    frame = element_rotation(gradient, rotation)
-    stretch = np.swapaxes(frame, -1, -2) @ gradient
-    identity = np.eye(gradient.shape[-1])
-    strain = 0.5 * (stretch + np.swapaxes(stretch, -1, -2)) - identity
-    trace = np.trace(strain, axis1=-2, axis2=-1)
-    stress = (
-        2.0 * lame_mu[:, None, None] * strain + (lame_lambda * trace)[..., None, None] * identity
-    )
-    return frame @ stress
-
-
-def strain_factors(
-    gradient: np.ndarray,
-    directions: np.ndarray,
-    lame_lambda: np.ndarray,
-    lame_mu: np.ndarray,
-    rotation: Rotation,
-) -> np.ndarray:
-    """Factors s whose products s_a . s_b are an element's stiffness between two fields.
-
-    For fields whose deformation gradients are D_a, the rotated linear stiffness is
-    lambda tr(R'^T D_a) tr(R'^T D_b) + 2 mu sym(R'^T D_a) : sym(R'^T D_b).
-
-    Args:
-        gradient: Deformation gradients that fix the rotations, (element, 3, d).
-        directions: Deformation gradients of the fields, (element, 3, d, field).
-        lame_lambda: lambda times measure, (element,).
-        lame_mu: mu times measure, (element,).
-        rotation: As in `element_rotation`.
-
-    Returns:
-        Factors, (element, 1 + d * d, field).
-    """
-    frame = element_rotation(gradient, rotation)
-    element_count, _, dimension, field_count = directions.shape
-    turned = np.swapaxes(frame, -1, -2) @ directions.reshape(element_count, 3, -1)
-    turned = turned.reshape(element_count, dimension, dimension, field_count)
-    symmetric = 0.5 * (turned + np.swapaxes(turned, 1, 2))
-    trace = np.trace(turned, axis1=1, axis2=2)
-    return np.concatenate(
-        [
-            np.sqrt(lame_lambda)[:, None, None] * trace[:, None, :],
-            np.sqrt(2.0 * lame_mu)[:, None, None]
-            * symmetric.reshape(element_count, dimension**2, field_count),
-        ],
-        axis=1,
-    )
+def _component_first(gradient: np.ndarray) -> np.ndarray:
+    # (point, 3, d) as the laws have it, (3, d, point).
+    return np.ascontiguousarray(np.moveaxis(gradient, 0, 2))

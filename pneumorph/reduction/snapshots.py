@@ -1,8 +1,14 @@
-"""Snapshots: states of a full-order part that a reduction learns from."""
+"""Snapshots: states of a full-order part that a reduction learns from.
+
+`Snapshots` holds every state as it is. `CompressedSnapshots` of `compressed_snapshots.py` holds
+them as combinations of few fields, `SnapshotFiles` of `snapshot_files.py` leaves them on the disk.
+A reduction reads any of the three in blocks.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,10 +18,57 @@ import numpy as np
 from pneumorph.artefact import ArtefactError, load_artefact, save_artefact
 
 FORMAT_VERSION = 1
+BLOCK_SIZE = 256
+"""Snapshots that are in memory at a time."""
+
+
+class SnapshotSet(ABC):
+    """States of one part, however they are kept."""
+
+    pressure_kPa: np.ndarray
+    """Pressure in the cavity [kPa], (snapshot,)."""
+    source: np.ndarray
+    """Index into ``metadata["sources"]`` of the protocol each came from, (snapshot,)."""
+    metadata: dict[str, Any]
+    """``mesh_digest``, ``sources`` (names), and what the protocol recorded; JSON-serialisable."""
+
+    @abstractmethod
+    def blocks(self, numbers: np.ndarray) -> Iterator[np.ndarray]:
+        """Node displacements of the numbered snapshots, in order [mm], each (some, node, 3).
+
+        Args:
+            numbers: Which snapshots, ascending, (number,).
+        """
+
+    @abstractmethod
+    def factors(self, numbers: np.ndarray) -> Iterator[np.ndarray]:
+        """Fields f with sum f f^T = sum u u^T over the numbered snapshots u; maybe far fewer.
+
+        Args:
+            numbers: Which snapshots, ascending, (number,).
+        """
+
+    def __len__(self) -> int:
+        return len(self.source)
+
+    @property
+    def sources(self) -> list[str]:
+        """Names of the protocols."""
+        return list(self.metadata.get("sources", []))
+
+    def of(self, *names: str) -> np.ndarray:
+        """Numbers of the snapshots whose source starts with one of the names, ascending."""
+        wanted = [i for i, source in enumerate(self.sources) if source.startswith(names)]
+        return np.flatnonzero(np.isin(self.source, wanted))
+
+    def states(self, numbers: np.ndarray) -> np.ndarray:
+        """Displacements of a few snapshots in double precision [mm], (number, node, 3)."""
+        blocks = [block.astype(np.float64) for block in self.blocks(np.asarray(numbers))]
+        return np.concatenate(blocks) if blocks else np.zeros((0, 0, 3))
 
 
 @dataclass(frozen=True, eq=False)
-class Snapshots:
+class Snapshots(SnapshotSet):
     """Displacements of a part in its own frame, zero at the attachment nodes."""
 
     displacement: np.ndarray
@@ -42,18 +95,14 @@ class Snapshots:
         if not np.all(np.isfinite(self.displacement)):
             raise ValueError("displacement must be finite; the full-order run may have diverged")
 
-    def __len__(self) -> int:
-        return len(self.displacement)
+    def blocks(self, numbers: np.ndarray) -> Iterator[np.ndarray]:
+        """Displacements of the numbered snapshots; see `SnapshotSet`."""
+        for start in range(0, len(numbers), BLOCK_SIZE):
+            yield self.displacement[numbers[start : start + BLOCK_SIZE]]
 
-    @property
-    def sources(self) -> list[str]:
-        """Names of the protocols."""
-        return list(self.metadata.get("sources", []))
-
-    def of(self, *names: str) -> np.ndarray:
-        """Numbers of the snapshots whose source starts with one of the names, ascending."""
-        wanted = [i for i, source in enumerate(self.sources) if source.startswith(names)]
-        return np.flatnonzero(np.isin(self.source, wanted))
+    def factors(self, numbers: np.ndarray) -> Iterator[np.ndarray]:
+        """The same: every snapshot stands for itself."""
+        return self.blocks(numbers)
 
     @classmethod
     def joined(cls, pieces: Sequence[Snapshots]) -> Snapshots:

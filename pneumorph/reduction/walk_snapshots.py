@@ -1,35 +1,54 @@
 """Snapshots of legs that carry a robot: a walk over the corners of the pressure hypercube.
 
-The paper's protocol: legs at a subset of the places, each driven alone, pressures at the corners of
-the hypercube {0, amplitude}^legs one after another, every second step recorded.
+The paper's protocol (sections IV-B and IV-C): 256 designs, one for each subset of the eight places,
+every leg on a regulator of its own; pressures visit the corners of the hypercube
+{0, amplitude}^legs one after another; legs are recorded at fixed intervals and brought into a
+common frame. What the paper leaves open is decided here:
+
+- Corners follow the reflected Gray code, so that one leg changes at a time, from the settled robot
+  with all legs slack through every corner and back to the first; legs in the order of their places.
+- A corner is held for 1 s: 16 corners of four legs then last the 16 s of the prescribed animations.
+- The empty subset has no leg to record, so 255 robots walk.
+- The common frame is the leg's own, carried by the hub; the published one stays where it was at the
+  start, and holds for small turns only (`reproduce/frame`).
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.pose import Pose
 from pneumorph.pressure import PressureMap
+from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
+from pneumorph.reduction.leg_recorder import LegRecorder
 from pneumorph.reduction.snapshots import Snapshots
+
+# Places on the paper's hub, of which "all" robots are the subsets.
+_PLACE_COUNT = 8
 
 
 @dataclass(frozen=True)
 class WalkSnapshotSettings:
     """Which robots walk, and how far."""
 
-    leg_counts: tuple[int, ...] = (3, 4, 4, 6)
-    """Number of legs of each robot; their places are drawn."""
-    corner_limit: int = 8
-    """Corners visited by each robot, along a Gray code with its legs in drawn order."""
+    robots: Literal["drawn", "all"] = "drawn"
+    """`drawn`: robots of `leg_counts` legs at drawn places. `all`: one for each subset of the eight
+    places but the empty one."""
+    leg_counts: tuple[int, ...] = (2, 3, 4, 4, 5, 6)
+    """Number of legs of each drawn robot."""
+    corner_limit: int | None = 8
+    """Corners visited by each robot, along a Gray code with its legs in drawn order; `None` visits
+    all of them in a closed tour."""
     hold_s: float = 0.8
     """Time at each corner [s]."""
     amplitude_kPa: float = 350.0
@@ -40,8 +59,62 @@ class WalkSnapshotSettings:
     """Steps without pressure before the walk."""
     record_every: int = 2
     """Steps between snapshots."""
+    compression: float = 0.0
+    """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
+    combinations of few fields; 0 stores each in single precision."""
     seed: int = 0
     """Seed of places and orders."""
+
+    @property
+    def robot_count(self) -> int:
+        """Number of robots that walk."""
+        return 2**_PLACE_COUNT - 1 if self.robots == "all" else len(self.leg_counts)
+
+
+@dataclass(frozen=True, eq=False)
+class WalkPlan:
+    """Where the legs of one robot are and which corners they visit."""
+
+    places: np.ndarray
+    """(leg,)"""
+    corners: np.ndarray
+    """0 slack, 1 inflated, (corner, leg)."""
+
+    def step_count(self, settings: WalkSnapshotSettings) -> int:
+        """Steps of the walk, settling included."""
+        return settings.settling_steps + len(self.corners) * _hold_steps(settings)
+
+    def commands_kPa(self, settings: WalkSnapshotSettings) -> np.ndarray:
+        """Simulated pressure of every step after settling [kPa], (step, leg)."""
+        return settings.amplitude_kPa * np.repeat(self.corners, _hold_steps(settings), axis=0)
+
+
+def walk_plan(settings: WalkSnapshotSettings, number: int, place_count: int) -> WalkPlan:
+    """The plan of one of the settings' robots.
+
+    Raises:
+        ValueError: More legs than places.
+    """
+    if settings.robots == "all":
+        if place_count != _PLACE_COUNT:
+            raise ValueError(
+                f"robots 'all' are the subsets of {_PLACE_COUNT} places, got {place_count} places"
+            )
+        places = np.flatnonzero(((number + 1) >> np.arange(place_count)) & 1)
+        order = np.arange(len(places))
+    else:
+        leg_count = settings.leg_counts[number]
+        if leg_count > place_count:
+            raise ValueError(
+                f"leg_counts must not exceed the {place_count} places of the robot, got {leg_count}"
+            )
+        rng = np.random.default_rng([settings.seed, number])
+        places = np.sort(rng.choice(place_count, leg_count, replace=False))
+        order = rng.permutation(leg_count)
+    corners = gray_corners(len(places))
+    if settings.corner_limit is None:
+        return WalkPlan(places, np.roll(corners, -1, axis=0)[:, order])
+    return WalkPlan(places, corners[1 : settings.corner_limit + 1, order])
 
 
 def walk_snapshots(
@@ -50,7 +123,7 @@ def walk_snapshots(
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     number: int,
-) -> Snapshots:
+) -> Snapshots | CompressedSnapshots:
     """Let one full-order robot walk and record its legs in their own frames.
 
     On a rigid hub a leg's attachment rests in its frame whatever the robot does; on a soft one it
@@ -66,57 +139,63 @@ def walk_snapshots(
     Raises:
         ValueError: More legs than places.
     """
-    leg_count = settings.leg_counts[number]
-    if leg_count > len(poses):
-        raise ValueError(
-            f"leg_counts must not exceed the {len(poses)} places of the robot, got {leg_count}"
-        )
-    rng = np.random.default_rng([settings.seed, number])
-    places = np.sort(rng.choice(len(poses), leg_count, replace=False))
-    order = rng.permutation(leg_count)
+    plan = walk_plan(settings, number, len(poses))
+    robot = walking_robot(part, hub, poses, settings, plan)
+    commands = plan.commands_kPa(settings)
+    recorder = LegRecorder(robot, settings.record_every, settings.compression)
+    # A robot falls and lands at first: where friction takes hold then decides how it stands.
+    rest = np.zeros((settings.settling_steps, len(plan.places)))
+    start, _ = robot.rollout(
+        robot.initial_state(), rest, len(rest) or 1, record_nodes=False, observe=recorder
+    )
+    _, trajectory = robot.rollout(
+        start, commands, record_every=len(commands), record_nodes=False, observe=recorder
+    )
+    return recorder.snapshots(f"walk {'.'.join(map(str, plan.places))}", trajectory)
+
+
+def leg_step_seconds(
+    part: PartModel,
+    hub: RigidHub | SoftHub,
+    poses: Sequence[Pose],
+    settings: WalkSnapshotSettings,
+    step_count: int = 10,
+) -> float:
+    """Measure the processor time of a step, divided by its legs [s].
+
+    The middle robot of the settings stands in contact and inflates.
+    """
+    numbers = range(settings.robot_count)
+    plans = [walk_plan(settings, number, len(poses)) for number in numbers]
+    plan = sorted(plans, key=lambda each: len(each.places))[len(plans) // 2]
+    robot = walking_robot(part, hub, poses, settings, plan)
+    state = robot.settled_state(settings.settling_steps)
+    start = time.process_time()
+    for _ in range(step_count):
+        state = robot.step(state, settings.amplitude_kPa * plan.corners[0])
+    return (time.process_time() - start) / (step_count * len(plan.places))
+
+
+def walking_robot(
+    part: PartModel,
+    hub: RigidHub | SoftHub,
+    poses: Sequence[Pose],
+    settings: WalkSnapshotSettings,
+    plan: WalkPlan,
+) -> FullRobot:
+    """The robot of a plan, each leg on a regulator of its own that works in simulated kPa."""
     physics = FullOrderSettings(
-        regulator_count=leg_count,
+        regulator_count=len(plan.places),
         pressure_map=PressureMap(1.0, 0.0),
         pressure_rate_kPa_per_s=settings.pressure_rate_kPa_per_s,
     )
-    robot = FullRobot(hub, [(part, poses[place], leg) for leg, place in enumerate(places)], physics)
-    corners = gray_corners(leg_count)[1 : settings.corner_limit + 1, order]
-    hold = round(settings.hold_s / physics.time_step_s)
-    commands = settings.amplitude_kPa * np.repeat(corners, hold, axis=0)
-
-    recorded: list[np.ndarray] = []
-    pressures: list[np.ndarray] = []
-    steps = 0
-
-    def observe(state: FullRobotState) -> None:
-        nonlocal steps
-        steps += 1
-        if steps % settings.record_every == 0:
-            legs = np.array(robot.leg_nodes_in_hub_frame(state)) - part.rest_nodes
-            if isinstance(hub, RigidHub):
-                legs[:, part.mesh.node_set("attachment")] = 0.0  # rounding
-            recorded.append(legs.astype(np.float32))
-            pressures.append(state.regulated_kPa)
-
-    start = robot.settled_state(settings.settling_steps)
-    _, trajectory = robot.rollout(
-        start, commands, record_every=len(commands), record_nodes=False, observe=observe
+    return FullRobot(
+        hub, [(part, poses[place], leg) for leg, place in enumerate(plan.places)], physics
     )
-    displacement = np.array(recorded, dtype=np.float32).reshape(-1, part.node_count, 3)
-    return Snapshots(
-        displacement,
-        np.array(pressures).reshape(-1),
-        np.zeros(len(displacement), dtype=np.int32),
-        {
-            "mesh_digest": part.mesh.digest(),
-            "sources": [f"walk {'.'.join(map(str, places))}"],
-            "details": {
-                "status": trajectory.status,
-                "steps": steps,
-                "forward_distance_cm": trajectory.forward_distance_cm,
-            },
-        },
-    )
+
+
+def _hold_steps(settings: WalkSnapshotSettings) -> int:
+    return round(settings.hold_s / FullOrderSettings.time_step_s)
 
 
 def gray_corners(dimension: int) -> np.ndarray:

@@ -35,6 +35,7 @@ class FramePainter:
         azimuth_deg: Turn of the view about the vertical.
         elevation_deg: Height of the viewer above the horizon.
         colour_by: What the colour of a leg tells.
+        captions: Write clock, scale and labels into the images.
     """
 
     def __init__(
@@ -44,12 +45,14 @@ class FramePainter:
         azimuth_deg: float = 12.0,
         elevation_deg: float = 42.0,
         colour_by: ColourBy = "regulator",
+        captions: bool = True,
     ) -> None:
         if not actors:
             raise ValueError("a film needs at least one robot, got none")
         self._actors = list(actors)
+        self._captions = captions
         self._colour_by = colour_by
-        extreme, floor = _extent(self._actors)
+        extreme, floor = _extent(self._actors, captions)
         self._floor_mm = floor
         self._camera = fitted_camera(extreme, width, azimuth_deg, elevation_deg)
         scale = _SUPERSAMPLING
@@ -102,7 +105,8 @@ class FramePainter:
         self._buffer.clear()
         self._buffer.draw(self._fine.project(corners[seen]))
         self._blend_robots(image, shaded[seen] * 255)
-        return self._captioned(image.astype(np.uint8).reshape(*self.size[::-1], 3), time_s, frames)
+        picture = image.astype(np.uint8).reshape(*self.size[::-1], 3)
+        return self._captioned(picture, time_s, frames) if self._captions else picture
 
     def _corners(self, actor: Actor | MarkerActor, frame: int) -> np.ndarray:
         """Return an actor's triangles; what is measured has no height of its own."""
@@ -192,7 +196,7 @@ def _label_x(actors: list[Actor | MarkerActor]) -> float:
     return max(float(np.nanmax(actor.path_mm[:, 0])) for actor in actors) + 330.0
 
 
-def _extent(actors: list[Actor | MarkerActor]) -> tuple[np.ndarray, float]:
+def _extent(actors: list[Actor | MarkerActor], captions: bool) -> tuple[np.ndarray, float]:
     """Return the corners of boxes around all that will be drawn, (point, 3), and the floor's z."""
     boxes = [actor.extent_mm() for actor in actors]
     lowest = [
@@ -204,8 +208,9 @@ def _extent(actors: list[Actor | MarkerActor]) -> tuple[np.ndarray, float]:
     for actor, box in zip(actors, boxes, strict=True):
         if isinstance(actor, MarkerActor):
             box[:, 2] += floor
-    labels = [[_label_x(actors), actor.lane_mm, floor + 0.5] for actor in actors]
-    return np.concatenate([*boxes, labels]), floor
+    if captions:
+        boxes.append(np.array([[_label_x(actors), actor.lane_mm, floor + 0.5] for actor in actors]))
+    return np.concatenate(boxes), floor
 
 
 def _averaged(image: np.ndarray) -> np.ndarray:

@@ -28,7 +28,12 @@ class Section:
 
 
 def write_page(
-    path: Path | str, title: str, lead: str, opening: str, sections: Iterable[Section]
+    path: Path | str,
+    title: str,
+    lead: str,
+    opening: str,
+    sections: Iterable[Section],
+    head: str = "",
 ) -> Path:
     """Write a page.
 
@@ -38,13 +43,15 @@ def write_page(
         lead: One sentence under the heading.
         opening: HTML before the first section.
         sections: The rest.
+        head: HTML for the head, such as scripts.
     """
     style = files("pneumorph.report").joinpath("page.css").read_text()
     parts = [
         "<!doctype html>",
         '<html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{html.escape(title)}</title><style>{style}</style></head><body><main>",
+        '<link rel="icon" href="data:,">',
+        f"<title>{html.escape(title)}</title><style>{style}</style>{head}</head><body><main>",
         f'<h1>{html.escape(title)}</h1><p class="lead">{html.escape(lead)}</p>',
         opening,
         *(f"<h2>{html.escape(each.title)}</h2>\n{each.body}" for each in sections),
@@ -69,23 +76,22 @@ def numbers(values: Mapping[str, str]) -> str:
     return f'<div class="numbers">{"".join(cells)}</div>'
 
 
-def drawn(figure: Figure, caption: str) -> str:
+def drawn(figure: Figure, text: str) -> str:
     """Return a figure as an embedded vector picture with its caption."""
     stream = io.BytesIO()
     with figure_style():
         figure.savefig(stream, format="svg", metadata={"Date": None})
-    return _pictured("image/svg+xml", stream.getvalue(), caption)
+    return _pictured("image/svg+xml", stream.getvalue(), text)
 
 
-def filmed(film: Path, still: Path, caption: str) -> str:
-    """Return an embedded MP4 film; a still stands for it in print and until it is played."""
-    poster = _data_address("image/png", still.read_bytes())
-    address = _data_address("video/mp4", film.read_bytes())
-    return (
-        f'<figure><video controls loop muted playsinline poster="{poster}" src="{address}"></video>'
-        f'<img class="for-print" alt="" src="{poster}">'
-        f"<figcaption>{html.escape(caption)}</figcaption></figure>"
-    )
+def picture(path: Path, text: str) -> str:
+    """Return a PNG picture that a run saved, embedded with its caption."""
+    return _pictured("image/png", path.read_bytes(), text)
+
+
+def caption(text: str) -> str:
+    """Return the caption of a figure."""
+    return f"<figcaption>{html.escape(text)}</figcaption>"
 
 
 def side_by_side(*figures: str) -> str:
@@ -117,6 +123,8 @@ def command_lines(lines: Iterable[str]) -> str:
 
 
 def _cell(value: object) -> str:
+    if value is None:
+        return '<td class="value">-</td>'
     if isinstance(value, float):
         return f'<td class="value">{value:.3g}</td>'
     if isinstance(value, int) and not isinstance(value, bool):
@@ -124,12 +132,10 @@ def _cell(value: object) -> str:
     return f"<td>{html.escape(str(value))}</td>"
 
 
-def _pictured(kind: str, content: bytes, caption: str, name: str = "") -> str:
-    style = f' class="{name}"' if name else ""
-    words = html.escape(caption)
+def _pictured(kind: str, content: bytes, text: str) -> str:
+    words = html.escape(text)
     return (
-        f'<figure{style}><img alt="{words}" src="{_data_address(kind, content)}">'
-        f"<figcaption>{words}</figcaption></figure>"
+        f'<figure><img alt="{words}" src="{_data_address(kind, content)}">{caption(text)}</figure>'
     )
 
 

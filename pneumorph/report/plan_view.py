@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_DISK_RADIUS_MM = 54.5
-_LEG_LENGTH_MM = 115.0 * np.cos(np.radians(15.0))
-_LEG_CENTRE_MM = 52.0 * np.cos(np.radians(15.0)) + 50.0
-_LEG_WIDTH_MM = 32.0
+DISK_RADIUS_MM = 54.5
+LEG_LENGTH_MM = 115.0 * np.cos(np.radians(15.0))
+LEG_CENTRE_MM = 52.0 * np.cos(np.radians(15.0)) + 50.0
+LEG_WIDTH_MM = 32.0
 HALF_WIDTH_MM = 172.0
 
 
@@ -32,6 +32,7 @@ def draw_plan_view(
     centre_mm: tuple[float, float] = (0.0, 0.0),
     heading_rad: float = 0.0,
     size_mm: float = 1.0,
+    number_size: float = 0.0,
 ) -> None:
     """Draw a design into axes whose units are millimetres.
 
@@ -42,11 +43,12 @@ def draw_plan_view(
         centre_mm: Where the disk's centre is, (x, y).
         heading_rad: Turn of the robot about the vertical.
         size_mm: Size of a drawn millimetre in the axes' units.
+        number_size: Size of the regulators' numbers on the legs, in points; 0 for none.
     """
     from matplotlib.patches import Circle, Polygon
 
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
-    rectangle = corners * [_LEG_LENGTH_MM, _LEG_WIDTH_MM] + [_LEG_CENTRE_MM, 0.0]
+    rectangle = corners * [LEG_LENGTH_MM, LEG_WIDTH_MM] + [LEG_CENTRE_MM, 0.0]
     for location, regulator in enumerate(assignment):
         if regulator == 0:
             continue
@@ -58,14 +60,16 @@ def draw_plan_view(
                 outline, facecolor=regulator_colour(regulator), edgecolor="white", linewidth=0.6
             )
         )
-        if size_mm == 1.0:
+        if number_size:
             # The number says what the colour says, for grey print.
-            x, y = np.array([_LEG_CENTRE_MM + 12, 0.0]) @ turn.T + centre_mm
-            axes.text(x, y, str(regulator), color="white", ha="center", va="center", size=8)
+            x, y = np.array([LEG_CENTRE_MM + 12, 0.0]) @ turn.T * size_mm + centre_mm
+            axes.text(
+                x, y, str(regulator), color="white", ha="center", va="center", size=number_size
+            )
     axes.add_patch(
         Circle(
             centre_mm,
-            _DISK_RADIUS_MM * size_mm,
+            DISK_RADIUS_MM * size_mm,
             facecolor=DISK_COLOUR,
             edgecolor="white",
             linewidth=0.8,
@@ -85,7 +89,7 @@ def plan_view_figure(assignment: Sequence[int], title: str = "") -> Figure:
     """Return a small square figure of one design."""
     figure = new_figure(1.9, 1.9 if not title else 2.1)
     axes = figure.add_subplot()
-    draw_plan_view(axes, assignment)
+    draw_plan_view(axes, assignment, number_size=8.0)
     axes.set(xlim=(-HALF_WIDTH_MM, HALF_WIDTH_MM), ylim=(-HALF_WIDTH_MM, HALF_WIDTH_MM))
     axes.set_aspect("equal")
     axes.axis("off")

@@ -48,11 +48,21 @@ _STYLE: Any = {
 }
 
 
+_NO_DATE: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+
+
 def regulator_colour(regulator: int) -> str:
     """Return the colour of regulator 1, 2, ...; the disk's for 0 (no leg)."""
     if regulator == 0:
         return DISK_COLOUR
     return REGULATOR_COLOURS[(regulator - 1) % len(REGULATOR_COLOURS)]
+
+
+def white_between() -> list[Any]:
+    """Path effects that keep a text readable over lines: a white rim around its letters."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=2.0, foreground="white")]
 
 
 def path_colour(index: int, count: int) -> str:
@@ -80,9 +90,9 @@ def new_figure(width_inch: float = 5.2, height_inch: float = 3.0) -> Figure:
 
 
 def save_figure(
-    figure: Figure, path: Path | str, formats: tuple[str, ...] = ("png",)
+    figure: Figure, path: Path | str, formats: tuple[str, ...] = ("png", "pdf")
 ) -> list[Path]:
-    """Save a figure beside ``path`` in each format, such as ("png", "pdf"); return the files."""
+    """Save a figure beside ``path`` as png, pdf or svg, or several of them; return the files."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     written = []
@@ -90,7 +100,7 @@ def save_figure(
         for suffix in formats:
             target = path.with_suffix(f".{suffix}")
             # A date in the file would make each run differ from the last.
-            metadata = {"Date": None} if suffix == "svg" else None
+            metadata = _NO_DATE.get(suffix)
             figure.savefig(target, metadata=metadata)
             written.append(target)
     return written

@@ -16,6 +16,7 @@ from pneumorph.report.style import (
     new_figure,
     regulator_colour,
 )
+from pneumorph.report.trials_figure import draw_channel
 from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
@@ -121,31 +122,10 @@ def transfer_gaits_figure(
 
 
 def _draw_pressures(panels: np.ndarray, trials: Sequence[Trial]) -> None:
-    log = trials[0].pressures
     for index, axes in enumerate(panels):
-        colour = regulator_colour(index + 1)
-        axes.step(
-            log.time_s,
-            log.commanded_kPa[:, index],
-            where="post",
-            color=INK_COLOUR,
-            linewidth=0.8,
-            linestyle=(0, (3, 2)),
-            label="commanded",
-        )
-        for number, trial in enumerate(trials):
-            pressures = trial.pressures
-            axes.plot(
-                pressures.time_s,
-                pressures.sensed_kPa[:, index],
-                color=colour,
-                linewidth=1.2,
-                alpha=1.0 if number == 0 else 0.25,
-                label="sensed" if number == 0 else None,
-            )
-        axes.set_yticks([0, 45, 90])
+        draw_channel(axes, [trial.pressures for trial in trials], index)
         if axes.get_subplotspec().is_first_col():
-            axes.set_ylabel(f"p{index + 1} (kPa)", color=colour)
+            axes.set_ylabel(f"p{index + 1} (kPa)", color=regulator_colour(index + 1))
             if index == 0:
                 axes.legend(
                     loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, fontsize=7,

@@ -18,8 +18,7 @@ STAGES = ("elements", "inertia", "factorisation", "contact_setup", "friction", "
 """What the stepper's time is spent on, in the order of a step."""
 
 _PART_ARRAYS = (
-    "tetrahedron_rest", "tetrahedron_mode_gradient", "tetrahedron_lambda", "tetrahedron_mu",
-    "membrane_rest", "membrane_mode_gradient", "membrane_lambda", "membrane_mu",
+    "tetrahedron_rest", "tetrahedron_mode_gradient", "membrane_rest", "membrane_mode_gradient",
     "linear_stiffness", "cavity_volume_1", "cavity_volume_2", "cavity_volume_3",
     "first_moment", "first_moment_modes", "second_moment", "second_moment_modes",
     "second_moment_mode_pairs", "contact_points", "contact_modes",
@@ -53,7 +52,8 @@ class BatchedSimulator:
             thread_count: Threads to use; 0 takes every processor this process may run on.
 
         Raises:
-            ValueError: No robot, an unknown regulator, or a part of too many modes.
+            ValueError: No robot, an unknown regulator, or a part of too many modes or of a law that
+                the compiled stepper does not know.
         """
         self.settings = settings
         self.thread_count = thread_count or processor_count()
@@ -227,6 +227,15 @@ def _part_arrays(part: ReducedPart) -> dict[str, object]:
         name: np.ascontiguousarray(getattr(part, name), dtype=float) for name in _PART_ARRAYS
     }
     arrays["mass"] = float(part.mass)
+    for name, elements in (("tetrahedron", part.tetrahedra), ("membrane", part.membrane)):
+        law = elements.material.law
+        if law not in _engine.LAWS:
+            raise ValueError(
+                f"a reduced part's law must be one of {', '.join(_engine.LAWS)} to be stepped, got "
+                f"{law!r}; a robot of your own law walks as finite elements"
+            )
+        arrays[f"{name}_law"] = _engine.LAWS.index(law)
+        arrays[f"{name}_lambda"], arrays[f"{name}_mu"] = elements.weighted_lame_constants
     return arrays
 
 

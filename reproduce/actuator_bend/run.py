@@ -203,7 +203,7 @@ def main() -> None:
             "calibration": fitted,
         },
     )
-    save_figure(bend_figure(curves, fitted), folder / "bend.png")
+    save_figure(bend_figure(curves, fitted), folder / "bend.png", ("png",))
     print(f"wrote {folder / 'bend.json'} and {folder / 'bend.png'}")
 
 

@@ -79,7 +79,7 @@ def main(settings: ComparisonSettings) -> None:
             "comparisons": [_record(*result) for result in results],
         }
         write_json(settings.out / "comparison.json", record)
-    save_figure(_figure(results), settings.out / "bend.png")
+    save_figure(_figure(results), settings.out / "bend.png", ("png",))
 
 
 def _line(pair: LawPair, ours: BendCurve, theirs: BendCurve) -> str:

@@ -180,7 +180,7 @@ def main() -> None:
         for names in product(DESIGNS, GAITS, DAMPINGS)
     }
     write_json(options.out / "damping.json", {key: described(way) for key, way in ways.items()})
-    save_figure(damping_figure(ways), options.out / "damping.png")
+    save_figure(damping_figure(ways), options.out / "damping.png", ("png",))
     print(f"wrote {options.out / 'damping.json'} and {options.out / 'damping.png'}")
 
 

@@ -133,8 +133,6 @@ def test_simulate_takes_a_full_robot_of_any_design(
         ("--gait none.csv", "none.csv does not exist"),
         ("--part none.npz", "none.npz does not exist"),
         ("--full.integrator implicit_euler", "full.integrator is 'implicit_euler'"),
-        ("--preset hyperelastic --model reduced", "full.leg is 'hyperelastic'"),
-        ("--model full --full.leg hyperelastic", "pressure_map is the published leg's"),
     ],
 )
 def test_simulate_refuses_bad_input(
@@ -147,10 +145,10 @@ def test_simulate_refuses_bad_input(
 
 
 def test_report_is_one_page_of_the_run(learned: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    summary = _json(f"report {learned} --film.width 200 --film.frames-per-second 2", capsys)
+    summary = _json(f"report {learned} --replay.frame-interval-s 0.5", capsys)
     content = Path(summary["page"]).read_text()
     assert Path(summary["page"]) == learned / "report" / "page.html"
-    for heading in ("Film", "Distance and path", "Gait", "The expert&#x27;s gait", "Training",
+    for heading in ("Replay", "Distance and path", "Gait", "The expert&#x27;s gait", "Training",
                     "The best pairs", "How to repeat it"):  # fmt: skip
         assert f"<h2>{heading}" in content
     assert all(source.startswith("data:") for source in re.findall(r'src="([^"]*)"', content))

@@ -14,12 +14,13 @@ from pneumorph.coopt.cooptimise import cooptimise
 from pneumorph.coopt.metrics import read_metrics
 from pneumorph.coopt.policy_file import load_policy
 from pneumorph.coopt.settings import CooptSettings
+from pneumorph.coopt.training import STAGES
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.settings import load_settings
 
 SETTINGS = toy_settings(round_count=6, environment_count=4)
-TIMINGS = {"simulate_s", "learn_s", "wall_s"}
+TIMINGS = {*(f"{stage}_s" for stage in STAGES), "other_s", "learn_and_log_share", "wall_s"}
 
 
 class Killed(Exception):
@@ -92,7 +93,21 @@ def test_truncated_checkpoint_falls_back_to_the_previous_and_says_so(
         summary = run(tmp_path, resume=True)
     assert_same_run(tmp_path, summary, straight)
     assert "previous checkpoint is used" in summary["remarks"][0]
-    assert summary["remarks"][1] == f"resumed at timestep {3 * SETTINGS.timesteps_per_round}"
+    one_round = SETTINGS.timesteps_per_round
+    assert summary["remarks"][1] == (
+        f"resumed at timestep {3 * one_round}: {one_round} timesteps after the last checkpoint "
+        "were lost and are made again"
+    )
+
+
+def test_stages_account_for_the_time(straight: tuple[Path, dict[str, Any]]) -> None:
+    _, summary = straight
+    stages = [summary[f"{stage}_s"] for stage in STAGES]
+    assert min(stages) > 0.0
+    assert 0.0 <= summary["other_s"] < 0.5 * summary["wall_s"]
+    assert sum(stages) + summary["other_s"] == pytest.approx(summary["wall_s"])
+    spent = (summary["learn_s"] + summary["log_s"]) / summary["wall_s"]
+    assert summary["learn_and_log_share"] == pytest.approx(spent)
 
 
 def test_run_folder_holds_what_was_found(straight: tuple[Path, dict[str, Any]]) -> None:

@@ -31,6 +31,14 @@ def test_schedule_is_the_papers() -> None:
     assert PAPER.target(950_000, 6972) == PAPER.target(1_000_000, 6972) == 0.0
 
 
+def test_schedule_can_end_above_zero_and_scores_can_start_elsewhere() -> None:
+    schedule = EntropySchedule(0, 100, final_entropy=1.0, initial_score_cm=-2.0)
+    np.testing.assert_allclose(schedule.target(50, 100), 0.5 * (np.log(100) + 1.0), rtol=1e-14)
+    assert schedule.target(100, 100) == 1.0
+    assert schedule.target(100, 2) == np.log(2)  # no distribution over two has more
+    np.testing.assert_array_equal(DesignDistribution(3, schedule).scores, -2.0)
+
+
 @pytest.mark.parametrize("share", [0.95, 0.5, 0.2, 0.02])
 def test_bisection_reaches_the_entropy_asked_for(share: float) -> None:
     scores = np.random.default_rng(0).normal(2.0, 3.0, 6972)

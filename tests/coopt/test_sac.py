@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from pneumorph.coopt.networks import Policy
+from pneumorph.coopt.replay_buffer import ReplayBuffer
 from pneumorph.coopt.sac import Batch, Sac, SacSettings, SacState
+from pneumorph.robot.design_space import DesignSpace
 
 COUNT, BATCH = 50, 64
 SMALL = {"hidden_sizes": (32, 32), "batch_size": BATCH, "policy_learning_rate": 3e-3}
@@ -69,6 +71,45 @@ def test_value_of_a_reward_one_action_later_is_discounted() -> None:
     np.testing.assert_allclose(found[:, 1], 1.0, atol=0.05)  # jitter of Adam, as above
     # gamma times the target network's 1, which lags by (1 - 0.01)^1000, less than 1e-4.
     np.testing.assert_allclose(found[:, 0], 0.95, atol=0.05)
+
+
+def test_value_of_a_reward_that_is_observed_is_the_observation() -> None:
+    seen = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    state = train(GREEDY, 10, seen, lambda s, a: s, seen, np.ones(5))
+    found = values(state, [*seen, *seen], [-0.5] * 5 + [0.5] * 5)
+    np.testing.assert_allclose(found, [[*seen, *seen]] * 2, atol=0.05)  # jitter of Adam, as above
+
+
+def test_policy_and_value_tell_designs_apart() -> None:
+    """The reward is the action, or its opposite for the odd designs; a batch mixes all of them."""
+    space = DesignSpace(location_count=4, regulator_count=2, minimum_legs=2, maximum_legs=3)
+    sign = np.where(np.arange(len(space)) % 2 == 0, 1.0, -1.0)
+    features = space.one_hot
+    # Without entropy the squashed policy would settle at an end of its range before the values are
+    # learned, where its gradient vanishes.
+    settings = SacSettings(**SMALL, temperature_learning_rate=0.01)
+    learner = Sac(1 + features.shape[1], 1, settings)
+    buffer = ReplayBuffer(4000, 1, 1, features)
+    rng = np.random.default_rng(0)
+    designs, action = rng.integers(len(space), size=4000), rng.uniform(-1, 1, (4000, 1))
+    nothing = np.zeros((4000, 1))
+    buffer.add(
+        state=nothing,
+        design=designs,
+        action=action,
+        reward=sign[designs] * action[:, 0],
+        next_state=nothing,
+        terminal=np.ones(4000),
+    )
+    state = learner.initial_state(0)
+    for _ in range(20):
+        state, _ = learner.update(state, buffer.sample(COUNT, BATCH, rng))
+    seen = np.concatenate([np.zeros((len(space), 1)), features], axis=1).astype(np.float32)
+    found = np.asarray(state.critic(jnp.asarray(seen), jnp.full((len(space), 1), 0.8)))
+    # Parity is the most rugged function of a design there is: each must be told from all others.
+    np.testing.assert_allclose(found, [0.8 * sign] * 2, atol=0.1)  # twice the jitter
+    # The entropy asked for keeps the best action's mode off the end of the range.
+    assert (learner.mode_actions(state.policy, seen)[:, 0] * sign > 0.6).all()
 
 
 @pytest.fixture(scope="module")
@@ -142,3 +183,5 @@ def test_settings_are_checked() -> None:
         SacSettings(discount=1.5)
     with pytest.raises(ValueError, match=r"critic_learning_rate is nan"):
         SacSettings(critic_learning_rate=float("nan"))
+    with pytest.raises(ValueError, match=r"log_standard_deviation_range is 2\.0, -20\.0"):
+        SacSettings(log_standard_deviation_range=(2.0, -20.0))

@@ -7,7 +7,7 @@ import numpy as np
 
 from pneumorph.coopt.design_distribution import EntropySchedule
 from pneumorph.coopt.sac import SacSettings
-from pneumorph.coopt.settings import CooptSettings
+from pneumorph.coopt.settings import CooptSettings, FinetuningSettings
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.viscous_crawler import ViscousCrawler
 from pneumorph.robot.design_space import DesignSpace
@@ -35,6 +35,7 @@ def toy_settings(round_count: int, seed: int = 0, environment_count: int = 16) -
         task=TASK,
         sac=SacSettings(hidden_sizes=(64, 64), batch_size=128, initial_temperature=0.02),
         schedule=EntropySchedule(timesteps // 4, int(0.9 * timesteps)),
+        finetuning=FinetuningSettings(timesteps=0),
         buffer_size=5000,
         learning_start_timestep=2 * environment_count * TASK.action_count,
         updates=4,

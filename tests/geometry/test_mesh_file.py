@@ -4,6 +4,7 @@ from box_mesh import box_mesh
 
 from pneumorph.geometry.mesh import MeshError
 from pneumorph.geometry.mesh_file import read_mesh_file
+from pneumorph.geometry.surface import enclosed_volume
 
 meshio = pytest.importorskip("meshio")
 
@@ -71,3 +72,24 @@ def test_surface_only_and_damaged_files_are_refused(hollow, tmp_path):
         read_mesh_file(damaged)
     with pytest.raises(FileNotFoundError, match="does not exist"):
         read_mesh_file(tmp_path / "nowhere.msh")
+
+
+def test_skin_and_contact_points_come_from_the_boundary(hollow, tmp_path):
+    write(hollow, tmp_path / "box.msh", file_format="gmsh22")
+    mesh = read_mesh_file(tmp_path / "box.msh", node_sets=(), contact_spacing_mm=4.0)
+    # Six faces of three by three squares, two triangles each; the cavity is none of them.
+    assert len(mesh.surfaces["skin"]) == 6 * 9 * 2
+    assert enclosed_volume(mesh.nodes, mesh.surfaces["skin"]) == pytest.approx(9.0**3)
+    corners = {tuple(p) for p in mesh.contact_points if set(p) <= {0.0, 9.0}}
+    assert len(corners) == 8
+
+
+def test_a_skin_of_the_file_is_kept(hollow, tmp_path):
+    skin = hollow.surfaces["skin"][::-1]
+    blocks = [hollow.tetrahedra, hollow.surfaces["cavity"], hollow.surfaces["bottom"], skin]
+    cells = list(zip(("tetra", "triangle", "triangle", "triangle"), blocks, strict=True))
+    tags = [np.full(len(block), tag) for tag, block in enumerate(blocks, 1)]
+    meshio.write(tmp_path / "b.vtu", meshio.Mesh(hollow.nodes, cells, cell_data={"region": tags}))
+    names = dict(enumerate(("cavity", "paper", "skin"), 2))
+    mesh = read_mesh_file(tmp_path / "b.vtu", node_sets=(), region_names=names)
+    assert np.array_equal(mesh.surfaces["skin"], skin)

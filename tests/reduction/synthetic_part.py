@@ -1,139 +1,23 @@
-"""A small real part made with numpy alone: a box with a cavity and a membrane on its bottom.
+"""A small real part of few elements: a box with a cavity and a membrane on its bottom.
 
-It answers what the reduction asks of a full-order part (`pneumorph.reduction.full_part`), is
-symmetric under y -> -y, and its elements come in mirror pairs e, e + E/2 with equal shape.
+It is symmetric under y -> -y, and its elements come in mirror pairs e, e + E/2 with equal shape.
 """
 
 from __future__ import annotations
 
-import hashlib
 import itertools
-from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
 from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.reduced_part import ReducedPart
-from pneumorph.reduction.sampled_elements import rotated_stress, strain_factors
 
 
-@dataclass(frozen=True)
-class SyntheticMesh:
-    nodes: np.ndarray
-    tetrahedra: np.ndarray
-    surfaces: dict[str, np.ndarray]
-    node_sets: dict[str, np.ndarray]
-    contact_points: np.ndarray
-    mirror_nodes: np.ndarray
-
-    @property
-    def connectivity(self) -> np.ndarray:
-        return self.tetrahedra
-
-    def digest(self) -> str:
-        return hashlib.sha256(self.nodes.tobytes() + self.tetrahedra.tobytes()).hexdigest()
-
-
-@dataclass(frozen=True)
-class SyntheticGroup:
-    """Elements with their material frame as `pneumorph.reduction.full_part` describes it."""
-
-    connectivity: np.ndarray
-    material_gradients: np.ndarray
-    rest_frame: np.ndarray
-    measure: np.ndarray
-    lame_lambda: np.ndarray
-    lame_mu: np.ndarray
-
-    @classmethod
-    def build(cls, nodes, connectivity, young, poisson, thickness=None) -> SyntheticGroup:
-        corners = nodes[connectivity]
-        edges = corners[:, 1:] - corners[:, :1]  # (element, d, 3)
-        first = edges[:, 0] / np.linalg.norm(edges[:, 0], axis=1, keepdims=True)
-        normal = np.cross(edges[:, 0], edges[:, 1])
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        dimension = edges.shape[1]
-        frame = np.stack([first, np.cross(normal, first), normal][:dimension], axis=2)
-        local = edges @ frame  # rows: edges in the material frame
-        inner = np.swapaxes(np.linalg.inv(local), 1, 2)  # gradients of nodes 1..d
-        gradients = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
-        size = np.abs(np.linalg.det(local)) / (6.0 if dimension == 3 else 2.0)
-        if dimension == 3:
-            lame_lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
-        else:
-            lame_lambda = young * poisson / (1 - poisson**2)
-            size = size * thickness
-        count = len(connectivity)
-        return cls(
-            connectivity,
-            gradients,
-            frame,
-            size,
-            np.full(count, lame_lambda),
-            np.full(count, young / (2 * (1 + poisson))),
-        )
-
-    def forces(self, x: np.ndarray, rotation: str = "edge") -> np.ndarray:
-        gradient = np.einsum("eni,end->eid", x[self.connectivity], self.material_gradients)
-        stress = rotated_stress(
-            gradient, self.lame_lambda * self.measure, self.lame_mu * self.measure, rotation
-        )
-        return -np.einsum("eid,end->eni", stress, self.material_gradients)
-
-    def stiffness(self, x: np.ndarray, rotation: str = "edge") -> np.ndarray:
-        count, k, dimension = self.material_gradients.shape
-        gradient = np.einsum("eni,end->eid", x[self.connectivity], self.material_gradients)
-        directions = np.zeros((count, 3, dimension, k, 3))
-        for axis in range(3):
-            directions[:, axis, :, :, axis] = np.swapaxes(self.material_gradients, 1, 2)
-        factors = strain_factors(
-            gradient,
-            directions.reshape(count, 3, dimension, 3 * k),
-            self.lame_lambda * self.measure,
-            self.lame_mu * self.measure,
-            rotation,
-        )
-        return np.swapaxes(factors, 1, 2) @ factors
-
-
-@dataclass(frozen=True)
-class SyntheticPart:
-    mesh: SyntheticMesh
-    node_mass: np.ndarray
-    element_groups: tuple[SyntheticGroup, ...]
-    settings: dict = field(default_factory=dict)
-
-    def internal_force(self, x: np.ndarray, rotation: str = "edge") -> np.ndarray:
-        force = np.zeros_like(x)
-        for group in self.element_groups:
-            np.add.at(force, group.connectivity, group.forces(x, rotation))
-        return force
-
-    def stiffness(self, x: np.ndarray, rotation: str = "edge") -> np.ndarray:
-        size = x.size
-        matrix = np.zeros((size, size))
-        for group in self.element_groups:
-            unknown = (3 * group.connectivity[:, :, None] + np.arange(3)).reshape(
-                len(group.connectivity), -1
-            )
-            np.add.at(
-                matrix, (unknown[:, :, None], unknown[:, None, :]), group.stiffness(x, rotation)
-            )
-        return matrix
-
-    @cached_property
-    def free(self) -> np.ndarray:
-        """Unknowns that are not held, for a flattened (node, 3) field."""
-        held = np.zeros(len(self.mesh.nodes), dtype=bool)
-        held[self.mesh.node_sets["attachment"]] = True
-        return np.flatnonzero(~np.repeat(held, 3))
-
-
-def synthetic_part(cells: tuple[int, int, int] = (8, 4, 4)) -> SyntheticPart:
+def synthetic_mesh(cells: tuple[int, int, int] = (8, 4, 4)) -> Mesh:
     """A box 112 x 24 x 16 mm of cubes split into tetrahedra, hollow inside, paper at z = 0.
 
     Args:
@@ -197,7 +81,7 @@ def synthetic_part(cells: tuple[int, int, int] = (8, 4, 4)) -> SyntheticPart:
     paper = np.concatenate([left, mirror_nodes[left][:, [1, 0, 2]]])
     at = {tuple(node): index for index, node in enumerate(np.round(nodes, 6))}
     attachment = [at[(low[0], y, z)] for y in (low[1], high[1]) for z in (low[2], high[2])]
-    mesh = SyntheticMesh(
+    return Mesh(
         nodes=nodes,
         tetrahedra=tetrahedra,
         surfaces={"cavity": boundary[~outer][:, ::-1], "skin": boundary[outer], "paper": paper},
@@ -208,36 +92,42 @@ def synthetic_part(cells: tuple[int, int, int] = (8, 4, 4)) -> SyntheticPart:
         contact_points=np.array(list(itertools.product((-56.0, 0.0, 56.0), (-12.0, 12.0), (0.0,)))),
         mirror_nodes=mirror_nodes,
     )
-    return SyntheticPart(
-        mesh=mesh,
-        node_mass=np.full(len(nodes), 0.105 / len(nodes)),
-        element_groups=(
-            SyntheticGroup.build(nodes, tetrahedra, 1160.0, 0.2),
-            SyntheticGroup.build(nodes, paper, 2320.0, 0.49, thickness=1.0),
-        ),
-    )
 
 
-def vibration_modes(part: SyntheticPart, mode_count: int) -> np.ndarray:
+def synthetic_part(
+    cells: tuple[int, int, int] = (8, 4, 4), law: str = "corotational", quadratic: bool = False
+) -> PartModel:
+    """Finite elements of `synthetic_mesh`, of the paper's stiffness.
+
+    Args:
+        cells: As of the mesh.
+        law: Of solid and membrane.
+        quadratic: Whether elements have midside nodes.
+    """
+    mesh = synthetic_mesh(cells)
+    paper = Membrane("paper", Material(2320.0, 0.49, law), 1.0)
+    solid = Material(1160.0, 0.2, law)
+    mesh = quadratic_mesh(mesh) if quadratic else mesh
+    return PartModel(mesh, solid, 0.105, (paper,), cavity="cavity")
+
+
+def vibration_modes(part: PartModel, mode_count: int) -> np.ndarray:
     """The softest vibration modes held at the attachment, mass-orthonormal, (node, 3, mode)."""
-    free = part.free
+    held = np.zeros(part.node_count, dtype=bool)
+    held[part.mesh.node_set("attachment")] = True
+    free = np.flatnonzero(~np.repeat(held, 3))
     mass = np.repeat(part.node_mass, 3)[free]
-    stiffness = part.stiffness(part.mesh.nodes)[np.ix_(free, free)]
+    stiffness = part.stiffness(part.rest_nodes).toarray()[np.ix_(free, free)]
     scaled = stiffness / np.sqrt(mass[:, None] * mass[None, :])
     _, vectors = np.linalg.eigh(scaled)
-    modes = np.zeros((part.mesh.nodes.size, mode_count))
+    modes = np.zeros((3 * part.node_count, mode_count))
     modes[free] = vectors[:, :mode_count] / np.sqrt(mass)[:, None]
-    return modes.reshape(*part.mesh.nodes.shape, mode_count)
+    return modes.reshape(part.node_count, 3, mode_count)
 
 
-def synthetic_reduced_part(mode_count: int = 6, cells=(8, 4, 4)) -> ReducedPart:
+def synthetic_reduced_part(
+    mode_count: int = 6, cells=(8, 4, 4), law: str = "corotational", quadratic: bool = False
+) -> ReducedPart:
     """The unsampled reduced part of `synthetic_part` on its vibration modes."""
-    part = synthetic_part(cells)
+    part = synthetic_part(cells, law, quadratic)
     return assemble_reduced_part(part, vibration_modes(part, mode_count))
-
-
-def synthetic_model(cells: tuple[int, int, int] = (8, 4, 4)) -> PartModel:
-    """The same part as the package's own finite elements."""
-    mesh = synthetic_part(cells).mesh
-    paper = Membrane("paper", Material(2320.0, 0.49), 1.0)
-    return PartModel(Mesh(**vars(mesh)), Material(1160.0, 0.2), 0.105, (paper,), cavity="cavity")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from synthetic_part import synthetic_part, synthetic_reduced_part
 
+from pneumorph.fem.cavity import Cavity
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial
 
 PART = synthetic_part()
@@ -44,9 +45,20 @@ def test_gradient_and_hessian_are_derivatives():
         assert np.allclose(POLYNOMIAL.hessian(alpha)[mode], bend, rtol=1e-6, atol=1e-4)
 
 
+def test_polynomial_is_exact_under_quadratic_triangles_too():
+    part, reduced = synthetic_part(quadratic=True), synthetic_reduced_part(4, quadratic=True)
+    alpha = np.random.default_rng(1).normal(size=4)
+    x = reduced.positions(alpha)
+    assert np.abs(x - reduced.rest_nodes).max() > 5.0
+    # Both sides are the same cubic; only rounding differs.
+    assert reduced.cavity(0).volume(alpha) == pytest.approx(part.cavity_volume(x), rel=1e-11)
+    force = np.einsum("ni,nia->a", part.pressure_force(x, 1.0), reduced.modes)
+    assert np.allclose(reduced.cavity(0).gradient(alpha), force, rtol=1e-10)
+
+
 def test_open_or_inverted_surfaces_are_refused():
     triangles = PART.mesh.surfaces["cavity"]
     with pytest.raises(ValueError, match="must be closed"):
-        cavity_polynomial(PART.mesh.nodes, triangles[1:], REDUCED.modes)
+        cavity_polynomial(PART.mesh.nodes, Cavity.of_surface(triangles[1:]), REDUCED.modes)
     with pytest.raises(ValueError, match="must be positive"):
-        cavity_polynomial(PART.mesh.nodes, triangles[:, ::-1], REDUCED.modes)
+        cavity_polynomial(PART.mesh.nodes, Cavity.of_surface(triangles[:, ::-1]), REDUCED.modes)

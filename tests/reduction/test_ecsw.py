@@ -106,6 +106,6 @@ def test_meshes_without_mirror_elements_are_refused():
     mirror = PART.mesh.mirror_nodes.copy()
     mirror[[0, 1]] = mirror[[1, 0]]
     with pytest.raises(ValueError, match="must map elements onto elements"):
-        shared_columns(PART.mesh.tetrahedra, mirror)
+        shared_columns(PART.element_groups[0], mirror)
     with pytest.raises(ValueError, match="at least one training state"):
         ecsw(PART.element_groups, MODES, STATES[:0], SETTINGS)

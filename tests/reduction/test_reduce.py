@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from synthetic_part import synthetic_model, synthetic_part
+from synthetic_part import synthetic_part
 
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
@@ -33,7 +33,7 @@ STATIC = StaticSnapshotSettings(
 
 @pytest.fixture(scope="module")
 def model() -> PartModel:
-    return synthetic_model(CELLS)
+    return synthetic_part(CELLS)
 
 
 @pytest.fixture(scope="module")
@@ -48,15 +48,6 @@ def reduction(model: PartModel, snapshots: Snapshots):
         mode_tolerance=1e-5, mode_limit=12, ecsw=EcswSettings(hyperreduction_tolerance=0.002)
     )
     return reduce_part(model, snapshots, settings)
-
-
-def test_finite_elements_agree_with_the_independent_ones_of_the_tests(model):
-    x = model.rest_nodes + 0.3 * np.random.default_rng(0).normal(size=model.rest_nodes.shape)
-    other = synthetic_part(CELLS)
-    for rotation in ("edge", "polar"):
-        force = model.internal_force(x, rotation)
-        # The same formula written twice; rounding.
-        assert np.abs(force - other.internal_force(x, rotation)).max() < 1e-12 * np.abs(force).max()
 
 
 def test_a_basis_that_holds_the_equilibria_bends_as_the_full_model(model, snapshots):
@@ -115,7 +106,7 @@ def test_same_snapshots_same_reduction(model, snapshots, reduction):
 
 def test_snapshots_of_another_mesh_and_without_bending_are_refused(model, snapshots):
     with pytest.raises(ValueError, match="must be of the part's mesh"):
-        reduce_part(synthetic_model((4, 4, 4)), snapshots)
+        reduce_part(synthetic_part((4, 4, 4)), snapshots)
     loads = snapshots.of("load")
     without = Snapshots(
         snapshots.displacement[loads],
@@ -125,3 +116,30 @@ def test_snapshots_of_another_mesh_and_without_bending_are_refused(model, snapsh
     )
     with pytest.raises(ValueError, match="must hold free-bending equilibria"):
         reduce_part(model, without)
+
+
+def test_kinds_without_a_share_teach_nothing(model, snapshots):
+    alone = ReductionSettings(mode_limit=6, bend_share=0.0, load_share=1.0, holdout_every=0)
+    part, report = reduce_part(model, snapshots, alone)
+    loads = snapshots.of("load")
+    only = Snapshots(
+        snapshots.displacement[loads],
+        snapshots.pressure_kPa[loads],
+        snapshots.source[loads],
+        snapshots.metadata,
+    )
+    # Bending that weighs nothing is measured but changes neither modes nor elements.
+    bend = snapshots.of("bend")[:1]
+    few = Snapshots(
+        np.concatenate([0.5 * snapshots.displacement[bend], only.displacement]),
+        np.concatenate([snapshots.pressure_kPa[bend], only.pressure_kPa]),
+        np.concatenate([snapshots.source[bend], only.source]),
+        snapshots.metadata,
+    )
+    other, _ = reduce_part(model, few, alone)
+    assert np.array_equal(part.modes, other.modes)
+    assert np.array_equal(part.tetrahedron_weight, other.tetrahedron_weight)
+    assert report.bend_error_percent is not None
+    nothing = ReductionSettings(bend_share=0.0, load_share=0.0)
+    with pytest.raises(ValueError, match="must hold some that have a share of the weight"):
+        reduce_part(model, snapshots, nothing)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from synthetic_part import synthetic_part, synthetic_reduced_part, vibration_modes
 
 from pneumorph.artefact import ArtefactError, save_artefact
+from pneumorph.fem.material import Material
 from pneumorph.reduction.assemble import assemble_reduced_part
-from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduced_part import FORMAT_VERSION, ReducedPart
 from pneumorph.reduction.static_equilibrium import static_equilibrium
 
 PART = synthetic_part()
@@ -93,6 +96,39 @@ def test_saved_part_is_the_part(tmp_path):
     loaded.check_mesh(PART.mesh)
 
 
+def test_numpy_alone_reads_a_part_as_the_documents_say(tmp_path, monkeypatch):
+    part = synthetic_reduced_part(4, (4, 4, 4), "stable_neo_hookean", quadratic=True)
+    part.save(tmp_path / "leg.npz")
+    monkeypatch.chdir(tmp_path)
+    text = (Path(__file__).parents[2] / "docs" / "file_formats.md").read_text()
+    (block,) = (b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "leg.npz" in b)
+    read: dict = {}
+    exec(compile(block, "file_formats.md", "exec"), read)
+    alpha = read["alpha"]
+    # The same formulas; modes are stored as the part in memory has them.
+    np.testing.assert_allclose(read["nodes"], part.positions(alpha), rtol=1e-13)
+    assert read["volume"][0] == pytest.approx(part.cavity(0).volume(alpha), rel=1e-12)
+    force = part.tetrahedra.force(alpha)
+    np.testing.assert_allclose(read["force"], force, atol=1e-11 * np.abs(force).max())
+
+
+def test_materials_are_saved_and_another_one_is_refused(tmp_path):
+    loaded = ReducedPart.load(REDUCED.save(tmp_path / "part.npz"))
+    loaded.check_model(PART)
+    assert loaded.digest() == REDUCED.digest()
+    stiffer = dataclasses.replace(REDUCED, membrane_material=Material(2321.0, 0.49))
+    assert stiffer.digest() != REDUCED.digest()
+    with pytest.raises(ArtefactError, match=r"membrane elements are of .*2321.0.*, got .*2320.0"):
+        stiffer.check_model(PART)
+
+
+def test_a_law_that_is_not_known_is_refused(tmp_path):
+    other = dataclasses.replace(REDUCED, tetrahedron_material=Material(1160.0, 0.2, "nobodys"))
+    path = other.save(tmp_path / "part.npz")
+    with pytest.raises(ArtefactError, match="has the law 'nobodys'"):
+        ReducedPart.load(path)
+
+
 def test_another_mesh_is_refused():
     with pytest.raises(ArtefactError, match="was made from the mesh"):
         REDUCED.check_mesh(synthetic_part((6, 4, 4)).mesh)
@@ -105,7 +141,9 @@ def test_another_format_version_is_refused(tmp_path):
 
 
 def test_missing_arrays_are_refused(tmp_path):
-    path = save_artefact(tmp_path / "part.npz", "ReducedPart", 1, {"skin": np.zeros(3)}, {})
+    path = save_artefact(
+        tmp_path / "part.npz", "ReducedPart", FORMAT_VERSION, {"skin": np.zeros(3)}, {}
+    )
     with pytest.raises(ArtefactError, match="lacks"):
         ReducedPart.load(path)
 

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from box_mesh import box_mesh
-from synthetic_part import synthetic_model
+from synthetic_part import synthetic_part
 
 from pneumorph.artefact import ArtefactError
+from pneumorph.executor import ExecutorSettings
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
-from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings, gray_corners, walk_snapshots
+from pneumorph.reduction.walk_snapshots import (
+    WalkSnapshotSettings,
+    gray_corners,
+    walk_plan,
+    walk_snapshots,
+)
 
 SETTINGS = SnapshotSettings(
     static=StaticSnapshotSettings(
@@ -22,7 +31,7 @@ SETTINGS = SnapshotSettings(
     walk=WalkSnapshotSettings(
         leg_counts=(2,), corner_limit=2, hold_s=0.04, amplitude_kPa=50.0, settling_steps=2
     ),
-    process_count=1,
+    executor=ExecutorSettings(process_count=1),
 )
 
 
@@ -78,24 +87,101 @@ def test_gray_corners_visit_every_corner_changing_one_leg_at_a_time():
     assert np.all(np.abs(np.diff(corners, axis=0)).sum(axis=1) == 1)
 
 
+def test_files_of_other_materials_are_made_again_and_unknown_settings_are_defaults(tmp_path):
+    hub, poses = robot_around_a_box()
+    without_walks = dataclasses.replace(SETTINGS, walk=WalkSnapshotSettings(leg_counts=()))
+    part = synthetic_part((4, 4, 4))
+    said = []
+    collect_snapshots(part, hub, poses, without_walks, tmp_path, say=said.append)
+    assert said == []  # walks are what takes long
+    before = (tmp_path / "load_0.npz").stat().st_mtime_ns
+    # A file of an older version knows neither the part nor every setting.
+    old = Snapshots.load(tmp_path / "load_0.npz")
+    del old.metadata["part"], old.metadata["settings"]["seed"], old.metadata["seconds"]
+    old.save(tmp_path / "load_0.npz")
+    written = (tmp_path / "load_0.npz").stat().st_mtime_ns
+    assert written != before
+    files = collect_snapshots(part, hub, poses, without_walks, tmp_path)
+    assert (tmp_path / "load_0.npz").stat().st_mtime_ns == written
+    assert files.metadata["seconds"]["files_without"] == 1
+    heavier = PartModel(part.mesh, part.material, 0.2, part.membranes, cavity="cavity")
+    bend = (tmp_path / "bend.npz").stat().st_mtime_ns
+    collect_snapshots(heavier, hub, poses, without_walks, tmp_path)
+    assert (tmp_path / "bend.npz").stat().st_mtime_ns != bend
+
+
+def test_the_time_of_missing_walks_is_told_before_they_begin(tmp_path):
+    hub, poses = robot_around_a_box()
+    said = []
+    collect_snapshots(synthetic_part((4, 4, 4)), hub, poses, SETTINGS, tmp_path, say=said.append)
+    # Two loads of 50 leg steps each, and (2 + 8) steps of 2 legs; the bend is there already.
+    assert len(said) == 1
+    assert "2 tasks with 120 steps of a leg" in said[0]
+
+
 def test_collection_resumes_and_does_not_depend_on_when_it_stopped(tmp_path):
-    part = synthetic_model((4, 4, 4))
+    part = synthetic_part((4, 4, 4))
     hub, poses = robot_around_a_box()
     first = collect_snapshots(part, hub, poses, SETTINGS, tmp_path)
     # 2 bends, 2 loads, and every second of the 8 steps of 2 legs.
     assert [len(first.of(kind)) for kind in ("bend", "load", "walk")] == [2, 2, 8]
-    assert np.all(first.displacement[:, part.mesh.node_set("attachment")] == 0.0)
+    displacement = first.states(np.arange(len(first)))
+    assert np.all(displacement[:, part.mesh.node_set("attachment")] == 0.0)
     written = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
     (tmp_path / "load_0.npz").unlink()
     (tmp_path / "walk_0.npz").write_bytes(b"half a file")
     again = collect_snapshots(part, hub, poses, SETTINGS, tmp_path)
-    assert np.array_equal(first.displacement, again.displacement)
+    assert np.array_equal(displacement, again.states(np.arange(len(again))))
     assert (tmp_path / "bend.npz").stat().st_mtime_ns == written["bend.npz"]
     assert (tmp_path / "load_0.npz").stat().st_mtime_ns != written["load_0.npz"]
 
 
+PUBLISHED = WalkSnapshotSettings(robots="all", corner_limit=None, hold_s=1.0)
+
+
+def test_published_protocol_is_every_subset_on_a_closed_tour_of_every_corner():
+    plans = [walk_plan(PUBLISHED, number, 8) for number in range(PUBLISHED.robot_count)]
+    assert len({tuple(plan.places) for plan in plans}) == 255
+    assert {len(plan.places) for plan in plans} == set(range(1, 9))
+    for plan in plans:
+        assert len({tuple(corner) for corner in plan.corners}) == 2 ** len(plan.places)
+        # From the settled robot, all slack, one leg at a time and back to it.
+        tour = np.vstack([np.zeros(len(plan.places)), plan.corners])
+        assert np.all(np.abs(np.diff(tour, axis=0)).sum(axis=1) == 1)
+        assert not plan.corners[-1].any()
+    # sum over k legs of C(8, k) (15 + 100 * 2^k), 2^k summed by the binomial theorem.
+    assert sum(plan.step_count(PUBLISHED) for plan in plans) == 255 * 15 + 100 * (3**8 - 1)
+    with pytest.raises(ValueError, match="are the subsets of 8 places, got 3"):
+        walk_plan(PUBLISHED, 0, 3)
+
+
+def test_a_robot_of_the_published_protocol_on_a_small_part(tmp_path):
+    part = synthetic_part((4, 4, 4))
+    hub, _ = robot_around_a_box()
+    turns = [rotation_about("z", yaw) for yaw in np.arange(8) * 45.0]
+    poses = [Pose(turn, turn @ np.array([90.0, 0.0, 0.0])) for turn in turns]
+    plain = dataclasses.replace(PUBLISHED, hold_s=0.06, amplitude_kPa=40.0, settling_steps=3)
+    number = 0b10010001 - 1  # places 0, 4 and 7
+    whole = walk_snapshots(part, hub, poses, plain, number)
+    assert whole.sources == ["walk 0.4.7"]
+    assert len(whole) == 3 * 8 * 6 // 2  # legs x corners x steps, every second one
+    # Each leg is driven alone: at the first corner the first leg, pressures in order of the legs.
+    pressures = whole.pressure_kPa.reshape(-1, 3)
+    assert np.all(pressures[:3, 0] > 0.0)
+    assert np.all(pressures[:3, 1:] == 0.0)
+    compressed = walk_snapshots(
+        part, hub, poses, dataclasses.replace(plain, compression=1e-3), number
+    )
+    assert len(compressed.fields) < 0.7 * len(whole)
+    left = (compressed.states(np.arange(len(whole))) - whole.displacement).reshape(len(whole), -1)
+    flat = whole.displacement.reshape(len(whole), -1).astype(float)
+    stiffness = part.stiffness(part.rest_nodes)
+    squares = [np.einsum("sj,js->", each, stiffness @ each.T) for each in (left, flat)]
+    assert squares[0] <= (1e-3) ** 2 * squares[1] * 1.01  # single precision
+
+
 def test_more_legs_than_places_are_refused():
     hub, poses = robot_around_a_box()
-    part, settings = synthetic_model((4, 4, 4)), WalkSnapshotSettings(leg_counts=(4,))
+    part, settings = synthetic_part((4, 4, 4)), WalkSnapshotSettings(leg_counts=(4,))
     with pytest.raises(ValueError, match="must not exceed the 3 places"):
         walk_snapshots(part, hub, poses, settings, 0)

@@ -10,18 +10,17 @@ from pneumorph.report.bend_figure import bend_figure
 
 
 def test_page_needs_nothing_from_outside(tmp_path: Path) -> None:
-    film, still = tmp_path / "f.mp4", tmp_path / "s.png"
-    film.write_bytes(b"film")
+    still = tmp_path / "s.png"
     still.write_bytes(b"still")
     sections = [
-        page.Section("Film", page.filmed(film, still, "both robots")),
+        page.Section("Still", page.picture(still, "both robots")),
         page.Section("Bend", page.drawn(bend_figure([0, 1], [0, 1], [0, 1]), "bend")),
         page.Section("Table", page.table(["a", "b"], [["x", 1.23456], ["y", 2]])),
     ]
     path = page.write_page(tmp_path / "page.html", "A title", "A lead", "", sections)
     content = path.read_text()
     sources = re.findall(r'(?:src|href|poster)="([^"]*)"', content)
-    assert len(sources) == 4
+    assert len(sources) == 3  # the icon, the still and the figure
     assert all(source.startswith("data:") for source in sources)
     assert "url(" not in content
     assert "<script" not in content

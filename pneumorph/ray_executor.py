@@ -1,0 +1,86 @@
+"""Tasks on a Ray cluster, or on a Ray of this machine alone; see `pneumorph.executor`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar
+
+from pneumorph.executor import ExecutorSettings, worker_error
+
+Shared = TypeVar("Shared")
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+def run_with_ray(
+    function: Callable[[Shared, Task], Result],
+    shared: Shared,
+    tasks: Sequence[Task],
+    settings: ExecutorSettings,
+) -> Iterator[tuple[int, Result]]:
+    """Yield the number and the result of each task as it finishes; see `run_tasks`."""
+    ray, started = connect(settings)
+    try:
+        remote = ray.remote(max_retries=settings.attempt_limit - 1)(function)
+        reference = ray.put(shared)
+        waiting = deque(enumerate(tasks))
+        running: dict[Any, int] = {}
+        # Results wait in the cluster's memory until they are fetched: begin no more than can run.
+        limit = settings.process_count or int(ray.cluster_resources().get("CPU", 1))
+        while waiting or running:
+            while waiting and len(running) < limit:
+                number, task = waiting.popleft()
+                running[remote.remote(reference, task)] = number
+            (ready,), _ = ray.wait(list(running), num_returns=1)
+            number = running.pop(ready)
+            try:
+                result = ray.get(ready)
+            except ray.exceptions.WorkerCrashedError as error:
+                how = "worker crashed"
+                raise worker_error(tasks[number], settings.attempt_limit, how) from error
+            except ray.exceptions.OutOfMemoryError as error:
+                how = "out of memory"
+                raise worker_error(tasks[number], settings.attempt_limit, how) from error
+            except ray.exceptions.RayTaskError as error:
+                raise (error.cause or error) from error
+            yield number, result
+    finally:
+        if started:
+            ray.shutdown()
+
+
+def connect(settings: ExecutorSettings) -> tuple[Any, bool]:
+    """Join the settings' cluster, or start a Ray of this machine; one that runs already is used.
+
+    Returns:
+        The module ray, and whether it was started here.
+
+    Raises:
+        ModuleNotFoundError: Ray is not installed.
+    """
+    os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+    try:
+        import ray
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "the backend ray needs the extra ray: pip install 'pneumorph[ray]'"
+        ) from error
+    if ray.is_initialized():
+        return ray, False
+    # Two BLAS threads in each of two workers stall each other on shared cores.
+    environment = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    if settings.address is None:
+        # Workers of this machine find every module that this process finds.
+        environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+    ray.init(
+        address=settings.address,
+        num_cpus=None if settings.address else settings.process_count or None,
+        include_dashboard=None if settings.address else False,
+        log_to_driver=False,
+        logging_level="warning",
+        runtime_env={"env_vars": environment},
+    )
+    return ray, True

@@ -1,0 +1,77 @@
+"""Records the legs of a full-order robot in their own frames while it moves."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sparse
+
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.rigid_hub import RigidHub
+from pneumorph.reduction.compressed_snapshots import CompressedSnapshots, SnapshotCompressor
+from pneumorph.reduction.snapshots import Snapshots
+from pneumorph.trajectory import Trajectory
+
+
+class LegRecorder:
+    """Called with the state after every step; each leg of each recorded step is a snapshot.
+
+    Args:
+        robot: Its legs must all be the same part. On a rigid hub their attachment rests in its
+            frame; on a soft one it moves with the hub's deformation.
+        record_every: Steps between snapshots.
+        compression: Relative error in the norm of the rest stiffness at which snapshots are stored
+            as combinations of few fields; 0 stores each in single precision.
+
+    Raises:
+        ValueError: Legs of different parts.
+    """
+
+    def __init__(self, robot: FullRobot, record_every: int = 2, compression: float = 0.0) -> None:
+        self._robot, self._record_every = robot, record_every
+        self._part = robot.legs[0].part
+        if any(leg.part is not self._part for leg in robot.legs):
+            raise ValueError("legs to be recorded must all be one part, got several")
+        self._attachment = self._part.mesh.node_set("attachment")
+        self._regulators = [leg.regulator for leg in robot.legs]
+        self._recorded: list[np.ndarray] = []
+        self._pressures: list[np.ndarray] = []
+        self._compressor: SnapshotCompressor | None = None
+        if compression > 0.0:
+            rest_stiffness = sparse.csr_array(self._part.stiffness(self._part.rest_nodes))
+            self._compressor = SnapshotCompressor(rest_stiffness, compression)
+        self._steps = 0
+
+    def __call__(self, state: FullRobotState) -> None:
+        """Note one step."""
+        self._steps += 1
+        if self._steps % self._record_every:
+            return
+        legs = np.array(self._robot.leg_nodes_in_hub_frame(state)) - self._part.rest_nodes
+        if isinstance(self._robot.hub, RigidHub):
+            legs[:, self._attachment] = 0.0  # rounding
+        simulated = self._robot.settings.pressure_map.simulated(state.regulated_kPa)
+        self._pressures.append(simulated[self._regulators])
+        if self._compressor:
+            self._compressor.add(legs)
+        else:
+            self._recorded.append(legs.astype(np.float32))
+
+    def snapshots(self, source: str, trajectory: Trajectory) -> Snapshots | CompressedSnapshots:
+        """All that was recorded, under the name of a source, with how the trajectory ended."""
+        pressures = np.array(self._pressures).reshape(-1)
+        numbers = np.zeros(len(pressures), dtype=np.int32)
+        metadata = {
+            "mesh_digest": self._part.mesh.digest(),
+            "sources": [source],
+            "details": {
+                "status": trajectory.status,
+                "steps": self._steps,
+                "forward_distance_cm": trajectory.forward_distance_cm,
+            },
+        }
+        if self._compressor:
+            return self._compressor.finish(pressures, numbers, metadata)
+        displacement = np.array(self._recorded, dtype=np.float32)
+        displacement = displacement.reshape(-1, self._part.node_count, 3)
+        return Snapshots(displacement, pressures, numbers, metadata)

@@ -1,0 +1,53 @@
+"""Robots at instants of their walk, one row each, as in figures 1 and 8 of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from pneumorph.report.frame_painter import FramePainter
+from pneumorph.report.style import figure_style, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pneumorph.report.scene import Actor
+
+
+@figure_style()
+def frames_figure(actors: Sequence[Actor], times_s: Sequence[float], width: int = 480) -> Figure:
+    """Return pictures of each robot at the same instants; lines on the floor are 5 cm apart.
+
+    Args:
+        actors: The robots.
+        times_s: When [s].
+        width: Width of a picture in pixels.
+
+    Raises:
+        ValueError: No robots, or no instants.
+    """
+    if not actors or not times_s:
+        raise ValueError(
+            f"got {len(actors)} robots and {len(times_s)} instants, expected at least one of each"
+        )
+    painters = [FramePainter([actor], width, captions=False) for actor in actors]
+    tall = max(painter.size[1] / painter.size[0] for painter in painters)
+    figure = new_figure(7.0, 0.3 + 7.0 / len(times_s) * tall * len(actors))
+    panels = figure.subplots(len(actors), len(times_s), squeeze=False)
+    for row, (actor, painter) in enumerate(zip(actors, painters, strict=True)):
+        for column, time_s in enumerate(times_s):
+            axes = panels[row, column]
+            axes.imshow(painter.paint(time_s))
+            x = actor.trajectory.tracked_point_mm[:, 0]
+            travel_cm = (x[actor.frame_at(time_s)] - x[0]) / 10.0
+            axes.text(0.98, 0.03, f"{travel_cm:+.1f} cm", size=7, ha="right", va="bottom",
+                      transform=axes.transAxes)  # fmt: skip
+            axes.set(xticks=[], yticks=[])
+            for spine in axes.spines.values():
+                spine.set_visible(False)
+            axes.grid(False)
+            if row == 0:
+                axes.set_title(f"{time_s:g} s", size=8, loc="center")
+            if column == 0:
+                axes.set_ylabel(actor.label.replace("\n", " "), size=7)
+    return figure

@@ -1,0 +1,96 @@
+"""The best designs with their gaits, a column each: the designs of figure 6 of the paper over the
+commanded and smoothed pressures of its figures 8 and 10."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
+from pneumorph.pressure import rate_limit
+from pneumorph.report.plan_view import HALF_WIDTH_MM, draw_plan_view
+from pneumorph.report.style import figure_style, new_figure, regulator_colour
+from pneumorph.robot.design import Design
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_STEP_S = 0.02
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A design and the gait it walks.
+
+    Attributes:
+        label: Such as L1.
+        design: The design.
+        gait: Its gait.
+        distance_cm: How far it travels [cm]; None where it failed or was not walked.
+    """
+
+    label: str
+    design: Design
+    gait: OpenLoopGait
+    distance_cm: float | None
+
+
+@figure_style()
+def pairs_figure(pairs: Sequence[Pair], rate_kPa_per_s: float) -> Figure:
+    """Return each design from above, and below it its pressures over time, a panel a regulator.
+
+    Args:
+        pairs: In the order to draw.
+        rate_kPa_per_s: Most change of a regulator's pressure, which smooths what is commanded.
+
+    Raises:
+        ValueError: No pairs.
+    """
+    if not pairs:
+        raise ValueError("pairs is empty, expected at least one design with its gait")
+    regulators = max(max(pair.design.assignment) for pair in pairs)
+    figure = new_figure(max(3.0, 0.5 + 1.35 * len(pairs)), 1.6 + 0.75 * regulators)
+    panels = figure.subplots(
+        regulators + 1, len(pairs), squeeze=False, height_ratios=[1.7] + [1.0] * regulators
+    )
+    for column, pair in enumerate(pairs):
+        above = panels[0, column]
+        draw_plan_view(above, pair.design.assignment, number_size=6.5)
+        above.set(xlim=(-HALF_WIDTH_MM, HALF_WIDTH_MM), ylim=(-HALF_WIDTH_MM, HALF_WIDTH_MM))
+        above.set_aspect("equal")
+        above.axis("off")
+        far = "" if pair.distance_cm is None else f": {pair.distance_cm:.1f} cm"
+        above.set_title(f"{pair.label}{far}\n{pair.design}", size=8, loc="center")
+        time_s, commanded, smoothed = _pressures(pair.gait, rate_kPa_per_s)
+        for index in range(regulators):
+            axes = panels[index + 1, column]
+            colour = regulator_colour(index + 1)
+            if index + 1 > max(pair.design.assignment):
+                axes.axis("off")
+                continue
+            axes.plot(time_s, commanded[:, index], color=colour, linewidth=0.7, linestyle="--")
+            axes.plot(time_s, smoothed[:, index], color=colour, linewidth=1.2)
+            axes.set(ylim=(-4, 94), yticks=[0, 45, 90], xlim=(0, time_s[-1]))
+            axes.tick_params(labelleft=column == 0)
+            last = index + 1 == max(pair.design.assignment)
+            axes.tick_params(labelbottom=last)
+            if last:
+                axes.set_xlabel("time (s)")
+            if column == 0:
+                axes.set_ylabel(f"p{index + 1} (kPa)", color=colour)
+    return figure
+
+
+def _pressures(
+    gait: OpenLoopGait, rate_kPa_per_s: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return times, commanded and smoothed pressures of a gait that starts at rest."""
+    commanded = sample_commands(gait, _STEP_S, round(gait.duration_s / _STEP_S))
+    smoothed, now = [], np.zeros(gait.regulator_count)
+    for command in commanded:
+        now = rate_limit(now, command, rate_kPa_per_s, _STEP_S)
+        smoothed.append(now)
+    return _STEP_S * np.arange(1, len(commanded) + 1), commanded, np.array(smoothed)

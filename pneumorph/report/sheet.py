@@ -1,0 +1,54 @@
+"""The figures and replays of a page; figures are also kept beside it as files for print."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pneumorph.report import page
+from pneumorph.report.film import side_by_side
+from pneumorph.report.replay.page import replay_assets, replay_fragment
+from pneumorph.report.replay.replay_data import ReplaySettings
+from pneumorph.report.style import save_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pneumorph.report.marker_actor import MarkerActor
+    from pneumorph.report.scene import Actor
+
+
+class Sheet:
+    """Makes what a page shows.
+
+    Args:
+        folder: Where the page is; figures go to its ``figures`` as PDF and PNG.
+        replay: How exact replays are.
+    """
+
+    def __init__(self, folder: Path, replay: ReplaySettings | None = None) -> None:
+        self.folder = folder
+        self.files: list[Path] = []
+        self._replay = replay or PAGE_REPLAY
+        self._has_replay = False
+
+    def drawn(self, name: str, figure: Figure, caption: str) -> str:
+        """Return a figure for the page, and save it under a name."""
+        self.files += save_figure(figure, self.folder / "figures" / name)
+        return page.drawn(figure, caption)
+
+    def replayed(self, actors: Sequence[Actor | MarkerActor], caption: str) -> str:
+        """Return a player of robots side by side."""
+        self._has_replay = True
+        fragment = replay_fragment(side_by_side(actors), self._replay)
+        return f"<figure>{fragment}{page.caption(caption)}</figure>"
+
+    @property
+    def head(self) -> str:
+        """What the page's head needs for what was made."""
+        return replay_assets() if self._has_replay else ""
+
+
+PAGE_REPLAY = ReplaySettings(tolerance_mm=0.1, frame_interval_s=0.1)
+"""A tenth of a millimetre is a tenth of a pixel on a page, and keeps full robots small."""

@@ -1,0 +1,129 @@
+"""Sections of robots that walked: replay, stills, distance, steps, gait, one cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pneumorph.report import page
+from pneumorph.report.cycle_figure import cycle_figure
+from pneumorph.report.distance_figure import distance_figure
+from pneumorph.report.frames_figure import frames_figure
+from pneumorph.report.page import Section
+from pneumorph.report.path_figure import path_figure
+from pneumorph.report.plan_view import plan_view_figure
+from pneumorph.report.pressure_figure import pressure_figure
+from pneumorph.report.run import Run
+from pneumorph.report.scene import Actor
+from pneumorph.report.sheet import Sheet
+from pneumorph.report.step_figure import path_of, step_figure
+from pneumorph.robot.design import Design
+from pneumorph.trajectory import Trajectory
+
+_CYCLE_S = 4.0
+"""Period of the paper's baseline, over which a slide back is counted [s]."""
+_STILL_COUNT = 5
+
+
+def walk_sections(run: Run, sheet: Sheet) -> list[Section]:
+    """Return the sections of a run's trajectories, a group of robots after the other."""
+    sections = []
+    for group, trajectories in run.trajectories().items():
+        seen = {name: each for name, each in trajectories.items() if _can_be_drawn(each)}
+        if seen:
+            sections.append(_replay_section(group, seen, sheet))
+        sections.append(_distance_section(group, trajectories, sheet))
+        sections += _gait_sections(group, trajectories, sheet)
+    return sections
+
+
+def _can_be_drawn(trajectory: Trajectory) -> bool:
+    return trajectory.node_positions_mm is not None and trajectory.skin_triangles is not None
+
+
+def _titled(title: str, group: str) -> str:
+    return f"{title}: {group}" if group else title
+
+
+def _named(name: str, group: str) -> str:
+    return f"{name}_{group.replace(' ', '_')}" if group else name
+
+
+def _replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
+    actors = [
+        Actor.of(each, f"{name}\n{each.metadata['design']}") for name, each in trajectories.items()
+    ]
+    replay = sheet.replayed(
+        actors, "Forward is to the right. A leg has its regulator's colour, full at 90 kPa."
+    )
+    end_s = max(float(each.time_s[-1]) for each in trajectories.values())
+    times_s = [end_s * number / (_STILL_COUNT - 1) for number in range(_STILL_COUNT)]
+    stills = sheet.drawn(
+        _named("frames", group),
+        frames_figure(actors, [round(each, 2) for each in times_s]),
+        "The robots at instants of their walk, with their travel; lines are 5 cm apart.",
+    )
+    return Section(_titled("Replay", group), replay + stills)
+
+
+def _distance_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
+    assignments = {
+        name: Design.parse(each.metadata["design"]).assignment
+        for name, each in trajectories.items()
+    }
+    return Section(
+        _titled("Distance and path", group),
+        page.side_by_side(
+            sheet.drawn(
+                _named("distance", group),
+                distance_figure(trajectories),
+                "Forward distance of the disk's centre.",
+            ),
+            sheet.drawn(
+                _named("path", group),
+                path_figure(trajectories, assignments),
+                "Paths seen from above, each robot drawn where it ended.",
+            ),
+        ),
+    )
+
+
+def _gait_sections(
+    group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet
+) -> list[Section]:
+    first, trajectory = next(iter(trajectories.items()))
+    design = Design.parse(trajectory.metadata["design"])
+    gait = page.side_by_side(
+        sheet.drawn(
+            _named("pressures", group),
+            pressure_figure(trajectory, max(design.assignment)),
+            f"Pressures of the robot called {first}: what is commanded, and what the regulators "
+            "reach at their limited rate.",
+        ),
+        sheet.drawn(
+            _named("design", group),
+            plan_view_figure(design.assignment, str(design)),
+            "The design from above: colour and number are the regulator's, the arrow is forward.",
+        ),
+    )
+    sections = [Section(_titled("Gait", group), gait)]
+    long_enough = {name: each for name, each in trajectories.items() if each.time_s[-1] >= _CYCLE_S}
+    if not long_enough:
+        return sections
+    steps = sheet.drawn(
+        _named("steps", group),
+        step_figure({name: path_of(each) for name, each in long_enough.items()}),
+        "Reward of every second, and below zero the furthest slide back within each 4 s.",
+    )
+    name, walked = next(iter(long_enough.items()))
+    if not _can_be_drawn(walked):
+        return [*sections, Section(_titled("Step by step", group), steps)]
+    cycle = sheet.drawn(
+        _named("cycle", group),
+        cycle_figure(walked),
+        f"The last whole 4 s of the robot called {name}: pressures, tilt of the disk, how far each "
+        "leg's lowest point is above the lowest of all, what the floor bears of it where that was "
+        "recorded, and travel.",
+    )
+    return [
+        *sections, Section(_titled("Step by step", group), page.side_by_side(steps, cycle)),
+    ]  # fmt: skip

@@ -1,0 +1,148 @@
+"""The gap explained: the best pairs found under each damping, walked under the other.
+
+    python reproduce/damping_gap/run.py --published runs/paper --objective runs/objective
+
+A run that is not there is trained with preset fast and resumed where it was stopped. Then each
+one's best five are analysed under both dampings: damping_gap.json and damping_gap.png.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pneumorph.artefact import write_json
+from pneumorph.command.run_folder import SUMMARY, finite, read_settings
+from pneumorph.command.run_once import run_once
+from pneumorph.report.style import (
+    BASELINE_COLOUR,
+    INK_COLOUR,
+    LEARNED_COLOUR,
+    figure_style,
+    new_figure,
+    save_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+HERE = Path(__file__).parent
+DAMPINGS = ("published", "objective")
+SURVIVES_WITHIN_CM = 1.0
+"""The paper calls a distance within 1 cm of the simulated one a strong agreement (section VI-B)."""
+
+
+def analysed(run: Path, damping: str) -> dict[str, Any]:
+    """The best pairs of a run under a damping."""
+    part = read_settings(run)["robot"]["part"]
+    leg = () if part is None else ("--part", part)
+    return run_once(
+        run / f"under_{damping}", "analyse", run, "--afresh", "--simulation.damping", damping, *leg
+    )
+
+
+def compared(own: dict[str, Any], other: dict[str, Any]) -> list[dict[str, Any]]:
+    """Each pair under its own damping and the other."""
+    rows = []
+    for mine, theirs in zip(own["robots"], other["robots"], strict=True):
+        if mine["label"] == "B":
+            continue
+        rows.append(
+            {
+                "label": mine["label"],
+                "design": mine["design"],
+                "own_distance_cm": mine["distance_cm"],
+                "other_distance_cm": theirs["distance_cm"],
+                "survives": survives(mine["distance_cm"], theirs["distance_cm"]),
+                "own_front_slipping_share": front_slipping(mine),
+                "other_front_slipping_share": front_slipping(theirs),
+                "own_backsliding_cm": mine["backsliding_cm"],
+                "other_backsliding_cm": theirs["backsliding_cm"],
+            }
+        )
+    return rows
+
+
+def survives(own_cm: float | None, other_cm: float | None) -> bool:
+    """Whether a pair comes as far under the other damping, to the paper's 1 cm."""
+    return own_cm is not None and other_cm is not None and other_cm > own_cm - SURVIVES_WITHIN_CM
+
+
+def front_slipping(robot: dict[str, Any]) -> float | None:
+    """Share of the front legs' load that rests on points which slip; None without front legs."""
+    front = [leg for leg in robot["legs"] if np.cos(np.radians(leg["angle_deg"])) > 0.0]
+    load = sum(leg["mean_load_mN"] for leg in front)
+    if not load:
+        return None
+    return sum(leg["mean_load_mN"] * leg["slipping_share"] for leg in front) / load
+
+
+@figure_style()
+def gap_figure(rows: dict[str, list[dict[str, Any]]]) -> Figure:
+    """Distances of each run's best pairs under both dampings."""
+    figure = new_figure(6.4, 3.0)
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, (trained, pairs) in zip(panels, rows.items(), strict=True):
+        place = np.arange(len(pairs))
+        for shift, name, colour in (
+            (-0.2, "own_distance_cm", LEARNED_COLOUR),
+            (0.2, "other_distance_cm", BASELINE_COLOUR),
+        ):
+            heights = [np.nan if pair[name] is None else pair[name] for pair in pairs]
+            label = "trained with" if shift < 0.0 else "under the other"
+            bars = axes.bar(place + shift, heights, 0.38, color=colour, label=label)
+            axes.bar_label(bars, fmt="%.1f", fontsize=7)
+        axes.axhline(0.0, color=INK_COLOUR, linewidth=0.6)
+        axes.set_title(f"found under {trained} damping")
+        axes.set(xticks=place, xticklabels=[pair["label"] for pair in pairs])
+    panels[0].set_ylabel("distance in 20 s (cm)")
+    panels[0].legend(fontsize=7)
+    return figure
+
+
+def main() -> None:
+    """Train what is missing, walk, compare and draw."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    for damping in DAMPINGS:
+        parser.add_argument(
+            f"--{damping}", type=Path, default=Path(f"runs/{damping}"),
+            help=f"coopt run under {damping} damping",
+        )  # fmt: skip
+    parser.add_argument("--out", type=Path, default=HERE)
+    parser.add_argument("--seed", type=int, default=0, help="of a run that is trained")
+    options = parser.parse_args()
+    runs = {damping: Path(getattr(options, damping)) for damping in DAMPINGS}
+    for damping, run in runs.items():
+        if not (run / SUMMARY).exists():
+            run_once(
+                run, "coopt", "--preset", "fast", "--seed", options.seed, "--resume",
+                "--simulation.damping", damping,
+            )  # fmt: skip
+        there = read_settings(run)["robot"]["simulation"]["damping"]
+        if there != damping:
+            raise SystemExit(f"{run} was trained with {there} damping, expected {damping}")
+    found = {
+        (trained, walked): analysed(runs[trained], walked)
+        for trained in DAMPINGS
+        for walked in DAMPINGS
+    }
+    rows = {
+        trained: compared(found[trained, trained], found[trained, other])
+        for trained, other in (DAMPINGS, DAMPINGS[::-1])
+    }
+    content = {
+        trained: {"surviving_count": sum(pair["survives"] for pair in pairs), "pairs": pairs}
+        for trained, pairs in rows.items()
+    }
+    write_json(options.out / "damping_gap.json", finite(content))
+    save_figure(gap_figure(rows), options.out / "damping_gap.png", ("png",))
+    print(f"wrote {options.out / 'damping_gap.json'}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""A better schedule: three seeds of preset fast beside the run at the paper's scale.
+
+    python reproduce/fast_schedule/run.py runs/paper [--seeds 0 1 2] [--processes 1]
+
+The seeds are a campaign (resumable, on Ray with --ray-address); flags that are not listed go to it.
+Then fast.json with how near each
+comes to the full run's best, and fast.png with all learning curves.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pneumorph.artefact import write_json
+from pneumorph.command.run_folder import finite, read_settings, read_summary
+from pneumorph.command.run_once import run_once
+from pneumorph.coopt.metrics import read_metrics
+from pneumorph.report.search_figure import coopt_curve, learning_curves_figure
+from pneumorph.report.style import save_figure
+
+HERE = Path(__file__).parent
+WITHIN_CM = 0.5
+
+
+def main() -> None:
+    """Train what is missing, compare and draw."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("run", type=Path, help="folder of the run at the paper's scale")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
+    parser.add_argument("--runs", type=Path, default=Path("runs/fast"), help="campaign's folder")
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--ray-address", help="cluster to run on")
+    parser.add_argument("--out", type=Path, default=HERE)
+    options, flags = parser.parse_known_args()
+    where: tuple[object, ...] = ("--executor.process-count", options.processes)
+    if options.ray_address:
+        where += ("--executor.backend", "ray", "--executor.address", options.ray_address)
+    campaign = run_once(
+        options.runs, "campaign", "--preset", "fast", "--seeds", *options.seeds, *where, *flags
+    )
+    full = read_summary(options.run)
+    settings = read_settings(options.run)
+    action_s = (
+        settings["coopt"]["task"]["action_step_count"]
+        * (settings["robot"]["simulation"]["time_step_s"])
+    )
+    timesteps = full["timesteps"] + full["finetuning_timesteps"]
+    rows = [
+        {
+            **run,
+            "behind_cm": full["best_distance_cm"] - run["best_distance_cm"],
+            "reached": run["best_distance_cm"] > full["best_distance_cm"] - WITHIN_CM,
+            "share_of_timesteps": (run["timesteps"] + run["finetuning_timesteps"])
+            / full["timesteps"],
+        }
+        for run in campaign["runs"]
+    ]
+    content = {
+        "full_best_distance_cm": full["best_distance_cm"],
+        "full_timesteps": timesteps,
+        "within_cm": WITHIN_CM,
+        "reached_count": sum(bool(row["reached"]) for row in rows),
+        "runs": rows,
+    }
+    write_json(options.out / "fast.json", finite(content))
+    curves = {"paper's schedule": coopt_curve(read_metrics(options.run / "training"), action_s)}
+    for row in rows:
+        metrics = read_metrics(options.runs / str(row["name"]) / "training")
+        curves[f"fast, seed {row['seed']}"] = coopt_curve(metrics, action_s)
+    figure = learning_curves_figure(curves, full["baseline_best_distance_cm"])
+    save_figure(figure, options.out / "fast.png", ("png",))
+    print(f"wrote {options.out / 'fast.json'}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,206 @@
+"""Verbs around a coopt run: fine-tuning, analysis, searches, campaigns."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from dying_run import dies_once
+from synthetic_part import synthetic_reduced_part
+
+from pneumorph.cli import run
+from pneumorph.command.campaign import _seeded, run_one
+from pneumorph.command.coopt import CooptOptions
+from pneumorph.executor import Backend, ExecutorSettings, run_tasks
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.settings import load_settings
+from pneumorph.trajectory import Trajectory
+
+# Every stage, no result.
+_SHORT = (
+    "--total-timesteps 48 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
+    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
+    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
+    "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 20 "
+    "--finetuning.timesteps 20 --finetuning.finalist-count 2 "
+    "--baseline.phase-step-deg 90 --baseline.gait.duration-s 4 --baseline.record-step-count 10"
+)
+
+
+@pytest.fixture(scope="module")
+def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
+    return part.save(tmp_path_factory.mktemp("leg") / "leg.npz")
+
+
+@pytest.fixture(scope="module")
+def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished coopt run with fine-tuning."""
+    folder = tmp_path_factory.mktemp("coopt") / "run"
+    assert run(f"coopt --preset fast --part {leg} --out {folder} {_SHORT}".split()) == 0
+    return folder
+
+
+def _json(command: str, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    capsys.readouterr()
+    assert run([*command.split(), "--json"]) == 0
+    content: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return content
+
+
+def test_coopt_reports_finetuned_pairs_and_where_the_time_went(learned: Path) -> None:
+    summary = json.loads((learned / "summary.json").read_text())
+    assert [pair["source"] for pair in summary["pairs"]] == ["policy", "policy"]
+    assert summary["finetuning_timesteps"] == 40
+    assert summary["finetuning_wall_s"] > 0.0
+    spent = ("simulate_s", "learn_s", "log_s", "evaluate_s", "other_s")
+    assert sum(summary[name] for name in spent) == pytest.approx(summary["training_wall_s"])
+    assert len(list((learned / "training" / "finetuned").iterdir())) == 2
+
+
+def test_evaluate_can_take_the_usual_physics_again(
+    learned: Path, leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = json.loads((learned / "settings.json").read_text())
+    settings["robot"]["simulation"]["friction"] = 0.1
+    (tmp_path / "run" / "training").mkdir(parents=True)
+    for name in ("summary.json", "training/gaits"):
+        (tmp_path / "run" / name).symlink_to(learned / name)
+    (tmp_path / "run" / "settings.json").write_text(json.dumps(settings))
+    icy = _json(f"evaluate {tmp_path / 'run'} --out {tmp_path / 'icy'}", capsys)
+    usual = _json(
+        f"evaluate {tmp_path / 'run'} --afresh --part {leg} --out {tmp_path / 'usual'}", capsys
+    )
+    reported = usual["reported_distance_cm"]
+    assert usual["best_distance_cm"] == pytest.approx(reported, abs=1e-9)
+    assert icy["best_distance_cm"] != pytest.approx(reported, abs=1e-3)
+
+
+def test_analyse_tells_steps_legs_and_friction(
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = _json(
+        f"analyse {learned} --cycle-s 0.4 --record-every 1 --friction-step 0.3 --out {tmp_path}",
+        capsys,
+    )
+    assert found["frictions"] == [0.6, 0.9, 1.2]
+    assert [robot["label"] for robot in found["robots"]] == ["B", "L1", "L2"]
+    summary = json.loads((learned / "summary.json").read_text())
+    for robot, pair in zip(found["robots"][1:], summary["pairs"], strict=True):
+        assert robot["distance_cm"] == pytest.approx(pair["distance_cm"], abs=1e-9)
+        # Rewards of the steps add up to the distance, and the walk at the run's own friction is it.
+        assert sum(robot["step_rewards_cm"]) == pytest.approx(robot["distance_cm"], abs=1e-9)
+        assert len(robot["step_rewards_cm"]) == 5
+        assert robot["distances_over_friction_cm"][2] == pytest.approx(pair["distance_cm"], 1e-9)
+        assert robot["distances_over_friction_cm"][0] != robot["distances_over_friction_cm"][2]
+        for leg in robot["legs"]:
+            assert 0.0 <= leg["used_share"] <= 1.0 + 1e-5
+    assert found["robots"][0]["distance_cm"] == pytest.approx(
+        summary["baseline_best_distance_cm"], abs=1e-6
+    )
+    assert (tmp_path / "friction.png").stat().st_size > 5000
+    recorded = Trajectory.load(tmp_path / "trajectory_L1.npz")
+    # All that the floor carries over time is the robot's weight; five short actions are no more
+    # than a rough mean.
+    legs = found["robots"][1]["legs"]
+    assert sum(leg["mean_load_mN"] for leg in legs) > 0.0
+    assert recorded.contact_force_mN is not None
+
+
+@pytest.mark.parametrize("method", ["random", "genetic"])
+def test_search_of_designs_reports_pairs_that_walk_again(
+    method: str, leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = (
+        f"search --method {method} --part {leg} --timesteps 60 --environment-count 4 "
+        f"--{method}.population 4 --task.action-count 5 --task.action-step-count 20 "
+        f"--kept-pair-count 2 --out {tmp_path / 'search'}"
+    )
+    found = _json(command, capsys)
+    assert found["timesteps"] == 60
+    assert found["simulated_s"] == pytest.approx(60 * 0.2)
+    curve = json.loads((tmp_path / "search" / "learning_curve.json").read_text())
+    assert curve["timesteps"] == [20, 40, 60]
+    assert curve["best_distance_cm"][-1] == found["best_distance_cm"]
+    best = found["pairs"][0]
+    again = _json(
+        f"simulate --gait {tmp_path / 'search' / best['gait']} --part {leg} --out {tmp_path / 's'}",
+        capsys,
+    )
+    assert again["distance_cm"] == pytest.approx(best["distance_cm"], abs=1e-9)
+    # With the same folder the finished search is read again.
+    repeated = _json(command, capsys)
+    assert repeated["pairs"] == found["pairs"]
+    assert repeated["notes"] == ["resumed at timestep 60"]
+
+
+def test_search_of_gaits_stands_beside_the_policy(
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = _json(
+        f"search --run {learned} --random-design-count 2 --timesteps 200 --environment-count 8 "
+        f"--gaits.population 4 --out {tmp_path}",
+        capsys,
+    )
+    designs = found["designs"]
+    assert designs[0]["why"] == "expert's design"
+    assert {"L1", "L2"} <= {row["why"] for row in designs}
+    assert len({row["design"] for row in designs}) == len(designs)
+    for row in designs:
+        assert row["policy_distance_cm"] is not None
+        gait, comments = read_gait(tmp_path / row["gait"])
+        assert comments["design"] == row["design"]
+        assert gait.held_kPa.shape == (5, 3)
+    gaps = [row["distance_cm"] - row["policy_distance_cm"] for row in designs]
+    assert found["mean_policy_gap_cm"] == pytest.approx(np.mean(gaps))
+
+
+@pytest.mark.parametrize("backend", ["processes", "ray"])
+def test_a_campaigns_dead_worker_costs_its_own_run_nothing_but_time(
+    backend: Backend, learned: Path, tmp_path: Path
+) -> None:
+    """A run in a process of its own dies once and ends as the run that did not."""
+    if backend == "ray":
+        pytest.importorskip("ray")
+    base = load_settings(CooptOptions, learned / "settings.json")
+    tasks = [("a", _seeded(base, 0))]
+    settings = ExecutorSettings(backend, process_count=2)
+    answers = list(run_tasks(dies_once, (str(tmp_path), None, 1), tasks, settings))
+    assert answers == [(0, None)]
+    assert (tmp_path / "a.died").exists()
+    alone, died = (
+        json.loads((folder / "summary.json").read_text()) for folder in (learned, tmp_path / "a")
+    )
+    assert died["notes"] == ["resumed at timestep 40"]
+    assert died["pairs"] == alone["pairs"]
+    # A finished run is left alone; one of other settings is not written over.
+    assert run_one((str(tmp_path), None, 1), tasks[0]) is None
+    assert "holds a run of other settings" in str(
+        run_one((str(tmp_path), None, 1), ("a", _seeded(base, 5)))
+    )
+
+
+def test_campaign_compares_seeds_and_variants(
+    leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "slippery.toml").write_text("[robot.simulation]\nfriction = 0.3\n")
+    (tmp_path / "usual.json").write_text("{}")
+    found = _json(
+        f"campaign --preset fast --seeds 0 1 --part {leg} {_SHORT} --out {tmp_path / 'runs'} "
+        f"--variants {tmp_path / 'slippery.toml'} {tmp_path / 'usual.json'}",
+        capsys,
+    )
+    names = ["slippery-0", "slippery-1", "usual-0", "usual-1"]
+    assert [each["name"] for each in found["runs"]] == names
+    assert found["failures"] == {}
+    far = {each["name"]: each["best_distance_cm"] for each in found["runs"]}
+    assert found["best_distance_cm"] == max(far.values())
+    usual = found["variants"]["usual"]
+    assert usual["mean_best_distance_cm"] == pytest.approx((far["usual-0"] + far["usual-1"]) / 2)
+    assert far["usual-0"] != far["slippery-0"]
+    saved = json.loads((tmp_path / "runs" / "slippery-1" / "settings.json").read_text())
+    assert saved["robot"]["simulation"]["friction"] == 0.3
+    assert saved["coopt"]["seed"] == 1

@@ -1,0 +1,89 @@
+"""The margin of a leg is told by its forces alone, and obeys Coulomb's law."""
+
+import math
+
+import numpy as np
+import pytest
+
+from pneumorph.gait.friction_margin import friction_margin
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.gait.open_loop_gait import sample_commands
+from pneumorph.presets import paper_robot_builder
+from pneumorph.robot.design import Design
+from pneumorph.simulation.reduced_robot import ReducedRobot
+from pneumorph.simulation.rollout import rollout
+from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.trajectory import Trajectory
+
+
+def trajectory(force: np.ndarray, velocity: np.ndarray) -> Trajectory:
+    """A recording of forces [mN] and velocities [mm/s], (frame, leg, point, 3)."""
+    count = len(force)
+    return Trajectory(
+        time_s=np.arange(count) / 10.0,
+        hub_position_mm=np.zeros((count, 3)),
+        hub_rotation=np.tile(np.eye(3), (count, 1, 1)),
+        tracked_point_mm=np.zeros((count, 3)),
+        commanded_kPa=np.zeros((count, 3)),
+        regulated_kPa=np.zeros((count, 3)),
+        contact_count=np.zeros(count),
+        contact_force_mN=force,
+        contact_velocity_mm_per_s=velocity,
+    )
+
+
+def test_shares_are_those_of_the_forces() -> None:
+    force, velocity = np.zeros((2, 2, 2, 3)), np.zeros((2, 2, 2, 3))
+    # Leg 1 in frame 1: two points press 300 and 100 mN, and are pulled 120 mN along x and y.
+    force[0, 0] = [[120.0, 0.0, 300.0], [0.0, 120.0, 100.0]]
+    velocity[0, 0, 1] = [0.0, 5.0, 0.0]  # the second one slips
+    force[1, 0] = [[60.0, 0.0, 100.0], [60.0, 0.0, 100.0]]  # at the limit of mu = 0.6
+    margin = friction_margin(trajectory(force, velocity), 0.6)
+    pull = math.hypot(120.0, 120.0) / (0.6 * 400.0)
+    np.testing.assert_allclose(margin.used_share[:, 0], [pull, 1.0])
+    np.testing.assert_allclose(margin.slipping_share[:, 0], [0.25, 0.0])
+    assert np.isnan(margin.used_share[:, 1]).all()  # the other leg is in the air
+    leg = margin.of_leg(0)
+    assert leg["mean_load_mN"] == 300.0
+    assert leg["used_share"] == pytest.approx((400 * pull + 200 * 1.0) / 600)
+    assert leg["at_limit_share"] == pytest.approx(200 / 600)
+    assert leg["in_air_share"] == 0.0
+    in_air = margin.of_leg(1)
+    assert in_air["in_air_share"] == 1.0
+    assert in_air["used_share"] == 0.0
+
+
+def test_a_standing_robot_presses_with_its_weight_and_slips_nowhere() -> None:
+    settings = SimulationSettings()
+    robot = paper_robot_builder()(Design.parse("1.0.0.2.2.0.0.1"))
+    _, rest = rollout(ReducedRobot(robot, settings), np.zeros((300, 3)), record_every=10)
+    margin = friction_margin(rest, settings.friction)
+    weight_mN = (robot.hub.mass + sum(mount.part.mass for mount in robot.mounts)) * 9800.0
+    # After 3 s the fall has died out; what is left of it, and the disk, carry less than 1 %.
+    np.testing.assert_allclose(margin.load_mN[-1].sum(), weight_mN, rtol=0.01)
+    # Left and right legs of a symmetric robot press alike.
+    np.testing.assert_allclose(margin.load_mN[-1], margin.load_mN[-1][::-1], rtol=0.02)
+    assert np.nanmax(margin.slipping_share[-1]) == 0.0
+
+
+def test_no_leg_uses_more_than_friction_can_give() -> None:
+    settings = SimulationSettings(friction=0.4)
+    robot = paper_robot_builder()(Design.parse("1.0.0.2.2.0.0.1"))
+    gait = HeldGait.evenly(np.array([[80.0, 0.0, 0.0], [80.0, 80.0, 0.0]]), 0.5)
+    commands = sample_commands(gait, settings.time_step_s, 100)
+    _, walked = rollout(ReducedRobot(robot, settings), commands, record_every=1)
+    margin = friction_margin(walked, settings.friction)
+    # Coulomb's law holds point by point, so their sum obeys it too, to the solver's tolerance and
+    # the single precision of the recording.
+    assert np.nanmax(margin.used_share) < 1.0 + 1e-4
+    assert np.nanmax(margin.used_share) > 0.9  # and so little friction is used up
+    assert np.nanmax(margin.slipping_share) > 0.5
+
+
+def test_bad_input_is_refused() -> None:
+    still = trajectory(np.zeros((2, 1, 1, 3)), np.zeros((2, 1, 1, 3)))
+    with pytest.raises(ValueError, match=r"friction is 0\.0, expected a positive"):
+        friction_margin(still, 0.0)
+    object.__setattr__(still, "contact_force_mN", None)
+    with pytest.raises(ValueError, match="holds no contact forces"):
+        friction_margin(still, 1.0)

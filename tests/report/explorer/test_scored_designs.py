@@ -1,0 +1,64 @@
+"""What is known of designs comes from a run's own files, and stands at the right design."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.coopt.checkpoint import save_checkpoint
+from pneumorph.coopt.design_distribution import gibbs
+from pneumorph.report.explorer.scored_designs import (
+    ScoredDesigns,
+    recorded_walks,
+    scored_by_evaluation,
+    scored_by_training,
+    unscored,
+)
+from pneumorph.report.run import Run
+from pneumorph.robot.design import Design
+from pneumorph.robot.design_space import DesignSpace
+from pneumorph.settings import settings_to_dict
+
+SPACE = DesignSpace(location_count=4, regulator_count=2, maximum_legs=4)
+PAIRS = [{"design": "1.2.1.2", "distance_cm": 3.5}, {"design": "0.1.1.2", "distance_cm": None}]
+
+
+def test_a_training_gives_scores_probabilities_and_pairs(tmp_path: Path) -> None:
+    scores = np.arange(SPACE.size, dtype=float)
+    arrays = {"distribution/scores": scores, "distribution/inverse_temperature": np.array(0.5)}
+    save_checkpoint(tmp_path / "training", arrays, {})
+    run = Run(tmp_path, {"pairs": PAIRS}, {"coopt": {"space": settings_to_dict(SPACE)}})
+    scored = scored_by_training(run)
+    assert scored.space == SPACE
+    assert np.isnan(scored.score_cm[0])  # never tried, or failed
+    assert np.array_equal(scored.score_cm[1:], scores[1:])
+    np.testing.assert_allclose(scored.probability, gibbs(scores, 0.5))
+    assert scored.pairs[SPACE.index(Design.parse("1.2.1.2"))] == ("L1", 3.5)
+    assert np.isnan(scored.pairs[SPACE.index(Design.parse("0.1.1.2"))][1])
+
+
+def test_scores_of_another_space_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"score_cm has shape \(3,\), expected"):
+        ScoredDesigns(SPACE, np.zeros(3))
+
+
+def test_an_evaluation_scores_its_pairs_alone() -> None:
+    run = Run(Path("runs/e"), {"pairs": PAIRS, "model": "reduced"}, {})
+    scored = scored_by_evaluation(run, SPACE)
+    assert np.flatnonzero(np.isfinite(scored.score_cm)) == [SPACE.index(Design.parse("1.2.1.2"))]
+    assert scored.probability is None
+    assert not np.isfinite(unscored(SPACE).score_cm).any()
+
+
+def test_walks_are_put_to_their_designs(make_trajectory, tmp_path: Path) -> None:
+    space = DesignSpace()
+    make_trajectory().save(tmp_path / "best_trajectory.npz")
+    make_trajectory("2.0.0.1.1.0.0.2").save(tmp_path / "trajectory_full_L2.npz")
+    make_trajectory("1.0.0.0.0.0.0.1").save(
+        tmp_path / "trajectory.npz"
+    )  # two legs: not of the space
+    (place,) = found = recorded_walks(space, [tmp_path])
+    assert place == space.index(Design.parse("1.0.0.2.2.0.0.1"))
+    assert [label for label, _ in found[place]] == ["learned", "L2"]

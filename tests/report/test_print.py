@@ -1,0 +1,246 @@
+"""Figures at print size: text can be read and is not cut off, colours are told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.open_loop_gait import sample_commands
+from pneumorph.presets import paper_leg_mesh, paper_robot_builder
+from pneumorph.report.bend_figure import bend_figure
+from pneumorph.report.cycle_figure import cycle_figure, tilt_deg
+from pneumorph.report.distance_figure import distance_figure
+from pneumorph.report.frames_figure import frames_figure
+from pneumorph.report.mesh_figure import mesh_figure
+from pneumorph.report.pairs_figure import Pair, pairs_figure
+from pneumorph.report.path_figure import path_figure
+from pneumorph.report.phase_figure import phase_figure
+from pneumorph.report.plan_view import plan_view_figure
+from pneumorph.report.pressure_figure import pressure_figure
+from pneumorph.report.reward_figure import reward_figure
+from pneumorph.report.robustness_figure import robustness_figure
+from pneumorph.report.scene import Actor
+from pneumorph.report.stage_figure import stage_figure
+from pneumorph.report.step_figure import path_of, step_figure
+from pneumorph.report.style import REGULATOR_COLOURS, figure_style, save_figure
+from pneumorph.report.tolerance_figure import tolerance_figure
+from pneumorph.robot.design import Design
+from pneumorph.simulation.reduced_robot import ReducedRobot
+from pneumorph.simulation.rollout import rollout
+from pneumorph.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DESIGN = Design.parse("1.0.0.2.2.0.0.1")
+TEXT_WIDTH_INCH = 7.16
+"""Two columns of an IEEE page; a wider figure would be scaled down."""
+SMALLEST_POINTS = 6.0
+"""The smallest type that journals accept."""
+
+
+@pytest.fixture(scope="module")
+def walked() -> Trajectory:
+    """A cycle of the expert's gait by the reduced robot that ships."""
+    commands = sample_commands(ExpertGait(phase_deg=60), 0.01, 400)
+    robot = ReducedRobot(paper_robot_builder()(DESIGN))
+    return rollout(robot, np.asarray(commands), record_every=20, settling_steps=15)[1]
+
+
+def grid() -> list[dict[str, Any]]:
+    """Nine reductions, one of which diverged."""
+    found = []
+    for mode in (0.01, 0.0032, 0.001):
+        for element in (0.01, 0.0032, 0.001):
+            found.append(
+                {
+                    "mode_tolerance": mode,
+                    "hyperreduction_tolerance": element,
+                    "mode_count": round(5 / mode**0.3),
+                    "element_count": round(20 / element**0.4),
+                    "mean_node_error_mm": 100 * mode + 10 * element,
+                    "s_per_step": 1e-5 / mode**0.4,
+                }
+            )
+    found[0]["mean_node_error_mm"] = None
+    return found
+
+
+def metrics() -> list[dict[str, Any]]:
+    return [
+        {
+            "timestep": 100 * n,
+            "best_distance_cm": float(n),
+            "return_mean_cm": 0.5 * n,
+            "score_histogram": [0.25, 0.75],
+        }
+        for n in (1, 2, 3)
+    ]
+
+
+PAIRS = [
+    {"design": str(DESIGN), "distance_cm": 3.0 - 0.4 * n, "timestep": 100 * n} for n in range(3)
+]
+WORLDS = {
+    "worlds": [{"distances_cm": [2.0 + 0.1 * n, None if n == 2 else 1.0]} for n in range(4)],
+    "pairs": [
+        {"label": f"L{n}", "mean_distance_cm": 2.0, "tenth_percentile_cm": 1.0,
+         "nominal_distance_cm": 2.5}
+        for n in (1, 2)
+    ],
+}  # fmt: skip
+
+FIGURES: dict[str, Callable[[Trajectory], Figure]] = {
+    "bend": lambda _: bend_figure([0, 100], [0, 30], [0, 31]),
+    "cycle": cycle_figure,
+    "distance": lambda t: distance_figure({"learned": t, "expert": t}),
+    "frames": lambda t: frames_figure([Actor.of(t, "expert")] * 2, [0.0, 2.0, 4.0], 160),
+    "mesh": lambda _: mesh_figure(paper_leg_mesh()),
+    "pairs": lambda _: pairs_figure(
+        [Pair(f"L{n}", DESIGN, ExpertGait(phase_deg=20 * n), 3.0) for n in range(1, 6)], 150.0
+    ),
+    "path": lambda t: path_figure({"a": t, "b": t}, dict.fromkeys("ab", DESIGN.assignment)),
+    "phase": lambda _: phase_figure([0, 90, 180], [0.5, 2.0, 1.0], 6.0),
+    "plan view": lambda _: plan_view_figure(DESIGN.assignment, str(DESIGN)),
+    "pressure": lambda t: pressure_figure(t, 2),
+    "reward": lambda _: reward_figure(metrics(), [-1.0, 0.0, 4.0], 1.5, 3.0, PAIRS),
+    "robustness": lambda _: robustness_figure(WORLDS),
+    "stage": lambda _: stage_figure({"assembly": 1.5, "contact_setup": 0.25}),
+    "step": lambda t: step_figure({"learned": path_of(t), "expert": path_of(t)}),
+    "tolerance": lambda _: tolerance_figure(grid(), (0.0032, 0.001)),
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_text_is_large_enough_and_inside(name: str, walked: Trajectory, tmp_path: Path) -> None:
+    """At the width of a page, of every text that is drawn."""
+    figure = FIGURES[name](walked)
+    png, pdf = save_figure(figure, tmp_path / "figure")
+    assert png.stat().st_size > 2000
+    assert b"/FontFile2" in pdf.read_bytes()  # TrueType, so that text stays text
+    with figure_style():
+        figure.draw_without_rendering()
+    scale = min(1.0, TEXT_WIDTH_INCH / figure.get_figwidth())
+    canvas = figure.bbox
+    for text in _texts(figure):
+        assert text.get_fontsize() * scale >= SMALLEST_POINTS, text.get_text()
+        box = text.get_window_extent()
+        # Half a pixel for the rounding of glyphs to pixels.
+        inside = canvas.x0 - 0.5 <= box.x0 and box.x1 <= canvas.x1 + 0.5
+        inside &= canvas.y0 - 0.5 <= box.y0 and box.y1 <= canvas.y1 + 0.5
+        assert inside, f"{text.get_text()!r} of {name} is cut off"
+
+
+def _texts(figure: Figure) -> list[Any]:
+    from matplotlib.axis import Axis
+    from matplotlib.text import Text
+
+    # Labels of ticks beyond an axis' limits exist but are not drawn.
+    drawn = []
+    for axis in figure.findobj(Axis):
+        low, high = sorted(axis.get_view_interval())
+        for tick in axis.get_major_ticks():
+            if not low <= tick.get_loc() <= high:
+                drawn += [tick.label1, tick.label2]
+    hidden = {id(text) for text in drawn}
+    off = {id(t) for axes in figure.axes if not axes.axison for t in axes.findobj(Text)
+           if t not in axes.texts and t is not axes.title}  # fmt: skip
+    return [
+        text
+        for text in figure.findobj(Text)
+        if text.get_visible() and text.get_text().strip() and id(text) not in hidden | off
+    ]
+
+
+# Brettel-type matrices of Vienot, Brettel and Mollon (1999) for linear RGB.
+_PROTAN = np.array([[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]])
+_DEUTAN = np.array([[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]])
+
+
+@pytest.mark.parametrize("seen", [np.eye(3), _PROTAN, _DEUTAN], ids=["all", "protan", "deutan"])
+def test_regulators_are_told_apart_with_colour_blindness(seen: np.ndarray) -> None:
+    """By CIELAB distance: 2.3 is a just noticeable difference, a tenfold is told at a glance."""
+    from matplotlib.colors import to_rgb
+
+    linear = np.array([to_rgb(colour) for colour in REGULATOR_COLOURS[:3]])
+    linear = np.where(linear <= 0.04045, linear / 12.92, ((linear + 0.055) / 1.055) ** 2.4)
+    lab = _cielab(np.clip(linear @ seen.T, 0.0, 1.0))
+    for first in range(3):
+        for second in range(first):
+            assert np.linalg.norm(lab[first] - lab[second]) > 23.0
+
+
+def _cielab(linear: np.ndarray) -> np.ndarray:
+    """CIE 1976 L*a*b* under D65 of linear sRGB, (colour, 3)."""
+    to_xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )
+    ratio = linear @ to_xyz.T / np.array([0.9505, 1.0, 1.089])
+    f = np.where(ratio > (6 / 29) ** 3, np.cbrt(ratio), ratio / (3 * (6 / 29) ** 2) + 4 / 29)
+    return np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], 1)
+
+
+def test_steps_add_up_to_the_distance_and_slides_are_below_zero(walked: Trajectory) -> None:
+    time_s, forward_cm = path_of(walked)
+    axes = step_figure({"expert": (time_s, forward_cm)}).axes[0]
+    heights = [bar.get_height() for bar in axes.patches]
+    assert len(heights) == 4
+    assert sum(heights) == pytest.approx(walked.forward_distance_cm, abs=1e-12)
+    slide = np.max(np.maximum.accumulate(forward_cm) - forward_cm)
+    assert axes.lines[0].get_ydata() == pytest.approx([-slide, -slide])
+    with pytest.raises(ValueError, match="expected at least one period of 9 s"):
+        step_figure({"expert": (time_s, forward_cm)}, cycle_s=9.0)
+
+
+def test_tilt_of_known_rotations() -> None:
+    roll, pitch, yaw = np.radians([20.0, 10.0, 70.0])
+    about_x = np.array(
+        [[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]]
+    )
+    about_y = np.array(
+        [[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]]
+    )
+    about_z = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
+    rolled, pitched = tilt_deg(np.stack([about_z @ about_x, about_z @ about_y]))
+    assert rolled == pytest.approx([20.0, 0.0], abs=1e-12)
+    assert pitched == pytest.approx([0.0, 10.0], abs=1e-12)
+
+
+def test_the_cycle_shows_what_the_floor_bears(walked: Trajectory) -> None:
+    """Four panels and the load; together the legs bear what the contact forces say."""
+    figure = cycle_figure(walked)
+    assert len(figure.axes) == 5
+    loads = np.sum([line.get_ydata() for line in figure.axes[3].lines], axis=0)
+    assert walked.contact_force_mN is not None
+    np.testing.assert_allclose(loads, walked.contact_force_mN[..., 2].sum(axis=(1, 2)) / 1e3)
+    with pytest.raises(ValueError, match="expected at least a cycle of 9 s"):
+        cycle_figure(walked, 9.0)
+
+
+def test_tolerances_stand_where_they_were_measured() -> None:
+    figure = tolerance_figure(grid(), (0.0032, 0.001))
+    axes = figure.axes[0]
+    ring = [line for line in axes.lines if line.get_fillstyle() == "none"]
+    assert len(ring) == 1
+    assert ring[0].get_xydata()[0] == pytest.approx([1e3 * 1e-5 / 0.0032**0.4, 0.33])
+    points = [line for line in axes.lines if len(line.get_xdata()) == 1]
+    assert len(points) == 8 + 1  # one reduction diverged; the ring
+    with pytest.raises(ValueError, match="none of the 1 reductions"):
+        tolerance_figure(grid()[:1])
+
+
+def test_smoothed_pressures_follow_at_the_limited_rate() -> None:
+    gait = ExpertGait(phase_deg=0.0)
+    figure = pairs_figure([Pair("L1", DESIGN, gait, None)], 10.0)
+    commanded, smoothed = figure.axes[1].lines
+    step_s = commanded.get_xdata()[1] - commanded.get_xdata()[0]
+    rise = np.diff(smoothed.get_ydata()) / step_s
+    assert np.abs(rise).max() == pytest.approx(10.0)
+    assert np.abs(np.diff(commanded.get_ydata()) / step_s).max() > 20.0
+    with pytest.raises(ValueError, match="pairs is empty"):
+        pairs_figure([], 150.0)

@@ -1,0 +1,169 @@
+"""The scripts of the experiments, from a short run to their figures and summaries."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import shlex
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from synthetic_part import synthetic_reduced_part
+
+from pneumorph.cli import run
+from pneumorph.command.run_folder import read_summary
+from pneumorph.command.run_once import run_once
+
+REPRODUCE = Path(__file__).parent.parent.parent / "reproduce"
+_SHORT = (
+    "--total-timesteps 20 --environment-count 4 --task.action-count 5 --task.action-step-count 80 "
+    "--learning-start-timestep 10 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
+    "--schedule.decay-start-timestep 5 --schedule.decay-end-timestep 18 "
+    "--evaluated-design-count 4 --kept-pair-count 2 --finetuning.timesteps 20 "
+    "--finetuning.finalist-count 2 --baseline.phase-step-deg 90 --baseline.gait.duration-s 4 "
+    "--baseline.record-step-count 10"
+)
+
+
+def script(name: str) -> ModuleType:
+    specification = importlib.util.spec_from_file_location(name, REPRODUCE / name / "run.py")
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def call(name: str, monkeypatch: pytest.MonkeyPatch, *arguments: object) -> None:
+    monkeypatch.setattr(sys, "argv", ["run.py", *map(str, arguments)])
+    script(name).main()
+
+
+@pytest.fixture(scope="module")
+def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
+    return part.save(tmp_path_factory.mktemp("leg") / "leg.npz")
+
+
+@pytest.fixture(scope="module")
+def runs(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A short coopt run under each damping."""
+    folder = tmp_path_factory.mktemp("runs")
+    for damping in ("published", "objective"):
+        run_once(
+            folder / damping, "coopt", "--preset", "fast", "--part", leg,
+            "--simulation.damping", damping, *_SHORT.split(),
+        )  # fmt: skip
+    return {damping: folder / damping for damping in ("published", "objective")}
+
+
+def finished(folder: Path, content: dict[str, Any], *arguments: object) -> None:
+    """Stand for a finished run of finite elements, which takes too long for a test."""
+    folder.mkdir(parents=True)
+    command = shlex.join(["pneumorph", *map(str, arguments), "--out", str(folder)])
+    summary = {"verb": arguments[0], "made_by": {"command": command}, **content}
+    (folder / "summary.json").write_text(json.dumps(summary))
+
+
+def test_everything_after_the_paper_scale_training(
+    runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    learned_folder = runs["published"]
+    learned = read_summary(learned_folder)
+    work = learned_folder / "paper_scale"
+    full = [{**pair, "distance_cm": pair["distance_cm"] - 0.25} for pair in learned["pairs"]]
+    finished(work / "full", {"pairs": full}, "evaluate", learned_folder, "--model", "full")
+    finished(
+        work / "baseline_full", {"distance_cm": 2.0}, "simulate", "--model", "full",
+        "--settings", work / "robots.json",
+        "--expert.phase-deg", learned["baseline_best_phase_deg"],
+    )  # fmt: skip
+    call("paper_scale", monkeypatch, learned_folder, "--out", tmp_path)
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    for name in ("timesteps", "best_design", "best_distance_cm", "baseline_best_distance_cm"):
+        assert summary[name] == learned[name]
+    assert summary["wall_s"] == learned["training_wall_s"]
+    best = learned["best_distance_cm"]
+    assert summary["best_distance_full_order_cm"] == best - 0.25
+    assert summary["times_the_baseline_full_order"] == pytest.approx((best - 0.25) / 2.0)
+    # The mirrored robot takes other roundings alone.
+    assert summary["mirror_image_distance_cm"] == pytest.approx(best, abs=1e-3)
+    assert [pair["design"] for pair in summary["top_five"]] == [
+        pair["design"] for pair in learned["pairs"]
+    ]
+    for pair in summary["top_five"]:
+        assert pair["distance_again_cm"] == pytest.approx(pair["distance_cm"], abs=1e-9)
+        assert (tmp_path / pair["gait"]).exists()
+    assert summary["machine"]["processor_count"] >= 1
+    assert summary["settings"]["coopt"]["seed"] == 0
+    kept = {path.name for path in tmp_path.iterdir()}
+    figures = ("baseline", "training", "distances", "steps", "margin", "friction", "pairs",
+               "cycle_B", "cycle_L1")  # fmt: skip
+    assert {*(f"{name}.png" for name in figures), "metrics.jsonl", "analysis.json"} <= kept
+
+
+def test_searches_beside_learning(
+    runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    call("answer", monkeypatch, runs["published"], "--out", tmp_path, "--gait-timesteps", 100)
+    found = json.loads((tmp_path / "answer.json").read_text())
+    assert found["timesteps"] == 20 + 2 * 20
+    for method in ("random", "genetic"):
+        assert found[method]["timesteps"] >= 60
+        assert found[method]["best_distance_cm"] == max(
+            pair["distance_cm"] for pair in found[method]["pairs"]
+        )
+    assert {"expert's design", "L1", "L2", "drawn at random"} == {
+        row["why"] for row in found["gaits"]["designs"]
+    }
+    for name in ("own_gaits.png", "learning_curves.png"):
+        assert (tmp_path / name).stat().st_size > 5000
+
+
+def test_each_runs_pairs_under_the_other_damping(
+    runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments = [f"--{name}={folder}" for name, folder in runs.items()]
+    call("damping_gap", monkeypatch, *arguments, "--out", tmp_path)
+    found = json.loads((tmp_path / "damping_gap.json").read_text())
+    for damping, folder in runs.items():
+        learned = read_summary(folder)
+        for row, pair in zip(found[damping]["pairs"], learned["pairs"], strict=True):
+            assert row["design"] == pair["design"]
+            # Under its own damping a pair repeats what its run reported.
+            assert row["own_distance_cm"] == pytest.approx(pair["distance_cm"], abs=1e-9)
+            assert row["other_distance_cm"] != row["own_distance_cm"]
+            close = row["other_distance_cm"] > row["own_distance_cm"] - 1.0
+            assert row["survives"] == close
+    with pytest.raises(SystemExit, match="was trained with objective damping"):
+        call("damping_gap", monkeypatch, f"--published={runs['objective']}", "--out", tmp_path)
+
+
+def test_seeds_of_the_fast_preset_beside_the_full_run(
+    runs: dict[str, Path], leg: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    call(
+        "fast_schedule", monkeypatch, runs["published"], "--seeds", 0, 1,
+        "--runs", tmp_path / "runs", "--out", tmp_path, "--part", leg, *_SHORT.split(),
+    )  # fmt: skip
+    found = json.loads((tmp_path / "fast.json").read_text())
+    learned = read_summary(runs["published"])
+    first, second = found["runs"]
+    # Seed 0 is the very run it is compared with.
+    assert first["behind_cm"] == pytest.approx(0.0, abs=1e-9)
+    assert first["reached"]
+    assert first["share_of_timesteps"] == 3.0
+    assert second["behind_cm"] == learned["best_distance_cm"] - second["best_distance_cm"]
+    assert found["reached_count"] == first["reached"] + second["reached"]
+
+
+def test_a_folder_of_another_command_is_refused(runs: dict[str, Path], tmp_path: Path) -> None:
+    finished(tmp_path / "there", {}, "evaluate", "elsewhere")
+    with pytest.raises(ValueError, match="holds the run of `pneumorph evaluate elsewhere"):
+        run_once(tmp_path / "there", "evaluate", runs["published"])
+    with pytest.raises(RuntimeError, match="failed; see its message"):
+        run_once(tmp_path / "new", "evaluate", tmp_path)
+    assert run(["evaluate", str(tmp_path), "--out", str(tmp_path / "new")]) == 1

@@ -1,0 +1,106 @@
+"""Tasks on processes and on Ray: all results, in any order, whatever happens to the workers."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from pneumorph.executor import ExecutorSettings, WorkerError, run_tasks
+from pneumorph.ray_executor import connect
+
+SettingsOf = Callable[..., ExecutorSettings]
+BACKENDS = ["in this process", "processes", "ray"]
+
+
+@pytest.fixture(scope="module")
+def local_ray() -> Iterator[None]:
+    """One Ray for all tests, since starting it takes several seconds."""
+    pytest.importorskip("ray", reason="the extra ray is not installed")
+    ray, started = connect(ExecutorSettings("ray", 2))
+    yield
+    if started:
+        ray.shutdown()
+
+
+@pytest.fixture
+def settings_of(request: pytest.FixtureRequest) -> Callable[..., ExecutorSettings]:
+    def make(backend: str, attempt_limit: int = 3) -> ExecutorSettings:
+        if backend == "ray":
+            request.getfixturevalue("local_ray")
+            return ExecutorSettings("ray", 2, attempt_limit=attempt_limit)
+        count = 1 if backend == "in this process" else 2
+        return ExecutorSettings("processes", count, attempt_limit=attempt_limit)
+
+    return make
+
+
+def scaled(factor: float, number: int) -> tuple[float, str | None]:
+    return factor * number, os.environ.get("OPENBLAS_NUM_THREADS")
+
+
+def refuses_three(shared: None, number: int) -> int:
+    if number == 3:
+        raise ValueError("three is not wanted")
+    return number
+
+
+def dies_at_first(folder: Path, number: int) -> int:
+    """Task 1 kills its own worker the first time, as a machine out of memory would."""
+    mark = folder / "tried"
+    if number == 1 and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def dies_always(shared: None, number: int) -> int:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_every_task_is_done_once(backend: str, settings_of: SettingsOf) -> None:
+    results = dict(run_tasks(scaled, 0.5, range(3), settings_of(backend)))
+    assert {number: value for number, (value, _) in results.items()} == {
+        number: 0.5 * number for number in range(3)
+    }
+    if backend != "in this process":
+        assert {threads for _, threads in results.values()} == {"1"}
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_an_exception_of_a_task_comes_through_as_it_is(
+    backend: str, settings_of: SettingsOf
+) -> None:
+    with pytest.raises(ValueError, match="three is not wanted"):
+        dict(run_tasks(refuses_three, None, range(4), settings_of(backend)))
+
+
+@pytest.mark.parametrize("backend", BACKENDS[1:])
+def test_a_task_whose_worker_dies_is_tried_again(
+    backend: str, tmp_path: Path, settings_of: SettingsOf
+) -> None:
+    results = dict(run_tasks(dies_at_first, tmp_path, range(4), settings_of(backend)))
+    assert results == {number: number for number in range(4)}
+    assert (tmp_path / "tried").exists()
+
+
+@pytest.mark.parametrize("backend", BACKENDS[1:])
+def test_a_task_that_kills_every_worker_is_given_up(backend: str, settings_of: SettingsOf) -> None:
+    with pytest.raises(WorkerError, match="was begun 2 times and its worker died each time"):
+        dict(run_tasks(dies_always, None, [0], settings_of(backend, attempt_limit=2)))
+
+
+def test_impossible_settings_are_refused() -> None:
+    with pytest.raises(ValueError, match="backend must be one of processes, ray"):
+        ExecutorSettings("threads")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="process_count must be at least 1, got 0"):
+        ExecutorSettings(process_count=0)
+    with pytest.raises(ValueError, match="is for the backend ray"):
+        ExecutorSettings(address="auto")
+    with pytest.raises(ValueError, match="attempt_limit must be at least 1"):
+        ExecutorSettings(attempt_limit=0)

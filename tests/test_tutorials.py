@@ -1,0 +1,83 @@
+"""The tutorials' blocks run, in their order, in an empty folder.
+
+`bash` and `python` blocks are run; other blocks show what takes longer. A comment before a block,
+``<!-- when tested: VERB FLAGS -->``, adds flags to the lines of that verb, to make it small.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from pneumorph.cli import VERBS, run
+
+DOCS = Path(__file__).parent.parent / "docs"
+BLOCK = re.compile(r"((?:<!-- when tested: .*? -->\n)*)```(bash|python)\n(.*?)```", re.DOTALL)
+
+
+def run_blocks(page: str) -> list[str]:
+    """Run the blocks of a page where one stands; return the verbs that were run."""
+    verbs = []
+    for comments, language, text in BLOCK.findall((DOCS / page).read_text()):
+        added = dict(
+            comment.split(" ", 1) for comment in re.findall(r"when tested: (.*?) -->", comments)
+        )
+        assert set(added) <= set(VERBS)
+        if language == "python":
+            exec(compile(text, page, "exec"), {"__name__": "__tutorial__"})
+            continue
+        for line in text.strip().splitlines():
+            program, verb, *flags = shlex.split(line)
+            assert program == "pneumorph", line
+            assert run([verb, *flags, *shlex.split(added.get(verb, ""))]) == 0, line
+            verbs.append(verb)
+    return verbs
+
+
+def summary(folder: str) -> dict[str, object]:
+    content: dict[str, object] = json.loads(Path("runs", folder, "summary.json").read_text())
+    return content
+
+
+def test_the_tutorial_ends_with_a_robot_that_crawls(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert set(run_blocks("tutorial.md")) == {
+        "simulate", "report", "baseline", "coopt", "explore", "evaluate",
+    }  # fmt: skip
+    assert "completed" in capsys.readouterr().out
+    assert summary("quick")["best_distance_cm"] > 0
+    for page in (
+        "first/report/page.html",
+        "quick/report/page.html",
+        "quick/explorer/explorer.html",
+    ):
+        assert Path("runs", page).stat().st_size > 100_000
+
+
+def test_a_leg_of_ones_own_comes_to_a_gait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("netgen")
+    monkeypatch.chdir(tmp_path)
+    verbs = run_blocks("own_leg.md")
+    assert [verb for verb in verbs if verb not in ("report", "explore")] == [
+        "mesh", "reduce", "simulate", "coopt",
+    ]  # fmt: skip
+    mesh, leg = summary("own-mesh"), summary("own-leg")
+    # Six chambers of 6 x 15 x 14 and a channel of 92 x 4 x 3 mm, less what they share.
+    assert mesh["cavity_volume_mm3"] == pytest.approx(6 * 1260 + 1104 - 6 * 72, rel=1e-6)
+    assert mesh["contact_point_count"] > 30
+    # The tutorial's leg has a softer silicone than its mesh alone would say.
+    assert leg["bend_error_percent"] < 10.0
+    assert summary("own-walk")["leg"]["mesh_digest"] == mesh["digest"]
+    assert summary("own-coopt")["best_design"] is not None
+
+
+def test_what_the_other_pages_show_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run_blocks("look.md")
+    assert (tmp_path / "design.pdf").exists()
