@@ -22,7 +22,9 @@ from pneumorph.command.coopt import TRAINING_FOLDER
 from pneumorph.command.robots import RobotOptions, Workshop
 from pneumorph.command.run_folder import RunFolder, read_settings
 from pneumorph.command.verb import Verb
+from pneumorph.coopt.checkpoint import NEWEST
 from pneumorph.coopt.design_gait_pair import DesignGaitPair
+from pneumorph.coopt.metrics import METRICS_FILE
 from pneumorph.coopt.settings import CooptSettings
 from pneumorph.coopt.snapshot import TrainingSnapshot, training_snapshot
 from pneumorph.gait.phase_sweep import PhaseSweep
@@ -65,10 +67,10 @@ class WatchedRun:
         self._workshop = Workshop(settings_from_dict(RobotOptions, saved["robot"]))
         self._best: tuple[DesignGaitPair, Actor] | None = None
 
-    def files(self) -> tuple[tuple[str, int], ...]:
-        """Name and time of every file that a training renews, to see whether something changed."""
-        folder = self.folder / TRAINING_FOLDER
-        return tuple((f.name, f.stat().st_mtime_ns) for f in sorted(folder.glob("[cm]*.*")))
+    def written_at(self) -> tuple[int | None, ...]:
+        """When each file that a training renews was written, to see whether something changed."""
+        names = (METRICS_FILE, NEWEST)
+        return tuple(_written_at(self.folder / TRAINING_FOLDER / name) for name in names)
 
     def snapshot(self) -> TrainingSnapshot:
         """Return what the training is now."""
@@ -116,13 +118,14 @@ def watch(options: WatchOptions, folder: RunFolder) -> dict[str, Any]:
 
 def _served(run: WatchedRun, options: WatchOptions, folder: RunFolder) -> TrainingSnapshot:
     """Send every change to the page until Ctrl-C; return the last snapshot."""
-    seen, snapshot = None, run.snapshot()
+    seen: tuple[int | None, ...] = ()
+    snapshot = run.snapshot()
     title = str(options.run)
     with LivePage(training_view_page(title, None), options.port) as live:
         folder.progress.say(f"watching {title} at {live.address} until Ctrl-C")
         try:
             while True:
-                now = run.files()
+                now = run.written_at()
                 if now != seen:
                     seen, snapshot = now, run.snapshot()
                     live.send("snapshot", run.view(snapshot), replace=True)
@@ -131,6 +134,13 @@ def _served(run: WatchedRun, options: WatchOptions, folder: RunFolder) -> Traini
         except KeyboardInterrupt:
             live.send("end", {})
     return snapshot
+
+
+def _written_at(file: Path) -> int | None:
+    try:
+        return file.stat().st_mtime_ns
+    except FileNotFoundError:
+        return None  # not yet, or between two renames
 
 
 def _summary(snapshot: TrainingSnapshot, settings: CooptSettings) -> dict[str, Any]:

@@ -43,7 +43,6 @@ const pneumorphReplay = (() => {
       }
       this.element = element;
       this.live = Boolean(options.live);
-      this.speed = options.speed || 1;
       this.time = 0;
       this.playing = this.live;
       this.selected = 0;
@@ -57,6 +56,7 @@ const pneumorphReplay = (() => {
         this.find(".pr-chart"), this.find(".pr-cursor"), this.motions, (time) => this.seek(time));
       this.openStage();
       this.listen();
+      this.setSpeed(options.speed || 1);
       this.size = new ResizeObserver(() => this.resize());
       this.size.observe(element);
       this.resize();
