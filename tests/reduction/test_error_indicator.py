@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 from small_robot import small_leg, small_robot
-from synthetic_part import synthetic_model, synthetic_part, vibration_modes
+from synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.static import static_equilibrium
@@ -15,7 +15,7 @@ from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.error_indicator import ErrorIndicator, Imbalance, relative_imbalance
 
 CELLS = (6, 4, 4)
-MODEL = synthetic_model(CELLS)
+MODEL = synthetic_part(CELLS)
 HELD = MODEL.mesh.node_set("attachment")
 
 

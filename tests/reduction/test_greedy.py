@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from synthetic_part import synthetic_model
+from synthetic_part import synthetic_part
 
 from pneumorph.executor import ExecutorSettings
 from pneumorph.fem.part_model import PartModel
@@ -71,13 +71,13 @@ def reduce(files: SnapshotFiles) -> tuple[ReducedPart, dict[str, Any]]:
         symmetric=False,
         ecsw=EcswSettings(hyperreduction_tolerance=1e-4, element_limit=2000),
     )
-    part, report = reduce_part(synthetic_model((4, 4, 4)), files, settings)
+    part, report = reduce_part(synthetic_part((4, 4, 4)), files, settings)
     return part, report.to_dict()
 
 
 @pytest.fixture(scope="module")
 def start(tmp_path_factory: pytest.TempPathFactory) -> tuple[PartModel, Path]:
-    part = synthetic_model((4, 4, 4))
+    part = synthetic_part((4, 4, 4))
     bend = bend_snapshots(part, StaticSnapshotSettings(bend_pressure_kPa=20.0, bend_count=2))
     return part, bend.save(tmp_path_factory.mktemp("start") / "bend.npz")
 

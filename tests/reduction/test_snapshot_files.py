@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sparse
-from synthetic_part import synthetic_model, synthetic_part, vibration_modes
+from synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.artefact import ArtefactError
 from pneumorph.reduction.compressed_snapshots import SnapshotCompressor
@@ -94,7 +94,7 @@ def peak_memory_mb(paths: list[Path]) -> float:
     settings = ReductionSettings(
         mode_limit=6, training_state_limit=20, ecsw=EcswSettings(stiffness_state_count=2)
     )
-    part = synthetic_model(CELLS)
+    part = synthetic_part(CELLS)
     tracemalloc.start()
     reduce_part(part, SnapshotFiles(paths), settings)
     _, peak = tracemalloc.get_traced_memory()
@@ -103,7 +103,7 @@ def peak_memory_mb(paths: list[Path]) -> float:
 
 
 def test_memory_of_a_reduction_does_not_grow_with_the_snapshots(tmp_path: Path) -> None:
-    part = synthetic_model(CELLS)
+    part = synthetic_part(CELLS)
     digest = part.mesh.digest()
     bend = bend_snapshots(part, StaticSnapshotSettings(bend_pressure_kPa=30.0, bend_count=1))
     paths = [bend.save(tmp_path / "bend.npz")]

@@ -90,7 +90,7 @@ def test_gray_corners_visit_every_corner_changing_one_leg_at_a_time():
 def test_files_of_other_materials_are_made_again_and_unknown_settings_are_defaults(tmp_path):
     hub, poses = robot_around_a_box()
     without_walks = dataclasses.replace(SETTINGS, walk=WalkSnapshotSettings(leg_counts=()))
-    part = synthetic_model((4, 4, 4))
+    part = synthetic_part((4, 4, 4))
     said = []
     collect_snapshots(part, hub, poses, without_walks, tmp_path, say=said.append)
     assert said == []  # walks are what takes long
@@ -113,7 +113,7 @@ def test_files_of_other_materials_are_made_again_and_unknown_settings_are_defaul
 def test_the_time_of_missing_walks_is_told_before_they_begin(tmp_path):
     hub, poses = robot_around_a_box()
     said = []
-    collect_snapshots(synthetic_model((4, 4, 4)), hub, poses, SETTINGS, tmp_path, say=said.append)
+    collect_snapshots(synthetic_part((4, 4, 4)), hub, poses, SETTINGS, tmp_path, say=said.append)
     # Two loads of 50 leg steps each, and (2 + 8) steps of 2 legs; the bend is there already.
     assert len(said) == 1
     assert "2 tasks with 120 steps of a leg" in said[0]
@@ -156,7 +156,7 @@ def test_published_protocol_is_every_subset_on_a_closed_tour_of_every_corner():
 
 
 def test_a_robot_of_the_published_protocol_on_a_small_part(tmp_path):
-    part = synthetic_model((4, 4, 4))
+    part = synthetic_part((4, 4, 4))
     hub, _ = robot_around_a_box()
     turns = [rotation_about("z", yaw) for yaw in np.arange(8) * 45.0]
     poses = [Pose(turn, turn @ np.array([90.0, 0.0, 0.0])) for turn in turns]
