@@ -27,7 +27,7 @@ def every(model):
     return assemble_reduced_part(model, vibration_modes(model, MODE_COUNT))
 
 
-def some_state(part, size=0.4, seed=0):
+def some_state(part, size=1.5, seed=0):
     alpha = size * np.random.default_rng(seed).normal(size=part.mode_count)
     assert np.abs(part.positions(alpha) - part.rest_nodes).max() > 3.0
     return alpha
