@@ -77,12 +77,14 @@ def dense_step(part, alpha, velocity, rates, pressure, settings):
     return np.linalg.solve(left, mass @ np.concatenate([velocity, rates]) + h * force)
 
 
-def one_step(part, settings):
+def one_step(part, settings, alpha=None):
     """New velocities of a hub with one part in the air, and those of dense linear algebra."""
     settings = replace(settings, floor_height_mm=-1e6, pressure_rate_kPa_per_s=1e9)
     simulator = BatchedSimulator([Robot(HUB, (Mount(part, POSE, (1,)),))], settings, 1)
     generator = np.random.default_rng(0)
-    alpha = 0.3 * generator.normal(size=part.mode_count) / (1.0 + np.arange(part.mode_count) / 6)
+    if alpha is None:
+        drawn = generator.normal(size=part.mode_count)
+        alpha = 0.3 * drawn / (1.0 + np.arange(part.mode_count) / 6)
     rates = generator.normal(size=part.mode_count)
     velocity = generator.normal(size=6) * [30.0, 30.0, 30.0, 0.5, 0.5, 0.5]
     padding = (0, simulator.padded_mode_count - part.mode_count)
@@ -116,6 +118,34 @@ def test_every_mode_count_has_a_kernel_that_is_right(mode_count, precision, inst
     got, expected = one_step(part, settings)
     # Single: each of a few hundred sums rounds to 6e-8, and the damping of stiff modes is a
     # difference of nearly equal forces; a wrong tile or a lost row would be wrong by tenths.
+    tolerance = 1e-6 if precision == "double" else 1e-3
+    assert np.abs(got - expected).max() < tolerance * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_a_crushed_element_still_has_the_polar_rotation(precision):
+    """A singular value of 0.003: Newton's iteration without scaling is far from orthogonal then.
+
+    The tangent's constant part relies on the rotation's orthogonality; without it the step's matrix
+    was not even positive definite.
+    """
+    direction = np.array([0.2, 1.0, -0.7, 0.5, -1.0, 0.8])
+
+    def least(scale: float) -> float:
+        return float(np.linalg.det(PART.tetrahedra.gradients(scale * direction)).min())
+
+    low, high = 0.0, 1.0
+    while least(high) > 0.0:
+        high *= 1.1
+    for _ in range(60):  # bisect for where the first element is flat
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if least(middle) > 0.0 else (low, middle)
+    scale = 0.998 * low
+    singular = np.linalg.svd(PART.tetrahedra.gradients(scale * direction))[1][:, 2].min()
+    assert 0.0005 < singular < 0.005
+    settings = replace(SETTINGS, damping="objective", element_precision=precision)
+    got, expected = one_step(PART, settings, scale * direction)
+    # Single: the rotation of a crushed element loses a factor of 1 / 0.003.
     tolerance = 1e-6 if precision == "double" else 1e-3
     assert np.abs(got - expected).max() < tolerance * np.abs(expected).max()
 
