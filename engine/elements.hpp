@@ -44,7 +44,9 @@ inline void edge_rotation(const V f[3 * D], V r[3 * D]) {
   if constexpr (D == 3) r[2] = z0, r[5] = z1, r[8] = z2;
 }
 
-// Polar factor: Newton's iteration R <- (R + R^-T)/2 (Higham 1986) in space; closed form in the plane.
+// Polar factor. In space Newton's iteration R <- (g R + R^-T / g) / 2, in its first steps with Higham's (1986) factor
+// g^2 = |R^-T| / |R|: crushed elements are then orthogonal after as many steps, which the tangent's constant part relies
+// on. In the plane a closed form.
 template <int D, class Real, class V>
 inline void polar_rotation(const V f[3 * D], V r[3 * D]) {
   if constexpr (D == 2) {
@@ -64,14 +66,22 @@ inline void polar_rotation(const V f[3 * D], V r[3 * D]) {
   } else {
     V q[9];
     for (int i = 0; i < 9; ++i) q[i] = f[i];
-    const int iterations = sizeof(Real) == 8 ? 9 : 7;
+    const int scaled = sizeof(Real) == 8 ? 5 : 4, iterations = sizeof(Real) == 8 ? 9 : 7;
     for (int k = 0; k < iterations; ++k) {
       V c[9];
       c[0] = q[4] * q[8] - q[5] * q[7], c[1] = q[5] * q[6] - q[3] * q[8], c[2] = q[3] * q[7] - q[4] * q[6];
       c[3] = q[2] * q[7] - q[1] * q[8], c[4] = q[0] * q[8] - q[2] * q[6], c[5] = q[1] * q[6] - q[0] * q[7];
       c[6] = q[1] * q[5] - q[2] * q[4], c[7] = q[2] * q[3] - q[0] * q[5], c[8] = q[0] * q[4] - q[1] * q[3];
-      const V inverse = Real(1) / (q[0] * c[0] + q[1] * c[1] + q[2] * c[2]);
-      for (int i = 0; i < 9; ++i) q[i] = Real(0.5) * (q[i] + c[i] * inverse);
+      V inverse = Real(1) / (q[0] * c[0] + q[1] * c[1] + q[2] * c[2]), own = V{} + Real(0.5);
+      if (k < scaled) {
+        V length = q[0] * q[0], other = c[0] * c[0];
+        for (int i = 1; i < 9; ++i) length += q[i] * q[i], other += c[i] * c[i];
+        const V g = root_lanes<Real>(root_lanes<Real>(other * inverse * inverse / length));
+        own *= g;
+        inverse /= g;
+      }
+      inverse *= Real(0.5);
+      for (int i = 0; i < 9; ++i) q[i] = own * q[i] + inverse * c[i];
     }
     for (int i = 0; i < 9; ++i) r[i] = q[i];
   }

@@ -12,9 +12,9 @@ packages=$("$python" -c 'import sysconfig; print(sysconfig.get_paths()["purelib"
 "$python" -m pip install --quiet --no-build-isolation --no-deps --upgrade --target .cache/sanitized \
   -C cmake.define.PNEUMORPH_SANITIZE=ON -C build-dir=.cache/engine-sanitized .
 
-# -S: the editable installation of this tree must not be found first. Python itself leaks on purpose at its end.
+# -P, -S: neither this tree nor its editable installation must be found first. Python itself leaks on purpose at its end.
 LD_PRELOAD="$(c++ -print-file-name=libasan.so) $(c++ -print-file-name=libubsan.so)" \
   ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 OPENBLAS_NUM_THREADS=1 \
   PYTHONPATH="$PWD/.cache/sanitized:$packages" \
-  "$python" -S -m pytest -q -p no:cacheprovider -o pythonpath="tests/reduction tests/fem" \
+  "$python" -P -S -m pytest -q -p no:cacheprovider -o pythonpath="tests/reduction tests/fem" \
   tests/simulation tests/fem/test_friction_problem.py tests/fem/test_frontal_cholesky.py

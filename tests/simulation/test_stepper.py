@@ -117,7 +117,7 @@ def state_of(part, size):
     return alpha, rates, generator.normal(size=6) * [30.0, 30.0, 30.0, 0.5, 0.5, 0.5]
 
 
-def assert_one_step_equals(part, size, damping, instruction_set, precision, tolerance):
+def assert_one_step_equals(part, size, damping, instruction_set, precision, tolerance, state=None):
     settings = replace(
         SETTINGS,
         damping=damping,
@@ -128,7 +128,7 @@ def assert_one_step_equals(part, size, damping, instruction_set, precision, tole
         speed_limit_mm_per_s=1e7,
     )
     simulator = BatchedSimulator([Robot(HUB, (Mount(part, POSE, (1,)),))], settings, 1)
-    alpha, rates, velocity = state_of(part, size)
+    alpha, rates, velocity = state or state_of(part, size)
     padding = (0, simulator.padded_mode_count - part.mode_count)
     simulator.write(0, "modes", np.pad(alpha, padding))
     simulator.write(0, "mode_rates", np.pad(rates, padding))
@@ -157,6 +157,34 @@ def test_every_mode_count_has_a_kernel_that_is_right(mode_count, precision, inst
     # difference of nearly equal forces; a wrong tile or a lost row would be wrong by tenths.
     tolerance = 1e-6 if precision == "double" else 1e-3
     assert_one_step_equals(part, 0.3, "published", instruction_set, precision, tolerance)
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_a_crushed_element_still_has_the_polar_rotation(precision):
+    """A singular value of 0.003: Newton's iteration without scaling is far from orthogonal then.
+
+    The tangent's constant part relies on the rotation's orthogonality; without it the step's matrix
+    was not even positive definite.
+    """
+    direction = np.array([0.2, 1.0, -0.7, 0.5, -1.0, 0.8])
+
+    def least(scale: float) -> float:
+        return float(np.linalg.det(PART.tetrahedra.gradients(scale * direction)).min())
+
+    low, high = 0.0, 1.0
+    while least(high) > 0.0:
+        high *= 1.1
+    for _ in range(60):  # bisect for where the first element is flat
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if least(middle) > 0.0 else (low, middle)
+    scale = 0.998 * low
+    singular = np.linalg.svd(PART.tetrahedra.gradients(scale * direction))[1][:, 2].min()
+    assert 0.0005 < singular < 0.005
+    # Single: the rotation of a crushed element loses a factor of 1 / 0.003.
+    tolerance = 1e-6 if precision == "double" else 1e-3
+    _, rates, velocity = state_of(PART, 0.0)
+    crushed = (scale * direction, rates, velocity)
+    assert_one_step_equals(PART, 0.0, "objective", "best", precision, tolerance, crushed)
 
 
 def crawlers() -> list[Robot]:
