@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from held_leg import held_leg
 
 from pneumorph.artefact import ArtefactError
 from pneumorph.exchange.sofa_reduction import (
@@ -20,7 +21,7 @@ from pneumorph.exchange.sofa_reduction import (
 from pneumorph.exchange.sofa_scene import export_sofa_scene
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
-from pneumorph.presets import load_default_leg, paper_leg_model
+from pneumorph.presets import paper_leg_model
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.static_equilibrium import static_equilibrium
 
@@ -28,6 +29,12 @@ from pneumorph.reduction.static_equilibrium import static_equilibrium
 @pytest.fixture(scope="module")
 def model() -> PartModel:
     return paper_leg_model()
+
+
+@pytest.fixture(scope="module")
+def leg(model: PartModel) -> ReducedPart:
+    """The plugin's files know no soft mount."""
+    return held_leg(model)
 
 
 def _counts(model: PartModel) -> dict[str, int]:
@@ -39,8 +46,8 @@ def _bend(part: ReducedPart, model: PartModel) -> float:
     return end_face_bend_deg(model.mesh, part.positions(static_equilibrium(part, 150.0).alpha))
 
 
-def test_a_leg_reads_back_as_it_was(model: PartModel, tmp_path: Path) -> None:
-    part = load_default_leg()
+def test_a_leg_reads_back_as_it_was(model: PartModel, leg: ReducedPart, tmp_path: Path) -> None:
+    part = leg
     write_sofa_reduction(tmp_path, part, _counts(model))
     read = reduced_part_of(read_sofa_reduction(tmp_path), model)
     # Modes are written to nine digits and kept in single precision (seven); the mesh's sums of mass
@@ -52,8 +59,8 @@ def test_a_leg_reads_back_as_it_was(model: PartModel, tmp_path: Path) -> None:
     assert _bend(read, model) == pytest.approx(_bend(part, model), rel=1e-5)
 
 
-def test_files_have_the_plugins_layout(model: PartModel, tmp_path: Path) -> None:
-    part = load_default_leg()
+def test_files_have_the_plugins_layout(model: PartModel, leg: ReducedPart, tmp_path: Path) -> None:
+    part = leg
     write_sofa_reduction(tmp_path, part, _counts(model))
     lines = (tmp_path / "modes.txt").read_text().splitlines()
     assert lines[0] == f"{3 * len(part.rest_nodes)} {part.mode_count}"
@@ -66,9 +73,11 @@ def test_files_have_the_plugins_layout(model: PartModel, tmp_path: Path) -> None
     assert sum(float(v) > 0 for v in lines[1:]) == len(part.tetrahedron_index)
 
 
-def test_modes_of_the_world_give_the_same_leg(model: PartModel, tmp_path: Path) -> None:
+def test_modes_of_the_world_give_the_same_leg(
+    model: PartModel, leg: ReducedPart, tmp_path: Path
+) -> None:
     """The same span, mixed and with rigid motions in every mode, as the plugin's own modes have."""
-    part = load_default_leg()
+    part = leg
     rng = np.random.default_rng(2)
     # An orthogonal mix: an ill-conditioned one would magnify the nine digits of the file.
     mixed = part.modes @ np.linalg.qr(rng.standard_normal((part.mode_count,) * 2))[0]
@@ -98,8 +107,10 @@ def test_a_rigid_motion_is_taken_out_whole() -> None:
     assert torn < 1e-12
 
 
-def test_modes_that_tear_the_attachment_are_refused(model: PartModel, tmp_path: Path) -> None:
-    part = load_default_leg()
+def test_modes_that_tear_the_attachment_are_refused(
+    model: PartModel, leg: ReducedPart, tmp_path: Path
+) -> None:
+    part = leg
     write_sofa_reduction(tmp_path, part, _counts(model))
     modes = part.modes.copy()
     modes[model.mesh.node_set("attachment")[0], 0, 0] = 0.5 * np.abs(modes).max()
@@ -108,8 +119,10 @@ def test_modes_that_tear_the_attachment_are_refused(model: PartModel, tmp_path: 
         reduced_part_of(read_sofa_reduction(tmp_path), model)
 
 
-def test_reductions_of_another_mesh_are_refused(model: PartModel, tmp_path: Path) -> None:
-    part = load_default_leg()
+def test_reductions_of_another_mesh_are_refused(
+    model: PartModel, leg: ReducedPart, tmp_path: Path
+) -> None:
+    part = leg
     counts = _counts(model)
     write_sofa_reduction(tmp_path, part, {**counts, "tetrahedra": counts["tetrahedra"] + 7})
     with pytest.raises(ValueError, match="fits 0 of the weights"):
@@ -128,11 +141,13 @@ def test_a_truncated_table_is_refused(tmp_path: Path) -> None:
         read_table(tmp_path / "t.txt")
 
 
-def test_the_scene_is_python_and_names_files_that_exist(model: PartModel, tmp_path: Path) -> None:
+def test_the_scene_is_python_and_names_files_that_exist(
+    model: PartModel, leg: ReducedPart, tmp_path: Path
+) -> None:
     """SOFA itself is not at hand in tests: syntax, files, and the mesh's order are checked."""
     import meshio
 
-    part = load_default_leg()
+    part = leg
     scene = export_sofa_scene(tmp_path, part, model)
     text = scene.read_text()
     tree = ast.parse(text)
@@ -153,7 +168,9 @@ def test_the_scene_is_python_and_names_files_that_exist(model: PartModel, tmp_pa
     assert read.mode_count == part.mode_count
 
 
-def test_a_part_of_another_mesh_has_no_scene(model: PartModel, tmp_path: Path) -> None:
+def test_a_part_of_another_mesh_has_no_scene(
+    model: PartModel, leg: ReducedPart, tmp_path: Path
+) -> None:
     from synthetic_part import synthetic_reduced_part
 
     with pytest.raises(ArtefactError, match="this reduction was made from the mesh"):

@@ -123,8 +123,8 @@ def test_collection_resumes_and_does_not_depend_on_when_it_stopped(tmp_path):
     part = synthetic_part((4, 4, 4))
     hub, poses = robot_around_a_box()
     first = collect_snapshots(part, hub, poses, SETTINGS, tmp_path)
-    # 2 bends, 2 loads, and every second of the 8 steps of 2 legs.
-    assert [len(first.of(kind)) for kind in ("bend", "load", "walk")] == [2, 2, 8]
+    # 2 bends, 2 loads, and every second of the 2 settling steps and 8 others of 2 legs.
+    assert [len(first.of(kind)) for kind in ("bend", "load", "walk")] == [2, 2, 10]
     displacement = first.states(np.arange(len(first)))
     assert np.all(displacement[:, part.mesh.node_set("attachment")] == 0.0)
     written = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
@@ -164,10 +164,12 @@ def test_a_robot_of_the_published_protocol_on_a_small_part(tmp_path):
     number = 0b10010001 - 1  # places 0, 4 and 7
     whole = walk_snapshots(part, hub, poses, plain, number)
     assert whole.sources == ["walk 0.4.7"]
-    assert len(whole) == 3 * 8 * 6 // 2  # legs x corners x steps, every second one
+    # Every second of 3 settling steps and 8 corners x 6 steps, of 3 legs.
+    assert len(whole) == 3 * ((3 + 8 * 6) // 2)
     # Each leg is driven alone: at the first corner the first leg, pressures in order of the legs.
     pressures = whole.pressure_kPa.reshape(-1, 3)
-    assert np.all(pressures[:3, 0] > 0.0)
+    assert np.all(pressures[:1] == 0.0)  # settling
+    assert np.all(pressures[1:3, 0] > 0.0)
     assert np.all(pressures[:3, 1:] == 0.0)
     compressed = walk_snapshots(
         part, hub, poses, dataclasses.replace(plain, compression=1e-3), number
