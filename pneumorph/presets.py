@@ -71,8 +71,16 @@ def load_default_leg(name: LegName = "paper") -> ReducedPart:
 
     Raises:
         ValueError: No such leg.
+        FileNotFoundError: Its reduction does not ship.
     """
-    return ReducedPart.load(data_file(f"leg_{_known_leg(name)}.npz"))
+    try:
+        path = data_file(f"leg_{_known_leg(name)}.npz")
+    except FileNotFoundError as error:
+        raise FileNotFoundError(
+            f"no reduction of the {name} leg ships; make one with pneumorph reduce --preset {name} "
+            "and give it as --part, or simulate finite elements with --model full"
+        ) from error
+    return ReducedPart.load(path)
 
 
 @cache

@@ -176,7 +176,7 @@ def gait_and_design(
 def hyperelastic() -> SimulateOptions:
     """Legs of the silicone's own stiffness, damped in proportion to deformation alone."""
     physics = SimulationSettings(damping="objective")
-    return SimulateOptions(robot=RobotOptions(leg="hyperelastic", simulation=physics))
+    return SimulateOptions(model="full", robot=RobotOptions(leg="hyperelastic", simulation=physics))
 
 
 VERB = Verb(SimulateOptions, simulate, {"paper": SimulateOptions, "hyperelastic": hyperelastic})
