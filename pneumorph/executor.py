@@ -39,7 +39,7 @@ class ExecutorSettings:
     """Tasks that run at the same time; 1 with `processes` runs them in this very process, 0 with
     `ray` takes all processors of the cluster."""
     address: str | None = None
-    """Ray cluster to join, such as `auto` or `ray://head:10001`, with pneumorph installed on every
+    """Ray cluster to join, such as auto or ray://head:10001, with pneumorph installed on every
     machine; without it Ray starts on this machine alone."""
     attempt_limit: int = 3
     """How often a task is begun at most when its workers die."""
