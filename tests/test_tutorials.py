@@ -68,8 +68,8 @@ def test_a_leg_of_ones_own_comes_to_a_gait(tmp_path: Path, monkeypatch: pytest.M
         "mesh", "reduce", "simulate", "coopt",
     ]  # fmt: skip
     mesh, leg = summary("own-mesh"), summary("own-leg")
-    # Six chambers of 6 x 15 x 14 and a channel of 92 x 4 x 3 mm, less what they share: the first and
-    # the last chamber reach 2 mm beyond the channel.
+    # Six chambers of 6 x 15 x 14 and a channel of 92 x 4 x 3 mm, less what they share: the
+    # first and the last chamber reach 2 mm beyond the channel.
     shared = (4 + 4 * 6 + 4) * 4 * 3
     assert mesh["cavity_volume_mm3"] == pytest.approx(6 * 1260 + 1104 - shared, rel=1e-6)
     assert mesh["contact_point_count"] > 30
