@@ -23,6 +23,7 @@ constexpr int pair_count(int modes) { return (modes * (modes + 1) / 2 + 15) / 8 
 template <class Real>
 struct ElementFamily {
   int block_count = 0;              // elements padded to a multiple of kLane
+  int last_count = 0;               // of the last block, without the padding
   const Real* rest = nullptr;       // (block, 3 D, lane)
   const Real* gradient_lanes = nullptr;  // (block, mode, 3 D, lane)
   // Columns of 64 bytes of modes while they last, then one of the 8 left: (block, column, lane, 3 D, mode of the column).

@@ -35,6 +35,7 @@ ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, 
   const int rows = 3 * columns;
   ElementFamily<Real> family;
   family.block_count = (count + kLane - 1) / kLane;
+  family.last_count = count - (family.block_count - 1) * kLane;
   const size_t elements = size_t(family.block_count) * kLane;
   Real* rest_lanes = allocate<Real>(storage, elements * rows);
   Real* gradient_lanes = allocate<Real>(storage, elements * rows * padded);
