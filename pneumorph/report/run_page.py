@@ -13,6 +13,7 @@ from pneumorph.report.reduction_sections import comparison_sections, leg_section
 from pneumorph.report.repeat_section import repeat_section
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.run import Run
+from pneumorph.report.search_sections import search_sections
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.training_sections import (
     evaluation_sections,
@@ -99,6 +100,7 @@ def write_run_page(run: Run, path: Path, replay: ReplaySettings | None = None) -
         *training_sections(run, sheet),
         *pair_sections(run, sheet),
         *evaluation_sections(run, sheet),
+        *search_sections(run, sheet),
         *comparison_sections(run, sheet),
         *making_sections(run, sheet),
         *_picture_sections(run),

@@ -71,8 +71,8 @@ def training_sections(run: Run, sheet: Sheet) -> list[Section]:
 
 def pair_sections(run: Run, sheet: Sheet) -> list[Section]:
     """Return the best pairs with their gaits, beside the baseline."""
-    pairs = run.summary.get("pairs") or []
-    if not pairs or "gait" not in pairs[0]:
+    pairs = [pair for pair in run.summary.get("pairs") or [] if pair.get("gait")]
+    if not pairs:
         return []
     source = run.folder if (run.folder / pairs[0]["gait"]).exists() else run.summary.get("run")
     drawn = [_pair(rank, pair, source) for rank, pair in enumerate(pairs[:_DRAWN_PAIRS], start=1)]
