@@ -183,15 +183,15 @@ inline void deform_block(const ElementFamily<Real>& family, int number, const Re
 // 2 mu sym T : sym T = 2 mu G : G - mu sum of squares of the three T_ij - T_ji, and the sum of the first over all
 // elements never changes (`constant_stiffness`); so the scaled trace is added and three rows are subtracted.
 template <int M, int D, int Loads, int Width, class Real>
-inline void rows_of_block(const Real* gradient, const Real* trace_scale, const ElementBlock<D, Real>& block, int column,
-                          Real (*added)[kRowStride<M>], Real (*subtracted)[kRowStride<M>], Real (*work)[M]) {
+inline void rows_of_block(const Real* gradient, const Real* trace_scale, const ElementBlock<D, Real>& block, int lanes,
+                          int column, Real (*added)[kRowStride<M>], Real (*subtracted)[kRowStride<M>], Real (*work)[M]) {
   using L = Lanes<Real, Width * sizeof(Real)>;
   using V = typename L::type;
   constexpr int kRows = 3 * D;
   V sum[Loads];
 #pragma GCC unroll 4
   for (int i = 0; i < Loads; ++i) sum[i] = L::load(&work[i][column]);
-  for (int l = 0; l < kLane; ++l) {
+  for (int l = 0; l < lanes; ++l) {
     V g[kRows], t[D][D];
 #pragma GCC unroll 9
     for (int i = 0; i < kRows; ++i) g[i] = L::load(gradient + (l * kRows + i) * Width);
@@ -219,13 +219,13 @@ inline void rows_of_block(const Real* gradient, const Real* trace_scale, const E
       }
       L::store(&added[l][column], trace_scale[l] * (t[0][0] + t[1][1] + t[2][2]));
       L::store(&subtracted[l][column], t[0][1] - t[1][0]);
-      L::store(&subtracted[kLane + l][column], t[0][2] - t[2][0]);
-      L::store(&subtracted[2 * kLane + l][column], t[1][2] - t[2][1]);
+      L::store(&subtracted[lanes + l][column], t[0][2] - t[2][0]);
+      L::store(&subtracted[2 * lanes + l][column], t[1][2] - t[2][1]);
     } else {
       const V trace = trace_scale[l] * (t[0][0] + t[1][1]);
       L::store(&added[l][column], t[0][0] + trace);
-      L::store(&added[kLane + l][column], t[1][1] + trace);
-      L::store(&added[2 * kLane + l][column], Real(0.7071067811865476) * shear);
+      L::store(&added[lanes + l][column], t[1][1] + trace);
+      L::store(&added[2 * lanes + l][column], Real(0.7071067811865476) * shear);
     }
   }
 #pragma GCC unroll 4
@@ -247,13 +247,14 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
     deform_block<M, D, Real, V>(family, number, alpha, edge_rotations, Loads > 1, block, moment, turn_turn);
     const Real* gradient = family.gradient_modes + long(number) * kLane * kRows * M;
     const Real* trace_scale = family.trace_scale + number * kLane;
+    const int lanes = number + 1 < family.block_count ? kLane : family.last_count;
     int column = 0;
     for (; column + kWide <= M; column += kWide, gradient += kLane * kRows * kWide)
-      rows_of_block<M, D, Loads, kWide, Real>(gradient, trace_scale, block, column, added, subtracted, work);
+      rows_of_block<M, D, Loads, kWide, Real>(gradient, trace_scale, block, lanes, column, added, subtracted, work);
     if constexpr (M % kWide != 0)
-      rows_of_block<M, D, Loads, M % kWide, Real>(gradient, trace_scale, block, column, added, subtracted, work);
-    add_outer_products<true, M>(added, D == 3 ? kLane : 3 * kLane, system.stiffness);
-    if constexpr (D == 3) add_outer_products<false, M>(subtracted, 3 * kLane, system.stiffness);
+      rows_of_block<M, D, Loads, M % kWide, Real>(gradient, trace_scale, block, lanes, column, added, subtracted, work);
+    add_outer_products<true, M>(added, D == 3 ? lanes : 3 * lanes, system.stiffness);
+    if constexpr (D == 3) add_outer_products<false, M>(subtracted, 3 * lanes, system.stiffness);
   }
   if constexpr (Loads > 1) {
     static const int kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};

@@ -28,6 +28,7 @@ struct ElementFamily {
   int law = kCorotational;
   Real lambda_over_mu = 0;          // Lame coefficients, lambda of plane stress in membranes; one material a family
   int block_count = 0;              // elements padded to a multiple of kLane
+  int last_count = 0;               // of the last block, without the padding
   const Real* rest = nullptr;       // (block, 3 D, lane)
   const Real* gradient_lanes = nullptr;  // (block, mode, 3 D, lane)
   // Columns of 64 bytes of modes while they last, then one of the 8 left: (block, column, lane, 3 D, mode of the column).

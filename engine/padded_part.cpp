@@ -37,6 +37,7 @@ ElementFamily<Real> pad_family(std::vector<AlignedArray>& storage, int columns, 
   family.law = law;
   if (count > 0 && mu[0] > 0) family.lambda_over_mu = Real(lambda[0] / mu[0]);
   family.block_count = (count + kLane - 1) / kLane;
+  family.last_count = count - (family.block_count - 1) * kLane;
   const size_t elements = size_t(family.block_count) * kLane;
   Real* rest_lanes = allocate<Real>(storage, elements * rows);
   Real* gradient_lanes = allocate<Real>(storage, elements * rows * padded);

@@ -3,13 +3,14 @@
 #
 #   engine/sanitize.sh [.venv/bin/python]
 #
-# Ten minutes of one processor, nearly all of it compilation. Ends with pytest's closing line, or a sanitizer's report.
+# Minutes, nearly all of it compilation. Ends with pytest's closing line, or a sanitizer's report.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 python=${1:-.venv/bin/python}
 packages=$("$python" -c 'import sysconfig; print(sysconfig.get_paths()["purelib"])')
 
-"$python" -m pip install --quiet --no-build-isolation --no-deps --upgrade --target .cache/sanitized \
+CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-1} \
+  "$python" -m pip install --quiet --no-build-isolation --no-deps --upgrade --target .cache/sanitized \
   -C cmake.define.PNEUMORPH_SANITIZE=ON -C build-dir=.cache/engine-sanitized .
 
 # -P, -S: neither this tree nor its editable installation must be found first. Python itself leaks on purpose at its end.

@@ -13,6 +13,7 @@ from pneumorph.report.reduction_sections import comparison_sections, leg_section
 from pneumorph.report.repeat_section import repeat_section
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.run import Run
+from pneumorph.report.search_sections import search_sections
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.training_sections import (
     evaluation_sections,
@@ -30,6 +31,9 @@ _TITLES = {
     "baseline": ("The expert's gait", "The expert's design under its gait at every phase."),
     "coopt": ("A robot learned to crawl", "Design and gait learned together, beside the expert's."),
     "demo": ("A robot learned to crawl", "Design and gait learned together, beside the expert's."),
+    "campaign": ("Many trainings", "How seeds and settings compare."),
+    "search": ("Searched designs and gaits", "Without a policy, to judge the learned ones."),
+    "analyse": ("What learned robots do", "Steps, tilt, loads and friction of the best pairs."),
     "evaluate": ("Learned pairs, walked again", "The best pairs of a training, simulated anew."),
     "bench": ("Speed of this machine", "How fast robots are simulated."),
     "calibrate": ("The simulation, fitted", "Parameters fitted to what was measured."),
@@ -64,6 +68,13 @@ _HEADLINE = {
 """Numbers that a reader wants first: key of the summary -> its name and how it is written."""
 
 
+_SHOWN_ELSEWHERE = (
+    "bend", "calibration", "drawing", "node_error", "path_fit", "transfer_gaits",
+    "transfer_rewards",
+)  # fmt: skip
+"""How the names of pictures end that other sections show."""
+
+
 @dataclass(frozen=True)
 class WrittenPage:
     """A page and the figures beside it."""
@@ -89,8 +100,10 @@ def write_run_page(run: Run, path: Path, replay: ReplaySettings | None = None) -
         *training_sections(run, sheet),
         *pair_sections(run, sheet),
         *evaluation_sections(run, sheet),
+        *search_sections(run, sheet),
         *comparison_sections(run, sheet),
         *making_sections(run, sheet),
+        *_picture_sections(run),
         _results_section(run),
         *leg_sections(run, sheet),
         repeat_section(run),
@@ -116,6 +129,16 @@ def _headline(run: Run) -> str:
             if known.get(key) is not None
         }
     )
+
+
+def _picture_sections(run: Run) -> list[Section]:
+    """Return the figures that the verb itself saved and no other section shows."""
+    pictures = [
+        page.picture(path, path.stem.replace("_", " "))
+        for path in sorted(run.folder.glob("*.png"))
+        if not path.stem.endswith(_SHOWN_ELSEWHERE)
+    ]
+    return [Section("Figures", page.side_by_side(*pictures))] if pictures else []
 
 
 def _results_section(run: Run) -> Section:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM, read_metrics
@@ -18,6 +19,7 @@ from pneumorph.report.robustness_figure import robustness_figure
 from pneumorph.report.run import Run
 from pneumorph.report.sheet import Sheet
 from pneumorph.robot.design import Design
+from pneumorph.simulation.simulation_settings import SimulationSettings
 
 _DRAWN_PAIRS = 5
 
@@ -69,8 +71,8 @@ def training_sections(run: Run, sheet: Sheet) -> list[Section]:
 
 def pair_sections(run: Run, sheet: Sheet) -> list[Section]:
     """Return the best pairs with their gaits, beside the baseline."""
-    pairs = run.summary.get("pairs") or []
-    if not pairs or "gait" not in pairs[0]:
+    pairs = [pair for pair in run.summary.get("pairs") or [] if pair.get("gait")]
+    if not pairs:
         return []
     source = run.folder if (run.folder / pairs[0]["gait"]).exists() else run.summary.get("run")
     drawn = [_pair(rank, pair, source) for rank, pair in enumerate(pairs[:_DRAWN_PAIRS], start=1)]
@@ -91,8 +93,6 @@ def pair_sections(run: Run, sheet: Sheet) -> list[Section]:
 
 
 def _pair(rank: int, pair: dict[str, Any], source: Any) -> Pair | None:
-    from pathlib import Path
-
     path = Path(str(source)) / pair["gait"]
     if not path.exists():
         return None
@@ -101,7 +101,9 @@ def _pair(rank: int, pair: dict[str, Any], source: Any) -> Pair | None:
 
 
 def _rate_kPa_per_s(run: Run) -> float:
-    return float(run.settings["robot"]["simulation"]["pressure_rate_kPa_per_s"])
+    simulation = run.settings.get("robot", {}).get("simulation", {})
+    usual = SimulationSettings().pressure_rate_kPa_per_s
+    return float(simulation.get("pressure_rate_kPa_per_s", usual))
 
 
 def _rows(run: Run, pairs: list[dict[str, Any]]) -> list[tuple[Any, ...]]:
