@@ -72,6 +72,7 @@ void Batch::check_mounts(const std::vector<MountInput>& mounts) const {
 void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                        const std::vector<std::vector<MountInput>>& mounts) {
   const size_t count = mounts.size();
+  const size_t mount_bytes = select_kernel(instruction_set_, padded_, single_precision_, 0).mount_bytes;
   // Everything is checked first, so that a refused call leaves the old robots as they were.
   for (size_t r = 0; r < count; ++r) {
     if (hub_of_robot[r] < 0 || size_t(hub_of_robot[r]) >= hubs.size())
@@ -115,6 +116,8 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     robot.contact_count = contacts;
     contact_capacity_ = std::max(contact_capacity_, contacts);
     const size_t modal = size_t(robot.mount_count) * padded_;
+    state_storage_.emplace_back(robot.mount_count * mount_bytes);
+    states_[r].memory = state_storage_.back().as<void>();
     state_storage_.emplace_back((2 * modal + 3 * size_t(contacts) + 16) * sizeof(double));
     double* data = state_storage_.back().as<double>();
     states_[r].modes = data;
@@ -131,6 +134,7 @@ void Batch::reset(int robot) {
   fresh.modes = state.modes;
   fresh.mode_rates = state.mode_rates;
   fresh.impulses = state.impulses;
+  fresh.memory = state.memory;
   fresh.rotation[0] = fresh.rotation[4] = fresh.rotation[8] = 1;
   for (int i = 0; i < model.mount_count * padded_; ++i) fresh.modes[i] = fresh.mode_rates[i] = 0;
   for (int i = 0; i < 3 * model.contact_count; ++i) fresh.impulses[i] = 0;
@@ -141,6 +145,7 @@ void Batch::clear_counters() {
   stages_ = StageSeconds{};
   for (RobotState& state : states_) {
     state.step_count = state.contact_total = state.sweep_total = state.newton_total = state.unconverged_total = 0;
+    state.tangent_total = 0;
     state.worst_penetration = state.worst_residual = 0;
   }
 }

@@ -110,6 +110,7 @@ static pneumorph::Settings read_settings(nb::dict d) {
   s.contact_sweeps = nb::cast<int>(d["contact_sweeps"]);
   s.pressure_rate = number("pressure_rate"), s.pressure_slope = number("pressure_slope");
   s.pressure_intercept = number("pressure_intercept"), s.speed_limit = number("speed_limit");
+  s.tangent_tolerance = number("tangent_tolerance");
   s.regulator_count = nb::cast<int>(d["regulator_count"]);
   return s;
 }
@@ -181,8 +182,8 @@ class PythonBatch {
     }
     const char* const scalars[] = {"status", "active_contacts", "sweeps", "contact_residual", "step_count",
                                    "contact_total", "sweep_total", "worst_penetration", "unconverged_total",
-                                   "worst_residual", "newton_steps", "newton_total"};
-    for (int which = 0; which < 12; ++which)
+                                   "worst_residual", "newton_steps", "newton_total", "tangent_total"};
+    for (int which = 0; which < 13; ++which)
       if (name == scalars[which]) {
         gather(1, [which](State& s, size_t) -> double {
           switch (which) {
@@ -197,7 +198,8 @@ class PythonBatch {
             case 8: return double(s.unconverged_total);
             case 9: return s.worst_residual;
             case 10: return s.newton_steps;
-            default: return double(s.newton_total);
+            case 11: return double(s.newton_total);
+            default: return double(s.tangent_total);
           }
         });
         return to_numpy(values, {robots});
@@ -236,6 +238,7 @@ class PythonBatch {
           throw std::invalid_argument(name + " has " + std::to_string(values.shape(0)) + " numbers, expected " +
                                       std::to_string(field.count));
         for (size_t i = 0; i < field.count; ++i) field.data[i] = values.data()[i];
+        s.has_memory = false;
         return;
       }
     throw std::invalid_argument("unknown quantity '" + name + "'");

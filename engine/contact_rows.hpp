@@ -207,7 +207,7 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
         store(&modal[8 * v], value);
         free += value * load(&view.free_rates[8 * v]);
       }
-      times_inverse<M>(modal, work.legs[at.mount].inverse_upper, row.response[i]);
+      times_inverse<M>(modal, work.mounts[at.mount].leg.inverse_upper, row.response[i]);
       for (int a = 0; a < M; ++a) coupled += modal[a] * load(view.hub_response[a]);
       store(reduced, coupled);
       row.free_velocity[i] = sum_lanes(free);

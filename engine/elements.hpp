@@ -27,6 +27,9 @@ struct ElementSystem {
   alignas(64) Real turn_stiffness[3][M];  // rotation of the hub against modes
   Real turn_turn_stiffness[9];
   Real moment[3];                          // of the internal forces about the part's origin
+  // Where the stiffness is that of an earlier step (kept_tangent.hpp): what it lacks, times the velocity of this step's
+  // start and of the last one's; on modes and on turns.
+  Real lack[M], turn_lack[3], last_lack[M], last_turn_lack[3];
 };
 
 // Gram-Schmidt frame of the first two columns: the first edge, and the first face's plane.

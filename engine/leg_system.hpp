@@ -14,6 +14,10 @@ namespace PNEUMORPH_INSTRUCTION_SET {
 
 using DoubleLanes = Lanes<double>::type;
 
+inline double stiffness_scale(const Settings& settings) {
+  return settings.time_step * (settings.time_step + settings.stiffness_damping);
+}
+
 template <int M>
 struct LegSystem {
   static constexpr int kVectors = M / 8;
@@ -25,6 +29,7 @@ struct LegSystem {
   double hub[36], right_hub[6];            // the hub's block, part axes; after elimination: Schur parts
   double first_moment[3];
 };
+
 
 // row * Y for a row vector over modes.
 template <int M>
@@ -230,40 +235,48 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
   }
 }
 
-// Adds the elements' part and eliminates the modes; false if the modal block is not positive definite.
+// Factor of the modal block with the elements' stiffness; false if it is not positive definite.
 template <int M, class Real>
-bool eliminate_modes(const Part<Real>& part, const double* alpha, const ElementSystem<M, Real>& elements,
-                     const Settings& settings, LegSystem<M>& leg) {
-  constexpr int kVectors = M / 8;
-  const double h = settings.time_step;
-  const double scale = h * (h + settings.stiffness_damping);
+bool factor_modes(const Part<Real>& part, const ElementSystem<M, Real>& elements, const Settings& settings,
+                  LegSystem<M>& leg) {
+  const double scale = stiffness_scale(settings);
   auto& d = leg.inverse_upper;
   for (int a = 0; a < M; ++a) {
     for (int b = a / 8 * 8; b < M; ++b) d[a][b] = scale * double(elements.stiffness[a][b]);
-    d[a][a] += 1.0 + settings.mass_damping * h;  // modes are orthonormal in mass
-    leg.right_modes[a] += h * double(elements.force[a]);
+    d[a][a] += 1.0 + settings.mass_damping * settings.time_step;  // modes are orthonormal in mass
   }
+  if (part.has_linear_stiffness)
+    for (int a = 0; a < M; ++a)
+      for (int v = a / 8 * 8; v < M; v += 8)
+        store(&d[a][v], load(&d[a][v]) + scale * load(part.linear_stiffness + a * M + v));
+  return invert_upper_factor<M>(d);
+}
+
+// Adds the elements' forces and eliminates the modes, whose block is factored.
+template <int M, class Real>
+void eliminate_modes(const Part<Real>& part, const double* alpha, const ElementSystem<M, Real>& elements,
+                     const Settings& settings, LegSystem<M>& leg) {
+  constexpr int kVectors = M / 8;
+  const double h = settings.time_step, scale = stiffness_scale(settings);
+  const auto predicted = [](Real lack, Real last) { return 2.0 * double(lack) - double(last); };
+  for (int a = 0; a < M; ++a)
+    leg.right_modes[a] += h * double(elements.force[a]) - scale * predicted(elements.lack[a], elements.last_lack[a]);
   if (part.has_linear_stiffness)
     for (int a = 0; a < M; ++a) {
       DoubleLanes dot = {};
-      for (int v = 0; v < kVectors; ++v) {
-        const DoubleLanes row = load(part.linear_stiffness + a * M + 8 * v);
-        dot += row * load(alpha + 8 * v);
-        store(&d[a][8 * v], load(&d[a][8 * v]) + scale * row);
-      }
+      for (int v = 0; v < M; v += 8) dot += load(part.linear_stiffness + a * M + v) * load(alpha + v);
       leg.right_modes[a] -= h * sum_lanes(dot);
     }
-  if (settings.published_damping) {
+  if (settings.published_damping)
     for (int i = 0; i < 3; ++i) {
       for (int a = 0; a < M; ++a) leg.coupling[3 + i][a] += scale * double(elements.turn_stiffness[i][a]);
       for (int j = 0; j < 3; ++j)
         leg.hub[6 * (3 + i) + 3 + j] += scale * double(elements.turn_turn_stiffness[3 * i + j]);
-      leg.right_hub[3 + i] += h * double(elements.moment[i]);
+      leg.right_hub[3 + i] += h * double(elements.moment[i]) -
+                              scale * predicted(elements.turn_lack[i], elements.last_turn_lack[i]);
     }
-  }
-  if (!invert_upper_factor<M>(d)) return false;
-  for (int i = 0; i < 6; ++i) times_inverse<M>(leg.coupling[i], d, leg.reduced_coupling[i]);
-  times_inverse<M>(leg.right_modes, d, leg.reduced_right);
+  for (int i = 0; i < 6; ++i) times_inverse<M>(leg.coupling[i], leg.inverse_upper, leg.reduced_coupling[i]);
+  times_inverse<M>(leg.right_modes, leg.inverse_upper, leg.reduced_right);
   for (int i = 0; i < 6; ++i) {
     DoubleLanes dot = {};
     for (int v = 0; v < kVectors; ++v)
@@ -277,7 +290,6 @@ bool eliminate_modes(const Part<Real>& part, const double* alpha, const ElementS
       leg.hub[6 * j + i] = leg.hub[6 * i + j];
     }
   }
-  return true;
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -103,6 +103,7 @@ struct Settings {
   double pressure_slope = 1;         // real to simulated pressure
   double pressure_intercept = 0;     // kPa
   double speed_limit = 1e4;          // mm/s, above it a robot counts as diverged
+  double tangent_tolerance = 0;      // mm/s, how far a kept tangent's two predictions may part; 0: a fresh one in every step
   int regulator_count = 0;
 };
 
@@ -115,6 +116,8 @@ struct RobotState {
   double* modes;               // (mount, mode)
   double* mode_rates;          // (mount, mode)
   double* impulses;            // (contact point, 3) normal, x, y; mN s, also the warm start
+  void* memory;                // (mount) MountMemory
+  bool has_memory;             // of a step before, whose stiffness may be kept
   unsigned char status;
   int active_contacts;         // points the last step's friction was solved for
   int sweeps;                  // Gauss-Seidel sweeps and
@@ -122,6 +125,7 @@ struct RobotState {
   double contact_residual;     // mm/s, of the last step
   // Since the counters were cleared:
   long long step_count, contact_total, sweep_total, newton_total;
+  long long tangent_total;      // fresh tangents, of all mounts
   long long unconverged_total;  // steps whose friction ended above the tolerance
   double worst_penetration;     // mm
   double worst_residual;        // mm/s
@@ -142,6 +146,7 @@ using AdvanceFunction = void (*)(const void* parts, const RobotModel& robot, con
 struct Kernel {
   AdvanceFunction advance = nullptr;
   unsigned long workspace_bytes = 0;
+  unsigned long mount_bytes = 0;    // of one mount in RobotState::memory
 };
 
 // `modes` is the padded count: 8, 16, 24 or 32. Null `advance` when this build lacks it.

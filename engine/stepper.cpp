@@ -44,13 +44,15 @@ inline void begin_hub(const RobotModel& robot, const Settings& settings, const R
 // Sets up mounted part k, eliminates its modes and adds what is left to the hub's system.
 template <int M, class Real>
 bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Settings& settings,
-              const RobotState& state, Workspace<M, Real>& work, Clock& clock) {
+              RobotState& state, Workspace<M, Real>& work, Clock& clock) {
   HubSystem& hub = work.hub;
   const Mount& mount = robot.mounts[k];
   const Part<Real>& part = parts[mount.part];
   const double* alpha = state.modes + k * M;
   const double* rates = state.mode_rates + k * M;
-  LegSystem<M>& leg = work.legs[k];
+  MountMemory<M, Real>& memory = work.mounts[k];
+  ElementSystem<M, Real>& elements = memory.elements;
+  LegSystem<M>& leg = memory.leg;
   double* transform = work.views[k].transform;
   // V_part = R^T (V + W x t), W_part = R^T W.
   const double* t = mount.translation;
@@ -79,11 +81,17 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   for (int i = 0; i < 3; ++i) part_gravity[i] -= inward[i];
   for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
 
-  element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, work.elements);
+  if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
+  const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory);
+  if (!kept) {
+    element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, elements);
+    ++state.tangent_total;
+  }
   clock.lap(0);
   add_inertia_and_loads<M, Real>(part, alpha, rates, part_velocity, part_gravity, part_pressure, settings, leg);
   clock.lap(1);
-  if (!eliminate_modes<M, Real>(part, alpha, work.elements, settings, leg)) return false;
+  if (!kept && !factor_modes<M, Real>(part, elements, settings, leg)) return false;
+  eliminate_modes<M, Real>(part, alpha, elements, settings, leg);
   double half[36];
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 6; ++j) {
@@ -127,7 +135,7 @@ bool find_velocities(const Part<Real>* parts, const RobotModel& robot, const Set
     sound = sound && std::fabs(velocity[i]) < settings.speed_limit &&
             std::fabs(settings.time_step * velocity[3 + i]) < 1.0;
   for (int k = 0; k < robot.mount_count; ++k) {
-    const LegSystem<M>& leg = work.legs[k];
+    const LegSystem<M>& leg = work.mounts[k].leg;
     double part_velocity[6];
     for (int i = 0; i < 6; ++i) {
       part_velocity[i] = 0;
@@ -227,6 +235,7 @@ Status step_robot(const Part<Real>* parts, const RobotModel& robot, const Settin
   begin_hub(robot, settings, state, work.hub);
   for (int k = 0; k < robot.mount_count; ++k)
     if (!add_part(parts, robot, k, settings, state, work, clock)) return kSingular;
+  state.has_memory = true;
   if (!solve_hub(work.hub)) return kSingular;
   clock.lap(2);
 
@@ -234,7 +243,7 @@ Status step_robot(const Part<Real>* parts, const RobotModel& robot, const Settin
   Candidate* candidates = work.candidates(robot);
   int candidate_count = find_hub_candidates(robot, settings, state, work.hub, candidates, 0, deepest);
   for (int k = 0; k < robot.mount_count; ++k) {
-    view_mount<M>(robot, k, state, work.hub, work.legs[k], work.views[k]);
+    view_mount<M>(robot, k, state, work.hub, work.mounts[k].leg, work.views[k]);
     candidate_count = find_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, work.hub,
                                                     work.views[k], candidates, candidate_count, deepest);
   }
@@ -265,6 +274,7 @@ template <int M, class Real>
 void advance(const void* parts, const RobotModel& robot, const Settings& settings, const double* command,
              long long steps, RobotState& state, void* workspace, StageSeconds* stages) {
   auto& work = *static_cast<Workspace<M, Real>*>(workspace);
+  work.mounts = static_cast<MountMemory<M, Real>*>(state.memory);
   for (long long step = 0; step < steps && state.status == kRunning; ++step)
     state.status =
         step_robot<M, Real>(static_cast<const Part<Real>*>(parts), robot, settings, command, state, work, stages);
@@ -274,6 +284,7 @@ template <int M, class Real>
 Kernel kernel_for(int contact_capacity) {
   Kernel kernel;
   kernel.advance = &advance<M, Real>;
+  kernel.mount_bytes = sizeof(MountMemory<M, Real>);
   kernel.workspace_bytes = sizeof(Workspace<M, Real>) + (sizeof(ContactRow<M>) + sizeof(Candidate)) * (unsigned long)(contact_capacity);
   return kernel;
 }

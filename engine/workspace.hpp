@@ -3,7 +3,7 @@
 #include <ctime>
 
 #include "friction_newton.hpp"
-#include "leg_system.hpp"
+#include "kept_tangent.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
@@ -60,8 +60,7 @@ template <int M, class Real>
 struct Workspace {
   HubSystem hub;
   double pressure[kMaximumRegulators];   // simulated
-  ElementSystem<M, Real> elements;
-  LegSystem<M> legs[kMaximumMounts];
+  MountMemory<M, Real>* mounts;          // of the robot that is stepped
   MountView<M> views[kMaximumMounts];
   alignas(64) double rates[kMaximumMounts][M];  // after the step
   ContactAccumulator<M> sum;

@@ -167,10 +167,10 @@ class BatchedSimulator:
                 zeros; ``regulated`` [real kPa]; ``impulses`` [mN s] (robot, contact point, 3),
                 hub's points first, along z, x, y; ``active_contacts`` (points the
                 friction was solved for), ``newton_steps``, ``sweeps``, ``contact_residual`` [mm/s]
-                of the last step; ``step_count``, ``contact_total``, ``newton_total``,
-                ``sweep_total``, ``unconverged_total`` (steps whose friction ended above the
-                tolerance), ``worst_residual`` [mm/s] and ``worst_penetration`` [mm] since
-                `clear_counters`.
+                of the last step; and since `clear_counters` ``step_count``, ``contact_total``,
+                ``newton_total``, ``sweep_total``, ``tangent_total`` (stiffnesses found afresh, of
+                all mounts), ``unconverged_total`` (steps whose friction ended above the
+                tolerance), ``worst_residual`` [mm/s] and ``worst_penetration`` [mm].
         """
         values: np.ndarray = self._batch.read(name)
         return values
@@ -256,5 +256,6 @@ def _engine_settings(settings: SimulationSettings) -> dict[str, Any]:
         "pressure_slope": settings.pressure_map.slope,
         "pressure_intercept": settings.pressure_map.intercept_kPa,
         "speed_limit": settings.speed_limit_mm_per_s,
+        "tangent_tolerance": settings.tangent_tolerance_mm_per_s,
         "regulator_count": settings.regulator_count,
     }

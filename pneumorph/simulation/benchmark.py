@@ -50,8 +50,9 @@ def bench_engine(
     Returns:
         ``env_steps_per_s`` (robot steps a second, all threads), ``threads``, ``modes``,
         ``elements`` (sampled tetrahedra and triangles of a part), ``mean_legs``,
-        ``mean_contacts``, ``mean_sweeps``, ``stage_seconds`` (thread time of an equal profiled
-        run), ``gemm_gflops`` (single precision, same threads), ``steps_per_gflop``, ``statuses``.
+        ``mean_contacts``, ``mean_sweeps``, ``fresh_tangent_share`` (of the legs' steps),
+        ``stage_seconds`` (thread time of an equal profiled run), ``gemm_gflops`` (single
+        precision, same threads), ``steps_per_gflop``, ``statuses``.
     """
     generator = np.random.default_rng(settings.seed)
     robots = draw_robots(generator, settings.robot_count)
@@ -95,6 +96,13 @@ def bench_engine(
         "mean_contacts": float(simulator.read("contact_total").sum() / steps),
         "mean_sweeps": float(simulator.read("sweep_total").sum() / steps),
         "mean_newton_steps": float(simulator.read("newton_total").sum() / steps),
+        "fresh_tangent_share": float(
+            simulator.read("tangent_total").sum()
+            / sum(
+                float(count) * len(robot.mounts)
+                for count, robot in zip(simulator.read("step_count"), robots, strict=True)
+            )
+        ),
         "unconverged_share": float(simulator.read("unconverged_total").sum() / steps),
         "worst_residual_mm_per_s": float(simulator.read("worst_residual").max()),
         "worst_penetration_mm": float(simulator.read("worst_penetration").max()),

@@ -53,6 +53,10 @@ class SimulationSettings:
     """Real to simulated pressure."""
     speed_limit_mm_per_s: float = 1e4
     """A robot faster than this has diverged [mm/s]."""
+    tangent_tolerance_mm_per_s: float = 1.0
+    """A leg keeps its stiffness from step to step while two predictions of what that stiffness
+    lacks, from one step before and from two, part by no more than this velocity, root mean square
+    over the leg [mm/s]; 0 finds the stiffness afresh in every step. For corotational parts."""
     element_precision: Precision = "single"
     """Arithmetic of element forces and stiffness and of the cavity's cubic term; everything else is
     double precision."""
@@ -82,6 +86,7 @@ class SimulationSettings:
             "stiffness_damping_s",
             "friction",
             "contact_margin_mm",
+            "tangent_tolerance_mm_per_s",
             "gravity_mm_per_s2",
         )
         check_numbers(self, positive, non_negative, ("floor_height_mm", "floor_slope_deg"))

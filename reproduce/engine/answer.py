@@ -32,7 +32,10 @@ from pneumorph.simulation import BatchedSimulator, SimulationSettings
 
 ACTION_S, ACTION_COUNT, SETTLING_S, MAXIMUM_KPA = 1.0, 20, 0.15, 90.0
 REFERENCE = SimulationSettings(
-    element_precision="double", contact_tolerance_mm_per_s=1e-8, contact_sweeps=20000
+    element_precision="double",
+    tangent_tolerance_mm_per_s=0.0,
+    contact_tolerance_mm_per_s=1e-8,
+    contact_sweeps=20000,
 )
 TIME_STEPS_S = (0.005, 0.01, 0.02)
 MARK_CM = 0.05

@@ -24,9 +24,15 @@ SETTINGS = SimulationSettings(element_precision="double", regulator_count=2)
 POSE = Pose(rotation_about("z", 35.0) @ rotation_about("y", 15.0), np.array([95.0, 40.0, 8.0]))
 
 
-def dense_step(part, alpha, velocity, rates, pressure, settings):
-    """New generalised velocities of a hub with one part, by dense matrices over all nodes."""
-    h = settings.time_step_s
+FRESH = replace(SETTINGS, tangent_tolerance_mm_per_s=0.0)
+GRAVITY = np.array([0.0, 0.0, -SETTINGS.gravity_mm_per_s2])
+
+
+def dense_system(part, alpha, velocity, rates, pressure, settings, gravity=GRAVITY):
+    """Mass, stiffness and force of a hub with one part, by dense matrices over all nodes.
+
+    Vectors are along the hub's axes.
+    """
     rotation = "edge" if settings.damping == "published" else "polar"
     count = part.mode_count
     nodes = POSE.apply(part.positions(alpha))
@@ -66,7 +72,6 @@ def dense_step(part, alpha, velocity, rates, pressure, settings):
             stiffness[3:6, 6:] += block[:3, 3:]
             stiffness[6:, 3:6] += block[3:, :3]
             force[3:6] -= np.einsum("eij,eijl->l", elements.stress(gradient), turns)
-    gravity = np.array([0.0, 0.0, -settings.gravity_mm_per_s2])
     force += part.mass / len(nodes) * np.einsum("nia,i->a", jacobian, gravity)
     force[:3] += HUB.mass * gravity
     force[3:6] += np.cross(first, gravity)
@@ -78,6 +83,12 @@ def dense_step(part, alpha, velocity, rates, pressure, settings):
     force[:3] -= np.cross(turning, np.cross(turning, first))
     inertia = np.trace(HUB.second_moment) * np.eye(3) - HUB.second_moment
     force[3:6] -= np.cross(turning, inertia @ turning)
+    return mass, stiffness, force
+
+
+def dense_step(mass, stiffness, force, velocity, rates, settings):
+    """New generalised velocities."""
+    h = settings.time_step_s
     scale = h * (h + settings.stiffness_damping_s)
     left = (1.0 + settings.mass_damping_per_s * h) * mass + scale * stiffness
     return np.linalg.solve(left, mass @ np.concatenate([velocity, rates]) + h * force)
@@ -117,15 +128,14 @@ def state_of(part, size):
     return alpha, rates, generator.normal(size=6) * [30.0, 30.0, 30.0, 0.5, 0.5, 0.5]
 
 
-def assert_one_step_equals(part, size, damping, instruction_set, precision, tolerance, state=None):
+def falling_robot(part, size, state=None, **settings):
+    """A simulator of one robot without a floor, its settings and its state."""
     settings = replace(
         SETTINGS,
-        damping=damping,
-        instruction_set=instruction_set,
-        element_precision=precision,
         floor_height_mm=-1e6,
         pressure_rate_kPa_per_s=1e9,
         speed_limit_mm_per_s=1e7,
+        **settings,
     )
     simulator = BatchedSimulator([Robot(HUB, (Mount(part, POSE, (1,)),))], settings, 1)
     alpha, rates, velocity = state or state_of(part, size)
@@ -134,18 +144,124 @@ def assert_one_step_equals(part, size, damping, instruction_set, precision, tole
     simulator.write(0, "mode_rates", np.pad(rates, padding))
     simulator.write(0, "velocity", velocity[:3])
     simulator.write(0, "angular_velocity", velocity[3:])
+    return simulator, settings, (alpha, rates, velocity)
+
+
+def velocities(simulator, mode_count, rotation=None):
+    """Generalised velocities, along the axes of the hub as `rotation` has them."""
+    axes = np.eye(3) if rotation is None else rotation
+    return np.concatenate(
+        [
+            axes.T @ simulator.read("velocity")[0],
+            axes.T @ simulator.read("angular_velocity")[0],
+            simulator.read("mode_rates")[0, 0, :mode_count],
+        ]
+    )
+
+
+def assert_one_step_equals(part, size, damping, instruction_set, precision, tolerance, state=None):
+    simulator, settings, (alpha, rates, velocity) = falling_robot(
+        part,
+        size,
+        state,
+        damping=damping,
+        instruction_set=instruction_set,
+        element_precision=precision,
+    )
     simulator.advance(np.array([[0.0, 20.0]]), 1)
     assert simulator.status[0] == RobotStatus.RUNNING
     pressure = settings.pressure_map.simulated(20.0)
-    expected = dense_step(part, alpha, velocity, rates, pressure, settings)
-    got = np.concatenate(
-        [
-            simulator.read("velocity")[0],
-            simulator.read("angular_velocity")[0],
-            simulator.read("mode_rates")[0, 0, : part.mode_count],
-        ]
-    )
+    system = dense_system(part, alpha, velocity, rates, pressure, settings)
+    expected = dense_step(*system, velocity, rates, settings)
+    got = velocities(simulator, part.mode_count)
     assert np.abs(got - expected).max() < tolerance * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("damping", ["published", "objective"])
+@pytest.mark.parametrize("precision", ["single", "double"])
+@pytest.mark.parametrize("instruction_set", ["best", "avx2", "baseline"])
+def test_steps_with_a_kept_stiffness_equal_dense_linear_algebra(
+    damping, precision, instruction_set
+):
+    """Steps two and three keep the first's stiffness and predict what it lacks."""
+    simulator, settings, (alpha, rates, velocity) = falling_robot(
+        PART,
+        0.3,
+        damping=damping,
+        element_precision=precision,
+        instruction_set=instruction_set,
+        tangent_tolerance_mm_per_s=1e6,
+    )
+    command, count = np.array([[0.0, 20.0]]), PART.mode_count
+    pressure = settings.pressure_map.simulated(20.0)
+    kept = dense_system(PART, alpha, velocity, rates, pressure, settings)[1]
+    simulator.advance(command, 1)
+    last_lack = np.zeros(len(kept))
+    scale = settings.time_step_s + settings.stiffness_damping_s
+    for _ in range(2):
+        rotation = simulator.read("rotation")[0]
+        old = velocities(simulator, count, rotation)
+        mass, stiffness, force = dense_system(
+            PART,
+            simulator.read("modes")[0, 0, :count],
+            old[:6],
+            old[6:],
+            pressure,
+            settings,
+            rotation.T @ GRAVITY,
+        )
+        lack = (stiffness - kept) @ old
+        predicted = force - scale * (2.0 * lack - last_lack)
+        expected = dense_step(mass, kept, predicted, old[:6], old[6:], settings)
+        simulator.advance(command, 1)
+        got = velocities(simulator, count, rotation)
+        # As for a fresh step: modes of single precision; rounding of strains of 1e-2, their rates.
+        tolerance = 1e-6 if precision == "double" else 1e-4
+        assert np.abs(got - expected).max() < tolerance * np.abs(expected).max()
+        # The prediction is seen: without it the velocities differ by more than three tolerances.
+        ignored = dense_step(mass, kept, force, old[:6], old[6:], settings)
+        assert np.abs(ignored - expected).max() > 3 * tolerance * np.abs(expected).max()
+        last_lack = lack
+    assert simulator.read("tangent_total")[0] == 1
+
+
+def test_the_tolerance_of_kept_stiffness_bounds_what_it_changes():
+    """Paths part by less than the tolerance all along, and by less with a tighter one.
+
+    A prediction is off by some share of what two predictions differ by, and the next steps damp
+    it; so a path of 1.6 s leaves that of fresh stiffness by less than 1.6 s times the tolerance.
+    """
+    fresh, shares = march(BatchedSimulator(crawlers(), FRESH, 1)), [1.0]
+    parted = []
+    for tolerance in (0.01, 1.0):
+        settings = replace(SETTINGS, tangent_tolerance_mm_per_s=tolerance)
+        simulator = BatchedSimulator(crawlers(), settings, 1)
+        parted.append(np.abs(march(simulator)["position"] - fresh["position"]).max())
+        legs = np.array([len(robot.mounts) for robot in crawlers()])
+        shares.append(simulator.read("tangent_total").sum() / (160 * legs.sum()))
+        assert parted[-1] < 1.6 * tolerance
+    assert 0.0 < parted[0] < parted[1]
+    assert shares[0] > shares[1] > shares[2]
+
+
+def test_what_was_kept_is_forgotten_with_the_state_it_was_kept_of():
+    """After a reset or a new state a robot walks as if it had never walked before."""
+    once = BatchedSimulator(crawlers(), SETTINGS, 1)
+    first = march(once)
+    once.reset()
+    for name, value in march(once).items():
+        assert np.array_equal(value, first[name]), name
+    # The state of one robot, written into another simulator and into its own.
+    robot = crawlers()[2]
+    walked, other = (BatchedSimulator([robot], SETTINGS, 1) for _ in range(2))
+    march(walked)
+    for name in ("position", "rotation", "velocity", "angular_velocity", "regulated", "impulses",
+                 "modes", "mode_rates"):  # fmt: skip
+        for simulator in (walked, other):
+            simulator.write(0, name, walked.read(name)[0])
+    here, there = march(walked), march(other)
+    for name, value in here.items():
+        assert np.array_equal(value, there[name]), name
 
 
 @pytest.mark.parametrize("mode_count", [8, 14, 20, 30])
@@ -326,8 +442,8 @@ def test_inactive_robots_stand_still():
 
 
 def test_single_precision_elements_stay_within_their_rounding():
-    single = march(BatchedSimulator(crawlers(), replace(SETTINGS, element_precision="single"), 1))
-    double = march(BatchedSimulator(crawlers(), SETTINGS, 1))
+    single = march(BatchedSimulator(crawlers(), replace(FRESH, element_precision="single"), 1))
+    double = march(BatchedSimulator(crawlers(), FRESH, 1))
     # Float strains of 1e-7 over strains of 1e-2 leave 1e-5 of motions of a few mm, amplified by
     # stick and slip: ten times that.
     assert np.abs(single["position"] - double["position"]).max() < 1e-3

@@ -44,7 +44,7 @@ def test_the_page_shows_every_frame_as_it_comes(crawl: Trajectory, open_page: Op
         assert live.finish()
         page.wait_for_function(f"!{PLAYER}.live")
     # The server has gone and the page has all it needs.
-    page.evaluate(f"{PLAYER}.seek({crawl.time_s[3]})")
+    page.evaluate(f"{PLAYER}.pause(); {PLAYER}.seek({crawl.time_s[3]})")
     assert np.abs(shown(page) - recorded(crawl)[3]).max() < ROUNDING_MM
     assert page.evaluate(f"{PLAYER}.robots[0].frames") == 16
 

@@ -1,0 +1,224 @@
+// Steps with the stiffness of an earlier step: a third of the element work of a fresh one, and no factorisation.
+//
+// A step solves [(1 + a h) M + s K] u' = M u + h f with s = h (h + b). With K0 of an earlier state in the place of K, what
+// K0 lacks is predicted from the lacks d = (K - K0) u that this step and the last one began with,
+//   [(1 + a h) M + s K0] u' = M u + h f - s (2 d - d_last),
+// so f is exact and a robot at rest stays so. K u is the work of one more stress on the modes, no matrix. The step is taken
+// again with a fresh stiffness where the second prediction, 2 d - d_last, moves the part's points by more than a tolerance
+// from the first, d (`change_of_prediction`).
+#pragma once
+#include "leg_system.hpp"
+
+namespace pneumorph {
+namespace PNEUMORPH_INSTRUCTION_SET {
+
+// The sum of a vector's lanes, halves on halves.
+template <class Real>
+inline Real sum_all(typename Lanes<Real>::type value) {
+  alignas(64) Real lanes[Lanes<Real>::count];
+  store(lanes, value);
+  for (int width = Lanes<Real>::count / 2; width > 0; width /= 2)
+    for (int i = 0; i < width; ++i) lanes[i] += lanes[i + width];
+  return lanes[0];
+}
+
+// Work of one family's stress on every mode and turn, lanes over elements, and of the stress rate of a motion: modal
+// `rates` and a turning rate `turning` of the hub (used with `Turning`), both along the part's axes.
+template <int M, int D, bool Turning, class Real>
+void family_work(const ElementFamily<Real>& family, const Real* alpha, const Real* rates, const Real turning[3],
+                 bool edge_rotations, typename Lanes<Real>::type work[2][M], typename Lanes<Real>::type moment[2][3]) {
+  using L = Lanes<Real>;
+  using V = typename L::type;
+  constexpr int kRows = 3 * D, kStresses = ElementBlock<D, Real>::kStresses;
+  constexpr int kPieces = kLane / L::count;
+  for (int number = 0; number < family.block_count; ++number)
+    for (int piece = 0; piece < kPieces; ++piece) {
+      const int lane = piece * L::count, element = number * kLane + lane;
+      const Real* gradient = family.gradient_lanes + long(number) * kRows * M * kLane + lane;
+      V f[kRows], change[kRows] = {}, r[kRows];
+#pragma GCC unroll 9
+      for (int row = 0; row < kRows; ++row) f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
+      for (int a = 0; a < M; ++a) {
+        const Real coordinate = alpha[a], rate = rates[a];
+#pragma GCC unroll 9
+        for (int row = 0; row < kRows; ++row) {
+          const V g = load(gradient + (a * kRows + row) * kLane);
+          f[row] += coordinate * g;
+          change[row] += rate * g;
+        }
+      }
+      if constexpr (Turning)  // the gradient of a turn is W x F, column by column
+#pragma GCC unroll 3
+        for (int j = 0; j < D; ++j) {
+          change[j] += turning[1] * f[2 * D + j] - turning[2] * f[D + j];
+          change[D + j] += turning[2] * f[j] - turning[0] * f[2 * D + j];
+          change[2 * D + j] += turning[0] * f[D + j] - turning[1] * f[j];
+        }
+      if (edge_rotations)
+        edge_rotation<D, Real, V>(f, r);
+      else
+        polar_rotation<D, Real, V>(f, r);
+      const V lambda = load(family.lambda + element), mu = load(family.mu + element);
+      V stretch[D][D], rate[D][D], stress[2][kStresses];
+#pragma GCC unroll 3
+      for (int i = 0; i < D; ++i)
+#pragma GCC unroll 3
+        for (int j = 0; j < D; ++j) {
+          stretch[i][j] = r[i] * f[j] + r[D + i] * f[D + j] + r[2 * D + i] * f[2 * D + j];
+          rate[i][j] = r[i] * change[j] + r[D + i] * change[D + j] + r[2 * D + i] * change[2 * D + j];
+        }
+      symmetric_stress<D, Real, V>(stretch, lambda, mu, Real(1), stress[0]);
+      symmetric_stress<D, Real, V>(rate, lambda, mu, Real(0), stress[1]);
+      if constexpr (Turning)
+#pragma GCC unroll 3
+        for (int axis = 0; axis < 3; ++axis) {
+          const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
+          V turn[D][D];
+#pragma GCC unroll 3
+          for (int i = 0; i < D; ++i)
+#pragma GCC unroll 3
+            for (int j = 0; j < D; ++j) turn[i][j] = r[i2 * D + i] * f[i1 * D + j] - r[i1 * D + i] * f[i2 * D + j];
+          moment[0][axis] += stress_work<D, V>(stress[0], turn);
+          moment[1][axis] += stress_work<D, V>(stress[1], turn);
+        }
+      // First Piola-Kirchhoff stresses R s.
+      V piola[2][kRows];
+      constexpr int kEntry[3][3] = {{0, D, 4}, {D, 1, 5}, {4, 5, 2}};
+#pragma GCC unroll 2
+      for (int which = 0; which < 2; ++which)
+#pragma GCC unroll 3
+        for (int i = 0; i < 3; ++i)
+#pragma GCC unroll 3
+          for (int j = 0; j < D; ++j) {
+            piola[which][D * i + j] = r[D * i] * stress[which][kEntry[0][j]];
+#pragma GCC unroll 2
+            for (int k = 1; k < D; ++k) piola[which][D * i + j] += r[D * i + k] * stress[which][kEntry[k][j]];
+          }
+      for (int a = 0; a < M; ++a) {
+        V first = work[0][a], second = work[1][a];
+#pragma GCC unroll 9
+        for (int row = 0; row < kRows; ++row) {
+          const V g = load(gradient + (a * kRows + row) * kLane);
+          first += piola[0][row] * g;
+          second += piola[1][row] * g;
+        }
+        work[0][a] = first;
+        work[1][a] = second;
+      }
+    }
+}
+
+// Whether the laws of a part's elements allow its stiffness to be kept: K u of the quadratic laws is not written.
+template <class Real>
+inline bool can_keep(const Part<Real>& part) {
+  return part.tetrahedra.law == kCorotational && part.membranes.law == kCorotational;
+}
+
+// Renews force and moment of a system whose stiffness is kept, and what that stiffness lacks.
+template <int M, bool Turning, class Real>
+void renew_forces(const Part<Real>& part, const double* alpha, const double* rates, const double turning[3],
+                  bool edge_rotations, ElementSystem<M, Real>& system) {
+  using V = typename Lanes<Real>::type;
+  alignas(64) Real coordinates[M], speeds[M];
+  for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]), speeds[a] = Real(rates[a]);
+  const Real turn[3] = {Real(turning[0]), Real(turning[1]), Real(turning[2])};
+  V work[2][M] = {}, moment[2][3] = {};
+  family_work<M, 3, Turning, Real>(part.tetrahedra, coordinates, speeds, turn, edge_rotations, work, moment);
+  family_work<M, 2, Turning, Real>(part.membranes, coordinates, speeds, turn, edge_rotations, work, moment);
+  // K0 u from the blocks on and above the diagonal.
+  Real kept[M] = {};
+  for (int a = 0; a < M; ++a) {
+    Real sum = 0;
+    const int block = a / 8 * 8;
+    for (int b = block; b < M; ++b) sum += system.stiffness[a][b] * speeds[b];
+    for (int b = block + 8; b < M; ++b) kept[b] += system.stiffness[a][b] * speeds[a];
+    kept[a] += sum;
+  }
+  for (int a = 0; a < M; ++a) {
+    system.force[a] = -sum_all<Real>(work[0][a]);
+    Real lack = sum_all<Real>(work[1][a]) - kept[a];
+    if constexpr (Turning)
+      for (int axis = 0; axis < 3; ++axis) lack -= turn[axis] * system.turn_stiffness[axis][a];
+    system.last_lack[a] = system.lack[a];
+    system.lack[a] = lack;
+  }
+  if constexpr (Turning)
+    for (int axis = 0; axis < 3; ++axis) {
+      system.moment[axis] = -sum_all<Real>(moment[0][axis]);
+      Real lack = sum_all<Real>(moment[1][axis]);
+      for (int a = 0; a < M; ++a) lack -= speeds[a] * system.turn_stiffness[axis][a];
+      for (int other = 0; other < 3; ++other) lack -= turn[other] * system.turn_turn_stiffness[3 * axis + other];
+      system.last_turn_lack[axis] = system.turn_lack[axis];
+      system.turn_lack[axis] = lack;
+    }
+}
+
+// How far the two predictions of what a kept stiffness lacks part: root mean square over the part's mass of the velocity
+// that their difference gives [mm/s], of the modes with the hub at rest, and of a turn of the hub with this part alone on
+// it: a bound, since other parts only make the hub heavier. `leg` is that of the last step.
+template <int M, class Real>
+double change_of_prediction(const Part<Real>& part, const ElementSystem<M, Real>& elements, const Settings& settings,
+                            const LegSystem<M>& leg) {
+  constexpr int kVectors = M / 8;
+  alignas(64) double change[M], reduced[M];
+  for (int a = 0; a < M; ++a) change[a] = double(elements.lack[a]) - double(elements.last_lack[a]);
+  times_inverse<M>(change, leg.inverse_upper, reduced);
+  double square = 0;
+  for (int a = 0; a < M; ++a) {
+    DoubleLanes dot = {};
+    for (int v = a / 8; v < kVectors; ++v) dot += load(&leg.inverse_upper[a][8 * v]) * load(&reduced[8 * v]);
+    const double rate = sum_lanes(dot);
+    square += rate * rate;
+  }
+  if (settings.published_damping) {
+    double turn[3], x[3], y[3], z[3], cofactor[3];
+    for (int i = 0; i < 3; ++i) {
+      turn[i] = double(elements.turn_lack[i]) - double(elements.last_turn_lack[i]);
+      x[i] = leg.hub[21 + i], y[i] = leg.hub[27 + i], z[i] = leg.hub[33 + i];
+    }
+    cross(y, z, cofactor);
+    const double determinant = x[0] * cofactor[0] + x[1] * cofactor[1] + x[2] * cofactor[2];
+    double work = turn[0] * (turn[0] * cofactor[0] + turn[1] * cofactor[1] + turn[2] * cofactor[2]);
+    cross(z, x, cofactor);
+    work += turn[1] * (turn[0] * cofactor[0] + turn[1] * cofactor[1] + turn[2] * cofactor[2]);
+    cross(x, y, cofactor);
+    work += turn[2] * (turn[0] * cofactor[0] + turn[1] * cofactor[1] + turn[2] * cofactor[2]);
+    square += work / determinant;
+  }
+  return stiffness_scale(settings) * std::sqrt(square / part.mass);
+}
+
+// What a robot keeps of a mounted part from step to step.
+template <int M, class Real>
+struct MountMemory {
+  ElementSystem<M, Real> elements;
+  LegSystem<M> leg;
+  int fresh_steps;  // steps in a row that found the stiffness afresh
+  int wait;         // steps to go until keeping it is tried again
+};
+
+// Renews the forces beside the last step's stiffness, or tells that it must be found afresh. A part that moves too fast for
+// its stiffness to be kept does so for a while: after a try that fails at once, 1, 3 and then 7 steps go by without one.
+template <int M, class Real>
+bool keep_stiffness(const Part<Real>& part, const double* alpha, const double* rates, const double turning[3],
+                    const Settings& settings, MountMemory<M, Real>& memory) {
+  constexpr int kLongestWait = 7;
+  if (!(settings.tangent_tolerance > 0) || !can_keep(part)) return false;
+  if (memory.wait == 0) {
+    const auto renew = settings.published_damping ? renew_forces<M, true, Real> : renew_forces<M, false, Real>;
+    renew(part, alpha, rates, turning, settings.edge_rotations != 0, memory.elements);
+    const double change = change_of_prediction<M, Real>(part, memory.elements, settings, memory.leg);
+    if (change <= settings.tangent_tolerance) {  // not where it is not a number
+      memory.fresh_steps = 0;
+      return true;
+    }
+    memory.wait = memory.fresh_steps < kLongestWait ? memory.fresh_steps : kLongestWait;
+  } else {
+    --memory.wait;
+  }
+  ++memory.fresh_steps;
+  return false;
+}
+
+}  // namespace PNEUMORPH_INSTRUCTION_SET
+}  // namespace pneumorph
