@@ -6,6 +6,9 @@ robots, random designs under random gaits that no snapshot came from. A single l
 pressure. Full-order trajectories take minutes each: they are kept in RUN/full_order, those of the
 leg that ships come with the package, and an interrupted one goes on.
 
+With --grid, further reductions of the leg walk the four animations too: their errors against the
+time of a step are figure 12 of the paper.
+
 Presets: default (10 s), paper (16 s) and quick (1 s of two animations).
 
 Writes bend.csv and figures, and the reduced trajectories with --record.
@@ -26,6 +29,7 @@ import tyro
 
 from pneumorph.artefact import write_atomically
 from pneumorph.command.model_pair import ModelPair
+from pneumorph.command.reduction_grid import reduction_grid
 from pneumorph.command.robots import RobotOptions, Workshop
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
@@ -40,7 +44,7 @@ from pneumorph.presets import data_folder
 from pneumorph.report.bend_figure import bend_figure
 from pneumorph.report.node_error_figure import node_error_figure
 from pneumorph.report.style import save_figure
-from pneumorph.simulation.rollout import rollout
+from pneumorph.report.tolerance_figure import tolerance_figure
 
 flat = tyro.conf.arg(name="")
 
@@ -68,6 +72,8 @@ class CompareOptions:
     """Simulated pressures at which to bend both models anew."""
     timed_steps: int = 21
     """Steps of the full robot that are timed; 0 leaves the time ratio out."""
+    grid: tuple[Path, ...] = ()
+    """Reductions of the same leg with other tolerances, as `pneumorph reduce` writes them."""
     full_order: Path | None = None
     """Folder of kept full-order trajectories; by default RUN/full_order and what ships."""
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
@@ -92,6 +98,9 @@ def compare(options: CompareOptions, folder: RunFolder) -> dict[str, Any]:
             step_s = options.record_every * options.robot.simulation.time_step_s
             figure = node_error_figure(curves, step_s)
             save_figure(figure, folder / f"{kind}_node_error.png")
+    if options.grid:
+        summary["tolerance_grid"] = table = _grid(runs["animations"], options, folder)
+        save_figure(tolerance_figure(table), folder / "tolerances.png")
     bend = _bent(workshop, options, folder)
     figure = bend_figure(
         bend.pressure_kPa.tolist(), bend.full_deg.tolist(), bend.reduced_deg.tolist()
@@ -118,9 +127,7 @@ def _errors(
     chosen: Sequence[Animation], kind: str, options: CompareOptions, folder: RunFolder
 ) -> tuple[dict[str, RobotError], dict[str, np.ndarray]]:
     """Errors of animations by name, and the mean node error of each frame [mm]."""
-    store = FullOrderStore(
-        (options.full_order or folder.path / "full_order", data_folder("full_order"))
-    )
+    store = _store(options, folder)
     errors, curves = {}, {}
     for animation in chosen:
         name = f"{kind}_{animation.name}" if kind == "floating" else animation.name
@@ -138,6 +145,24 @@ def _errors(
             f"{error.forward_reduced_cm:.2f} cm reduced, {error.forward_full_cm:.2f} cm full"
         )
     return errors, curves
+
+
+def _store(options: CompareOptions, folder: RunFolder) -> FullOrderStore:
+    own = options.full_order or folder.path / "full_order"
+    return FullOrderStore((own, data_folder("full_order")))
+
+
+def _grid(
+    chosen: Sequence[Animation], options: CompareOptions, folder: RunFolder
+) -> list[dict[str, Any]]:
+    folder.progress.stage("walking further reductions")
+    store = _store(options, folder)
+    walks = []
+    for animation in chosen:
+        pair = ModelPair(animation, options.robot)
+        full = pair.full(store, animation.name, options.record_every, folder.progress)
+        walks.append((animation, full))
+    return reduction_grid(options.grid, walks, options.robot, options.record_every, folder)
 
 
 def _means(kind: str, errors: dict[str, RobotError]) -> dict[str, Any]:
@@ -196,16 +221,11 @@ def _time_ratio(options: CompareOptions, folder: RunFolder) -> dict[str, float]:
         pair.commands_kPa,
         lambda done, total: folder.progress(done, total, "steps of the full robot"),
     )
-    robot = pair.workshop.reduced(baseline.design)
-    seconds = []
-    for _ in range(3):
-        start = time.perf_counter()
-        rollout(robot, pair.commands_kPa, record_every=len(pair.commands_kPa), record_nodes=False)
-        seconds.append((time.perf_counter() - start) / len(pair.commands_kPa))
+    reduced = pair.seconds_per_reduced_step()
     return {
-        "time_ratio": full["seconds_per_step"] / float(np.median(seconds)),
+        "time_ratio": full["seconds_per_step"] / reduced,
         "full_s_per_step": full["seconds_per_step"],
-        "reduced_s_per_step": float(np.median(seconds)),
+        "reduced_s_per_step": reduced,
     }
 
 

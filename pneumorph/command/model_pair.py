@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -84,6 +85,16 @@ class ModelPair:
             description={"design": str(self.animation.design)},
         )
         return trajectory if like is None else at_nodes(trajectory, like.metadata["nodes"])
+
+    def seconds_per_reduced_step(self) -> float:
+        """Time of a step of the reduced robot, on one thread [s]: the median of three walks."""
+        robot = self.workshop.reduced(self.animation.design)
+        count, seconds = len(self.commands_kPa), []
+        for _ in range(3):
+            start = time.perf_counter()
+            rollout(robot, self.commands_kPa, record_every=count, record_nodes=False)
+            seconds.append((time.perf_counter() - start) / count)
+        return float(np.median(seconds))
 
     def _described(self, record_every: int) -> dict[str, Any]:
         # All that decides the full robot's way, but for the commands.

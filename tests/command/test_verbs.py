@@ -11,6 +11,7 @@ import pytest
 from synthetic_part import synthetic_reduced_part
 
 from pneumorph.cli import run
+from pneumorph.presets import data_folder
 from pneumorph.trajectory import Trajectory
 
 # One period of the expert's gait and a training of a few dozen actions: every stage, no result.
@@ -166,6 +167,21 @@ def test_compare_refuses_a_reduction_of_another_mesh(
 ) -> None:
     assert run(f"compare --part {leg} --out {tmp_path / 'c'}".split()) == 1
     assert "this reduction was made from the mesh" in capsys.readouterr().err
+
+
+def test_compare_walks_a_grid_of_reductions(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A grid of the leg that ships alone errs as that leg does; its full walks ship too."""
+    shipped = data_folder("leg_paper.npz")
+    command = f"compare --animations two_leg --heldout-count 0 --floating-duration-s 0 \
+        --timed-steps 0 --grid {shipped} --out {tmp_path}"
+    summary = _json(command, capsys)
+    (point,) = summary["tolerance_grid"]
+    assert point["mean_node_error_mm"] == summary["animations_mean_node_error_mm"]
+    assert point["mode_count"] == summary["leg"]["mode_count"]
+    assert 0.0 < point["s_per_step"] < 0.1
+    assert (tmp_path / "tolerances.png").is_file()
 
 
 def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
