@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -85,6 +85,8 @@ class CandidateModels:
 
     leg: PartModel
     settings: CandidateSettings
+    hub: Literal["soft", "rigid"] = "soft"
+    """What carries the legs of full robots."""
 
     @property
     def simulation(self) -> SimulationSettings:
@@ -97,15 +99,15 @@ class CandidateModels:
             "material": asdict(self.leg.material),
             "membranes": [asdict(membrane) for membrane in self.leg.membranes],
             "mass_kg": self.leg.mass_kg,
+            "hub": self.hub,
             "simulation": asdict(self.simulation),
             "compression": self.settings.compression,
         }
 
     def full_robot(self, candidate: Candidate) -> FullRobot:
-        """The full robot on a rigid hub, as the reduced one has."""
-        return paper_full_robot(
-            Design.parse(candidate.design), self.simulation, hub="rigid", leg=self.leg
-        )
+        """The full robot."""
+        design = Design.parse(candidate.design)
+        return paper_full_robot(design, self.simulation, hub=self.hub, leg=self.leg)
 
     def commands(self, candidate: Candidate) -> np.ndarray:
         """Real pressures of every step [kPa], (step, regulator)."""

@@ -171,7 +171,7 @@ def _greedy(
 ) -> GreedyResult[ReductionReport]:
     """Add snapshots of random robots until the held-out ones are met."""
     training, heldout = draw_candidates(options.candidates)
-    models = CandidateModels(leg, options.candidates)
+    models = CandidateModels(leg, options.candidates, options.hub)
     problem = GreedyProblem(
         models, candidate_indicator, candidate_snapshots, training, heldout, models.identity()
     )
