@@ -1,4 +1,4 @@
-// Steps with the stiffness of an earlier step: a third of the element work of a fresh one, and no factorisation.
+// Steps with the stiffness of an earlier step: a third of the element work of a fresh one, and no factor of the modes.
 //
 // A step solves [(1 + a h) M + s K] u' = M u + h f with s = h (h + b). With K0 of an earlier state in the place of K, what
 // K0 lacks is predicted from the lacks d = (K - K0) u that this step and the last one began with,
@@ -171,18 +171,15 @@ double change_of_prediction(const Part<Real>& part, const ElementSystem<M, Real>
     square += rate * rate;
   }
   if (settings.published_damping) {
-    double turn[3], x[3], y[3], z[3], cofactor[3];
+    // turn^T B^-1 turn with the hub's turning block B, by its cofactors.
+    double turn[3], cofactor[3], work = 0, determinant = 0;
+    for (int i = 0; i < 3; ++i) turn[i] = double(elements.turn_lack[i]) - double(elements.last_turn_lack[i]);
+    const double* rows[3] = {&leg.hub[21], &leg.hub[27], &leg.hub[33]};
     for (int i = 0; i < 3; ++i) {
-      turn[i] = double(elements.turn_lack[i]) - double(elements.last_turn_lack[i]);
-      x[i] = leg.hub[21 + i], y[i] = leg.hub[27 + i], z[i] = leg.hub[33 + i];
+      cross(rows[(i + 1) % 3], rows[(i + 2) % 3], cofactor);
+      work += turn[i] * (turn[0] * cofactor[0] + turn[1] * cofactor[1] + turn[2] * cofactor[2]);
+      if (i == 0) determinant = rows[0][0] * cofactor[0] + rows[0][1] * cofactor[1] + rows[0][2] * cofactor[2];
     }
-    cross(y, z, cofactor);
-    const double determinant = x[0] * cofactor[0] + x[1] * cofactor[1] + x[2] * cofactor[2];
-    double work = turn[0] * (turn[0] * cofactor[0] + turn[1] * cofactor[1] + turn[2] * cofactor[2]);
-    cross(z, x, cofactor);
-    work += turn[1] * (turn[0] * cofactor[0] + turn[1] * cofactor[1] + turn[2] * cofactor[2]);
-    cross(x, y, cofactor);
-    work += turn[2] * (turn[0] * cofactor[0] + turn[1] * cofactor[1] + turn[2] * cofactor[2]);
     square += work / determinant;
   }
   return stiffness_scale(settings) * std::sqrt(square / part.mass);
