@@ -37,7 +37,7 @@ def test_greedy_search_adds_a_random_robot(
     mesh_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     search = (
-        "--greedy.round-limit 1 --greedy.additions-per-round 1 --greedy.tolerance 1e-6 "
+        "--hub rigid --greedy.round-limit 1 --greedy.additions-per-round 1 --greedy.tolerance 1e-6 "
         "--candidates.training-count 2 --candidates.heldout-count 1 --candidates.duration-s 1 "
         "--candidates.state-count 2 --materials.silicone.young-modulus-kPa 20000"
     )
