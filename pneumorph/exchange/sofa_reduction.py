@@ -7,7 +7,9 @@ All are written as ``rows columns`` on the first line and the rows below:
 - ``..._weight.txt``: a weight for every element of the mesh, zero where it is not sampled.
 
 The plugin's modes are fixed in the world and may hold rigid motions; ours are in the frame of the
-hub and vanish where the part is attached (docs/physics.md), so reading takes rigid motions out.
+hub and, there, move the attachment only as far as the mount gives way (docs/physics.md), so reading
+takes rigid motions out. The files have no place for the mount's stiffness: modes are written in the
+basis that makes it diagonal, and the scene has a spring for each (`mounted_modes`).
 """
 
 from __future__ import annotations
@@ -72,6 +74,19 @@ def read_table(path: Path) -> np.ndarray:
         ) from error
 
 
+def mounted_modes(part: ReducedPart) -> tuple[np.ndarray, np.ndarray]:
+    """Modes of a part turned among themselves until its mount's stiffness is diagonal.
+
+    Returns:
+        Modes, still orthonormal in mass, (node, 3, mode), and the stiffness of each [s^-2],
+        (mode,); a part with a rigid mount has its own modes and zeros.
+    """
+    if not part.linear_stiffness.any():
+        return part.modes, np.zeros(part.mode_count)
+    stiffness, turn = np.linalg.eigh(part.linear_stiffness)
+    return part.modes @ turn, np.maximum(stiffness, 0.0)
+
+
 def write_sofa_reduction(folder: Path, part: ReducedPart, element_counts: dict[str, int]) -> None:
     """Write the files of a part into a folder.
 
@@ -88,7 +103,7 @@ def write_sofa_reduction(folder: Path, part: ReducedPart, element_counts: dict[s
             f"the part's law is {part.tetrahedron_material.law!r}, expected 'corotational': SOFA's "
             "force fields of the scene know no other"
         )
-    write_table(folder / MODES_FILE, part.modes.reshape(-1, part.mode_count))
+    write_table(folder / MODES_FILE, mounted_modes(part)[0].reshape(-1, part.mode_count))
     sampled = {
         "tetrahedra": (part.tetrahedron_index, part.tetrahedron_weight),
         "membrane": (part.membrane_index, part.membrane_weight),

@@ -1,7 +1,7 @@
 """A SOFA scene of a reduced leg, for the plugins SoftRobots and ModelOrderReduction.
 
-The leg is held at its attachment, where its modes vanish, and inflated by a pressure that follows a
-staircase. Units are the house's: mm, kg, s, mN, kPa.
+The leg is held at its attachment, by springs on its modes where its mount gives way, and inflated
+by a pressure that follows a staircase. Units are the house's: mm, kg, s, mN, kPa.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.artefact import write_atomically
-from pneumorph.exchange.sofa_reduction import write_sofa_reduction
+from pneumorph.exchange.sofa_reduction import mounted_modes, write_sofa_reduction
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.simulation.simulation_settings import SimulationSettings
@@ -31,6 +31,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 DATA = os.path.join(HERE, "data")
 MODES = os.path.join(DATA, "modes.txt")
 MODE_COUNT = {mode_count}
+MOUNT_STIFFNESS = {mount_stiffness}  # of each mode
 PLUGINS = [
     "SoftRobots",
     "ModelOrderReduction",
@@ -43,6 +44,7 @@ PLUGINS = [
     "Sofa.Component.Mass",
     "Sofa.Component.ODESolver.Backward",
     "Sofa.Component.SolidMechanics.FEM.Elastic",
+    "Sofa.Component.SolidMechanics.Spring",
     "Sofa.Component.StateContainer",
     "Sofa.Component.Topology.Container.Constant",
     "Sofa.Component.Topology.Container.Dynamic",
@@ -96,6 +98,14 @@ def createScene(root):
     reduced.addObject(
         "MechanicalObject", template="Vec1d", name="modes", position=[0.0] * MODE_COUNT
     )
+    if any(MOUNT_STIFFNESS):
+        reduced.addObject(
+            "RestShapeSpringsForceField",
+            template="Vec1d",
+            name="mount",
+            points=list(range(MODE_COUNT)),
+            stiffness=MOUNT_STIFFNESS,
+        )
     leg = reduced.addChild("leg")
     leg.addObject("MeshVTKLoader", name="loader", filename=os.path.join(HERE, "leg.vtk"))
     leg.addObject("TetrahedronSetTopologyContainer", src="@loader", name="tetrahedra")
@@ -169,6 +179,7 @@ def export_sofa_scene(
     _write_stl(folder / "cavity.stl", mesh.nodes[mesh.surface("cavity")])
     text = _SCENE.format(
         mode_count=part.mode_count,
+        mount_stiffness=[float(f"{value:.9g}") for value in mounted_modes(part)[1]],
         time_step=settings.time_step_s,
         gravity=settings.gravity_mm_per_s2,
         stiffness_damping=settings.stiffness_damping_s,

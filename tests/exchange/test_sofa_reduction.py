@@ -21,7 +21,7 @@ from pneumorph.exchange.sofa_reduction import (
 from pneumorph.exchange.sofa_scene import export_sofa_scene
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
-from pneumorph.presets import paper_leg_model
+from pneumorph.presets import load_default_leg, paper_leg_model
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.static_equilibrium import static_equilibrium
 
@@ -33,7 +33,7 @@ def model() -> PartModel:
 
 @pytest.fixture(scope="module")
 def leg(model: PartModel) -> ReducedPart:
-    """The plugin's files know no soft mount."""
+    """A leg whose mount is rigid, as the plugin's files have it."""
     return held_leg(model)
 
 
@@ -166,6 +166,28 @@ def test_the_scene_is_python_and_names_files_that_exist(
     np.testing.assert_array_equal(paper.cells_dict["triangle"], model.mesh.surface("paper"))
     read = reduced_part_of(read_sofa_reduction(tmp_path), model)
     assert read.mode_count == part.mode_count
+
+
+def test_springs_on_the_written_modes_hold_the_leg_as_its_mount_does(
+    model: PartModel, tmp_path: Path
+) -> None:
+    """A displacement has the same energy in the springs as in the mount's stiffness."""
+    part = load_default_leg()
+    tree = ast.parse(export_sofa_scene(tmp_path, part, model).read_text())
+    (stiffness,) = (
+        ast.literal_eval(node.value)
+        for node in tree.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "MOUNT_STIFFNESS"
+    )
+    written = read_sofa_reduction(tmp_path).modes.reshape(-1, part.mode_count)
+    alpha = np.random.default_rng(0).normal(size=part.mode_count)
+    displacement = part.modes.reshape(written.shape) @ alpha
+    turned, *_ = np.linalg.lstsq(written, displacement, rcond=None)
+    # Modes are of single precision, seven digits.
+    assert 0.5 * turned @ (stiffness * turned) == pytest.approx(
+        0.5 * alpha @ part.linear_stiffness @ alpha, rel=1e-5
+    )
+    assert np.max(stiffness) > 0.0
 
 
 def test_a_part_of_another_mesh_has_no_scene(
