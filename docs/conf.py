@@ -1,4 +1,4 @@
-"""How Sphinx makes the documentation site; `make docs` runs it with warnings as errors."""
+"""How Sphinx makes the documentation site; `make site` runs it."""
 
 from __future__ import annotations
 

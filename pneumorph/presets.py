@@ -194,7 +194,7 @@ def paper_full_robot(
     Args:
         design: The design; its regulators must exist in the settings.
         settings: Physics of the reduced robot; numerics are the full model's own.
-        hub: The disk as finite elements, or rigid as in the reduced robot.
+        hub: The disk as finite elements, or a rigid one.
         leg: Finite elements of a leg; None for the one that ships.
         floor: What the robot stands on; None for a plane or `numerics`' height map.
         disk_materials: What the disk is made of; None for the paper's.

@@ -4,7 +4,7 @@ The design is that of the paper, 1.0.0.2.2.0.0.1: two fore legs on regulator 1, 
 regulator 2. Both follow a sine wave, the hind legs later by the phase. All phases are simulated
 side by side.
 
-Writes phase_sweep.npz, the gait of the best phase as best_gait.csv, and its trajectory.npz.
+Writes phase_sweep.npz and baseline_trajectory.npz, the walk of the best phase.
 
 Example: pneumorph baseline --phase-step-deg 20 --out runs/baseline
 """

@@ -5,8 +5,8 @@ robots. They are kept in RUN/snapshots: the same command with the same --out goe
 stopped, and other tolerances reuse them. Modes live in the frame of the hub (POD), elements are
 sampled by ECSW.
 
-Presets: paper and hyperelastic (what made the legs that ship), quick (equilibria alone), published:
-the paper's protocol and tolerances, all 255 robots through every corner of their pressures. That is
+Presets: paper (what made the leg that ships), hyperelastic (the silicone's own stiffness), quick
+(equilibria alone), published: the paper's protocol and tolerances, all 255 robots through every corner of their pressures. That is
 days of one processor; each robot is a task, and --snapshots.executor shares them out over processes
 or, with Ray, machines. greedy: equilibria, and then random robots, simulated in full one after
 another where the reduction's own error indicator is worst, until held-out ones are met.

@@ -50,7 +50,7 @@ class FullOptions:
     """Robots of finite elements."""
 
     hub: Literal["soft", "rigid"] = "soft"
-    """Disk as finite elements, or rigid as in the reduced robots."""
+    """Disk as finite elements, or a rigid one."""
     integrator: Integrator = "linearly_implicit"
     """One linear solve a step as published, or implicit Euler converged by Newton's method."""
     friction_solver: FrictionSolver = "newton"
