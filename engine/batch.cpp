@@ -145,7 +145,8 @@ void Batch::clear_counters() {
   stages_ = StageSeconds{};
   for (RobotState& state : states_) {
     state.step_count = state.contact_total = state.sweep_total = state.newton_total = state.unconverged_total = 0;
-    state.tangent_total = 0;
+    state.tangent_total = state.tangent_error_total = 0;
+    state.worst_tangent_error = 0;
     state.worst_penetration = state.worst_residual = 0;
   }
 }

@@ -182,8 +182,9 @@ class PythonBatch {
     }
     const char* const scalars[] = {"status", "active_contacts", "sweeps", "contact_residual", "step_count",
                                    "contact_total", "sweep_total", "worst_penetration", "unconverged_total",
-                                   "worst_residual", "newton_steps", "newton_total", "tangent_total"};
-    for (int which = 0; which < 13; ++which)
+                                   "worst_residual", "newton_steps", "newton_total", "tangent_total",
+                                   "tangent_error_total", "worst_tangent_error"};
+    for (int which = 0; which < 15; ++which)
       if (name == scalars[which]) {
         gather(1, [which](State& s, size_t) -> double {
           switch (which) {
@@ -199,7 +200,9 @@ class PythonBatch {
             case 9: return s.worst_residual;
             case 10: return s.newton_steps;
             case 11: return double(s.newton_total);
-            default: return double(s.tangent_total);
+            case 12: return double(s.tangent_total);
+            case 13: return double(s.tangent_error_total);
+            default: return s.worst_tangent_error;
           }
         });
         return to_numpy(values, {robots});

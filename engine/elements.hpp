@@ -28,8 +28,8 @@ struct ElementSystem {
   Real turn_turn_stiffness[9];
   Real moment[3];                          // of the internal forces about the part's origin
   // Where the stiffness is that of an earlier step (kept_tangent.hpp): what it lacks, times the velocity of this step's
-  // start and of the last one's; on modes and on turns.
-  Real lack[M], turn_lack[3], last_lack[M], last_turn_lack[3];
+  // start, of the last one's and of the one's before; on modes and on turns.
+  Real lack[M], turn_lack[3], last_lack[M], last_turn_lack[3], earlier_lack[M];
 };
 
 // Gram-Schmidt frame of the first two columns: the first edge, and the first face's plane.
@@ -90,6 +90,25 @@ inline void polar_rotation(const V f[3 * D], V r[3 * D]) {
   }
 }
 
+// R^T F: a gradient in the rotated frame.
+template <int D, class V>
+inline void in_rotated_frame(const V r[3 * D], const V f[3 * D], V t[D][D]) {
+#pragma GCC unroll 3
+  for (int i = 0; i < D; ++i)
+#pragma GCC unroll 3
+    for (int j = 0; j < D; ++j) t[i][j] = r[i] * f[j] + r[D + i] * f[D + j] + r[2 * D + i] * f[2 * D + j];
+}
+
+// The same of the gradient [e_axis]x F of a turn, which has rows axis+1 and axis+2 equal to -F_(axis+2) and F_(axis+1).
+template <int D, class V>
+inline void turn_in_rotated_frame(const V r[3 * D], const V f[3 * D], int axis, V turn[D][D]) {
+  const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
+#pragma GCC unroll 3
+  for (int j = 0; j < D; ++j)
+#pragma GCC unroll 3
+    for (int i = 0; i < D; ++i) turn[i][j] = r[i2 * D + i] * f[i1 * D + j] - r[i1 * D + i] * f[i2 * D + j];
+}
+
 // What the stage with lanes over elements hands to the stage with lanes over modes.
 template <int D, class Real>
 struct ElementBlock {
@@ -145,26 +164,17 @@ inline void deform_block(const ElementFamily<Real>& family, int number, const Re
     const V scale = load(family.row_scale + element), inverse = load(family.inverse_scale + element);
     const V lambda = load(family.lambda + element) * inverse, mu = load(family.mu + element) * inverse;
     V t[D][D];
-#pragma GCC unroll 3
-    for (int i = 0; i < D; ++i)
-#pragma GCC unroll 3
-      for (int j = 0; j < D; ++j) t[i][j] = r[i] * f[j] + r[D + i] * f[D + j] + r[2 * D + i] * f[2 * D + j];
+    in_rotated_frame<D>(r, f, t);
     symmetric_stress<D, Real, V>(t, lambda, mu, Real(1), s);
 #pragma GCC unroll 9
     for (int row = 0; row < kRows; ++row) store(&block.rotation[row][lane], scale * r[row]);
 #pragma GCC unroll 6
     for (int i = 0; i < kStresses; ++i) store(&block.stress[0][i][lane], s[i]);
     if (!turning) continue;
-    // The gradient of a turn about an axis has rows l+1 and l+2 equal to -F_(l+2) and F_(l+1).
     V turn[3][D][D];
 #pragma GCC unroll 3
     for (int axis = 0; axis < 3; ++axis) {
-      const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
-#pragma GCC unroll 3
-      for (int j = 0; j < D; ++j)
-#pragma GCC unroll 3
-        for (int i = 0; i < D; ++i)
-          turn[axis][i][j] = r[i2 * D + i] * f[i1 * D + j] - r[i1 * D + i] * f[i2 * D + j];
+      turn_in_rotated_frame<D>(r, f, axis, turn[axis]);
       moment[axis] -= scale * stress_work<D, V>(s, turn[axis]);
     }
     int entry = 0;

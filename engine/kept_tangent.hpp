@@ -1,11 +1,15 @@
 // Steps with the stiffness of an earlier step: a third of the element work of a fresh one, and no factor of the modes.
 //
 // A step solves [(1 + a h) M + s K] u' = M u + h f with s = h (h + b). With K0 of an earlier state in the place of K, what
-// K0 lacks is predicted from the lacks d = (K - K0) u that this step and the last one began with,
+// K0 lacks, d = (K - K0) u, is predicted for the end of the step from the lacks that this step and the last one began with,
 //   [(1 + a h) M + s K0] u' = M u + h f - s (2 d - d_last),
-// so f is exact and a robot at rest stays so. K u is the work of one more stress on the modes, no matrix. The step is taken
-// again with a fresh stiffness where the second prediction, 2 d - d_last, moves the part's points by more than a tolerance
-// from the first, d (`change_of_prediction`).
+// so f is exact and a robot at rest stays so. K u is the work of one more stress on the modes, no matrix. With D the modes'
+// block of the left side, the stiffness is found afresh where
+//   - the prediction moves the part by more than a tolerance from the plain one: |s D^-1 (d - d_last)|, root mean square
+//     over the part's mass, the size of what the prediction may be wrong by;
+//   - the stiffness has changed by more than three tenths along the motion: |s D^-1 d| > 0.3 |u|. In the direction of a
+//     change k the velocities follow z^2 + (2 k - p) z - k = 0, 0 <= p <= 1, which grow from k = (1 + p) / 3 on.
+// What the last prediction was wrong by is known one step later, d - (2 d_last - d_before), and reported.
 #pragma once
 #include "leg_system.hpp"
 
@@ -60,24 +64,15 @@ void family_work(const ElementFamily<Real>& family, const Real* alpha, const Rea
         polar_rotation<D, Real, V>(f, r);
       const V lambda = load(family.lambda + element), mu = load(family.mu + element);
       V stretch[D][D], rate[D][D], stress[2][kStresses];
-#pragma GCC unroll 3
-      for (int i = 0; i < D; ++i)
-#pragma GCC unroll 3
-        for (int j = 0; j < D; ++j) {
-          stretch[i][j] = r[i] * f[j] + r[D + i] * f[D + j] + r[2 * D + i] * f[2 * D + j];
-          rate[i][j] = r[i] * change[j] + r[D + i] * change[D + j] + r[2 * D + i] * change[2 * D + j];
-        }
+      in_rotated_frame<D>(r, f, stretch);
+      in_rotated_frame<D>(r, change, rate);
       symmetric_stress<D, Real, V>(stretch, lambda, mu, Real(1), stress[0]);
       symmetric_stress<D, Real, V>(rate, lambda, mu, Real(0), stress[1]);
       if constexpr (Turning)
 #pragma GCC unroll 3
         for (int axis = 0; axis < 3; ++axis) {
-          const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
           V turn[D][D];
-#pragma GCC unroll 3
-          for (int i = 0; i < D; ++i)
-#pragma GCC unroll 3
-            for (int j = 0; j < D; ++j) turn[i][j] = r[i2 * D + i] * f[i1 * D + j] - r[i1 * D + i] * f[i2 * D + j];
+          turn_in_rotated_frame<D>(r, f, axis, turn);
           moment[0][axis] += stress_work<D, V>(stress[0], turn);
           moment[1][axis] += stress_work<D, V>(stress[1], turn);
         }
@@ -108,7 +103,7 @@ void family_work(const ElementFamily<Real>& family, const Real* alpha, const Rea
     }
 }
 
-// Whether the laws of a part's elements allow its stiffness to be kept: K u of the quadratic laws is not written.
+// Whether the laws of a part's elements allow its stiffness to be kept: K u of the other laws is not written.
 template <class Real>
 inline bool can_keep(const Part<Real>& part) {
   return part.tetrahedra.law == kCorotational && part.membranes.law == kCorotational;
@@ -139,6 +134,7 @@ void renew_forces(const Part<Real>& part, const double* alpha, const double* rat
     Real lack = sum_all<Real>(work[1][a]) - kept[a];
     if constexpr (Turning)
       for (int axis = 0; axis < 3; ++axis) lack -= turn[axis] * system.turn_stiffness[axis][a];
+    system.earlier_lack[a] = system.last_lack[a];
     system.last_lack[a] = system.lack[a];
     system.lack[a] = lack;
   }
@@ -153,36 +149,34 @@ void renew_forces(const Part<Real>& part, const double* alpha, const double* rat
     }
 }
 
-// How far the two predictions of what a kept stiffness lacks part: root mean square over the part's mass of the velocity
-// that their difference gives [mm/s], of the modes with the hub at rest, and of a turn of the hub with this part alone on
-// it: a bound, since other parts only make the hub heavier. `leg` is that of the last step.
-template <int M, class Real>
-double change_of_prediction(const Part<Real>& part, const ElementSystem<M, Real>& elements, const Settings& settings,
-                            const LegSystem<M>& leg) {
-  constexpr int kVectors = M / 8;
-  alignas(64) double change[M], reduced[M];
-  for (int a = 0; a < M; ++a) change[a] = double(elements.lack[a]) - double(elements.last_lack[a]);
-  times_inverse<M>(change, leg.inverse_upper, reduced);
+// Velocity that a change `lack` of the modes' right side (over s) gives: root mean square over the part's mass, with the hub
+// at rest [mm/s].
+template <int M>
+double velocity_of(const double lack[M], double mass, double scale, const LegSystem<M>& leg) {
+  alignas(64) double reduced[M];
+  times_inverse<M>(lack, leg.inverse_upper, reduced);
   double square = 0;
   for (int a = 0; a < M; ++a) {
     DoubleLanes dot = {};
-    for (int v = a / 8; v < kVectors; ++v) dot += load(&leg.inverse_upper[a][8 * v]) * load(&reduced[8 * v]);
+    for (int v = a / 8 * 8; v < M; v += 8) dot += load(&leg.inverse_upper[a][v]) * load(&reduced[v]);
     const double rate = sum_lanes(dot);
     square += rate * rate;
   }
-  if (settings.published_damping) {
-    // turn^T B^-1 turn with the hub's turning block B, by its cofactors.
-    double turn[3], cofactor[3], work = 0, determinant = 0;
-    for (int i = 0; i < 3; ++i) turn[i] = double(elements.turn_lack[i]) - double(elements.last_turn_lack[i]);
-    const double* rows[3] = {&leg.hub[21], &leg.hub[27], &leg.hub[33]};
-    for (int i = 0; i < 3; ++i) {
-      cross(rows[(i + 1) % 3], rows[(i + 2) % 3], cofactor);
-      work += turn[i] * (turn[0] * cofactor[0] + turn[1] * cofactor[1] + turn[2] * cofactor[2]);
-      if (i == 0) determinant = rows[0][0] * cofactor[0] + rows[0][1] * cofactor[1] + rows[0][2] * cofactor[2];
-    }
-    square += work / determinant;
+  return scale * std::sqrt(square / mass);
+}
+
+// The same for a moment on the hub, with this part alone on it and its origin at rest.
+template <int M>
+double velocity_of_turn(const double moment[3], double mass, double scale, const LegSystem<M>& leg) {
+  // moment^T B^-1 moment with the hub's turning block B, by its cofactors.
+  double cofactor[3], work = 0, determinant = 0;
+  const double* rows[3] = {&leg.hub[21], &leg.hub[27], &leg.hub[33]};
+  for (int i = 0; i < 3; ++i) {
+    cross(rows[(i + 1) % 3], rows[(i + 2) % 3], cofactor);
+    work += moment[i] * (moment[0] * cofactor[0] + moment[1] * cofactor[1] + moment[2] * cofactor[2]);
+    if (i == 0) determinant = rows[0][0] * cofactor[0] + rows[0][1] * cofactor[1] + rows[0][2] * cofactor[2];
   }
-  return stiffness_scale(settings) * std::sqrt(square / part.mass);
+  return scale * std::sqrt(work / determinant / mass);
 }
 
 // What a robot keeps of a mounted part from step to step.
@@ -194,25 +188,51 @@ struct MountMemory {
   int wait;         // steps to go until keeping it is tried again
 };
 
+constexpr double kLargestShare = 0.3;  // of a motion that what the stiffness lacks along it may be worth
+constexpr int kLongestWait = 7;
+
 // Renews the forces beside the last step's stiffness, or tells that it must be found afresh. A part that moves too fast for
 // its stiffness to be kept does so for a while: after a try that fails at once, 1, 3 and then 7 steps go by without one.
 template <int M, class Real>
 bool keep_stiffness(const Part<Real>& part, const double* alpha, const double* rates, const double turning[3],
-                    const Settings& settings, MountMemory<M, Real>& memory) {
-  constexpr int kLongestWait = 7;
+                    const Settings& settings, MountMemory<M, Real>& memory, RobotState& state) {
   if (!(settings.tangent_tolerance > 0) || !can_keep(part)) return false;
-  if (memory.wait == 0) {
-    const auto renew = settings.published_damping ? renew_forces<M, true, Real> : renew_forces<M, false, Real>;
-    renew(part, alpha, rates, turning, settings.edge_rotations != 0, memory.elements);
-    const double change = change_of_prediction<M, Real>(part, memory.elements, settings, memory.leg);
-    if (change <= settings.tangent_tolerance) {  // not where it is not a number
-      memory.fresh_steps = 0;
-      return true;
-    }
-    memory.wait = memory.fresh_steps < kLongestWait ? memory.fresh_steps : kLongestWait;
-  } else {
+  if (memory.wait > 0) {
     --memory.wait;
+    ++memory.fresh_steps;
+    return false;
   }
+  ElementSystem<M, Real>& elements = memory.elements;
+  const auto renew = settings.published_damping ? renew_forces<M, true, Real> : renew_forces<M, false, Real>;
+  renew(part, alpha, rates, turning, settings.edge_rotations != 0, elements);
+  // The factor and the hub's block of the last step serve as measures.
+  const double scale = stiffness_scale(settings);
+  alignas(64) double lack[M], change[M], error[M];
+  double speed = 0;
+  for (int a = 0; a < M; ++a) {
+    lack[a] = double(elements.lack[a]);
+    change[a] = lack[a] - double(elements.last_lack[a]);
+    error[a] = change[a] - (double(elements.last_lack[a]) - double(elements.earlier_lack[a]));
+    speed += rates[a] * rates[a];
+  }
+  double changed = velocity_of<M>(change, part.mass, scale, memory.leg);
+  if (settings.published_damping) {
+    double turn_change[3];
+    for (int i = 0; i < 3; ++i) turn_change[i] = double(elements.turn_lack[i]) - double(elements.last_turn_lack[i]);
+    changed = std::fmax(changed, velocity_of_turn<M>(turn_change, part.mass, scale, memory.leg));
+  }
+  if (memory.fresh_steps == 0) {  // the last step had a prediction
+    const double wrong = velocity_of<M>(error, part.mass, scale, memory.leg);
+    state.worst_tangent_error = std::fmax(state.worst_tangent_error, wrong);
+    state.tangent_error_total += wrong > settings.tangent_tolerance;
+  }
+  const double share = velocity_of<M>(lack, part.mass, scale, memory.leg);
+  // Not where a number is not one.
+  if (changed <= settings.tangent_tolerance && share <= kLargestShare * std::sqrt(speed / part.mass)) {
+    memory.fresh_steps = 0;
+    return true;
+  }
+  memory.wait = memory.fresh_steps < kLongestWait ? memory.fresh_steps : kLongestWait;
   ++memory.fresh_steps;
   return false;
 }

@@ -30,7 +30,6 @@ struct LegSystem {
   double first_moment[3];
 };
 
-
 // row * Y for a row vector over modes.
 template <int M>
 inline void times_inverse(const double* row, const double inverse_upper[M][M], double* out) {

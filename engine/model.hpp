@@ -129,6 +129,8 @@ struct RobotState {
   long long unconverged_total;  // steps whose friction ended above the tolerance
   double worst_penetration;     // mm
   double worst_residual;        // mm/s
+  long long tangent_error_total;  // predictions of kept tangents that were wrong by more than the tolerance, of all mounts
+  double worst_tangent_error;     // mm/s
 };
 
 constexpr int kStageCount = 6;

@@ -82,7 +82,7 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
 
   if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
-  const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory);
+  const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory, state);
   if (!kept) {
     element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, elements);
     ++state.tangent_total;

@@ -6,10 +6,11 @@ stopped, and other tolerances reuse them. Modes live in the frame of the hub (PO
 sampled by ECSW.
 
 Presets: paper (what made the leg that ships), hyperelastic (the silicone's own stiffness), quick
-(equilibria alone), published: the paper's protocol and tolerances, all 255 robots through every corner of their pressures. That is
-days of one processor; each robot is a task, and --snapshots.executor shares them out over processes
-or, with Ray, machines. greedy: equilibria, and then random robots, simulated in full one after
-another where the reduction's own error indicator is worst, until held-out ones are met.
+(equilibria alone), published: the paper's protocol and tolerances, all 255 robots through every
+corner of their pressures. That is days of one processor; each robot is a task, and
+--snapshots.executor shares them out over processes or, with Ray, machines. greedy: equilibria, and
+then random robots, simulated in full one after another where the reduction's own error indicator is
+worst, until held-out ones are met.
 
 Writes leg.npz, which every other verb takes as --part.
 

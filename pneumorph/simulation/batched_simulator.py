@@ -170,14 +170,16 @@ class BatchedSimulator:
                 of the last step; and since `clear_counters` ``step_count``, ``contact_total``,
                 ``newton_total``, ``sweep_total``, ``tangent_total`` (stiffnesses found afresh, of
                 all mounts), ``unconverged_total`` (steps whose friction ended above the
-                tolerance), ``worst_residual`` [mm/s] and ``worst_penetration`` [mm].
+                tolerance), ``worst_residual`` [mm/s] and ``worst_penetration`` [mm];
+                ``tangent_error_total`` (predictions of what a kept stiffness lacks that were wrong
+                by more than the tolerance, of all mounts) and ``worst_tangent_error`` [mm/s].
         """
         values: np.ndarray = self._batch.read(name)
         return values
 
     def write(self, robot: int, name: str, values: np.ndarray) -> None:
         """Overwrite position, rotation, velocity, angular_velocity, modes (mount, padded mode),
-        mode_rates, regulated or impulses of one robot."""
+        mode_rates, regulated or impulses of one robot, which forgets its kept stiffnesses."""
         self._batch.write(robot, name, np.ascontiguousarray(values, dtype=float).ravel())
 
     @property

@@ -51,6 +51,8 @@ def bench_engine(
         ``env_steps_per_s`` (robot steps a second, all threads), ``threads``, ``modes``,
         ``elements`` (sampled tetrahedra and triangles of a part), ``mean_legs``,
         ``mean_contacts``, ``mean_sweeps``, ``fresh_tangent_share`` (of the legs' steps),
+        ``tangent_error_share`` (predictions of kept stiffnesses that were wrong by more than the
+        tolerance, for each step of a robot), ``worst_tangent_error_mm_per_s``,
         ``stage_seconds`` (thread time of an equal profiled run), ``gemm_gflops`` (single
         precision, same threads), ``steps_per_gflop``, ``statuses``.
     """
@@ -103,6 +105,8 @@ def bench_engine(
                 for count, robot in zip(simulator.read("step_count"), robots, strict=True)
             )
         ),
+        "tangent_error_share": float(simulator.read("tangent_error_total").sum() / steps),
+        "worst_tangent_error_mm_per_s": float(simulator.read("worst_tangent_error").max()),
         "unconverged_share": float(simulator.read("unconverged_total").sum() / steps),
         "worst_residual_mm_per_s": float(simulator.read("worst_residual").max()),
         "worst_penetration_mm": float(simulator.read("worst_penetration").max()),

@@ -56,7 +56,8 @@ class SimulationSettings:
     tangent_tolerance_mm_per_s: float = 1.0
     """A leg keeps its stiffness from step to step while two predictions of what that stiffness
     lacks, from one step before and from two, part by no more than this velocity, root mean square
-    over the leg [mm/s]; 0 finds the stiffness afresh in every step. For corotational parts."""
+    over the leg [mm/s], and while it lacks less than three tenths along the motion; 0 finds the
+    stiffness afresh in every step. For corotational parts."""
     element_precision: Precision = "single"
     """Arithmetic of element forces and stiffness and of the cavity's cubic term; everything else is
     double precision."""
