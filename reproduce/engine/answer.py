@@ -40,14 +40,15 @@ REFERENCE = SimulationSettings(
 )
 TIME_STEPS_S = (0.005, 0.01, 0.02)
 HAIRS = (
-    replace(REFERENCE, friction=REFERENCE.friction * (1 + 1e-4)),
-    replace(REFERENCE, friction=REFERENCE.friction * (1 - 1e-4)),
-    replace(REFERENCE, mass_damping_per_s=REFERENCE.mass_damping_per_s * (1 + 1e-3)),
-    replace(REFERENCE, time_step_s=REFERENCE.time_step_s * (1 - 1e-3)),
-    replace(REFERENCE, contact_tolerance_mm_per_s=1e-6),
-    replace(REFERENCE, contact_tolerance_mm_per_s=1e-7, instruction_set="baseline"),
+    *(
+        replace(REFERENCE, **{name: getattr(REFERENCE, name) * (1.0 + change)})
+        for name in ("friction", "mass_damping_per_s", "time_step_s")
+        for change in (-1e-3, -1e-4, 1e-4, 1e-3)
+    ),
+    *(replace(REFERENCE, contact_tolerance_mm_per_s=tolerance) for tolerance in (1e-6, 1e-7)),
+    replace(REFERENCE, instruction_set="baseline"),
 )
-"""Friction by a ten-thousandth, damping and time step by a thousandth; other rounding."""
+"""Physics other by a thousandth at most, or other rounding, or another tolerance."""
 MARK_CM = 0.05
 
 
