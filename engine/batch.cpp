@@ -72,7 +72,7 @@ void Batch::check_mounts(const std::vector<MountInput>& mounts) const {
 void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                        const std::vector<std::vector<MountInput>>& mounts) {
   const size_t count = mounts.size();
-  const size_t mount_bytes = select_kernel(instruction_set_, padded_, single_precision_, 0).mount_bytes;
+  mount_bytes_ = select_kernel(instruction_set_, padded_, single_precision_, 0).mount_bytes;
   // Everything is checked first, so that a refused call leaves the old robots as they were.
   for (size_t r = 0; r < count; ++r) {
     if (hub_of_robot[r] < 0 || size_t(hub_of_robot[r]) >= hubs.size())
@@ -116,7 +116,7 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     robot.contact_count = contacts;
     contact_capacity_ = std::max(contact_capacity_, contacts);
     const size_t modal = size_t(robot.mount_count) * padded_;
-    state_storage_.emplace_back(robot.mount_count * mount_bytes);
+    state_storage_.emplace_back(robot.mount_count * mount_bytes_);
     states_[r].memory = state_storage_.back().as<void>();
     state_storage_.emplace_back((2 * modal + 3 * size_t(contacts) + 16) * sizeof(double));
     double* data = state_storage_.back().as<double>();
@@ -149,6 +149,22 @@ void Batch::clear_counters() {
     state.worst_tangent_error = 0;
     state.worst_penetration = state.worst_residual = 0;
   }
+}
+
+std::string Batch::memory(int robot) const {
+  const RobotState& state = states_.at(robot);
+  if (!state.has_memory) return {};
+  return {static_cast<const char*>(state.memory), robots_[robot].mount_count * mount_bytes_};
+}
+
+void Batch::set_memory(int robot, const std::string& memory) {
+  RobotState& state = states_.at(robot);
+  const size_t expected = robots_[robot].mount_count * mount_bytes_;
+  if (!memory.empty() && memory.size() != expected)
+    throw std::invalid_argument("the memory of a robot has " + std::to_string(memory.size()) + " bytes, expected " +
+                                std::to_string(expected) + "; it is of another robot, precision or instruction set");
+  state.has_memory = !memory.empty();
+  if (state.has_memory) memory.copy(static_cast<char*>(state.memory), expected);
 }
 
 void Batch::advance(const double* command, long long steps, const unsigned char* active, int threads, bool profile) {

@@ -44,6 +44,9 @@ class Batch {
   const RobotModel& robot(int robot) const { return robots_[robot]; }
   const StageSeconds& stages() const { return stages_; }
   void clear_counters();
+  // What a robot keeps of its last step beside its state, as this build has it; empty: nothing.
+  std::string memory(int robot) const;
+  void set_memory(int robot, const std::string& memory);
 
  private:
   void check_mounts(const std::vector<MountInput>& mounts) const;
@@ -64,7 +67,7 @@ class Batch {
   std::vector<AlignedArray> state_storage_;
   int contact_capacity_ = 0;
   std::vector<AlignedArray> workspaces_;  // one for each thread
-  unsigned long workspace_bytes_ = 0;
+  unsigned long workspace_bytes_ = 0, mount_bytes_ = 0;
   StageSeconds stages_{};
 };
 

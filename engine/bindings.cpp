@@ -248,6 +248,13 @@ class PythonBatch {
   }
 
   void reset(int robot) { batch_.reset(checked(robot)); }
+  nb::bytes memory(int robot) const {
+    const std::string kept = batch_.memory(checked(robot));
+    return nb::bytes(kept.data(), kept.size());
+  }
+  void set_memory(int robot, nb::bytes memory) {
+    batch_.set_memory(checked(robot), std::string(static_cast<const char*>(memory.data()), memory.size()));
+  }
   std::vector<double> stages() const {
     return {batch_.stages().seconds, batch_.stages().seconds + pneumorph::kStageCount};
   }
@@ -296,6 +303,8 @@ NB_MODULE(_engine, module) {
       .def("read", &PythonBatch::read, nb::arg("name"))
       .def("write", &PythonBatch::write, nb::arg("robot"), nb::arg("name"), nb::arg("values"))
       .def("reset", &PythonBatch::reset, nb::arg("robot"))
+      .def("memory", &PythonBatch::memory, nb::arg("robot"))
+      .def("set_memory", &PythonBatch::set_memory, nb::arg("robot"), nb::arg("memory"))
       .def("stages", &PythonBatch::stages)
       .def("clear_counters", &PythonBatch::clear_counters)
       .def_prop_ro("padded_modes", &PythonBatch::padded_modes)

@@ -244,6 +244,8 @@ def _path_simulator(
             known,
             friction=values["friction"],
             stiffness_damping_s=values["stiffness_damping_s"],
+            # Paths must change with the parameters as smoothly as they can.
+            tangent_tolerance_mm_per_s=0.0,
         )
         # The workshop's leg has the calibrated modulus already; fits are relative to the model's.
         factor = values["modulus_factor"] / workshop.modulus_factor

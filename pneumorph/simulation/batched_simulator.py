@@ -182,6 +182,21 @@ class BatchedSimulator:
         mode_rates, regulated or impulses of one robot, which forgets its kept stiffnesses."""
         self._batch.write(robot, name, np.ascontiguousarray(values, dtype=float).ravel())
 
+    def memory(self, robot: int) -> bytes:
+        """What one robot keeps of its last step beside what can be read: its legs' stiffness.
+
+        With it a robot goes on to the same bits elsewhere; for simulators of this process only.
+        """
+        return bytes(self._batch.memory(robot))
+
+    def set_memory(self, robot: int, memory: bytes) -> None:
+        """Take over what `memory` gave, after everything was written; empty to forget.
+
+        Raises:
+            ValueError: It is of another robot, precision or instruction set.
+        """
+        self._batch.set_memory(robot, memory)
+
     @property
     def tracked_point_mm(self) -> np.ndarray:
         """World position of each hub's tracked point [mm], (robot, 3)."""

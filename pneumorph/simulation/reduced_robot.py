@@ -39,6 +39,9 @@ class ReducedState:
     """Pressure of each regulator [real kPa], (regulator,)."""
     impulses: np.ndarray
     """Contact impulses of the last step [mN s], (contact point, 3); warm start of the next."""
+    memory: bytes = b""
+    """The legs' stiffness of the last step, as `BatchedSimulator.memory` has it; without it the
+    next step finds it afresh."""
 
 
 class ReducedRobot:
@@ -68,7 +71,8 @@ class ReducedRobot:
         return self._read()
 
     def _read(self) -> ReducedState:
-        return ReducedState(**{name: self._simulator.read(name)[0] for name in _STATE})
+        values = {name: self._simulator.read(name)[0] for name in _STATE}
+        return ReducedState(**values, memory=self._simulator.memory(0))
 
     def node_positions(self, state: ReducedState) -> np.ndarray:
         """World positions of every mount's nodes [mm], (mount, node, 3).
@@ -145,6 +149,7 @@ class ReducedRobot:
         simulator.reset()
         for name in _STATE:
             simulator.write(0, name, getattr(state, name))
+        simulator.set_memory(0, state.memory)
         frames: dict[str, list[Any]] = {}
         same_skin = self.robot.mounts[0].part.skin if self.robot.mounts and record_nodes else None
 

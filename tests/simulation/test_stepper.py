@@ -314,13 +314,25 @@ def test_what_was_kept_is_forgotten_with_the_state_it_was_kept_of():
     robot = crawlers()[2]
     walked, other = (BatchedSimulator([robot], SETTINGS, 1) for _ in range(2))
     march(walked)
-    for name in ("position", "rotation", "velocity", "angular_velocity", "regulated", "impulses",
-                 "modes", "mode_rates"):  # fmt: skip
+    simulator_state = ("position", "rotation", "velocity", "angular_velocity", "regulated",
+                       "impulses", "modes", "mode_rates")  # fmt: skip
+    for name in simulator_state:
         for simulator in (walked, other):
             simulator.write(0, name, walked.read(name)[0])
     here, there = march(walked), march(other)
     for name, value in here.items():
         assert np.array_equal(value, there[name]), name
+    # With its memory it goes on as if it had never stopped.
+    memory = walked.memory(0)
+    state = {name: walked.read(name)[0] for name in simulator_state}
+    here = march(walked)
+    for name, value in state.items():
+        other.write(0, name, value)
+    other.set_memory(0, memory)
+    for name, value in march(other).items():
+        assert np.array_equal(value, here[name]), name
+    with pytest.raises(ValueError, match="it is of another robot, precision or instruction set"):
+        other.set_memory(0, memory[1:])
 
 
 @pytest.mark.parametrize("mode_count", [8, 14, 20, 30])
