@@ -146,9 +146,15 @@ def started() -> Iterator[Callable[[list[str]], tuple[subprocess.Popen[str], str
     """Return a function that starts a verb and returns the process and the address it prints."""
     processes: list[subprocess.Popen[str]] = []
 
+    # A shell that runs the tests in the background has their programs ignore the keyboard.
+    program = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "from pneumorph.cli import main; main()"
+    )
+
     def start(arguments: list[str]) -> tuple[subprocess.Popen[str], str]:
         process = subprocess.Popen(
-            [sys.executable, "-c", "from pneumorph.cli import main; main()", *arguments],
+            [sys.executable, "-c", program, *arguments],
             stderr=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
