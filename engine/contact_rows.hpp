@@ -83,10 +83,9 @@ void view_mount(const RobotModel& robot, int k, const RobotState& state, const H
   for (int i = 0; i < 6; ++i)
     for (int a = 0; a < M; ++a) coupling[a][i] = leg.reduced_coupling[i][a];
   for (int a = 0; a < M; ++a) {
-    DoubleLanes dot = {}, row = {};
-    for (int v = a / 8; v < kVectors; ++v) dot += load(&leg.inverse_upper[a][8 * v]) * load(&z[8 * v]);
+    DoubleLanes row = {};
     for (int b = a; b < M; ++b) row += leg.inverse_upper[a][b] * load(coupling[b]);
-    view.free_rates[a] = sum_lanes(dot);
+    view.free_rates[a] = inverse_times<M>(leg.inverse_upper, a, z);
     store(view.hub_response[a], row);
   }
 }
@@ -96,7 +95,8 @@ template <int M, class Real>
 int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k, const Settings& settings,
                          const RobotState& state, const HubSystem& hub, const MountView<M>& view,
                          Candidate* candidates, int count, double& deepest) {
-  using Floats = Lanes<float>::type;
+  using L = Lanes<float, kLane * sizeof(float)>;
+  using Floats = L::type;
   const double* alpha = state.modes + k * M;
   const double* rates = state.mode_rates + k * M;
   const double* up = view.world + 6;
@@ -119,14 +119,14 @@ int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k,
   for (int block = 0; block * kLane < part.contact_count; ++block) {
     const float* point = part.contact_point_lanes + block * 3 * kLane;
     const float* modes = part.contact_mode_lanes + long(block) * M * 3 * kLane;
-    const Floats x = load(point), y = load(point + kLane), z = load(point + 2 * kLane);
+    const Floats x = L::load(point), y = L::load(point + kLane), z = L::load(point + 2 * kLane);
     Floats lift = u0 * x + u1 * y + u2 * z, approach = drop + l0 * x + l1 * y + l2 * z;
     for (int a = 0; a < M; ++a, modes += 3 * kLane) {
-      const Floats row = u0 * load(modes) + u1 * load(modes + kLane) + u2 * load(modes + 2 * kLane);
+      const Floats row = u0 * L::load(modes) + u1 * L::load(modes + kLane) + u2 * L::load(modes + 2 * kLane);
       lift += coordinate[a] * row;
       approach += change[a] * row;
     }
-    store(lowest, approach < 0.0f ? lift + approach : lift);
+    L::store(lowest, where_negative(approach, lift + approach, lift));
     for (int lane = 0; lane < kLane; ++lane) {
       const int c = block * kLane + lane;
       if (c >= part.contact_count || lowest[lane] >= limit) continue;

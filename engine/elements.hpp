@@ -143,33 +143,33 @@ inline V stress_work(const V s[D == 3 ? 6 : 3], const V t[D][D]) {
 template <int M, int D, class Real, class V>
 inline void deform_block(const ElementFamily<Real>& family, int number, const Real* alpha, bool edge_rotations,
                          bool turning, ElementBlock<D, Real>& block, V moment[3], V turn_turn[6]) {
-  using L = Lanes<Real>;
+  using L = RegisterLanes<Real>;
   constexpr int kRows = 3 * D, kStresses = ElementBlock<D, Real>::kStresses;
-  constexpr int kPieces = kLane * int(sizeof(Real)) / 64;  // vectors in a block of elements
+  constexpr int kPieces = kLane / L::count;  // vectors in a block of elements
   for (int piece = 0; piece < kPieces; ++piece) {
     const int lane = piece * L::count, element = number * kLane + lane;
     V f[kRows], r[kRows], s[kStresses];
     const Real* gradient = family.gradient_lanes + long(number) * kRows * M * kLane + lane;
 #pragma GCC unroll 9
-    for (int row = 0; row < kRows; ++row) f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
+    for (int row = 0; row < kRows; ++row) f[row] = L::load(family.rest + (long(number) * kRows + row) * kLane + lane);
     for (int a = 0; a < M; ++a) {
       const Real coordinate = alpha[a];
 #pragma GCC unroll 9
-      for (int row = 0; row < kRows; ++row) f[row] += coordinate * load(gradient + (a * kRows + row) * kLane);
+      for (int row = 0; row < kRows; ++row) f[row] += coordinate * L::load(gradient + (a * kRows + row) * kLane);
     }
     if (edge_rotations)
       edge_rotation<D, Real, V>(f, r);
     else
       polar_rotation<D, Real, V>(f, r);
-    const V scale = load(family.row_scale + element), inverse = load(family.inverse_scale + element);
-    const V lambda = load(family.lambda + element) * inverse, mu = load(family.mu + element) * inverse;
+    const V scale = L::load(family.row_scale + element), inverse = L::load(family.inverse_scale + element);
+    const V lambda = L::load(family.lambda + element) * inverse, mu = L::load(family.mu + element) * inverse;
     V t[D][D];
     in_rotated_frame<D>(r, f, t);
     symmetric_stress<D, Real, V>(t, lambda, mu, Real(1), s);
 #pragma GCC unroll 9
-    for (int row = 0; row < kRows; ++row) store(&block.rotation[row][lane], scale * r[row]);
+    for (int row = 0; row < kRows; ++row) L::store(&block.rotation[row][lane], scale * r[row]);
 #pragma GCC unroll 6
-    for (int i = 0; i < kStresses; ++i) store(&block.stress[0][i][lane], s[i]);
+    for (int i = 0; i < kStresses; ++i) L::store(&block.stress[0][i][lane], s[i]);
     if (!turning) continue;
     V turn[3][D][D];
 #pragma GCC unroll 3
@@ -185,17 +185,18 @@ inline void deform_block(const ElementFamily<Real>& family, int number, const Re
 #pragma GCC unroll 3
       for (int other = axis; other < 3; ++other, ++entry) turn_turn[entry] += scale * stress_work<D, V>(q, turn[other]);
 #pragma GCC unroll 6
-      for (int i = 0; i < kStresses; ++i) store(&block.stress[1 + axis][i][lane], q[i]);
+      for (int i = 0; i < kStresses; ++i) L::store(&block.stress[1 + axis][i][lane], q[i]);
     }
   }
 }
 
-// Rows whose squares make the stiffness, and the work of `Loads` stresses on every mode: `Width` modes from `column` on.
+// Rows whose squares make the stiffness, and the work of `Loads` stresses on every mode: `Width` modes from `column` on,
+// of a column of `Stride` modes.
 //
 // Membranes: three scaled strains, added. Tetrahedra: with T = R^T G and R orthogonal,
 // 2 mu sym T : sym T = 2 mu G : G - mu sum of squares of the three T_ij - T_ji, and the sum of the first over all
 // elements never changes (`constant_stiffness`); so the scaled trace is added and three rows are subtracted.
-template <int M, int D, int Loads, int Width, class Real>
+template <int M, int D, int Loads, int Width, int Stride, class Real>
 inline void rows_of_block(const Real* gradient, const Real* trace_scale, const ElementBlock<D, Real>& block, int lanes,
                           int column, Real (*added)[kRowStride<M>], Real (*subtracted)[kRowStride<M>], Real (*work)[M]) {
   using L = Lanes<Real, Width * sizeof(Real)>;
@@ -207,7 +208,7 @@ inline void rows_of_block(const Real* gradient, const Real* trace_scale, const E
   for (int l = 0; l < lanes; ++l) {
     V g[kRows], t[D][D];
 #pragma GCC unroll 9
-    for (int i = 0; i < kRows; ++i) g[i] = L::load(gradient + (l * kRows + i) * Width);
+    for (int i = 0; i < kRows; ++i) g[i] = L::load(gradient + (l * kRows + i) * Stride);
 #pragma GCC unroll 3
     for (int i = 0; i < D; ++i)
 #pragma GCC unroll 3
@@ -249,9 +250,8 @@ inline void rows_of_block(const Real* gradient, const Real* trace_scale, const E
 template <int M, int D, int Loads, class Real>
 void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_rotations, Real (*work)[M],
                 ElementSystem<M, Real>& system) {
-  using V = typename Lanes<Real>::type;
+  using V = typename RegisterLanes<Real>::type;
   constexpr int kRows = 3 * D;
-  constexpr int kWide = 64 / int(sizeof(Real));
   V moment[3] = {}, turn_turn[6] = {};
   alignas(64) Real added[D == 3 ? kLane : 3 * kLane][kRowStride<M>];
   alignas(64) Real subtracted[D == 3 ? 3 * kLane : 1][kRowStride<M>];
@@ -261,18 +261,16 @@ void add_family(const ElementFamily<Real>& family, const Real* alpha, bool edge_
     const Real* gradient = family.gradient_modes + long(number) * kLane * kRows * M;
     const Real* trace_scale = family.trace_scale + number * kLane;
     const int lanes = number + 1 < family.block_count ? kLane : family.last_count;
-    int column = 0;
-    for (; column + kWide <= M; column += kWide, gradient += kLane * kRows * kWide)
-      rows_of_block<M, D, Loads, kWide, Real>(gradient, trace_scale, block, lanes, column, added, subtracted, work);
-    if constexpr (M % kWide != 0)
-      rows_of_block<M, D, Loads, M % kWide, Real>(gradient, trace_scale, block, lanes, column, added, subtracted, work);
+    for_columns<M, kLane * kRows, Real>(gradient, [&](auto width, auto stride, const Real* from, int column) {
+      rows_of_block<M, D, Loads, width(), stride(), Real>(from, trace_scale, block, lanes, column, added, subtracted, work);
+    });
     add_outer_products<true, M>(added, D == 3 ? lanes : 3 * lanes, system.stiffness);
     if constexpr (D == 3) add_outer_products<false, M>(subtracted, 3 * lanes, system.stiffness);
   }
   if constexpr (Loads > 1) {
     static const int kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
     Real total[6] = {0, 0, 0, 0, 0, 0};
-    for (int l = 0; l < Lanes<Real>::count; ++l) {
+    for (int l = 0; l < RegisterLanes<Real>::count; ++l) {
       for (int a = 0; a < 3; ++a) system.moment[a] += moment[a][l];
       for (int e = 0; e < 6; ++e) total[e] += turn_turn[e][l];
     }

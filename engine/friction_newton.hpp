@@ -44,7 +44,7 @@ struct PointGroup {
 };
 
 struct FrictionProblem {
-  using L = Lanes<double>;
+  using L = Lanes<double, 64>;
   using Vector = L::type;
 
   int count = 0, group_count = 0;

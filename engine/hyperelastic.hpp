@@ -216,23 +216,23 @@ template <int D, bool Published, class Law, class Real>
 __attribute__((noinline)) void deform_hyperelastic_block(const ElementFamily<Real>& family, int number, int modes,
                                                          const Real* alpha,
                                                          HyperelasticBlock<D, Published, Real>& block,
-                                                         typename Lanes<Real>::type turn_turn[6]) {
-  using L = Lanes<Real>;
+                                                         typename RegisterLanes<Real>::type turn_turn[6]) {
+  using L = RegisterLanes<Real>;
   using V = typename L::type;
   using Block = HyperelasticBlock<D, Published, Real>;
   constexpr int kRows = 3 * D;
-  constexpr int kPieces = kLane * int(sizeof(Real)) / 64;
+  constexpr int kPieces = kLane / L::count;
   const Law law(family.lambda_over_mu);
   for (int piece = 0; piece < kPieces; ++piece) {
     const int lane = piece * L::count;
     V f[kRows], p[kRows], factor[Block::kStrains][kRows];
     const Real* gradient = family.gradient_lanes + long(number) * kRows * modes * kLane + lane;
-    for (int row = 0; row < kRows; ++row) f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
+    for (int row = 0; row < kRows; ++row) f[row] = L::load(family.rest + (long(number) * kRows + row) * kLane + lane);
     for (int a = 0; a < modes; ++a)
-      for (int row = 0; row < kRows; ++row) f[row] += alpha[a] * load(gradient + (a * kRows + row) * kLane);
-    const V mu = load(family.mu + number * kLane + lane);
+      for (int row = 0; row < kRows; ++row) f[row] += alpha[a] * L::load(gradient + (a * kRows + row) * kLane);
+    const V mu = L::load(family.mu + number * kLane + lane);
     law.stress(f, p);
-    for (int row = 0; row < kRows; ++row) store(&block.stress[0][row][lane], mu * p[row]);
+    for (int row = 0; row < kRows; ++row) L::store(&block.stress[0][row][lane], mu * p[row]);
     if constexpr (Published) {
       const PrincipalStretches<D, V> stretches = principal_stretches<D, Real>(f);
       PrincipalTangent<D, V> tangent = law.tangent(stretches.stretch);
@@ -248,7 +248,7 @@ __attribute__((noinline)) void deform_hyperelastic_block(const ElementFamily<Rea
         for (int row = 0; row < kRows; ++row) {
           V change = factor[0][row] * strain[axis][0];
           for (int i = 1; i < kRows; ++i) change += factor[i][row] * strain[axis][i];
-          store(&block.stress[1 + axis][row][lane], change);
+          L::store(&block.stress[1 + axis][row][lane], change);
         }
       }
       for (int a = 0, entry = 0; a < 3; ++a)
@@ -258,12 +258,12 @@ __attribute__((noinline)) void deform_hyperelastic_block(const ElementFamily<Rea
       objective_factor<D, Real>(f, family.lambda_over_mu, mu, factor);
     }
     for (int i = 0; i < Block::kStrains; ++i)
-      for (int row = 0; row < kRows; ++row) store(&block.factor[i][row][lane], factor[i][row]);
+      for (int row = 0; row < kRows; ++row) L::store(&block.factor[i][row][lane], factor[i][row]);
   }
 }
 
-// Rows S G of `Width` modes from `column` on, and the work of the stresses on those modes.
-template <int M, int D, bool Published, int Width, class Real>
+// Rows S G of `Width` modes from `column` on, of a column of `Stride` modes, and the work of the stresses on those modes.
+template <int M, int D, bool Published, int Width, int Stride, class Real>
 inline void hyperelastic_rows(const Real* gradient, const HyperelasticBlock<D, Published, Real>& block, int column,
                               Real (*rows)[kRowStride<M>], Real (*work)[M]) {
   using L = Lanes<Real, Width * sizeof(Real)>;
@@ -274,7 +274,7 @@ inline void hyperelastic_rows(const Real* gradient, const HyperelasticBlock<D, P
   for (int i = 0; i < Block::kLoads; ++i) sum[i] = L::load(&work[i][column]);
   for (int l = 0; l < kLane; ++l) {
     V g[kRows];
-    for (int i = 0; i < kRows; ++i) g[i] = L::load(gradient + (l * kRows + i) * Width);
+    for (int i = 0; i < kRows; ++i) g[i] = L::load(gradient + (l * kRows + i) * Stride);
     for (int i = 0; i < kRows; ++i)
       for (int load = 0; load < Block::kLoads; ++load) sum[load] += block.stress[load][i][l] * g[i];
     for (int i = 0; i < Block::kStrains; ++i) {
@@ -290,9 +290,8 @@ inline void hyperelastic_rows(const Real* gradient, const HyperelasticBlock<D, P
 template <int M, int D, bool Published, class Real>
 void add_hyperelastic(const ElementFamily<Real>& family, const Real* alpha, Real (*work)[M], Real stiffness[M][M],
                       Real turn_turn[9]) {
-  using V = typename Lanes<Real>::type;
+  using V = typename RegisterLanes<Real>::type;
   using Block = HyperelasticBlock<D, Published, Real>;
-  constexpr int kWide = 64 / int(sizeof(Real));
   V turns[6] = {};
   alignas(64) Real rows[Block::kStrains * kLane][kRowStride<M>];
   Block block;
@@ -302,17 +301,15 @@ void add_hyperelastic(const ElementFamily<Real>& family, const Real* alpha, Real
     else
       deform_hyperelastic_block<D, Published, StVenantKirchhoff<D, Real>>(family, number, M, alpha, block, turns);
     const Real* gradient = family.gradient_modes + long(number) * kLane * Block::kRows * M;
-    int column = 0;
-    for (; column + kWide <= M; column += kWide, gradient += kLane * Block::kRows * kWide)
-      hyperelastic_rows<M, D, Published, kWide>(gradient, block, column, rows, work);
-    if constexpr (M % kWide != 0)
-      hyperelastic_rows<M, D, Published, M % kWide>(gradient, block, column, rows, work);
+    for_columns<M, kLane * Block::kRows, Real>(gradient, [&](auto width, auto stride, const Real* from, int column) {
+      hyperelastic_rows<M, D, Published, width(), stride()>(from, block, column, rows, work);
+    });
     add_outer_products<true, M>(rows, Block::kStrains * kLane, stiffness);
   }
   if constexpr (Published) {
     static const int kEntry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
     for (int i = 0; i < 9; ++i)
-      for (int l = 0; l < Lanes<Real>::count; ++l) turn_turn[i] += turns[kEntry[i]][l];
+      for (int l = 0; l < RegisterLanes<Real>::count; ++l) turn_turn[i] += turns[kEntry[i]][l];
   }
 }
 

@@ -16,22 +16,12 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-// The sum of a vector's lanes, halves on halves.
-template <class Real>
-inline Real sum_all(typename Lanes<Real>::type value) {
-  alignas(64) Real lanes[Lanes<Real>::count];
-  store(lanes, value);
-  for (int width = Lanes<Real>::count / 2; width > 0; width /= 2)
-    for (int i = 0; i < width; ++i) lanes[i] += lanes[i + width];
-  return lanes[0];
-}
-
 // Work of one family's stress on every mode and turn, lanes over elements, and of the stress rate of a motion: modal
 // `rates` and a turning rate `turning` of the hub (used with `Turning`), both along the part's axes.
 template <int M, int D, bool Turning, class Real>
 void family_work(const ElementFamily<Real>& family, const Real* alpha, const Real* rates, const Real turning[3],
-                 bool edge_rotations, typename Lanes<Real>::type work[2][M], typename Lanes<Real>::type moment[2][3]) {
-  using L = Lanes<Real>;
+                 bool edge_rotations, typename RegisterLanes<Real>::type work[2][M], typename RegisterLanes<Real>::type moment[2][3]) {
+  using L = RegisterLanes<Real>;
   using V = typename L::type;
   constexpr int kRows = 3 * D, kStresses = ElementBlock<D, Real>::kStresses;
   constexpr int kPieces = kLane / L::count;
@@ -41,12 +31,12 @@ void family_work(const ElementFamily<Real>& family, const Real* alpha, const Rea
       const Real* gradient = family.gradient_lanes + long(number) * kRows * M * kLane + lane;
       V f[kRows], change[kRows] = {}, r[kRows];
 #pragma GCC unroll 9
-      for (int row = 0; row < kRows; ++row) f[row] = load(family.rest + (long(number) * kRows + row) * kLane + lane);
+      for (int row = 0; row < kRows; ++row) f[row] = L::load(family.rest + (long(number) * kRows + row) * kLane + lane);
       for (int a = 0; a < M; ++a) {
         const Real coordinate = alpha[a], rate = rates[a];
 #pragma GCC unroll 9
         for (int row = 0; row < kRows; ++row) {
-          const V g = load(gradient + (a * kRows + row) * kLane);
+          const V g = L::load(gradient + (a * kRows + row) * kLane);
           f[row] += coordinate * g;
           change[row] += rate * g;
         }
@@ -62,7 +52,7 @@ void family_work(const ElementFamily<Real>& family, const Real* alpha, const Rea
         edge_rotation<D, Real, V>(f, r);
       else
         polar_rotation<D, Real, V>(f, r);
-      const V lambda = load(family.lambda + element), mu = load(family.mu + element);
+      const V lambda = L::load(family.lambda + element), mu = L::load(family.mu + element);
       V stretch[D][D], rate[D][D], stress[2][kStresses];
       in_rotated_frame<D>(r, f, stretch);
       in_rotated_frame<D>(r, change, rate);
@@ -93,7 +83,7 @@ void family_work(const ElementFamily<Real>& family, const Real* alpha, const Rea
         V first = work[0][a], second = work[1][a];
 #pragma GCC unroll 9
         for (int row = 0; row < kRows; ++row) {
-          const V g = load(gradient + (a * kRows + row) * kLane);
+          const V g = L::load(gradient + (a * kRows + row) * kLane);
           first += piola[0][row] * g;
           second += piola[1][row] * g;
         }
@@ -113,7 +103,7 @@ inline bool can_keep(const Part<Real>& part) {
 template <int M, bool Turning, class Real>
 void renew_forces(const Part<Real>& part, const double* alpha, const double* rates, const double turning[3],
                   bool edge_rotations, ElementSystem<M, Real>& system) {
-  using V = typename Lanes<Real>::type;
+  using V = typename RegisterLanes<Real>::type;
   alignas(64) Real coordinates[M], speeds[M];
   for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]), speeds[a] = Real(rates[a]);
   const Real turn[3] = {Real(turning[0]), Real(turning[1]), Real(turning[2])};
@@ -130,8 +120,8 @@ void renew_forces(const Part<Real>& part, const double* alpha, const double* rat
     kept[a] += sum;
   }
   for (int a = 0; a < M; ++a) {
-    system.force[a] = -sum_all<Real>(work[0][a]);
-    Real lack = sum_all<Real>(work[1][a]) - kept[a];
+    system.force[a] = -sum_lanes(work[0][a]);
+    Real lack = sum_lanes(work[1][a]) - kept[a];
     if constexpr (Turning)
       for (int axis = 0; axis < 3; ++axis) lack -= turn[axis] * system.turn_stiffness[axis][a];
     system.earlier_lack[a] = system.last_lack[a];
@@ -140,8 +130,8 @@ void renew_forces(const Part<Real>& part, const double* alpha, const double* rat
   }
   if constexpr (Turning)
     for (int axis = 0; axis < 3; ++axis) {
-      system.moment[axis] = -sum_all<Real>(moment[0][axis]);
-      Real lack = sum_all<Real>(moment[1][axis]);
+      system.moment[axis] = -sum_lanes(moment[0][axis]);
+      Real lack = sum_lanes(moment[1][axis]);
       for (int a = 0; a < M; ++a) lack -= speeds[a] * system.turn_stiffness[axis][a];
       for (int other = 0; other < 3; ++other) lack -= turn[other] * system.turn_turn_stiffness[3 * axis + other];
       system.last_turn_lack[axis] = system.turn_lack[axis];
@@ -157,9 +147,7 @@ double velocity_of(const double lack[M], double mass, double scale, const LegSys
   times_inverse<M>(lack, leg.inverse_upper, reduced);
   double square = 0;
   for (int a = 0; a < M; ++a) {
-    DoubleLanes dot = {};
-    for (int v = a / 8 * 8; v < M; v += 8) dot += load(&leg.inverse_upper[a][v]) * load(&reduced[v]);
-    const double rate = sum_lanes(dot);
+    const double rate = inverse_times<M>(leg.inverse_upper, a, reduced);
     square += rate * rate;
   }
   return scale * std::sqrt(square / mass);

@@ -12,8 +12,6 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-using DoubleLanes = Lanes<double>::type;
-
 inline double stiffness_scale(const Settings& settings) {
   return settings.time_step * (settings.time_step + settings.stiffness_damping);
 }
@@ -36,16 +34,24 @@ inline void times_inverse(const double* row, const double inverse_upper[M][M], d
   constexpr int kVectors = M / 8;
   DoubleLanes sum[kVectors] = {};
   for (int b = 0; b < M; ++b) {
-    const DoubleLanes value = broadcast(row[b]);
-    for (int v = b / 8; v < kVectors; ++v) sum[v] += value * load(&inverse_upper[b][8 * v]);
+    for (int v = b / 8; v < kVectors; ++v) sum[v] += row[b] * load(&inverse_upper[b][8 * v]);
   }
   for (int v = 0; v < kVectors; ++v) store(out + 8 * v, sum[v]);
+}
+
+// Row `a` of Y times a column over modes.
+template <int M>
+inline double inverse_times(const double inverse_upper[M][M], int a, const double* column) {
+  DoubleLanes dot = {};
+  for (int v = a / 8; v < M / 8; ++v) dot += load(&inverse_upper[a][8 * v]) * load(column + 8 * v);
+  return sum_lanes(dot);
 }
 
 // Upper factor of the 8 x 8 block at `d`, in rows of M: d = u^T u, and the inverse of u in its place; false if not
 // positive definite.
 template <int M>
 inline bool invert_block(double* d) {
+  static const double kUnit[15] = {0, 0, 0, 0, 0, 0, 0, 1};  // from 7 - i on: the i-th unit row
   DoubleLanes row[8];
 #pragma GCC unroll 8
   for (int i = 0; i < 8; ++i) row[i] = load(d + i * M);
@@ -63,8 +69,7 @@ inline bool invert_block(double* d) {
   DoubleLanes y[8];
 #pragma GCC unroll 8
   for (int i = 7; i >= 0; --i) {
-    DoubleLanes sum = {};
-    sum[i] = 1.0;
+    DoubleLanes sum = load(kUnit + 7 - i);
 #pragma GCC unroll 8
     for (int j = i + 1; j < 8; ++j) sum -= row[i][j] * y[j];
     y[i] = sum * inverse[i];
@@ -124,7 +129,7 @@ inline bool invert_upper_factor(double d[M][M]) {
 // sum += amounts (count) times rows (count, M).
 template <int M, class Real>
 inline void add_products(const double* amounts, const Real* rows, int count, Real* sum) {
-  using L = Lanes<Real, (M * sizeof(Real)) % 64 == 0 ? 64 : 32>;
+  using L = Lanes<Real, (M * sizeof(Real)) % kRegisterBytes == 0 ? kRegisterBytes : 32>;
   constexpr int kWidths = M / L::count;
   typename L::type total[2][kWidths] = {};  // two chains, to hide the latency of sums
   for (int i = 0; i < count; i += 2)
@@ -227,10 +232,11 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
     alignas(64) Real cubic[M] = {};
     const Real* coefficients = part.volume_3 + long(cavity) * kPairs * M;
     add_products<M, Real>(pairs, coefficients, kPairs, cubic);
-    for (int v = 0; v < kVectors; ++v)
-      for (int i = 0; i < 8; ++i) gradient[v][i] += double(cubic[8 * v + i]);
-    for (int v = 0; v < kVectors; ++v)
-      store(&leg.right_modes[8 * v], load(&leg.right_modes[8 * v]) + amount * gradient[v]);
+    for (int v = 0; v < kVectors; ++v) {
+      alignas(64) double last[8];
+      for (int i = 0; i < 8; ++i) last[i] = double(cubic[8 * v + i]);
+      store(&leg.right_modes[8 * v], load(&leg.right_modes[8 * v]) + amount * (gradient[v] + load(last)));
+    }
   }
 }
 

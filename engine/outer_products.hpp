@@ -12,6 +12,21 @@ namespace PNEUMORPH_INSTRUCTION_SET {
 template <int M>
 constexpr int kRowStride = (M + 15) / 16 * 16;
 
+// Calls `use(width, stride, gradient, column)` for columns of modes no wider than a register. Gradients stand in columns
+// of 64 bytes of modes while they last, `Rows` rows each, then in one of the modes left (model.hpp).
+template <int M, int Rows, class Real, class Use>
+inline void for_columns(const Real* gradient, const Use& use) {
+  constexpr int kStride = 64 / int(sizeof(Real)), kWidth = RegisterLanes<Real>::count, kLeft = M % kStride;
+  int column = 0;
+  for (; column + kStride <= M; gradient += Rows * kStride)
+    for (int part = 0; part < kStride; part += kWidth, column += kWidth)
+      use(std::integral_constant<int, kWidth>{}, std::integral_constant<int, kStride>{}, gradient + part, column);
+  constexpr int kLeftWidth = kLeft < kWidth ? kLeft : kWidth;
+  if constexpr (kLeft != 0)
+    for (int part = 0; part < kLeft; part += kLeftWidth, column += kLeftWidth)
+      use(std::integral_constant<int, kLeftWidth>{}, std::integral_constant<int, kLeft>{}, gradient + part, column);
+}
+
 // Rows 8 Row0.. by columns 8 Column0.. (Width0 of them), and a second tile alike where Width1 > 0.
 template <bool Add, int M, int Row0, int Column0, int Width0, int Row1, int Column1, int Width1, class Real>
 inline void outer_pass(const Real (*rows)[kRowStride<M>], int count, Real k[M][M]) {

@@ -153,9 +153,7 @@ bool find_velocities(const Part<Real>* parts, const RobotModel& robot, const Set
     }
     double energy = 0;  // twice the kinetic energy of the modes: bounds every modal rate
     for (int a = 0; a < M; ++a) {
-      DoubleLanes dot = {};
-      for (int v = a / 8; v < kVectors; ++v) dot += load(&leg.inverse_upper[a][8 * v]) * load(&z[8 * v]);
-      work.rates[k][a] = sum_lanes(dot);
+      work.rates[k][a] = inverse_times<M>(leg.inverse_upper, a, z);
       energy += work.rates[k][a] * work.rates[k][a];
     }
     const double mass = parts[robot.mounts[k].part].mass;

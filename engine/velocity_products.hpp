@@ -12,8 +12,6 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-using DoubleLanes = Lanes<double>::type;
-
 inline void centrifugal_matrix(const double turning[3], double a[9]) {
   const double square = turning[0] * turning[0] + turning[1] * turning[1] + turning[2] * turning[2];
   for (int i = 0; i < 3; ++i)
