@@ -48,7 +48,7 @@ Batch::Batch(const std::vector<PartInput>& parts, const Settings& settings, bool
     cavity_counts_.push_back(part.cavities);
     contact_counts_.push_back(part.contacts);
   }
-  select_kernel(instruction_set_, padded_, single_precision_, 0);
+  mount_bytes_ = select_kernel(instruction_set_, padded_, single_precision_, 0).mount_bytes;
 }
 
 void Batch::check_mounts(const std::vector<MountInput>& mounts) const {
@@ -72,7 +72,6 @@ void Batch::check_mounts(const std::vector<MountInput>& mounts) const {
 void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                        const std::vector<std::vector<MountInput>>& mounts) {
   const size_t count = mounts.size();
-  mount_bytes_ = select_kernel(instruction_set_, padded_, single_precision_, 0).mount_bytes;
   // Everything is checked first, so that a refused call leaves the old robots as they were.
   for (size_t r = 0; r < count; ++r) {
     if (hub_of_robot[r] < 0 || size_t(hub_of_robot[r]) >= hubs.size())

@@ -180,33 +180,26 @@ class PythonBatch {
       const size_t n = batch_.settings().regulator_count;
       return gather(n, [](State& s, size_t i) { return s.regulated[i]; }), to_numpy(values, {robots, n});
     }
-    const char* const scalars[] = {"status", "active_contacts", "sweeps", "contact_residual", "step_count",
-                                   "contact_total", "sweep_total", "worst_penetration", "unconverged_total",
-                                   "worst_residual", "newton_steps", "newton_total", "tangent_total",
-                                   "tangent_error_total", "worst_tangent_error"};
-    for (int which = 0; which < 15; ++which)
-      if (name == scalars[which]) {
-        gather(1, [which](State& s, size_t) -> double {
-          switch (which) {
-            case 0: return s.status;
-            case 1: return s.active_contacts;
-            case 2: return s.sweeps;
-            case 3: return s.contact_residual;
-            case 4: return double(s.step_count);
-            case 5: return double(s.contact_total);
-            case 6: return double(s.sweep_total);
-            case 7: return s.worst_penetration;
-            case 8: return double(s.unconverged_total);
-            case 9: return s.worst_residual;
-            case 10: return s.newton_steps;
-            case 11: return double(s.newton_total);
-            case 12: return double(s.tangent_total);
-            case 13: return double(s.tangent_error_total);
-            default: return s.worst_tangent_error;
-          }
-        });
-        return to_numpy(values, {robots});
-      }
+    struct { const char* name; double (*of)(const State&); } const scalars[] = {
+        {"status", [](const State& s) { return double(s.status); }},
+        {"active_contacts", [](const State& s) { return double(s.active_contacts); }},
+        {"sweeps", [](const State& s) { return double(s.sweeps); }},
+        {"contact_residual", [](const State& s) { return double(s.contact_residual); }},
+        {"step_count", [](const State& s) { return double(s.step_count); }},
+        {"contact_total", [](const State& s) { return double(s.contact_total); }},
+        {"sweep_total", [](const State& s) { return double(s.sweep_total); }},
+        {"worst_penetration", [](const State& s) { return double(s.worst_penetration); }},
+        {"unconverged_total", [](const State& s) { return double(s.unconverged_total); }},
+        {"worst_residual", [](const State& s) { return double(s.worst_residual); }},
+        {"newton_steps", [](const State& s) { return double(s.newton_steps); }},
+        {"newton_total", [](const State& s) { return double(s.newton_total); }},
+        {"tangent_total", [](const State& s) { return double(s.tangent_total); }},
+        {"tangent_error_total", [](const State& s) { return double(s.tangent_error_total); }},
+        {"worst_tangent_error", [](const State& s) { return double(s.worst_tangent_error); }},
+    };
+    for (const auto& scalar : scalars)
+      if (name == scalar.name)
+        return gather(1, [&](State& s, size_t) { return scalar.of(s); }), to_numpy(values, {robots});
     if (name == "modes" || name == "mode_rates" || name == "impulses") {
       const bool impulses = name == "impulses";
       size_t rows = 0, width = impulses ? 3 : batch_.padded_modes();
