@@ -14,14 +14,14 @@ import argparse
 from itertools import product
 from pathlib import Path
 
-from pneumorph.cli import run
+from pneumorph.command.run_once import run_once
 
 MODES = (0.03, 0.018, 0.0126)
 ELEMENTS = (0.03, 0.012, 0.005)
 LIMITS = (
-    "--reduction.mode-limit 32 --reduction.ecsw.element-limit 500 "
-    "--reduction.bend-share 0.2 --reduction.load-share 0.1"
-)
+    "--reduction.mode-limit", 32, "--reduction.ecsw.element-limit", 500,
+    "--reduction.bend-share", 0.2, "--reduction.load-share", 0.1,
+)  # fmt: skip
 
 
 def main() -> None:
@@ -33,24 +33,18 @@ def main() -> None:
     parts = []
     for modes, elements in product(MODES, ELEMENTS):
         folder = options.out / f"{modes:g}_{elements:g}"
-        parts.append(folder / "leg.npz")
-        if parts[-1].exists():
-            continue
         folder.mkdir(parents=True, exist_ok=True)
         if not (folder / "snapshots").exists():
             (folder / "snapshots").symlink_to(snapshots)
-        command = (
-            f"reduce --preset paper --reduction.mode-tolerance {modes} "
-            f"--reduction.ecsw.hyperreduction-tolerance {elements} {LIMITS} --out {folder}"
-        )
-        if run(command.split()) != 0:
-            raise SystemExit(f"the reduction {folder} failed; see above")
-    names = " ".join(str(part) for part in parts)
-    command = (
-        f"compare --heldout-count 0 --floating-duration-s 0 --timed-steps 0 --grid {names} "
-        f"--out {options.out / 'compare'}"
-    )
-    raise SystemExit(run(command.split()))
+        run_once(
+            folder, "reduce", "--preset", "paper", "--reduction.mode-tolerance", modes,
+            "--reduction.ecsw.hyperreduction-tolerance", elements, *LIMITS,
+        )  # fmt: skip
+        parts.append(folder / "leg.npz")
+    run_once(
+        options.out / "compare", "compare", "--heldout-count", 0, "--floating-duration-s", 0,
+        "--timed-steps", 0, "--grid", *parts,
+    )  # fmt: skip
 
 
 if __name__ == "__main__":
