@@ -32,7 +32,7 @@ test: .venv-test/.installed
 
 site: .venv-test/.installed
 	rm -rf docs/_site docs/api
-	.venv-test/bin/python -m sphinx --builder html --keep-going --quiet docs docs/_site
+	.venv-test/bin/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_site
 
 docs: .venv-test/.installed
 	.venv-test/bin/pneumorph demo --out runs/images

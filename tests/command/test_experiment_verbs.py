@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from dying_run import dies_once
-from synthetic_part import synthetic_reduced_part
+from run_json import run_json
 
 from pneumorph.cli import run
 from pneumorph.command.campaign import _seeded, run_one
@@ -31,24 +30,11 @@ _SHORT = (
 
 
 @pytest.fixture(scope="module")
-def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
-    return part.save(tmp_path_factory.mktemp("leg") / "leg.npz")
-
-
-@pytest.fixture(scope="module")
 def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished coopt run with fine-tuning."""
     folder = tmp_path_factory.mktemp("coopt") / "run"
     assert run(f"coopt --preset fast --part {leg} --out {folder} {_SHORT}".split()) == 0
     return folder
-
-
-def _json(command: str, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
-    capsys.readouterr()
-    assert run([*command.split(), "--json"]) == 0
-    content: dict[str, Any] = json.loads(capsys.readouterr().out)
-    return content
 
 
 def test_coopt_reports_finetuned_pairs_and_where_the_time_went(learned: Path) -> None:
@@ -70,8 +56,8 @@ def test_evaluate_can_take_the_usual_physics_again(
     for name in ("summary.json", "training/gaits"):
         (tmp_path / "run" / name).symlink_to(learned / name)
     (tmp_path / "run" / "settings.json").write_text(json.dumps(settings))
-    icy = _json(f"evaluate {tmp_path / 'run'} --out {tmp_path / 'icy'}", capsys)
-    usual = _json(
+    icy = run_json(f"evaluate {tmp_path / 'run'} --out {tmp_path / 'icy'}", capsys)
+    usual = run_json(
         f"evaluate {tmp_path / 'run'} --afresh --part {leg} --out {tmp_path / 'usual'}", capsys
     )
     reported = usual["reported_distance_cm"]
@@ -82,7 +68,7 @@ def test_evaluate_can_take_the_usual_physics_again(
 def test_analyse_tells_steps_legs_and_friction(
     learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = _json(
+    found = run_json(
         f"analyse {learned} --cycle-s 0.4 --record-every 1 --friction-step 0.3 --out {tmp_path}",
         capsys,
     )
@@ -119,20 +105,20 @@ def test_search_of_designs_reports_pairs_that_walk_again(
         f"--{method}.population 4 --task.action-count 5 --task.action-step-count 20 "
         f"--kept-pair-count 2 --out {tmp_path / 'search'}"
     )
-    found = _json(command, capsys)
+    found = run_json(command, capsys)
     assert found["timesteps"] == 60
     assert found["simulated_s"] == pytest.approx(60 * 0.2)
     curve = json.loads((tmp_path / "search" / "learning_curve.json").read_text())
     assert curve["timesteps"] == [20, 40, 60]
     assert curve["best_distance_cm"][-1] == found["best_distance_cm"]
     best = found["pairs"][0]
-    again = _json(
+    again = run_json(
         f"simulate --gait {tmp_path / 'search' / best['gait']} --part {leg} --out {tmp_path / 's'}",
         capsys,
     )
     assert again["distance_cm"] == pytest.approx(best["distance_cm"], abs=1e-9)
     # With the same folder the finished search is read again.
-    repeated = _json(command, capsys)
+    repeated = run_json(command, capsys)
     assert repeated["pairs"] == found["pairs"]
     assert repeated["notes"] == ["resumed at timestep 60"]
 
@@ -140,7 +126,7 @@ def test_search_of_designs_reports_pairs_that_walk_again(
 def test_search_of_gaits_stands_beside_the_policy(
     learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = _json(
+    found = run_json(
         f"search --run {learned} --random-design-count 2 --timesteps 200 --environment-count 8 "
         f"--gaits.population 4 --out {tmp_path}",
         capsys,
@@ -188,7 +174,7 @@ def test_campaign_compares_seeds_and_variants(
 ) -> None:
     (tmp_path / "slippery.toml").write_text("[robot.simulation]\nfriction = 0.3\n")
     (tmp_path / "usual.json").write_text("{}")
-    found = _json(
+    found = run_json(
         f"campaign --preset fast --seeds 0 1 --part {leg} {_SHORT} --out {tmp_path / 'runs'} "
         f"--variants {tmp_path / 'slippery.toml'} {tmp_path / 'usual.json'}",
         capsys,

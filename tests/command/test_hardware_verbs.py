@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 from published_pairs import PAPER_PAIRS
+from run_json import run_json
 
 from pneumorph.cli import run
 from pneumorph.gait.gait_file import read_gait
 
 SHORT = "--expert.duration-s 1 --expert.period-s 1"
-
-
-def _json(command: str, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
-    capsys.readouterr()
-    assert run([*command.split(), "--json"]) == 0
-    content: dict[str, Any] = json.loads(capsys.readouterr().out)
-    return content
 
 
 def _refused(command: str, capsys: pytest.CaptureFixture[str]) -> str:
@@ -48,7 +41,7 @@ def test_calibrate_pairs_gives_the_papers_line(calibration: Path) -> None:
 def test_deploy_and_transfer_on_the_virtual_rig(
     calibration: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    deployed = _json(
+    deployed = run_json(
         f"deploy --model reduced {SHORT} --trials 2 --calibration {calibration} "
         f"--out {tmp_path / 'B'}",
         capsys,
@@ -60,7 +53,7 @@ def test_deploy_and_transfer_on_the_virtual_rig(
     gait, comments = read_gait(tmp_path / "B" / "schedule.csv")
     assert comments["design"] == deployed["design"]
     assert gait.duration_s == 1.0
-    compared = _json(
+    compared = run_json(
         f"transfer B={tmp_path / 'B'} --cycle-s 1 --step-s 0.5 --out {tmp_path / 't'}", capsys
     )
     (robot,) = compared["robots"]
@@ -77,8 +70,8 @@ def test_parameters_are_fitted_to_trials(
     calibration: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What the fit finds is tested in test_virtual_rig.py; here, that the verb writes it down."""
-    _json(f"deploy --model reduced {SHORT} --trials 1 --out {tmp_path / 'B'}", capsys)
-    fitted = _json(
+    run_json(f"deploy --model reduced {SHORT} --trials 1 --out {tmp_path / 'B'}", capsys)
+    fitted = run_json(
         f"calibrate --trials {tmp_path / 'B'} --calibration {calibration} --fit.names friction "
         f"--fit.scan-count 1 --fit.evaluation-limit 3 --out {tmp_path / 'c'}",
         capsys,
@@ -98,7 +91,7 @@ def test_parameters_are_fitted_to_trials(
 def test_dry_run_commands_nothing_and_prints_the_schedule(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    summary = _json(f"deploy --dry-run {SHORT} --out {tmp_path / 'd'}", capsys)
+    summary = run_json(f"deploy --dry-run {SHORT} --out {tmp_path / 'd'}", capsys)
     assert "trials" not in summary
     assert "kPa" in summary["schedule"][1]
     assert len(summary["schedule"]) == summary["command_count"] + 1
@@ -116,7 +109,7 @@ def test_a_calibration_moves_the_gaits_pressures(
     file = tmp_path / "c" / "calibration.json"
     gait = tmp_path / "gait.csv"
     gait.write_text("time_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa\n0,40,4,0\n2,40,4,0\n")
-    _json(f"deploy {gait} --dry-run --calibration {file} --out {tmp_path / 'd'}", capsys)
+    run_json(f"deploy {gait} --dry-run --calibration {file} --out {tmp_path / 'd'}", capsys)
     planned, _ = read_gait(tmp_path / "d" / "schedule.csv")
     # 4.0785 p - 20.361 = 8.157 q - 40.722  gives  q = (p + 4.9923) / 2.
     assert planned.held_kPa[0] == pytest.approx([22.496, 4.0, 0.0], abs=1e-3)
@@ -127,8 +120,8 @@ def test_a_calibration_with_a_modulus_changes_the_robot(
 ) -> None:
     content = json.loads(calibration.read_text())
     (tmp_path / "stiff.json").write_text(json.dumps({**content, "modulus_factor": 1.3}))
-    usual = _json(f"simulate {SHORT} --calibration {calibration} --out {tmp_path / 'a'}", capsys)
-    stiff = _json(
+    usual = run_json(f"simulate {SHORT} --calibration {calibration} --out {tmp_path / 'a'}", capsys)
+    stiff = run_json(
         f"simulate {SHORT} --calibration {tmp_path / 'stiff.json'} --out {tmp_path / 'b'}", capsys
     )
     assert stiff["distance_cm"] != usual["distance_cm"]
@@ -141,9 +134,11 @@ def test_gaits_are_exchanged(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     gait.write_text(
         "# design: 1.0.0.2.2.0.0.1\ntime_s,regulator_1_kPa,regulator_2_kPa\n0,40,4\n1,0,9\n2,0,9\n"
     )
-    there = _json(f"exchange {gait} --to sorotraj --out {tmp_path / 'y'}", capsys)
+    there = run_json(f"exchange {gait} --to sorotraj --out {tmp_path / 'y'}", capsys)
     assert there["duration_s"] == 2.0
-    back = _json(f"exchange {there['gait']} --to csv --hold-s 0.5 --out {tmp_path / 'c'}", capsys)
+    back = run_json(
+        f"exchange {there['gait']} --to csv --hold-s 0.5 --out {tmp_path / 'c'}", capsys
+    )
     held, _ = read_gait(back["gait"])
     assert held.held_kPa.tolist() == [[40.0, 4.0], [40.0, 4.0], [0.0, 9.0], [0.0, 9.0]]
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
-from synthetic_part import synthetic_reduced_part
+from run_json import run_json
 
 from pneumorph.cli import run
 from pneumorph.presets import data_folder
@@ -25,25 +24,12 @@ _SHORT_TRAINING = (
 
 
 @pytest.fixture(scope="module")
-def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
-    return part.save(tmp_path_factory.mktemp("leg") / "leg.npz")
-
-
-@pytest.fixture(scope="module")
 def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished coopt run."""
     folder = tmp_path_factory.mktemp("coopt") / "run"
     sweep = " ".join(f"--baseline.{flag}" for flag in _SHORT_SWEEP)
     assert run(f"coopt --part {leg} --out {folder} --{_SHORT_TRAINING} {sweep}".split()) == 0
     return folder
-
-
-def _json(command: str, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
-    capsys.readouterr()
-    assert run([*command.split(), "--json"]) == 0
-    content: dict[str, Any] = json.loads(capsys.readouterr().out)
-    return content
 
 
 def test_coopt_says_what_it_found_beside_the_baseline(learned: Path) -> None:
@@ -68,7 +54,7 @@ def test_coopt_refuses_a_folder_with_a_run_and_resumes_it(
     assert run([*again, "--seed", "7"]) == 1
     assert "holds a training run already" in capsys.readouterr().err
     assert (learned / "settings.json").read_text() == before
-    summary = _json(" ".join([*again, "--resume"]), capsys)
+    summary = run_json(" ".join([*again, "--resume"]), capsys)
     assert "resumed at timestep 48" in summary["notes"]
 
 
@@ -76,15 +62,17 @@ def test_evaluate_repeats_the_distances(
     learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The leg and the physics are those of the run, but for what a flag changes."""
-    found = _json(f"evaluate {learned} --out {tmp_path / 'e'}", capsys)
+    found = run_json(f"evaluate {learned} --out {tmp_path / 'e'}", capsys)
     assert len(found["pairs"]) == 2
     assert found["notes"] == []
-    icy = _json(f"evaluate {learned} --simulation.friction 0.1 --out {tmp_path / 'i'}", capsys)
+    icy = run_json(f"evaluate {learned} --simulation.friction 0.1 --out {tmp_path / 'i'}", capsys)
     assert icy["best_distance_cm"] != found["best_distance_cm"]
     assert "the run reported" in icy["notes"][0]
     for pair in found["pairs"]:
         assert pair["distance_cm"] == pytest.approx(pair["reported_distance_cm"], abs=1e-9)
-    recorded = _json(f"evaluate {learned} --record --pair-count 1 --out {tmp_path / 'r'}", capsys)
+    recorded = run_json(
+        f"evaluate {learned} --record --pair-count 1 --out {tmp_path / 'r'}", capsys
+    )
     assert recorded["best_distance_cm"] == pytest.approx(found["best_distance_cm"], abs=1e-9)
     assert (tmp_path / "r" / "trajectory_reduced_L1.npz").exists()
 
@@ -93,7 +81,7 @@ def test_simulate_walks_a_gait_file_and_films_it(
     learned: Path, leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     gait = learned / "training" / "gaits" / "L1.csv"
-    summary = _json(
+    summary = run_json(
         f"simulate --gait {gait} --part {leg} --film --film-settings.width 240 --out {tmp_path}",
         capsys,
     )
@@ -109,7 +97,7 @@ def test_simulate_takes_a_full_robot_of_any_design(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Two legs and five steps of 10 ms: the contact law, and that no step failed, are reported."""
-    summary = _json(
+    summary = run_json(
         "simulate --model full --design 1.0.0.0.2.0.0.0 --expert.duration-s 0.05 --record-every 2 "
         f"--full.hub rigid --out {tmp_path}",
         capsys,
@@ -146,7 +134,7 @@ def test_simulate_refuses_bad_input(
 
 
 def test_report_is_one_page_of_the_run(learned: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    summary = _json(f"report {learned} --replay.frame-interval-s 0.5", capsys)
+    summary = run_json(f"report {learned} --replay.frame-interval-s 0.5", capsys)
     content = Path(summary["page"]).read_text()
     assert Path(summary["page"]) == learned / "report" / "page.html"
     for heading in ("Replay", "Distance and path", "Gait", "The expert&#x27;s gait", "Training",
@@ -176,7 +164,7 @@ def test_compare_walks_a_grid_of_reductions(
     shipped = data_folder("leg_paper.npz")
     command = f"compare --animations two_leg --heldout-count 0 --floating-duration-s 0 \
         --timed-steps 0 --grid {shipped} --out {tmp_path}"
-    summary = _json(command, capsys)
+    summary = run_json(command, capsys)
     (point,) = summary["tolerance_grid"]
     assert point["mean_node_error_mm"] == summary["animations_mean_node_error_mm"]
     assert point["mode_count"] == summary["leg"]["mode_count"]
@@ -186,10 +174,10 @@ def test_compare_walks_a_grid_of_reductions(
 
 def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sweep = " ".join(f"--{flag}" for flag in _SHORT_SWEEP)
-    swept = _json(f"baseline --part {leg} {sweep} --out {tmp_path / 'b'}", capsys)
+    swept = run_json(f"baseline --part {leg} {sweep} --out {tmp_path / 'b'}", capsys)
     assert swept["baseline_best_phase_deg"] in swept["phases_deg"]
     assert Trajectory.load(tmp_path / "b" / "baseline_trajectory.npz").time_s[-1] == 4.0
-    bench = _json(
+    bench = run_json(
         f"bench engine --part {leg} --robot-count 4 --action-count 1 --out {tmp_path / 'e'}", capsys
     )
     assert bench["env_steps_per_s"] > 0
@@ -202,7 +190,7 @@ def test_bench_profiles_the_engine(
     leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     flags = "--engine-profile.robots 1 2 --engine-profile.legs 3 --engine-profile.modes 2 4 8"
-    bench = _json(
+    bench = run_json(
         f"bench engine --profile --part {leg} --robot-count 2 --action-count 1 --threads 1 "
         f"--engine-profile.batch 2 {flags} --out {tmp_path / 'p'}",
         capsys,
@@ -221,7 +209,7 @@ def test_bench_full_times_the_stages_of_a_step(
 ) -> None:
     flag = "--full-benchmark"
     short = f"{flag}.settling-steps 12 {flag}.walking-steps 1 {flag}.timed-steps 3"
-    bench = _json(f"bench full {short} {flag}.repetitions 3 --out {tmp_path / 'f'}", capsys)
+    bench = run_json(f"bench full {short} {flag}.repetitions 3 --out {tmp_path / 'f'}", capsys)
     stages = ("assembly", "factorisation", "contact", "other")
     total = sum(bench[f"{stage}_seconds"] for stage in stages)
     assert total == pytest.approx(bench["seconds_per_step"])

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from synthetic_part import synthetic_reduced_part
+from run_json import run_json
 
 from pneumorph.artefact import write_atomically
 from pneumorph.cli import run
@@ -33,24 +33,11 @@ _SHORT_TRAINING = (
 
 
 @pytest.fixture(scope="module")
-def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
-    return part.save(tmp_path_factory.mktemp("leg") / "leg.npz")
-
-
-@pytest.fixture(scope="module")
 def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished coopt run."""
     folder = tmp_path_factory.mktemp("coopt") / "run"
     assert run(f"coopt --part {leg} --out {folder} --{_SHORT_TRAINING}".split()) == 0
     return folder
-
-
-def _json(command: list[str], capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
-    capsys.readouterr()
-    assert run([*command, "--json"]) == 0
-    content: dict[str, Any] = json.loads(capsys.readouterr().out)
-    return content
 
 
 def _trial(folder: Path) -> Path:
@@ -70,13 +57,12 @@ def test_replay_of_two_robots_and_a_trial_with_films(
     learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], open_page: OpenPage
 ) -> None:
     trial = _trial(tmp_path / "trial_1")
-    summary = _json(
-        ["replay", f"learned={learned / 'best_trajectory.npz'}",
-         str(learned / "baseline_trajectory.npz"), f"real={trial}",
-         "--out", str(tmp_path / "out"), "--mp4", "--gif",
-         "--film.width", "240", "--film.frames-per-second", "2"],
+    summary = run_json(
+        f"replay learned={learned / 'best_trajectory.npz'} {learned / 'baseline_trajectory.npz'} "
+        f"real={trial} --out {tmp_path / 'out'} --mp4 --gif --film.width 240 "
+        "--film.frames-per-second 2",
         capsys,
-    )  # fmt: skip
+    )
     assert summary["robots"] == ["learned", "baseline_trajectory", "real"]
     assert summary["largest_error_mm"] <= 0.01
     assert Path(summary["mp4"]).stat().st_size > 1000
@@ -103,7 +89,7 @@ def test_replay_refuses_what_holds_no_motion(
 
 
 def test_watch_tells_the_moment(learned: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    summary = _json(["watch", str(learned)], capsys)
+    summary = run_json(f"watch {learned}", capsys)
     found = json.loads((learned / "summary.json").read_text())
     assert summary["finished"]
     assert summary["timestep"] == summary["timesteps"] == 48
@@ -116,7 +102,7 @@ def test_watch_tells_the_moment(learned: Path, capsys: pytest.CaptureFixture[str
 def test_watch_once_writes_a_page_that_stands_alone(
     learned: Path, capsys: pytest.CaptureFixture[str], open_page: OpenPage
 ) -> None:
-    summary = _json(["watch", str(learned), "--once"], capsys)
+    summary = run_json(f"watch {learned} --once", capsys)
     page = open_page(Path(summary["page"]))
     assert "Finished: 48 of 48 timesteps" in page.locator("#status").inner_text()
     designs = page.locator("#designs figcaption").all_inner_texts()
