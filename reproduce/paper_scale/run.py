@@ -1,11 +1,15 @@
-"""Everything that follows the training at the paper's scale: summary.json, figures, small files.
+"""The paper's experiment at its scale: what is kept of a training, and everything that follows it.
+
+    python reproduce/paper_scale/run.py [--steps baseline reduced mirror ...]
+
+works with the gaits and metrics that lie beside this file. After a training of one's own,
 
     pneumorph coopt --preset paper --seed 0 --resume --out runs/paper
-    python reproduce/paper_scale/run.py runs/paper [--steps baseline training reduced ...]
+    python reproduce/paper_scale/run.py --run runs/paper --out runs/kept
 
-Each step is a verb in a folder of its own under RUN/paper_scale; those that are finished are not
-made again, and full-order robots go on where they were stopped. What is kept (figures, gaits,
-metrics, summary.json) is written to --out once every step is there.
+keeps that one's first. Each step is a verb in a folder of its own under --work; those that are
+finished are not made again, and full-order robots go on where they were stopped. Figures and
+summary.json are written to --out, the latter once every step is there.
 """
 
 from __future__ import annotations
@@ -41,129 +45,154 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
+PAIRS = 5
 DIGITS = 5
 """Digits of the metrics that are kept."""
 
 
 class PaperScale:
-    """The steps after a training.
+    """A training and what follows it.
 
     Args:
-        run: Folder of the coopt run.
-        out: Where what is kept goes.
+        run: Folder of a coopt run to keep; None works with what is kept.
+        out: Where small files are kept.
+        work: Where the steps run.
     """
 
-    def __init__(self, run: Path, out: Path) -> None:
-        self.run, self.out = run, out
-        self.work = run / "paper_scale"
-        self.learned = read_summary(run)
-        self.settings = read_settings(run)
+    def __init__(self, run: Path | None, out: Path, work: Path) -> None:
+        self.run, self.out, self.work = run, out, work
 
-    def baseline(self) -> None:
-        """The expert's gait at every phase, as the run swept it."""
-        figure = phase_figure(self.learned["phases_deg"], self.learned["distances_cm"])
-        save_figure(figure, self.out / "baseline.png", ("png",))
+    @property
+    def gaits(self) -> list[Path]:
+        """The best pairs, each a gait that names its design."""
+        return [self.out / "gaits" / f"L{rank}.csv" for rank in range(1, PAIRS + 1)]
 
-    def training(self) -> None:
-        """Histogram of rewards weighted by the design distribution over training."""
-        metrics = read_metrics(self.run / "training")
+    def finished(self) -> Path:
+        """The training's folder.
+
+        Raises:
+            SystemExit: None was given.
+        """
+        if self.run is None:
+            raise SystemExit("this step needs a finished training; give its folder by --run")
+        return self.run
+
+    def keep(self) -> None:
+        """Metrics, best gaits and provenance of the training, and its figure."""
+        run = self.finished()
+        learned = read_summary(run)
+        (self.out / "gaits").mkdir(parents=True, exist_ok=True)
+        for pair, gait in zip(learned["pairs"], self.gaits, strict=False):
+            shutil.copy(run / pair["gait"], gait)
+        metrics = read_metrics(run / "training")
+        lines = "".join(json.dumps(rounded(line)) + "\n" for line in metrics)
+        write_atomically(self.out / "metrics.jsonl", lambda stream: stream.write(lines.encode()))
         figure = reward_figure(
             metrics,
             HISTOGRAM_EDGES_CM,
-            self.learned["baseline_best_distance_cm"],
-            self.learned["best_distance_cm"],
-            self.learned["seen_pairs"][:5],
+            learned["baseline_best_distance_cm"],
+            learned["best_distance_cm"],
+            learned["seen_pairs"][:PAIRS],
         )
         save_figure(figure, self.out / "training.png", ("png",))
-        lines = "".join(json.dumps(rounded(line)) + "\n" for line in metrics)
-        write_atomically(self.out / "metrics.jsonl", lambda stream: stream.write(lines.encode()))
+        training = {
+            "made_by": learned["made_by"],
+            "machine": machine(),
+            "wall_s": learned["training_wall_s"],
+            "finetuning_timesteps": learned["finetuning_timesteps"],
+            "finetuning_wall_s": learned.get("finetuning_wall_s"),
+            "settings": read_settings(run),
+        }
+        write_json(self.out / "training.json", finite(training))
 
-    def reduced(self) -> dict[str, Any]:
-        """The best pairs once more in the reduced simulator."""
-        return run_once(self.work / "reduced", "evaluate", self.run)
-
-    def full(self) -> dict[str, Any]:
-        """The best pairs as finite elements."""
-        return run_once(self.work / "full", "evaluate", self.run, "--model", "full")
-
-    def baseline_full(self) -> dict[str, Any]:
-        """The expert's best phase as finite elements."""
-        robots = write_json(self.work / "robots.json", {"robot": self.settings["robot"]})
-        return run_once(
-            self.work / "baseline_full", "simulate", "--model", "full", "--settings", robots,
-            "--expert.phase-deg", self.learned["baseline_best_phase_deg"],
-        )  # fmt: skip
-
-    def mirror(self) -> dict[str, Any]:
-        """The mirror image of the best design, driven by the best design's gait."""
-        robots = write_json(self.work / "robots.json", {"robot": self.settings["robot"]})
-        best = self.learned["pairs"][0]
-        return run_once(
-            self.work / "mirror", "simulate", "--settings", robots,
-            "--gait", self.run / best["gait"],
-            "--design", Design.parse(best["design"]).mirror(),
-        )  # fmt: skip
-
-    def analysis(self) -> dict[str, Any]:
+    def analysis(self) -> None:
         """Rewards of each step, tilt, load and friction of each leg, distance over friction."""
-        found = run_once(self.work / "analysis", "analyse", self.run)
-        self.out.mkdir(parents=True, exist_ok=True)
+        run_once(self.work / "analysis", "analyse", self.finished())
         for figure in sorted((self.work / "analysis").glob("*.png")):
             shutil.copy(figure, self.out / figure.name)
         shutil.copy(self.work / "analysis" / "analysis.json", self.out / "analysis.json")
+
+    def baseline(self) -> dict[str, Any]:
+        """The expert's gait at every phase."""
+        found = run_once(self.work / "baseline", "baseline")
+        figure = phase_figure(found["phases_deg"], found["distances_cm"])
+        save_figure(figure, self.out / "baseline.png", ("png",))
         return found
 
+    def baseline_full(self) -> dict[str, Any]:
+        """The expert's best phase as finite elements."""
+        return run_once(
+            self.work / "baseline_full", "simulate", "--model", "full",
+            "--expert.phase-deg", self.baseline()["baseline_best_phase_deg"],
+        )  # fmt: skip
+
+    def reduced(self) -> list[dict[str, Any]]:
+        """The best pairs in the reduced simulator."""
+        return [
+            run_once(self.work / "reduced" / gait.stem, "simulate", "--gait", gait)
+            for gait in self.gaits
+        ]
+
+    def full(self) -> list[dict[str, Any]]:
+        """The best pairs as finite elements."""
+        return [
+            run_once(self.work / "full" / gait.stem, "simulate", "--model", "full", "--gait", gait)
+            for gait in self.gaits
+        ]
+
+    def mirror(self) -> dict[str, Any]:
+        """The mirror image of the best design, driven by the best design's gait."""
+        best = self.reduced()[0]
+        return run_once(
+            self.work / "mirror", "simulate", "--gait", self.gaits[0],
+            "--design", Design.parse(best["design"]).mirror(),
+        )  # fmt: skip
+
     def summary(self) -> None:
-        """Bring the numbers together and keep the gaits."""
-        learned = self.learned
-        reduced, full = self.reduced()["pairs"], self.full()["pairs"]
-        baseline_full = self.baseline_full()["distance_cm"]
-        mirror = self.mirror()["distance_cm"]
-        baseline = learned["baseline_best_distance_cm"]
-        top_five = []
-        for rank, (pair, again, elements) in enumerate(
-            zip(learned["pairs"][:5], reduced, full, strict=True), start=1
-        ):
-            shutil.copy(self.run / pair["gait"], self.out / f"L{rank}.csv")
-            top_five.append(
-                {
-                    "design": pair["design"],
-                    "source": pair["source"],
-                    "distance_cm": pair["distance_cm"],
-                    "distance_again_cm": again["distance_cm"],
-                    "distance_full_order_cm": elements["distance_cm"],
-                    "gait": f"L{rank}.csv",
-                }
-            )
-        best_full = top_five[0]["distance_full_order_cm"]
+        """Bring the numbers together."""
+        training = json.loads((self.out / "training.json").read_text())
+        metrics = [json.loads(line) for line in (self.out / "metrics.jsonl").open()]
+        last = metrics[-1]
+        top_five = [
+            {
+                "design": walked["design"],
+                "distance_cm": walked["distance_cm"],
+                "distance_full_order_cm": elements["distance_cm"],
+                "gait": f"gaits/{gait.name}",
+            }
+            for walked, elements, gait in zip(self.reduced(), self.full(), self.gaits, strict=True)
+        ]
+        best, baseline = top_five[0], self.baseline()
+        baseline_cm = baseline["baseline_best_distance_cm"]
+        baseline_full_cm = self.baseline_full()["distance_cm"]
         content = {
-            "timesteps": learned["timesteps"],
-            "wall_s": learned["training_wall_s"],
-            "best_design": learned["best_design"],
-            "best_distance_cm": learned["best_distance_cm"],
-            "best_distance_full_order_cm": best_full,
-            "baseline_best_distance_cm": baseline,
-            "baseline_best_phase_deg": learned["baseline_best_phase_deg"],
-            "baseline_best_distance_full_order_cm": baseline_full,
-            "times_the_baseline": ratio(learned["best_distance_cm"], baseline),
-            "times_the_baseline_full_order": ratio(best_full, baseline_full),
-            "mirror_image_distance_cm": mirror,
+            "timesteps": last["timestep"],
+            "wall_s": training["wall_s"],
+            "best_design": best["design"],
+            "best_distance_cm": best["distance_cm"],
+            "best_distance_full_order_cm": best["distance_full_order_cm"],
+            "baseline_best_distance_cm": baseline_cm,
+            "baseline_best_phase_deg": baseline["baseline_best_phase_deg"],
+            "baseline_best_distance_full_order_cm": baseline_full_cm,
+            "times_the_baseline": ratio(best["distance_cm"], baseline_cm),
+            "times_the_baseline_full_order": ratio(
+                best["distance_full_order_cm"], baseline_full_cm
+            ),
+            "mirror_image_distance_cm": self.mirror()["distance_cm"],
             "top_five": top_five,
-            "finetuning_timesteps": learned["finetuning_timesteps"],
-            "finetuning_wall_s": learned.get("finetuning_wall_s"),
             **{
-                name: learned[name]
-                for name in ("simulate_s", "learn_s", "log_s", "evaluate_s", "other_s",
-                             "learn_and_log_share", "update_count", "failed_episode_count",
-                             "damping", "seed", "notes", "made_by")
+                name: last[name]
+                for name in ("simulate_s", "learn_s", "log_s", "evaluate_s", "update_count")
             },
-            "machine": machine(),
+            "learn_and_log_share": (last["learn_s"] + last["log_s"]) / training["wall_s"],
+            "failed_episode_count": sum(line["failed_count"] for line in metrics),
+            "training": training,
+            "machine_of_this_summary": machine(),
             "commit_of_this_summary": source_commit(),
-            "settings": self.settings,
-        }  # fmt: skip
+        }
         write_json(self.out / "summary.json", finite(content))
-        baselines = (baseline, baseline_full)
-        save_figure(distances_figure(top_five, baselines), self.out / "distances.png", ("png",))
+        distances = distances_figure(top_five, (baseline_cm, baseline_full_cm))
+        save_figure(distances, self.out / "distances.png", ("png",))
 
 
 @figure_style()
@@ -224,14 +253,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    steps = ("baseline", "training", "reduced", "mirror", "analysis", "baseline_full", "full",
-             "summary")  # fmt: skip
-    parser.add_argument("run", type=Path, help="folder of the coopt run")
+    follows = ("baseline", "reduced", "mirror", "baseline_full", "full", "summary")
+    steps = ("keep", "analysis", *follows)
+    parser.add_argument("--run", type=Path, help="folder of a finished training to keep")
     parser.add_argument("--out", type=Path, default=HERE)
-    parser.add_argument("--steps", nargs="+", choices=steps, default=steps)
+    parser.add_argument("--work", type=Path, default=Path("runs/paper_scale"))
+    parser.add_argument("--steps", nargs="+", choices=steps)
     options = parser.parse_args()
-    todo = PaperScale(options.run, options.out)
-    for step in options.steps:
+    todo = PaperScale(options.run, options.out, options.work)
+    for step in options.steps or (follows if options.run is None else steps):
         print(f"{step} ...", flush=True)
         make: Callable[[], object] = getattr(todo, step)
         make()
