@@ -1,0 +1,55 @@
+"""A robot walks alike in any batch, and minds neither its neighbours' failures nor their rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from crawlers import GAIT, SETTINGS, crawlers, march
+
+from pneumorph.simulation import BatchedSimulator, RobotStatus
+from pneumorph.simulation.reduced_robot import ReducedRobot
+from pneumorph.simulation.rollout import rollout
+
+
+def test_a_robot_is_the_same_bits_in_any_batch_and_with_any_threads():
+    settings = replace(SETTINGS, element_precision="single")
+    robots = crawlers()
+    together = march(BatchedSimulator(robots * 4, settings, thread_count=3))
+    for index, robot in enumerate(robots):
+        alone = march(BatchedSimulator([robot], settings, thread_count=1))
+        for name, value in alone.items():
+            for copy in range(index, 12, 3):
+                same = together[name][copy][: value.shape[1]]
+                assert np.array_equal(value[0], same), (name, copy)
+
+
+def test_rollout_of_one_robot_equals_the_batch():
+    robot = crawlers()[2]
+    model = ReducedRobot(robot, SETTINGS)
+    _, trajectory = rollout(model, np.repeat(GAIT, 20, axis=0), settling_steps=0, record_every=10)
+    batch = march(BatchedSimulator([robot], SETTINGS, 1))
+    assert np.array_equal(trajectory.hub_position_mm[-1], batch["position"][0])
+    assert trajectory.node_positions_mm.shape[:2] == (17, 4)
+    assert trajectory.status == "completed"
+
+
+def test_a_diverging_robot_stops_alone_and_stays_finite():
+    robots = crawlers()
+    healthy = march(BatchedSimulator(robots, SETTINGS, 2))
+    simulator = BatchedSimulator(robots, SETTINGS, 2)
+    simulator.write(1, "velocity", np.array([0.0, 0.0, 1e9]))
+    for command in GAIT:
+        simulator.advance(np.tile(command, (3, 1)), 20)
+    assert simulator.status.tolist() == [0, RobotStatus.DIVERGED, 0]
+    assert np.array_equal(simulator.read("position")[[0, 2]], healthy["position"][[0, 2]])
+    assert np.all(np.isfinite(simulator.read("modes")))
+    simulator.reset(np.array([False, True, False]))
+    assert simulator.status[1] == RobotStatus.RUNNING
+
+
+def test_inactive_robots_stand_still():
+    simulator = BatchedSimulator(crawlers(), SETTINGS, 1)
+    simulator.advance(np.full((3, 2), 5.0), 10, active=np.array([True, False, True]))
+    assert np.array_equal(simulator.read("position")[1], np.zeros(3))
+    assert np.all(simulator.read("step_count") == [10, 0, 10])
