@@ -5,6 +5,7 @@ import signal
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from toy_coopt import TIME_STEP_S, make_simulator, toy_settings
 
@@ -13,6 +14,19 @@ from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawle
 
 _SETTINGS = toy_settings(round_count=7, environment_count=4)
 SETTINGS = replace(_SETTINGS, checkpoint_interval_timesteps=2 * _SETTINGS.timesteps_per_round)
+
+
+def finish(folder: Path, said: list[str] | None = None) -> dict[str, Any]:
+    """Begin the run, or go on with it, to its end."""
+    return cooptimise(
+        viscous_crawler_robot,
+        make_simulator,
+        SETTINGS,
+        folder,
+        time_step_s=TIME_STEP_S,
+        resume=True,
+        say=None if said is None else said.append,
+    )
 
 
 def die_at_call(number: int, of: object, name: str) -> None:
@@ -38,14 +52,7 @@ def main(folder: Path, moment: str) -> None:
     elif moment == "between the renames of the second checkpoint":
         # settings.json, metrics, the first checkpoint's two renames, then three for each.
         die_at_call(1 + 1 + 2 + 3, os, "replace")
-    cooptimise(
-        viscous_crawler_robot,
-        make_simulator,
-        SETTINGS,
-        folder,
-        time_step_s=TIME_STEP_S,
-        resume=True,
-    )
+    finish(folder)
 
 
 if __name__ == "__main__":

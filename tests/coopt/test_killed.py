@@ -7,12 +7,11 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from killed_run import SETTINGS
-from toy_coopt import TIME_STEP_S, make_simulator
+from killed_run import SETTINGS, finish
+from toy_coopt import make_simulator
 
 from pneumorph.coopt.checkpoint import load_checkpoint
 from pneumorph.coopt.cooptimise import cooptimise
@@ -21,18 +20,6 @@ from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 
 HERE = Path(__file__).parent
 PERIOD = SETTINGS.checkpoint_interval_timesteps
-
-
-def finish(folder: Path, said: list[str] | None = None) -> dict[str, Any]:
-    return cooptimise(
-        viscous_crawler_robot,
-        make_simulator,
-        SETTINGS,
-        folder,
-        time_step_s=TIME_STEP_S,
-        resume=True,
-        say=None if said is None else said.append,
-    )
 
 
 @pytest.fixture(scope="module")
