@@ -43,6 +43,18 @@ def snapshots(model: PartModel) -> Snapshots:
 
 
 @pytest.fixture(scope="module")
+def loads_alone(snapshots: Snapshots) -> Snapshots:
+    """The snapshots without free bending."""
+    loads = snapshots.of("load")
+    return Snapshots(
+        snapshots.displacement[loads],
+        snapshots.pressure_kPa[loads],
+        snapshots.source[loads],
+        snapshots.metadata,
+    )
+
+
+@pytest.fixture(scope="module")
 def reduction(model: PartModel, snapshots: Snapshots):
     settings = ReductionSettings(
         mode_tolerance=1e-5, mode_limit=12, ecsw=EcswSettings(hyperreduction_tolerance=0.002)
@@ -104,36 +116,22 @@ def test_same_snapshots_same_reduction(model, snapshots, reduction):
     assert np.array_equal(again.tetrahedron_weight, part.tetrahedron_weight)
 
 
-def test_snapshots_of_another_mesh_and_without_bending_are_refused(model, snapshots):
+def test_snapshots_of_another_mesh_and_without_bending_are_refused(model, snapshots, loads_alone):
     with pytest.raises(ValueError, match="must be of the part's mesh"):
         reduce_part(synthetic_part((4, 4, 4)), snapshots)
-    loads = snapshots.of("load")
-    without = Snapshots(
-        snapshots.displacement[loads],
-        snapshots.pressure_kPa[loads],
-        snapshots.source[loads],
-        snapshots.metadata,
-    )
     with pytest.raises(ValueError, match="must hold free-bending equilibria"):
-        reduce_part(model, without)
+        reduce_part(model, loads_alone)
 
 
-def test_kinds_without_a_share_teach_nothing(model, snapshots):
+def test_kinds_without_a_share_teach_nothing(model, snapshots, loads_alone):
     alone = ReductionSettings(mode_limit=6, bend_share=0.0, load_share=1.0, holdout_every=0)
     part, report = reduce_part(model, snapshots, alone)
-    loads = snapshots.of("load")
-    only = Snapshots(
-        snapshots.displacement[loads],
-        snapshots.pressure_kPa[loads],
-        snapshots.source[loads],
-        snapshots.metadata,
-    )
     # Bending that weighs nothing is measured but changes neither modes nor elements.
     bend = snapshots.of("bend")[:1]
     few = Snapshots(
-        np.concatenate([0.5 * snapshots.displacement[bend], only.displacement]),
-        np.concatenate([snapshots.pressure_kPa[bend], only.pressure_kPa]),
-        np.concatenate([snapshots.source[bend], only.source]),
+        np.concatenate([0.5 * snapshots.displacement[bend], loads_alone.displacement]),
+        np.concatenate([snapshots.pressure_kPa[bend], loads_alone.pressure_kPa]),
+        np.concatenate([snapshots.source[bend], loads_alone.source]),
         snapshots.metadata,
     )
     other, _ = reduce_part(model, few, alone)
