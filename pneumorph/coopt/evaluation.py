@@ -50,21 +50,48 @@ def evaluate_policy(
                 done = begin * action_count + action * min(count, len(designs) - begin)
                 progress(done, len(designs) * action_count, "evaluating")
 
-        commands, distance_cm, failed = walk_episode(
+        pairs += walk_batch(
             environment,
             space,
-            filled_batch(batch, count),
+            batch,
             lambda observation: learner.mode_actions(policy, observation),
+            timestep,
             report,
         )
-        pairs += [
-            DesignGaitPair(
-                int(design), commands[:, place], float(distance_cm[place]), "policy", timestep
-            )
-            for place, design in enumerate(batch)
-            if not failed[place]
-        ]
     return pairs
+
+
+def walk_batch(
+    environment: CrawlingEnvironment,
+    space: DesignSpace,
+    batch: np.ndarray,
+    act: Callable[[np.ndarray], np.ndarray],
+    timestep: int,
+    report: Callable[[int], None] | None = None,
+) -> list[DesignGaitPair]:
+    """Walk no more designs than the environment has robots, for one episode.
+
+    Args:
+        environment: Where to walk; its designs are replaced.
+        space: The design space.
+        batch: Indices of the designs, shape (n,).
+        act: Turns observations (robot, observation) into actions (robot, regulator).
+        timestep: Timestep of training, noted in the pairs.
+        report: Told the number of actions done.
+
+    Returns:
+        A pair for each design whose simulation did not fail, in the order asked for.
+    """
+    commands, distance_cm, failed = walk_episode(
+        environment, space, filled_batch(batch, environment.num_envs), act, report
+    )
+    return [
+        DesignGaitPair(
+            int(design), commands[:, place], float(distance_cm[place]), "policy", timestep
+        )
+        for place, design in enumerate(batch)
+        if not failed[place]
+    ]
 
 
 def filled_batch(batch: np.ndarray, count: int) -> np.ndarray:

@@ -16,7 +16,7 @@ import numpy as np
 
 from pneumorph.coopt.checkpoint import load_checkpoint
 from pneumorph.coopt.design_gait_pair import BestPairs, DesignGaitPair
-from pneumorph.coopt.evaluation import filled_batch, walk_episode
+from pneumorph.coopt.evaluation import filled_batch, walk_batch
 from pneumorph.coopt.networks import Policy
 from pneumorph.coopt.policy_file import load_policy, save_policy
 from pneumorph.coopt.training import Training
@@ -126,14 +126,5 @@ def _walked(
                 action[rows] = training.learner.mode_actions(policies[driver], observation[rows])
             return action
 
-        commands, distance_cm, failed = walk_episode(
-            training.environment, training.space, filled_batch(batch, count), act
-        )
-        pairs += [
-            DesignGaitPair(
-                int(design), commands[:, place], float(distance_cm[place]), "policy", timestep
-            )
-            for place, design in enumerate(batch)
-            if not failed[place]
-        ]
+        pairs += walk_batch(training.environment, training.space, batch, act, timestep)
     return pairs
