@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 from collections import deque
@@ -80,7 +81,7 @@ def connect(settings: ExecutorSettings) -> tuple[Any, bool]:
         num_cpus=None if settings.address else settings.process_count or None,
         include_dashboard=None if settings.address else False,
         log_to_driver=False,
-        logging_level="warning",
+        logging_level=logging.WARNING,
         runtime_env={"env_vars": environment},
     )
     return ray, True

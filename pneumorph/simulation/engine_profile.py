@@ -17,8 +17,8 @@ AXES = ("robots", "legs", "modes", "threads")
 """What is varied, one at a time."""
 
 DrawRobots = Callable[[np.random.Generator, int, int | None, int | None], Sequence[Robot]]
-"""Draws random robots from a generator, a count, a number of legs and a number of modes; None leaves
-legs or modes as they come."""
+"""Draws random robots from a generator, a count, a number of legs and a number of modes; None
+leaves legs or modes as they come."""
 
 
 @dataclass(frozen=True)
