@@ -28,7 +28,7 @@ test: .venv-test/.installed
 	.venv-test/bin/ruff format --check .
 	.venv-test/bin/mypy
 	$(MAKE) site
-	.venv-test/bin/pytest
+	.venv-test/bin/pytest --numprocesses auto --dist loadfile
 
 site: .venv-test/.installed
 	rm -rf docs/_site docs/api
