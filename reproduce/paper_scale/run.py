@@ -44,7 +44,7 @@ from pneumorph.robot.design import Design
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-HERE = Path(__file__).parent
+HERE = Path(os.path.relpath(Path(__file__).parent))
 PAIRS = 5
 DIGITS = 5
 """Digits of the metrics that are kept."""
