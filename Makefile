@@ -28,7 +28,8 @@ test: .venv-test/.installed
 	.venv-test/bin/ruff format --check .
 	.venv-test/bin/mypy
 	$(MAKE) site
-	.venv-test/bin/pytest --numprocesses auto --dist loadfile
+	.venv-test/bin/pytest -m alone
+	.venv-test/bin/pytest -m "not alone" --numprocesses auto --dist loadfile
 
 site: .venv-test/.installed
 	rm -rf docs/_site docs/api

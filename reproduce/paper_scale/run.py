@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
 HERE = Path(os.path.relpath(Path(__file__).parent))
 PAIRS = 5
+BASELINE = ("phases_deg", "distances_cm", "baseline_best_phase_deg", "baseline_best_distance_cm")
 DIGITS = 5
 """Digits of the metrics that are kept."""
 
@@ -65,7 +66,19 @@ class PaperScale:
     @property
     def gaits(self) -> list[Path]:
         """The best pairs, each a gait that names its design."""
-        return [self.out / "gaits" / f"L{rank}.csv" for rank in range(1, PAIRS + 1)]
+        return sorted((self.out / "gaits").glob("L?.csv"))
+
+    @property
+    def training(self) -> dict[str, Any]:
+        """Provenance, settings and baseline of the training that was kept."""
+        content: dict[str, Any] = json.loads((self.out / "training.json").read_text())
+        return content
+
+    def walk(self, folder: str, *flags: object) -> dict[str, Any]:
+        """Simulate one robot in the training's physics."""
+        robots = {"robot": self.training["settings"]["robot"]}
+        settings = write_json(self.work / "robots.json", robots)
+        return run_once(self.work / folder, "simulate", "--settings", settings, *flags)
 
     def finished(self) -> Path:
         """The training's folder.
@@ -83,8 +96,8 @@ class PaperScale:
         learned = read_summary(run)
         (self.out / "gaits").mkdir(parents=True, exist_ok=True)
         shutil.rmtree(self.out / "full_order", ignore_errors=True)  # of other gaits
-        for pair, gait in zip(learned["pairs"], self.gaits, strict=False):
-            shutil.copy(run / pair["gait"], gait)
+        for rank, pair in enumerate(learned["pairs"][:PAIRS], start=1):
+            shutil.copy(run / pair["gait"], self.out / "gaits" / f"L{rank}.csv")
         metrics = read_metrics(run / "training")
         lines = "".join(json.dumps(rounded(line)) + "\n" for line in metrics)
         write_atomically(self.out / "metrics.jsonl", lambda stream: stream.write(lines.encode()))
@@ -102,6 +115,7 @@ class PaperScale:
             "wall_s": learned["training_wall_s"],
             "finetuning_timesteps": learned["finetuning_timesteps"],
             "finetuning_wall_s": learned.get("finetuning_wall_s"),
+            "baseline": {name: learned[name] for name in BASELINE},
             "settings": read_settings(run),
         }
         write_json(self.out / "training.json", finite(training))
@@ -115,7 +129,7 @@ class PaperScale:
 
     def baseline(self) -> dict[str, Any]:
         """The expert's gait at every phase."""
-        found = run_once(self.work / "baseline", "baseline")
+        found: dict[str, Any] = self.training["baseline"]
         figure = phase_figure(found["phases_deg"], found["distances_cm"])
         save_figure(figure, self.out / "baseline.png", ("png",))
         return found
@@ -129,7 +143,7 @@ class PaperScale:
         """A walk of finite elements: ten minutes, so its summary is kept and not made again."""
         path = self.out / "full_order" / f"{name}.json"
         if not path.exists():
-            found = run_once(self.work / "full" / name, "simulate", "--model", "full", *gait)
+            found = self.walk(f"full/{name}", "--model", "full", *gait)
             path.parent.mkdir(exist_ok=True)
             write_json(path, finite(found))
         summary: dict[str, Any] = json.loads(path.read_text())
@@ -137,10 +151,7 @@ class PaperScale:
 
     def reduced(self) -> list[dict[str, Any]]:
         """The best pairs in the reduced simulator."""
-        return [
-            run_once(self.work / "reduced" / gait.stem, "simulate", "--gait", gait)
-            for gait in self.gaits
-        ]
+        return [self.walk(f"reduced/{gait.stem}", "--gait", gait) for gait in self.gaits]
 
     def full(self) -> list[dict[str, Any]]:
         """The best pairs as finite elements."""
@@ -149,14 +160,12 @@ class PaperScale:
     def mirror(self) -> dict[str, Any]:
         """The mirror image of the best design, driven by the best design's gait."""
         best = self.reduced()[0]
-        return run_once(
-            self.work / "mirror", "simulate", "--gait", self.gaits[0],
-            "--design", Design.parse(best["design"]).mirror(),
-        )  # fmt: skip
+        mirrored = Design.parse(best["design"]).mirror()
+        return self.walk("mirror", "--gait", self.gaits[0], "--design", mirrored)
 
     def summary(self) -> None:
         """Bring the numbers together."""
-        training = json.loads((self.out / "training.json").read_text())
+        training = self.training
         metrics = [json.loads(line) for line in (self.out / "metrics.jsonl").open()]
         last = metrics[-1]
         top_five = [

@@ -32,6 +32,7 @@ from pneumorph.hardware.schedule import plan_schedule
 from pneumorph.settings import save_settings
 
 pytest.importorskip("pyvisa_py")
+pytestmark = pytest.mark.alone
 
 LIMIT_S = 0.5
 GAIT = ExpertGait(period_s=2.0, duration_s=8.0)

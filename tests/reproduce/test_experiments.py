@@ -73,15 +73,17 @@ def test_everything_after_the_paper_scale_training(
 ) -> None:
     learned_folder = runs["published"]
     learned = read_summary(learned_folder)
-    work = learned_folder / "paper_scale"
-    full = [{**pair, "distance_cm": pair["distance_cm"] - 0.25} for pair in learned["pairs"]]
-    finished(work / "full", {"pairs": full}, "evaluate", learned_folder, "--model", "full")
-    finished(
-        work / "baseline_full", {"distance_cm": 2.0}, "simulate", "--model", "full",
-        "--settings", work / "robots.json",
-        "--expert.phase-deg", learned["baseline_best_phase_deg"],
-    )  # fmt: skip
-    call("paper_scale", monkeypatch, learned_folder, "--out", tmp_path)
+    kept_folder = ("--out", tmp_path, "--work", learned_folder / "paper_scale")
+    keeping = ("--run", learned_folder, "--steps", "keep", "analysis")
+    call("paper_scale", monkeypatch, *kept_folder, *keeping)
+    (tmp_path / "full_order").mkdir()
+    walked = {
+        f"L{rank}": pair["distance_cm"] - 0.25 for rank, pair in enumerate(learned["pairs"], 1)
+    }
+    for name, distance_cm in {"B": 2.0, **walked}.items():
+        kept_walk = json.dumps({"distance_cm": distance_cm})
+        (tmp_path / "full_order" / f"{name}.json").write_text(kept_walk)
+    call("paper_scale", monkeypatch, *kept_folder)
     summary = json.loads((tmp_path / "summary.json").read_text())
     for name in ("timesteps", "best_design", "best_distance_cm", "baseline_best_distance_cm"):
         assert summary[name] == learned[name]
@@ -95,10 +97,9 @@ def test_everything_after_the_paper_scale_training(
         pair["design"] for pair in learned["pairs"]
     ]
     for pair in summary["top_five"]:
-        assert pair["distance_again_cm"] == pytest.approx(pair["distance_cm"], abs=1e-9)
         assert (tmp_path / pair["gait"]).exists()
-    assert summary["machine"]["processor_count"] >= 1
-    assert summary["settings"]["coopt"]["seed"] == 0
+    assert summary["training"]["machine"]["processor_count"] >= 1
+    assert summary["training"]["settings"]["coopt"]["seed"] == 0
     kept = {path.name for path in tmp_path.iterdir()}
     figures = ("baseline", "training", "distances", "steps", "margin", "friction", "pairs",
                "cycle_B", "cycle_L1")  # fmt: skip

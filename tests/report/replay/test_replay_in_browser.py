@@ -145,6 +145,7 @@ def test_play_pause_step_and_speed(replay_file: Path, open_page: OpenPage) -> No
     page.wait_for_function(f"{PLAYER}.time === {PLAYER}.duration && !{PLAYER}.playing")
 
 
+@pytest.mark.alone
 @pytest.mark.skipif(
     os.getloadavg()[0] > 1.5 * (os.cpu_count() or 1), reason="other programs have the processors"
 )
