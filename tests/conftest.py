@@ -41,6 +41,7 @@ def chromium() -> Iterator[Any]:
         try:
             browser = playwright.chromium.launch(executable_path=found, args=_SOFTWARE_GRAPHICS)
         except api.Error as error:
+            # A browser is no Python package, so not every machine can install it; CI does.
             pytest.skip(f"no Chromium (apt install chromium): {str(error).splitlines()[0]}")
         yield browser
         browser.close()

@@ -94,8 +94,9 @@ class PaperScale:
         """Metrics, best gaits and provenance of the training, and its figure."""
         run = self.finished()
         learned = read_summary(run)
-        (self.out / "gaits").mkdir(parents=True, exist_ok=True)
-        shutil.rmtree(self.out / "full_order", ignore_errors=True)  # of other gaits
+        for earlier in ("gaits", "full_order"):  # of another training
+            shutil.rmtree(self.out / earlier, ignore_errors=True)
+        (self.out / "gaits").mkdir(parents=True)
         for rank, pair in enumerate(learned["pairs"][:PAIRS], start=1):
             shutil.copy(run / pair["gait"], self.out / "gaits" / f"L{rank}.csv")
         metrics = read_metrics(run / "training")
@@ -272,10 +273,12 @@ def main() -> None:
     steps = ("keep", "analysis", *follows)
     parser.add_argument("--run", type=Path, help="folder of a finished training to keep")
     parser.add_argument("--out", type=Path, default=HERE)
-    parser.add_argument("--work", type=Path, default=Path("runs/paper_scale"))
+    parser.add_argument("--work", type=Path, help="by default RUN/paper_scale, or runs/paper_scale")
     parser.add_argument("--steps", nargs="+", choices=steps)
     options = parser.parse_args()
-    todo = PaperScale(options.run, options.out, options.work)
+    # One training's walks are not another's: their commands alone would not tell them apart.
+    work = options.work or (options.run or Path("runs")) / "paper_scale"
+    todo = PaperScale(options.run, options.out, work)
     for step in options.steps or (follows if options.run is None else steps):
         print(f"{step} ...", flush=True)
         make: Callable[[], object] = getattr(todo, step)
