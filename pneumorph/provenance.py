@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph import __version__
+from pneumorph.machine import describe_machine
 
 _PACKAGE = Path(__file__).parent
 
@@ -25,7 +26,7 @@ def made_by(arguments: Sequence[str]) -> dict[str, Any]:
         "version": __version__,
         "commit": source_commit(),
         "python": platform.python_version(),
-        "machine": f"{platform.system()} {platform.machine()}",
+        "machine": describe_machine(),
     }
 
 

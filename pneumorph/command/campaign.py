@@ -29,8 +29,8 @@ from pneumorph.command.coopt import CooptOptions, coopt
 from pneumorph.command.run_folder import SUMMARY, RunFolder, finite, read_summary
 from pneumorph.command.verb import Verb
 from pneumorph.executor import ExecutorSettings, run_tasks
+from pneumorph.machine import processor_count
 from pneumorph.settings import load_settings, settings_from_dict, settings_to_dict
-from pneumorph.simulation.batched_simulator import processor_count
 
 flat = tyro.conf.arg(name="")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph import _engine
+from pneumorph.machine import processor_count
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.robot import Hub, Robot
 from pneumorph.simulation.simulation_settings import SimulationSettings
@@ -230,13 +230,6 @@ class BatchedSimulator:
     def instruction_set(self) -> str:
         """Which build of the stepper runs."""
         return str(self._batch.instruction_set)
-
-
-def processor_count() -> int:
-    """How many processors this process may use, where the system can say so, or has."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _part_arrays(part: ReducedPart) -> dict[str, object]:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.machine import processor_count
 from pneumorph.robot.robot import Robot
-from pneumorph.simulation.batched_simulator import processor_count
 from pneumorph.simulation.benchmark import EngineBenchmark, bench_engine
 from pneumorph.simulation.simulation_settings import SimulationSettings
 

@@ -1,6 +1,6 @@
 """Is the answer good? Searches that share nothing with learning, with as much simulated time.
 
-    python reproduce/answer/run.py runs/paper [--steps gaits random genetic]
+    python reproduce/answer/run.py RUN [--steps gaits random genetic]
 
 `gaits` looks for the best gait of the expert's design, of L1 to L5 and of 30 random designs by
 CMA-ES; `random` and `genetic` search designs and gaits together with the run's own number of
@@ -33,13 +33,14 @@ def main() -> None:
     )
     parser.add_argument("run", type=Path, help="folder of the coopt run")
     parser.add_argument("--out", type=Path, default=HERE)
+    parser.add_argument("--work", type=Path, default=Path("runs/answer"))
     parser.add_argument("--steps", nargs="+", choices=("gaits", *METHODS),
                         default=("gaits", *METHODS))  # fmt: skip
     parser.add_argument("--gait-timesteps", type=int, help="less than the 960 gaits a design")
     options = parser.parse_args()
     learned, settings = read_summary(options.run), read_settings(options.run)
     timesteps = learned["timesteps"] + learned["finetuning_timesteps"]
-    work = options.run / "answer"
+    work = options.work
     result: dict[str, Any] = {
         "run": learned.get("made_by"),
         "timesteps": timesteps,

@@ -1,14 +1,16 @@
 """The gap explained: the best pairs found under each damping, walked under the other.
 
-    python reproduce/damping_gap/run.py --published runs/paper --objective runs/objective
+    python reproduce/damping_gap/run.py [--published RUN] [--objective RUN]
 
-A run that is not there is trained with preset fast and resumed where it was stopped. Then each
-one's best five are analysed under both dampings: damping_gap.json and damping_gap.png.
+The published one is the run at the paper's scale that is kept. A run that is not there is trained
+with preset fast and resumed where it was stopped. Then each one's best five are analysed under both
+dampings: damping_gap.json and damping_gap.png.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,19 +31,18 @@ from pneumorph.report.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-HERE = Path(__file__).parent
+HERE = Path(os.path.relpath(Path(__file__).parent))
+PAPER_SCALE = HERE.parent / "paper_scale"
 DAMPINGS = ("published", "objective")
 SURVIVES_WITHIN_CM = 1.0
 """The paper calls a distance within 1 cm of the simulated one a strong agreement (section VI-B)."""
 
 
-def analysed(run: Path, damping: str) -> dict[str, Any]:
+def analysed(run: Path, damping: str, folder: Path) -> dict[str, Any]:
     """The best pairs of a run under a damping."""
     part = read_settings(run)["robot"]["part"]
     leg = () if part is None else ("--part", part)
-    return run_once(
-        run / f"under_{damping}", "analyse", run, "--afresh", "--simulation.damping", damping, *leg
-    )
+    return run_once(folder, "analyse", run, "--afresh", "--simulation.damping", damping, *leg)
 
 
 def compared(own: dict[str, Any], other: dict[str, Any]) -> list[dict[str, Any]]:
@@ -108,12 +109,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    for damping in DAMPINGS:
+    for damping, run in zip(DAMPINGS, (PAPER_SCALE, Path("runs/objective")), strict=True):
         parser.add_argument(
-            f"--{damping}", type=Path, default=Path(f"runs/{damping}"),
-            help=f"coopt run under {damping} damping",
-        )  # fmt: skip
+            f"--{damping}", type=Path, default=run, help=f"coopt run under {damping} damping"
+        )
     parser.add_argument("--out", type=Path, default=HERE)
+    parser.add_argument("--work", type=Path, default=Path("runs/damping_gap"))
     parser.add_argument("--seed", type=int, default=0, help="of a run that is trained")
     options = parser.parse_args()
     runs = {damping: Path(getattr(options, damping)) for damping in DAMPINGS}
@@ -127,7 +128,7 @@ def main() -> None:
         if there != damping:
             raise SystemExit(f"{run} was trained with {there} damping, expected {damping}")
     found = {
-        (trained, walked): analysed(runs[trained], walked)
+        (trained, walked): analysed(runs[trained], walked, options.work / f"{trained}_{walked}")
         for trained in DAMPINGS
         for walked in DAMPINGS
     }

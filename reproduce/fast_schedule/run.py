@@ -1,10 +1,10 @@
 """A better schedule: three seeds of preset fast beside the run at the paper's scale.
 
-    python reproduce/fast_schedule/run.py runs/paper [--seeds 0 1 2] [--processes 1]
+    python reproduce/fast_schedule/run.py [--seeds 0 1 2] [--processes 1]
 
 The seeds are a campaign (resumable, on Ray with --ray-address); flags that are not listed go to it.
-Then fast.json with how near each
-comes to the full run's best, and fast.png with all learning curves.
+Then fast.json with how near each comes to the full run's best, fast.png with all learning curves,
+and what is kept of each run.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import argparse
 from pathlib import Path
 
 from pneumorph.artefact import write_json
+from pneumorph.command.coopt import TRAINING_FOLDER
+from pneumorph.command.kept_run import keep_run
 from pneumorph.command.run_folder import finite, read_settings, read_summary
 from pneumorph.command.run_once import run_once
 from pneumorph.coopt.metrics import read_metrics
@@ -28,7 +30,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("run", type=Path, help="folder of the run at the paper's scale")
+    parser.add_argument(
+        "--full", type=Path, default=HERE.parent / "paper_scale", help="run at the paper's scale"
+    )
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--runs", type=Path, default=Path("runs/fast"), help="campaign's folder")
     parser.add_argument("--processes", type=int, default=1)
@@ -41,8 +45,8 @@ def main() -> None:
     campaign = run_once(
         options.runs, "campaign", "--preset", "fast", "--seeds", *options.seeds, *where, *flags
     )
-    full = read_summary(options.run)
-    settings = read_settings(options.run)
+    full = read_summary(options.full)
+    settings = read_settings(options.full)
     action_s = (
         settings["coopt"]["task"]["action_step_count"]
         * (settings["robot"]["simulation"]["time_step_s"])
@@ -66,9 +70,12 @@ def main() -> None:
         "runs": rows,
     }
     write_json(options.out / "fast.json", finite(content))
-    curves = {"paper's schedule": coopt_curve(read_metrics(options.run / "training"), action_s)}
+    curves = {
+        "paper's schedule": coopt_curve(read_metrics(options.full / TRAINING_FOLDER), action_s)
+    }
     for row in rows:
-        metrics = read_metrics(options.runs / str(row["name"]) / "training")
+        keep_run(options.runs / row["name"], options.out / f"seed_{row['seed']}")
+        metrics = read_metrics(options.runs / row["name"] / TRAINING_FOLDER)
         curves[f"fast, seed {row['seed']}"] = coopt_curve(metrics, action_s)
     figure = learning_curves_figure(curves, full["baseline_best_distance_cm"])
     save_figure(figure, options.out / "fast.png", ("png",))

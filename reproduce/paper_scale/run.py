@@ -1,15 +1,15 @@
 """The paper's experiment at its scale: what is kept of a training, and everything that follows it.
 
-    python reproduce/paper_scale/run.py [--steps baseline reduced mirror ...]
+    python reproduce/paper_scale/run.py [--steps analysis baseline reduced ...]
 
-works with the gaits and metrics that lie beside this file. After a training of one's own,
+works with what lies beside this file. After a training of one's own,
 
     pneumorph coopt --preset paper --seed 0 --resume --out runs/paper
     python reproduce/paper_scale/run.py --run runs/paper --out runs/kept
 
 keeps that one's first. Each step is a verb in a folder of its own under --work; those that are
-finished are not made again, and full-order robots go on where they were stopped. Figures and
-summary.json are written to --out, the latter once every step is there.
+finished are not made again, and full-order robots go on where they were stopped. Figures go to
+--out, and at last every number to its summary.json.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -25,10 +24,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pneumorph.artefact import write_atomically, write_json
-from pneumorph.command.run_folder import finite, read_settings, read_summary
+from pneumorph.artefact import write_json
+from pneumorph.command.coopt import TRAINING_FOLDER
+from pneumorph.command.kept_run import keep_run
+from pneumorph.command.run_folder import SUMMARY, finite, read_settings, read_summary
 from pneumorph.command.run_once import run_once
 from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM, read_metrics
+from pneumorph.machine import describe_machine
 from pneumorph.provenance import source_commit
 from pneumorph.report.phase_figure import phase_figure
 from pneumorph.report.reward_figure import reward_figure
@@ -45,10 +47,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(os.path.relpath(Path(__file__).parent))
-PAIRS = 5
-BASELINE = ("phases_deg", "distances_cm", "baseline_best_phase_deg", "baseline_best_distance_cm")
-DIGITS = 5
-"""Digits of the metrics that are kept."""
 
 
 class PaperScale:
@@ -66,78 +64,49 @@ class PaperScale:
     @property
     def gaits(self) -> list[Path]:
         """The best pairs, each a gait that names its design."""
-        return sorted((self.out / "gaits").glob("L?.csv"))
-
-    @property
-    def training(self) -> dict[str, Any]:
-        """Provenance, settings and baseline of the training that was kept."""
-        content: dict[str, Any] = json.loads((self.out / "training.json").read_text())
-        return content
+        return [self.out / pair["gait"] for pair in read_summary(self.out)["pairs"]]
 
     def walk(self, folder: str, *flags: object) -> dict[str, Any]:
         """Simulate one robot in the training's physics."""
-        robots = {"robot": self.training["settings"]["robot"]}
+        robots = {"robot": read_settings(self.out)["robot"]}
         settings = write_json(self.work / "robots.json", robots)
         return run_once(self.work / folder, "simulate", "--settings", settings, *flags)
 
-    def finished(self) -> Path:
-        """The training's folder.
+    def keep(self) -> None:
+        """The training's small files and its figure.
 
         Raises:
-            SystemExit: None was given.
+            SystemExit: No training was given.
         """
         if self.run is None:
-            raise SystemExit("this step needs a finished training; give its folder by --run")
-        return self.run
-
-    def keep(self) -> None:
-        """Metrics, best gaits and provenance of the training, and its figure."""
-        run = self.finished()
-        learned = read_summary(run)
-        for earlier in ("gaits", "full_order"):  # of another training
-            shutil.rmtree(self.out / earlier, ignore_errors=True)
-        (self.out / "gaits").mkdir(parents=True)
-        for rank, pair in enumerate(learned["pairs"][:PAIRS], start=1):
-            shutil.copy(run / pair["gait"], self.out / "gaits" / f"L{rank}.csv")
-        metrics = read_metrics(run / "training")
-        lines = "".join(json.dumps(rounded(line)) + "\n" for line in metrics)
-        write_atomically(self.out / "metrics.jsonl", lambda stream: stream.write(lines.encode()))
+            raise SystemExit("keep needs a finished training; give its folder by --run")
+        shutil.rmtree(self.out / "full_order", ignore_errors=True)  # of another training
+        learned = keep_run(self.run, self.out)
         figure = reward_figure(
-            metrics,
+            read_metrics(self.out / TRAINING_FOLDER),
             HISTOGRAM_EDGES_CM,
             learned["baseline_best_distance_cm"],
             learned["best_distance_cm"],
-            learned["seen_pairs"][:PAIRS],
+            learned["seen_pairs"][: len(learned["pairs"])],
         )
         save_figure(figure, self.out / "training.png", ("png",))
-        training = {
-            "made_by": learned["made_by"],
-            "machine": machine(),
-            "wall_s": learned["training_wall_s"],
-            "finetuning_timesteps": learned["finetuning_timesteps"],
-            "finetuning_wall_s": learned.get("finetuning_wall_s"),
-            "baseline": {name: learned[name] for name in BASELINE},
-            "settings": read_settings(run),
-        }
-        write_json(self.out / "training.json", finite(training))
 
     def analysis(self) -> None:
         """Rewards of each step, tilt, load and friction of each leg, distance over friction."""
-        run_once(self.work / "analysis", "analyse", self.finished())
+        run_once(self.work / "analysis", "analyse", self.out)
         for figure in sorted((self.work / "analysis").glob("*.png")):
             shutil.copy(figure, self.out / figure.name)
         shutil.copy(self.work / "analysis" / "analysis.json", self.out / "analysis.json")
 
-    def baseline(self) -> dict[str, Any]:
+    def baseline(self) -> None:
         """The expert's gait at every phase."""
-        found: dict[str, Any] = self.training["baseline"]
+        found = read_summary(self.out)
         figure = phase_figure(found["phases_deg"], found["distances_cm"])
         save_figure(figure, self.out / "baseline.png", ("png",))
-        return found
 
     def baseline_full(self) -> dict[str, Any]:
         """The expert's best phase as finite elements."""
-        phase = self.baseline()["baseline_best_phase_deg"]
+        phase = read_summary(self.out)["baseline_best_phase_deg"]
         return self.full_order("B", "--expert.phase-deg", phase)
 
     def full_order(self, name: str, *gait: object) -> dict[str, Any]:
@@ -165,62 +134,48 @@ class PaperScale:
         return self.walk("mirror", "--gait", self.gaits[0], "--design", mirrored)
 
     def summary(self) -> None:
-        """Bring the numbers together."""
-        training = self.training
-        metrics = [json.loads(line) for line in (self.out / "metrics.jsonl").open()]
-        last = metrics[-1]
-        top_five = [
+        """Lay what followed the training over its own summary."""
+        learned = read_summary(self.out)
+        walks = zip(learned["pairs"], self.reduced(), self.full(), strict=True)
+        pairs = [
             {
-                "design": walked["design"],
-                "distance_cm": walked["distance_cm"],
-                "distance_full_order_cm": elements["distance_cm"],
-                "gait": f"gaits/{gait.name}",
+                **pair,
+                "distance_cm": reduced["distance_cm"],
+                "distance_full_order_cm": full["distance_cm"],
             }
-            for walked, elements, gait in zip(self.reduced(), self.full(), self.gaits, strict=True)
+            for pair, reduced, full in walks
         ]
-        best, baseline = top_five[0], self.baseline()
-        baseline_cm = baseline["baseline_best_distance_cm"]
+        best_cm, best_full_cm = (
+            pairs[0][name] for name in ("distance_cm", "distance_full_order_cm")
+        )
+        baseline_cm = learned["baseline_best_distance_cm"]
         baseline_full_cm = self.baseline_full()["distance_cm"]
         content = {
-            "timesteps": last["timestep"],
-            "wall_s": training["wall_s"],
-            "best_design": best["design"],
-            "best_distance_cm": best["distance_cm"],
-            "best_distance_full_order_cm": best["distance_full_order_cm"],
-            "baseline_best_distance_cm": baseline_cm,
-            "baseline_best_phase_deg": baseline["baseline_best_phase_deg"],
+            **learned,
+            "best_distance_cm": best_cm,
+            "best_distance_full_order_cm": best_full_cm,
             "baseline_best_distance_full_order_cm": baseline_full_cm,
-            "times_the_baseline": ratio(best["distance_cm"], baseline_cm),
-            "times_the_baseline_full_order": ratio(
-                best["distance_full_order_cm"], baseline_full_cm
-            ),
+            "times_the_baseline": ratio(best_cm, baseline_cm),
+            "times_the_baseline_full_order": ratio(best_full_cm, baseline_full_cm),
             "mirror_image_distance_cm": self.mirror()["distance_cm"],
-            "top_five": top_five,
-            **{
-                name: last[name]
-                for name in ("simulate_s", "learn_s", "log_s", "evaluate_s", "update_count")
-            },
-            "learn_and_log_share": (last["learn_s"] + last["log_s"]) / training["wall_s"],
-            "failed_episode_count": sum(line["failed_count"] for line in metrics),
-            "training": training,
-            "machine_of_this_summary": machine(),
-            "commit_of_this_summary": source_commit(),
+            "pairs": pairs,
+            "settings": read_settings(self.out),
+            "machine_of_these_walks": describe_machine(),
+            "commit_of_these_walks": source_commit(),
         }
-        write_json(self.out / "summary.json", finite(content))
-        distances = distances_figure(top_five, (baseline_cm, baseline_full_cm))
+        write_json(self.out / SUMMARY, finite(content))
+        distances = distances_figure(pairs, (baseline_cm, baseline_full_cm))
         save_figure(distances, self.out / "distances.png", ("png",))
 
 
 @figure_style()
-def distances_figure(
-    top_five: list[dict[str, Any]], baselines: tuple[float, float | None]
-) -> Figure:
+def distances_figure(pairs: list[dict[str, Any]], baselines: tuple[float, float | None]) -> Figure:
     """Distances of the baseline and the best pairs in both models."""
     figure = new_figure(5.2, 3.0)
     axes = figure.add_subplot()
-    labels = ["B", *(f"L{rank}" for rank in range(1, len(top_five) + 1))]
-    reduced = [baselines[0], *(pair["distance_cm"] for pair in top_five)]
-    full = [baselines[1], *(pair["distance_full_order_cm"] for pair in top_five)]
+    labels = ["B", *(f"L{rank}" for rank in range(1, len(pairs) + 1))]
+    reduced = [baselines[0], *(pair["distance_cm"] for pair in pairs)]
+    full = [baselines[1], *(pair["distance_full_order_cm"] for pair in pairs)]
     place = np.arange(len(labels))
     for shift, values, colour, label in (
         (-0.2, reduced, LEARNED_COLOUR, "reduced"),
@@ -239,38 +194,13 @@ def ratio(distance: float | None, baseline: float | None) -> float | None:
     return None if distance is None or not baseline or baseline <= 0.0 else distance / baseline
 
 
-def machine() -> dict[str, Any]:
-    """What this machine is."""
-    model = platform.processor()
-    for line in Path("/proc/cpuinfo").read_text().splitlines() if os.name == "posix" else []:
-        if line.startswith("model name"):
-            model = line.split(":", 1)[1].strip()
-            break
-    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return {
-        "processor": model,
-        "processor_count": count,
-        "system": platform.platform(terse=True),
-        "python": platform.python_version(),
-    }
-
-
-def rounded(value: Any) -> Any:
-    """The same with numbers of few digits."""
-    if isinstance(value, dict):
-        return {key: rounded(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [rounded(item) for item in value]
-    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
-
-
 def main() -> None:
     """Make the steps that are asked for."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    follows = ("baseline", "reduced", "mirror", "baseline_full", "full", "summary")
-    steps = ("keep", "analysis", *follows)
+    follows = ("analysis", "baseline", "reduced", "mirror", "baseline_full", "full", "summary")
+    steps = ("keep", *follows)
     parser.add_argument("--run", type=Path, help="folder of a finished training to keep")
     parser.add_argument("--out", type=Path, default=HERE)
     parser.add_argument("--work", type=Path, help="by default RUN/paper_scale, or runs/paper_scale")

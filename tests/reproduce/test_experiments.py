@@ -14,8 +14,11 @@ import pytest
 from synthetic_part import synthetic_reduced_part
 
 from pneumorph.cli import run
+from pneumorph.command.learned_run import read_learned_run
+from pneumorph.command.robots import RobotOptions
 from pneumorph.command.run_folder import read_summary
 from pneumorph.command.run_once import run_once
+from pneumorph.coopt.policy_file import load_policy
 
 REPRODUCE = Path(__file__).parent.parent.parent / "reproduce"
 _SHORT = (
@@ -74,8 +77,7 @@ def test_everything_after_the_paper_scale_training(
     learned_folder = runs["published"]
     learned = read_summary(learned_folder)
     kept_folder = ("--out", tmp_path, "--work", learned_folder / "paper_scale")
-    keeping = ("--run", learned_folder, "--steps", "keep", "analysis")
-    call("paper_scale", monkeypatch, *kept_folder, *keeping)
+    call("paper_scale", monkeypatch, *kept_folder, "--run", learned_folder, "--steps", "keep")
     (tmp_path / "full_order").mkdir()
     walked = {
         f"L{rank}": pair["distance_cm"] - 0.25 for rank, pair in enumerate(learned["pairs"], 1)
@@ -85,31 +87,35 @@ def test_everything_after_the_paper_scale_training(
         (tmp_path / "full_order" / f"{name}.json").write_text(kept_walk)
     call("paper_scale", monkeypatch, *kept_folder)
     summary = json.loads((tmp_path / "summary.json").read_text())
-    for name in ("timesteps", "best_design", "best_distance_cm", "baseline_best_distance_cm"):
+    for name in ("timesteps", "wall_s", "best_design", "best_distance_cm",
+                 "baseline_best_distance_cm"):  # fmt: skip
         assert summary[name] == learned[name]
-    assert summary["wall_s"] == learned["training_wall_s"]
     best = learned["best_distance_cm"]
     assert summary["best_distance_full_order_cm"] == best - 0.25
     assert summary["times_the_baseline_full_order"] == pytest.approx((best - 0.25) / 2.0)
     # The mirrored robot takes other roundings alone.
     assert summary["mirror_image_distance_cm"] == pytest.approx(best, abs=1e-3)
-    assert [pair["design"] for pair in summary["top_five"]] == [
+    assert [pair["design"] for pair in summary["pairs"]] == [
         pair["design"] for pair in learned["pairs"]
     ]
-    for pair in summary["top_five"]:
-        assert (tmp_path / pair["gait"]).exists()
-    assert summary["training"]["machine"]["processor_count"] >= 1
-    assert summary["training"]["settings"]["coopt"]["seed"] == 0
+    assert "processors" in summary["made_by"]["machine"]
+    assert summary["settings"]["coopt"]["seed"] == 0
+    # What is kept is a run: every verb that takes one takes it.
+    again = read_learned_run(tmp_path, RobotOptions())
+    assert [pair["distance_cm"] for pair in again.pairs] == pytest.approx(
+        [pair["distance_cm"] for pair in learned["pairs"]], abs=1e-9
+    )
     kept = {path.name for path in tmp_path.iterdir()}
     figures = ("baseline", "training", "distances", "steps", "margin", "friction", "pairs",
                "cycle_B", "cycle_L1")  # fmt: skip
-    assert {*(f"{name}.png" for name in figures), "metrics.jsonl", "analysis.json"} <= kept
+    assert {*(f"{name}.png" for name in figures), "settings.json", "analysis.json"} <= kept
 
 
 def test_searches_beside_learning(
     runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    call("answer", monkeypatch, runs["published"], "--out", tmp_path, "--gait-timesteps", 100)
+    where = ("--out", tmp_path, "--work", tmp_path / "work")
+    call("answer", monkeypatch, runs["published"], *where, "--gait-timesteps", 100)
     found = json.loads((tmp_path / "answer.json").read_text())
     assert found["timesteps"] == 20 + 2 * 20
     for method in ("random", "genetic"):
@@ -128,7 +134,8 @@ def test_each_runs_pairs_under_the_other_damping(
     runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arguments = [f"--{name}={folder}" for name, folder in runs.items()]
-    call("damping_gap", monkeypatch, *arguments, "--out", tmp_path)
+    arguments += ["--out", tmp_path, "--work", tmp_path / "work"]
+    call("damping_gap", monkeypatch, *arguments)
     found = json.loads((tmp_path / "damping_gap.json").read_text())
     for damping, folder in runs.items():
         learned = read_summary(folder)
@@ -140,14 +147,14 @@ def test_each_runs_pairs_under_the_other_damping(
             close = row["other_distance_cm"] > row["own_distance_cm"] - 1.0
             assert row["survives"] == close
     with pytest.raises(SystemExit, match="was trained with objective damping"):
-        call("damping_gap", monkeypatch, f"--published={runs['objective']}", "--out", tmp_path)
+        call("damping_gap", monkeypatch, f"--published={runs['objective']}", *arguments[1:])
 
 
 def test_seeds_of_the_fast_preset_beside_the_full_run(
     runs: dict[str, Path], leg: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     call(
-        "fast_schedule", monkeypatch, runs["published"], "--seeds", 0, 1,
+        "fast_schedule", monkeypatch, "--full", runs["published"], "--seeds", 0, 1,
         "--runs", tmp_path / "runs", "--out", tmp_path, "--part", leg, *_SHORT.split(),
     )  # fmt: skip
     found = json.loads((tmp_path / "fast.json").read_text())
@@ -159,6 +166,11 @@ def test_seeds_of_the_fast_preset_beside_the_full_run(
     assert first["share_of_timesteps"] == 3.0
     assert second["behind_cm"] == learned["best_distance_cm"] - second["best_distance_cm"]
     assert found["reached_count"] == first["reached"] + second["reached"]
+    for row in (first, second):
+        kept = read_learned_run(tmp_path / f"seed_{row['seed']}", RobotOptions())
+        assert kept.pairs[0]["distance_cm"] == row["best_distance_cm"]
+        policy, _, _ = load_policy(kept.folder / "training" / "policy.npz")
+        assert policy.action_size == kept.task.regulator_count
 
 
 def test_a_folder_of_another_command_is_refused(runs: dict[str, Path], tmp_path: Path) -> None:
