@@ -35,9 +35,9 @@ class ExecutorSettings:
 
     backend: Backend = "processes"
     """`processes` of this machine, or `ray` (needs the extra `ray`)."""
-    process_count: int = 2
-    """Tasks that run at the same time; 1 with `processes` runs them in this very process, 0 with
-    `ray` takes all processors of the cluster."""
+    process_count: int | None = None
+    """Tasks that run at the same time: 1 with `processes` runs them in this very process; None: two
+    processes, or all processors of the Ray cluster."""
     address: str | None = None
     """Ray cluster to join, such as auto or ray://head:10001, with pneumorph installed on every
     machine; without it Ray starts on this machine alone."""
@@ -49,13 +49,16 @@ class ExecutorSettings:
             raise ValueError(
                 f"backend must be one of {', '.join(get_args(Backend))}, got {self.backend!r}"
             )
-        lowest = 0 if self.backend == "ray" else 1
-        if self.process_count < lowest:
-            raise ValueError(f"process_count must be at least {lowest}, got {self.process_count}")
+        if self.process_count is not None and self.process_count < 1:
+            raise ValueError(f"process_count must be at least 1, got {self.process_count}")
         if self.attempt_limit < 1:
             raise ValueError(f"attempt_limit must be at least 1, got {self.attempt_limit}")
         if self.address is not None and self.backend != "ray":
             raise ValueError(f"address {self.address!r} is for the backend ray, got {self.backend}")
+
+    def at_once(self, usual: int = 2) -> int:
+        """Tasks that run at the same time on this machine, `usual` where that is left open."""
+        return usual if self.process_count is None else self.process_count
 
 
 def run_tasks(
@@ -63,6 +66,7 @@ def run_tasks(
     shared: Shared,
     tasks: Sequence[Task],
     settings: ExecutorSettings | None = None,
+    given_up: Callable[[WorkerError], Result] | None = None,
 ) -> Iterator[tuple[int, Result]]:
     """Yield the number and the result of each task as it finishes.
 
@@ -72,21 +76,28 @@ def run_tasks(
         shared: What all tasks read; it must not be changed.
         tasks: Picklable.
         settings: Where they run.
+        given_up: Makes the result of a task whose workers died `attempt_limit` times, so that the
+            others go on; None lets it end them all.
 
     Raises:
         ModuleNotFoundError: Ray is asked for and not installed.
-        WorkerError: The workers of a task died `attempt_limit` times.
+        WorkerError: The workers of a task died `attempt_limit` times and `given_up` is None.
     """
     settings = settings or ExecutorSettings()
+    given_up = given_up or _raise
     if settings.backend == "ray":
         from pneumorph.ray_executor import run_with_ray
 
-        yield from run_with_ray(function, shared, tasks, settings)
+        yield from run_with_ray(function, shared, tasks, settings, given_up)
     elif settings.process_count == 1:
         for number, task in enumerate(tasks):
             yield number, function(shared, task)
     else:
-        yield from _run_in_processes(function, shared, tasks, settings)
+        yield from _run_in_processes(function, shared, tasks, settings, given_up)
+
+
+def _raise(error: WorkerError) -> Any:
+    raise error
 
 
 def worker_error(task: Any, attempts: int, how: str) -> WorkerError:
@@ -102,6 +113,7 @@ def _run_in_processes(
     shared: Shared,
     tasks: Sequence[Task],
     settings: ExecutorSettings,
+    given_up: Callable[[WorkerError], Result],
 ) -> Iterator[tuple[int, Result]]:
     # One process for each task, not a pool: the death of one leaves the others alone. Spawned, for
     # a forked child would inherit the locks of BLAS and JAX threads.
@@ -111,7 +123,7 @@ def _run_in_processes(
     running: dict[Connection, tuple[int, Any]] = {}
     try:
         while waiting or running:
-            while waiting and len(running) < settings.process_count:
+            while waiting and len(running) < settings.at_once():
                 number = waiting.popleft()
                 attempts[number] += 1
                 receiver, sender = context.Pipe(duplex=False)
@@ -127,12 +139,13 @@ def _run_in_processes(
                 number, process = running.pop(receiver)
                 try:
                     error, result = receiver.recv()
-                except EOFError:  # it died before it could answer
+                except (EOFError, OSError):  # it died before or while it answered
                     process.join()
                     if attempts[number] == settings.attempt_limit:
                         how = f"exit code {process.exitcode}"
-                        raise worker_error(tasks[number], attempts[number], how) from None
-                    waiting.append(number)
+                        yield number, given_up(worker_error(tasks[number], attempts[number], how))
+                    else:
+                        waiting.append(number)
                     continue
                 finally:
                     receiver.close()

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
-from pneumorph.executor import ExecutorSettings, worker_error
+from pneumorph.executor import ExecutorSettings, WorkerError, worker_error
 
 Shared = TypeVar("Shared")
 Task = TypeVar("Task")
@@ -21,6 +21,7 @@ def run_with_ray(
     shared: Shared,
     tasks: Sequence[Task],
     settings: ExecutorSettings,
+    given_up: Callable[[WorkerError], Result],
 ) -> Iterator[tuple[int, Result]]:
     """Yield the number and the result of each task as it finishes; see `run_tasks`."""
     ray, started = connect(settings)
@@ -39,12 +40,12 @@ def run_with_ray(
             number = running.pop(ready)
             try:
                 result = ray.get(ready)
-            except ray.exceptions.WorkerCrashedError as error:
+            except ray.exceptions.WorkerCrashedError:
                 how = "worker crashed"
-                raise worker_error(tasks[number], settings.attempt_limit, how) from error
-            except ray.exceptions.OutOfMemoryError as error:
+                result = given_up(worker_error(tasks[number], settings.attempt_limit, how))
+            except ray.exceptions.OutOfMemoryError:
                 how = "out of memory"
-                raise worker_error(tasks[number], settings.attempt_limit, how) from error
+                result = given_up(worker_error(tasks[number], settings.attempt_limit, how))
             except ray.exceptions.RayTaskError as error:
                 raise (error.cause or error) from error
             yield number, result

@@ -57,6 +57,12 @@ def dies_at_first(folder: Path, number: int) -> int:
     return number
 
 
+def dies_at_one(shared: None, number: int) -> str:
+    if number == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return str(number)
+
+
 def dies_always(shared: None, number: int) -> int:
     os.kill(os.getpid(), signal.SIGKILL)
     return number
@@ -93,6 +99,16 @@ def test_a_task_whose_worker_dies_is_tried_again(
 def test_a_task_that_kills_every_worker_is_given_up(backend: str, settings_of: SettingsOf) -> None:
     with pytest.raises(WorkerError, match="was begun 2 times and its worker died each time"):
         dict(run_tasks(dies_always, None, [0], settings_of(backend, attempt_limit=2)))
+
+
+@pytest.mark.parametrize("backend", BACKENDS[1:])
+def test_the_others_go_on_without_a_task_that_is_given_up(
+    backend: str, settings_of: SettingsOf
+) -> None:
+    settings = settings_of(backend, attempt_limit=1)
+    results = dict(run_tasks(dies_at_one, None, range(4), settings, given_up=str))
+    assert "task 1 was begun 1 times" in results.pop(1)
+    assert results == {0: "0", 2: "2", 3: "3"}
 
 
 def test_impossible_settings_are_refused() -> None:

@@ -44,7 +44,8 @@ class CampaignOptions:
     variants: tuple[Path, ...] = ()
     """Settings files, such as `coopt.updates` or `robot.simulation.damping`, each laid over the
     rest; without them all runs differ by their seed alone."""
-    executor: ExecutorSettings = field(default_factory=lambda: ExecutorSettings(process_count=1))
+    executor: ExecutorSettings = field(default_factory=ExecutorSettings)
+    """Where they run: by default one after another on this machine, or on all of a Ray cluster."""
     run: Annotated[CooptOptions, flat] = field(default_factory=CooptOptions)
 
     def __post_init__(self) -> None:
@@ -66,8 +67,12 @@ def campaign(options: CampaignOptions, folder: RunFolder) -> dict[str, Any]:
     ]
     folder.progress.stage(f"{len(tasks)} runs")
     failures = {}
-    shared = (str(folder.path), folder.provenance.get("made_by"), _threads(options.executor))
-    answers = run_tasks(run_one, shared, tasks, options.executor)
+    executor = options.executor
+    if executor.backend == "processes":
+        executor = replace(executor, process_count=executor.at_once(usual=1))
+    # A worker of a cluster begins in a folder of its own.
+    shared = (str(folder.path.resolve()), folder.provenance.get("made_by"), _threads(executor))
+    answers = run_tasks(run_one, shared, tasks, executor, given_up=str)
     for done, (number, failure) in enumerate(answers, start=1):
         name = tasks[number][0]
         if failure is not None:
@@ -122,8 +127,8 @@ def run_one(
     try:
         robot = replace(options.robot, threads=options.robot.threads or threads)
         place.save_summary(coopt(replace(options, robot=robot), place))
-    except (ValueError, OSError, ArithmeticError) as error:
-        return str(error)
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
     return None
 
 
@@ -131,7 +136,8 @@ def _threads(executor: ExecutorSettings) -> int:
     """Threads of each run: a Ray task has one processor, processes share the machine's."""
     if executor.backend == "ray":
         return 1
-    return 0 if executor.process_count == 1 else max(1, processor_count() // executor.process_count)
+    count = executor.at_once()
+    return 0 if count == 1 else max(1, processor_count() // count)
 
 
 def _variants(options: CampaignOptions) -> dict[str, CooptOptions]:

@@ -153,7 +153,7 @@ def _estimate(problem: _Problem, leg_steps: int, task_count: int) -> str:
     settings = problem.settings
     seconds = leg_step_seconds(problem.part, problem.hub, problem.poses, settings.walk)
     hours = leg_steps * seconds / 3600.0
-    shared = max(settings.executor.process_count, 1)
+    shared = settings.executor.at_once()
     return (
         f"{task_count} tasks with {leg_steps} steps of a leg, {1000.0 * seconds:.0f} ms each here: "
         f"{hours:.1f} processor hours, about {hours / shared:.1f} h on {shared} processors; "
