@@ -76,14 +76,14 @@ def walk_batch(
         space: The design space.
         batch: Indices of the designs, shape (n,).
         act: Turns observations (robot, observation) into actions (robot, regulator).
-        timestep: Timestep of training, noted in the pairs.
+        timestep: Timestep of training, noted in the pairs; it seeds physics that are drawn.
         report: Told the number of actions done.
 
     Returns:
         A pair for each design whose simulation did not fail, in the order asked for.
     """
     commands, distance_cm, failed = walk_episode(
-        environment, space, filled_batch(batch, environment.num_envs), act, report
+        environment, space, filled_batch(batch, environment.num_envs), act, report, timestep
     )
     return [
         DesignGaitPair(
@@ -105,6 +105,7 @@ def walk_episode(
     designs: np.ndarray,
     act: Callable[[np.ndarray], np.ndarray],
     report: Callable[[int], None] | None = None,
+    seed: int | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Let every robot of the environment walk one episode.
 
@@ -114,11 +115,14 @@ def walk_episode(
         designs: Index of each robot's design, shape (robot,).
         act: Turns observations (robot, observation) into actions (robot, regulator).
         report: Told the number of actions done.
+        seed: Where physics are drawn, of what is drawn; None goes on with the environment's own.
 
     Returns:
         Real pressures [kPa] (action, robot, regulator), distance [cm] (robot,), failed (robot,).
     """
-    observation, _ = environment.reset(options={"designs": [space[int(i)] for i in designs]})
+    observation, _ = environment.reset(
+        seed=seed, options={"designs": [space[int(i)] for i in designs]}
+    )
     commands = []
     distance_cm = np.zeros(len(designs))
     failed = np.zeros(len(designs), dtype=bool)

@@ -56,3 +56,13 @@ def test_resumed_training_sees_the_same_worlds() -> None:
     round_steps = len(first.environment.designs) * first.settings.task.action_count
     assert made[0].numbers == [0, 0, round_steps]
     assert again[0].numbers == [0, 2 * round_steps, 3 * round_steps]
+
+
+def test_a_run_resumed_at_its_end_evaluates_in_the_same_worlds() -> None:
+    whole, _ = _training(2)
+    for _ in range(2):
+        whole.run_round()
+    resumed, _ = _training(2)
+    resumed.restore(whole.arrays(), whole.metadata())
+    evaluated = [pair.distance_cm for pair in whole.evaluate()]
+    assert [pair.distance_cm for pair in resumed.evaluate()] == evaluated
