@@ -121,6 +121,8 @@ def analyse(options: AnalyseOptions, folder: RunFolder) -> dict[str, Any]:
             "design": str(walker.design),
             **_described(walker.design, trajectories[walker.label], margins[walker.label],
                          step_s, options.cycle_s),
+            "hub_load_share": 1.0 - margins[walker.label].load_mN.sum(axis=1).mean()
+            / _weight_mN(workshop, walker.design),
             "distances_over_friction_cm": distances[walker.label],
         }
         for walker in walkers
@@ -155,6 +157,13 @@ def _walkers(run: LearnedRun) -> list[_Walker]:
         _Walker(f"L{rank}", design, gait, settling)
         for rank, (design, gait) in enumerate(pairs, start=1)
     ]
+
+
+def _weight_mN(workshop: Workshop, design: Design) -> float:
+    """Weight of a robot [mN]: what of it the legs do not carry over a walk rests on the hub."""
+    robot = workshop.robot(design)
+    mass = robot.hub.mass + sum(mount.part.mass for mount in robot.mounts)
+    return float(mass * workshop.simulation.gravity_mm_per_s2)
 
 
 def _over_friction(

@@ -36,11 +36,15 @@ def keep_run(run: Path, folder: Path, pair_count: int = 5) -> dict[str, Any]:
 
     Raises:
         ArtefactError: The folder holds no finished run.
-        ValueError: The run has no pairs.
+        ValueError: The run has no pairs, or is to be kept in its own folder.
+        FileNotFoundError: The run lacks its policy.
     """
     summary = read_summary(run)
     if not summary.get("pairs"):
         raise ValueError(f"{run} holds no design-gait pairs; expected a coopt run")
+    if run.resolve() == folder.resolve():
+        raise ValueError(f"{folder} is the run itself, expected another folder to keep it in")
+    policy = (run / TRAINING_FOLDER / POLICY_FILE).read_bytes()
     shutil.rmtree(folder / GAIT_FOLDER, ignore_errors=True)
     for name in (GAIT_FOLDER, TRAINING_FOLDER):
         (folder / name).mkdir(parents=True, exist_ok=True)
@@ -53,7 +57,7 @@ def keep_run(run: Path, folder: Path, pair_count: int = 5) -> dict[str, Any]:
     lines = "".join(json.dumps(_rounded(line)) + "\n" for line in metrics)
     training = folder / TRAINING_FOLDER
     write_atomically(training / METRICS_FILE, lambda stream: stream.write(lines.encode()))
-    shutil.copyfile(run / TRAINING_FOLDER / POLICY_FILE, training / POLICY_FILE)
+    write_atomically(training / POLICY_FILE, lambda stream: stream.write(policy))
     write_json(folder / SETTINGS, read_settings(run))
     kept = {**summary, "best_gait": pairs[0]["gait"], "pairs": pairs}
     write_json(folder / SUMMARY, finite(kept))

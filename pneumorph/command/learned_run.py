@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +36,14 @@ class LearnedRun:
     gaits: list[HeldGait]
     task: CrawlingTask
     robot: RobotOptions
+
+
+def run_digest(folder: Path) -> str:
+    """Return a digest of a run's settings and best gaits, which tells one training from another."""
+    digest = sha256(json.dumps(read_settings(folder), sort_keys=True).encode())
+    for pair in read_summary(folder)["pairs"]:
+        digest.update((folder / pair["gait"]).read_bytes())
+    return digest.hexdigest()[:12]
 
 
 def read_learned_run(

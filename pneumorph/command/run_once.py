@@ -1,4 +1,4 @@
-"""Run a verb in a folder of its own, unless its finished run is there already."""
+"""Run a verb in a folder of its own, unless it is there already and was completed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def run_once(folder: Path, *arguments: object) -> dict[str, Any]:
     """Return the summary of ``pneumorph ARGUMENTS --out FOLDER``, running it where it is missing.
 
     Args:
-        folder: The run folder; a run that was stopped there goes on, as its verb does.
+        folder: The run folder; a run that was stopped there or failed goes on, as its verb does.
         arguments: The verb and its flags.
 
     Raises:
@@ -31,7 +31,8 @@ def run_once(folder: Path, *arguments: object) -> dict[str, Any]:
                 f"{folder} holds the run of `{there}`, expected that of `{command}`; choose "
                 "another folder"
             )
-        return summary
+        if summary.get("status", "completed") == "completed":
+            return summary
     if run(words) != 0:
         raise RuntimeError(f"`{command}` failed; see its message above")
     return read_summary(folder)

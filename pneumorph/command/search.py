@@ -108,10 +108,13 @@ def search(options: SearchOptions, folder: RunFolder) -> dict[str, Any]:
         workshop.simulator,
         task,
     )
-    designs = _designs(options, learned, space) if options.method == "gaits" else {}
+    gaits = options.method == "gaits"
+    designs = _designs(options, learned, space) if gaits else {}
+    # Before the search, which takes hours: a run that lost its policy ends here.
+    policy_cm = _policy_distances(environment, space, learned, list(designs), folder)
     searcher = _searcher(options, space, task, list(designs))
     timesteps = options.timesteps or _TIMESTEPS
-    if options.method == "gaits" and options.timesteps is None:
+    if gaits and options.timesteps is None:
         timesteps = len(designs) * _GAITS_OF_EACH_DESIGN * task.action_count
     folder.progress.stage(f"searching ({options.method})")
     found = run_search(
@@ -133,14 +136,17 @@ def search(options: SearchOptions, folder: RunFolder) -> dict[str, Any]:
     )  # fmt: skip
     action_s = task.action_step_count * workshop.simulation.time_step_s
     _write_curve(folder, found, action_s)
-    if options.method == "gaits":
-        policy_cm = _policy_distances(environment, space, learned, list(designs), folder)
+    if gaits:
+        learned_cm = _learned_distances(learned)
         rows = [
             {**_described(found.best.get(design), space, action_s, task, folder),
-             "design": str(space[design]), "why": why, "policy_distance_cm": policy_cm.get(design)}
+             "design": str(space[design]), "why": why,
+             "late_gain_cm": found.late_gain_cm.get(design),
+             "policy_distance_cm": policy_cm.get(design),
+             "learned_distance_cm": learned_cm.get(str(space[design]))}
             for design, why in designs.items()
         ]  # fmt: skip
-        result = {"designs": rows, **_gap(rows)}
+        result = {"designs": rows, "policy_gaps_cm": _gaps(rows)}
         walked = [row for row in rows if row["distance_cm"] is not None]
         best = max(walked or rows, key=lambda row: row["distance_cm"] or 0.0)
     else:
@@ -201,9 +207,9 @@ def _policy_distances(
     folder: RunFolder,
 ) -> dict[int, float]:
     """How far the run's one policy carries each design without noise [cm]."""
-    if learned is None:
+    if learned is None or not designs:
         return {}
-    folder.progress.stage("walking the same designs with the learned policy")
+    folder.progress.stage("walking the designs with the learned policy")
     policy, settings, _ = load_policy(learned.folder / TRAINING_FOLDER / POLICY_FILE)
     learner = Sac(
         settings.task.state_size + space.one_hot.shape[1],
@@ -214,6 +220,11 @@ def _policy_distances(
         environment, space, policy, learner, np.array(designs), progress=folder.progress
     )
     return {pair.design: pair.distance_cm for pair in pairs}
+
+
+def _learned_distances(learned: LearnedRun | None) -> dict[str, float]:
+    """How far the run's own pairs came, each with the policy that was fine-tuned for it [cm]."""
+    return {} if learned is None else {p["design"]: p["distance_cm"] for p in learned.pairs}
 
 
 def _described(
@@ -241,16 +252,18 @@ def _described(
     }
 
 
-def _gap(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """How much further each design's own gait carries it than the shared policy does."""
-    gaps = [
-        row["distance_cm"] - row["policy_distance_cm"]
-        for row in rows
-        if row["distance_cm"] is not None and row["policy_distance_cm"] is not None
-    ]
-    if not gaps:
-        return {}
-    return {"mean_policy_gap_cm": float(np.mean(gaps)), "largest_policy_gap_cm": float(max(gaps))}
+def _gaps(rows: list[dict[str, Any]]) -> dict[str, dict[str, float]]:
+    """How much further designs' own gaits carry them than the shared policy does [cm], by group."""
+    groups: dict[str, list[float]] = {}
+    for row in rows:
+        if row["distance_cm"] is not None and row["policy_distance_cm"] is not None:
+            group = "best pairs" if row["why"].startswith("L") else row["why"]
+            gap = row["distance_cm"] - row["policy_distance_cm"]
+            groups.setdefault(group, []).append(gap)
+    return {
+        group: {"count": len(gaps), "mean": float(np.mean(gaps)), "largest": max(gaps)}
+        for group, gaps in groups.items()
+    }
 
 
 def _write_curve(folder: RunFolder, found: SearchResult, action_s: float) -> None:

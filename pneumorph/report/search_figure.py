@@ -89,19 +89,3 @@ def own_gaits_figure(designs: Sequence[Mapping[str, Any]]) -> Figure:
     axes.plot(ends, ends, color=INK_COLOUR, linewidth=0.7, linestyle=":")
     axes.set(xlabel="with the shared policy (cm)", ylabel="with its own searched gait (cm)")
     return figure
-
-
-def coopt_curve(
-    metrics: Sequence[Mapping[str, Any]], action_s: float
-) -> tuple[list[float], list[float]]:
-    """Return simulated time [s] and best distance so far [cm] of a training's rounds.
-
-    Args:
-        metrics: Rounds, as the training's metrics file holds them.
-        action_s: Length of an action [s].
-    """
-    walked = [line for line in metrics if line["best_distance_cm"] is not None]
-    return (
-        [line["timestep"] * action_s for line in walked],
-        [line["best_distance_cm"] for line in walked],
-    )

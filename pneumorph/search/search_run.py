@@ -35,12 +35,15 @@ class SearchResult:
         best: The furthest pair of each design that walked, by its index.
         timesteps: Actions made until the end of each generation, shape (generation,).
         best_distance_cm: Furthest distance until then [cm], shape (generation,).
+        late_gain_cm: What the last quarter of the budget added to each design's best [cm], by its
+            index: where it is much, the search was too short to call its best the best there is.
         resumed_timesteps: Actions that an earlier process had made.
     """
 
     best: Mapping[int, DesignGaitPair]
     timesteps: np.ndarray
     best_distance_cm: np.ndarray
+    late_gain_cm: Mapping[int, float]
     resumed_timesteps: int
 
     def ranked(self, space: DesignSpace) -> list[DesignGaitPair]:
@@ -84,6 +87,7 @@ def run_search(
     known = _read_or_begin(path, header)
     task = environment.task
     best: dict[int, DesignGaitPair] = {}
+    earlier_cm: dict[int, float] = {}
     reached: list[tuple[int, float]] = []
     done, resumed = 0, 0
     with path.open("a", encoding="utf-8") as stream:
@@ -104,12 +108,19 @@ def run_search(
             searcher.tell(distance_cm)
             done += len(candidates) * task.action_count
             _note(candidates, distance_cm, environment, done, best)
+            if done <= 0.75 * timesteps:
+                earlier_cm = {design: pair.distance_cm for design, pair in best.items()}
             furthest = max((pair.distance_cm for pair in best.values()), default=FAILED_CM)
             reached.append((done, furthest))
             if progress is not None:
                 progress(min(done, timesteps), timesteps, f"searching, best {furthest:.1f} cm")
     curve = np.array(reached).reshape(-1, 2)
-    return SearchResult(best, curve[:, 0].astype(int), curve[:, 1], resumed)
+    late_gain_cm = {
+        design: pair.distance_cm - earlier_cm[design]
+        for design, pair in best.items()
+        if design in earlier_cm
+    }
+    return SearchResult(best, curve[:, 0].astype(int), curve[:, 1], late_gain_cm, resumed)
 
 
 def _walked(

@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph.artefact import write_json
-from pneumorph.command.run_folder import finite, read_settings, read_summary
+from pneumorph.command.learned_run import run_digest
+from pneumorph.command.learning_curve import learning_curve
+from pneumorph.command.run_folder import finite, read_summary
 from pneumorph.command.run_once import run_once
 from pneumorph.command.search import CURVE_FILE
-from pneumorph.coopt.metrics import read_metrics
-from pneumorph.report.search_figure import coopt_curve, learning_curves_figure, own_gaits_figure
+from pneumorph.report.search_figure import learning_curves_figure, own_gaits_figure
 from pneumorph.report.style import save_figure
 
 HERE = Path(__file__).parent
@@ -38,9 +39,9 @@ def main() -> None:
                         default=("gaits", *METHODS))  # fmt: skip
     parser.add_argument("--gait-timesteps", type=int, help="less than the 960 gaits a design")
     options = parser.parse_args()
-    learned, settings = read_summary(options.run), read_settings(options.run)
+    learned = read_summary(options.run)
     timesteps = learned["timesteps"] + learned["finetuning_timesteps"]
-    work = options.work
+    work = options.work / run_digest(options.run)
     result: dict[str, Any] = {
         "run": learned.get("made_by"),
         "timesteps": timesteps,
@@ -51,18 +52,10 @@ def main() -> None:
         gaits = run_once(work / "gaits", "search", "--run", options.run, *shorter)
         result["gaits"] = {
             name: gaits[name]
-            for name in ("designs", "mean_policy_gap_cm", "largest_policy_gap_cm", "timesteps",
-                         "wall_s")
+            for name in ("designs", "policy_gaps_cm", "timesteps", "wall_s")
         }  # fmt: skip
         save_figure(own_gaits_figure(gaits["designs"]), options.out / "own_gaits.png", ("png",))
-    action_s = (
-        settings["coopt"]["task"]["action_step_count"]
-        * (settings["robot"]["simulation"]["time_step_s"])
-    )
-    simulated_s, best_cm = coopt_curve(read_metrics(options.run / "training"), action_s)
-    # Fine-tuning ends the curve with the best pair that is reported.
-    reported = max(learned["best_distance_cm"], best_cm[-1])
-    curves = {"learned together": ([*simulated_s, timesteps * action_s], [*best_cm, reported])}
+    curves = {"learned together": learning_curve(options.run)}
     for method in METHODS:
         if method not in options.steps:
             continue

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pneumorph.artefact import write_json
+from pneumorph.command.learned_run import run_digest
 from pneumorph.command.run_folder import SUMMARY, finite, read_settings
 from pneumorph.command.run_once import run_once
 from pneumorph.report.style import (
@@ -39,10 +40,11 @@ SURVIVES_WITHIN_CM = 1.0
 
 
 def analysed(run: Path, damping: str, folder: Path) -> dict[str, Any]:
-    """The best pairs of a run under a damping."""
-    part = read_settings(run)["robot"]["part"]
-    leg = () if part is None else ("--part", part)
-    return run_once(folder, "analyse", run, "--afresh", "--simulation.damping", damping, *leg)
+    """The best pairs of a run under a damping, all other physics as they were."""
+    robot = read_settings(run)["robot"]
+    robot["simulation"]["damping"] = damping
+    settings = write_json(folder.with_suffix(".json"), {"robot": robot})
+    return run_once(folder, "analyse", run, "--afresh", "--settings", settings)
 
 
 def compared(own: dict[str, Any], other: dict[str, Any]) -> list[dict[str, Any]]:
@@ -57,7 +59,7 @@ def compared(own: dict[str, Any], other: dict[str, Any]) -> list[dict[str, Any]]
                 "design": mine["design"],
                 "own_distance_cm": mine["distance_cm"],
                 "other_distance_cm": theirs["distance_cm"],
-                "survives": survives(mine["distance_cm"], theirs["distance_cm"]),
+                "survives": survives(mine, theirs),
                 "own_front_slipping_share": front_slipping(mine),
                 "other_front_slipping_share": front_slipping(theirs),
                 "own_backsliding_cm": mine["backsliding_cm"],
@@ -67,18 +69,26 @@ def compared(own: dict[str, Any], other: dict[str, Any]) -> list[dict[str, Any]]
     return rows
 
 
-def survives(own_cm: float | None, other_cm: float | None) -> bool:
+def survives(own: dict[str, Any], other: dict[str, Any]) -> bool:
     """Whether a pair comes as far under the other damping, to the paper's 1 cm."""
-    return own_cm is not None and other_cm is not None and other_cm > own_cm - SURVIVES_WITHIN_CM
+    if any(walk["status"] != "completed" for walk in (own, other)):
+        return False
+    return bool(other["distance_cm"] > own["distance_cm"] - SURVIVES_WITHIN_CM)
 
 
 def front_slipping(robot: dict[str, Any]) -> float | None:
-    """Share of the front legs' load that rests on points which slip; None without front legs."""
-    front = [leg for leg in robot["legs"] if np.cos(np.radians(leg["angle_deg"])) > 0.0]
-    load = sum(leg["mean_load_mN"] for leg in front)
+    """Share of the front legs' load that rests on points which slip; None where none is pressed.
+
+    Front legs are those that lie before the middle of the robot's own legs: many a learned robot
+    has all of them on one side of its disk.
+    """
+    forward = np.cos(np.radians([leg["angle_deg"] for leg in robot["legs"]]))
+    middle = 0.5 * (forward.max() + forward.min())
+    legs = [leg for leg, place in zip(robot["legs"], forward, strict=True) if place >= middle]
+    load = sum(leg["mean_load_mN"] for leg in legs)
     if not load:
         return None
-    return sum(leg["mean_load_mN"] * leg["slipping_share"] for leg in front) / load
+    return sum(leg["mean_load_mN"] * leg["slipping_share"] for leg in legs) / load
 
 
 @figure_style()
@@ -128,7 +138,9 @@ def main() -> None:
         if there != damping:
             raise SystemExit(f"{run} was trained with {there} damping, expected {damping}")
     found = {
-        (trained, walked): analysed(runs[trained], walked, options.work / f"{trained}_{walked}")
+        (trained, walked): analysed(
+            runs[trained], walked, options.work / run_digest(runs[trained]) / walked
+        )
         for trained in DAMPINGS
         for walked in DAMPINGS
     }

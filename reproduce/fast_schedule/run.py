@@ -13,12 +13,11 @@ import argparse
 from pathlib import Path
 
 from pneumorph.artefact import write_json
-from pneumorph.command.coopt import TRAINING_FOLDER
 from pneumorph.command.kept_run import keep_run
-from pneumorph.command.run_folder import finite, read_settings, read_summary
+from pneumorph.command.learning_curve import learning_curve
+from pneumorph.command.run_folder import finite, read_summary
 from pneumorph.command.run_once import run_once
-from pneumorph.coopt.metrics import read_metrics
-from pneumorph.report.search_figure import coopt_curve, learning_curves_figure
+from pneumorph.report.search_figure import learning_curves_figure
 from pneumorph.report.style import save_figure
 
 HERE = Path(__file__).parent
@@ -35,30 +34,26 @@ def main() -> None:
     )
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--runs", type=Path, default=Path("runs/fast"), help="campaign's folder")
-    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--processes", type=int, help="runs side by side")
     parser.add_argument("--ray-address", help="cluster to run on")
     parser.add_argument("--out", type=Path, default=HERE)
     options, flags = parser.parse_known_args()
-    where: tuple[object, ...] = ("--executor.process-count", options.processes)
-    if options.ray_address:
+    where: tuple[object, ...] = ()
+    if options.processes is not None:
+        where += ("--executor.process-count", options.processes)
+    if options.ray_address is not None:
         where += ("--executor.backend", "ray", "--executor.address", options.ray_address)
     campaign = run_once(
         options.runs, "campaign", "--preset", "fast", "--seeds", *options.seeds, *where, *flags
     )
     full = read_summary(options.full)
-    settings = read_settings(options.full)
-    action_s = (
-        settings["coopt"]["task"]["action_step_count"]
-        * (settings["robot"]["simulation"]["time_step_s"])
-    )
     timesteps = full["timesteps"] + full["finetuning_timesteps"]
     rows = [
         {
             **run,
             "behind_cm": full["best_distance_cm"] - run["best_distance_cm"],
             "reached": run["best_distance_cm"] > full["best_distance_cm"] - WITHIN_CM,
-            "share_of_timesteps": (run["timesteps"] + run["finetuning_timesteps"])
-            / full["timesteps"],
+            "share_of_timesteps": (run["timesteps"] + run["finetuning_timesteps"]) / timesteps,
         }
         for run in campaign["runs"]
     ]
@@ -70,13 +65,11 @@ def main() -> None:
         "runs": rows,
     }
     write_json(options.out / "fast.json", finite(content))
-    curves = {
-        "paper's schedule": coopt_curve(read_metrics(options.full / TRAINING_FOLDER), action_s)
-    }
+    curves = {"paper's schedule": learning_curve(options.full)}
     for row in rows:
-        keep_run(options.runs / row["name"], options.out / f"seed_{row['seed']}")
-        metrics = read_metrics(options.runs / row["name"] / TRAINING_FOLDER)
-        curves[f"fast, seed {row['seed']}"] = coopt_curve(metrics, action_s)
+        run = options.runs / str(row["name"])
+        keep_run(run, options.out / f"seed_{row['seed']}")
+        curves[f"fast, seed {row['seed']}"] = learning_curve(run)
     figure = learning_curves_figure(curves, full["baseline_best_distance_cm"])
     save_figure(figure, options.out / "fast.png", ("png",))
     print(f"wrote {options.out / 'fast.json'}")

@@ -27,6 +27,7 @@ import numpy as np
 from pneumorph.artefact import write_json
 from pneumorph.command.coopt import TRAINING_FOLDER
 from pneumorph.command.kept_run import keep_run
+from pneumorph.command.learned_run import run_digest
 from pneumorph.command.run_folder import SUMMARY, finite, read_settings, read_summary
 from pneumorph.command.run_once import run_once
 from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM, read_metrics
@@ -55,11 +56,16 @@ class PaperScale:
     Args:
         run: Folder of a coopt run to keep; None works with what is kept.
         out: Where small files are kept.
-        work: Where the steps run.
+        runs: Where the steps run, in a folder that is named after the training.
     """
 
-    def __init__(self, run: Path | None, out: Path, work: Path) -> None:
-        self.run, self.out, self.work = run, out, work
+    def __init__(self, run: Path | None, out: Path, runs: Path) -> None:
+        self.run, self.out, self.runs = run, out, runs
+
+    @property
+    def work(self) -> Path:
+        """Where the steps run: one training's walks are not another's."""
+        return self.runs / run_digest(self.out)
 
     @property
     def gaits(self) -> list[Path]:
@@ -80,8 +86,8 @@ class PaperScale:
         """
         if self.run is None:
             raise SystemExit("keep needs a finished training; give its folder by --run")
-        shutil.rmtree(self.out / "full_order", ignore_errors=True)  # of another training
         learned = keep_run(self.run, self.out)
+        shutil.rmtree(self.out / "full_order", ignore_errors=True)  # of an earlier training
         figure = reward_figure(
             read_metrics(self.out / TRAINING_FOLDER),
             HISTOGRAM_EDGES_CM,
@@ -203,12 +209,10 @@ def main() -> None:
     steps = ("keep", *follows)
     parser.add_argument("--run", type=Path, help="folder of a finished training to keep")
     parser.add_argument("--out", type=Path, default=HERE)
-    parser.add_argument("--work", type=Path, help="by default RUN/paper_scale, or runs/paper_scale")
+    parser.add_argument("--work", type=Path, default=Path("runs/paper_scale"))
     parser.add_argument("--steps", nargs="+", choices=steps)
     options = parser.parse_args()
-    # One training's walks are not another's: their commands alone would not tell them apart.
-    work = options.work or (options.run or Path("runs")) / "paper_scale"
-    todo = PaperScale(options.run, options.out, work)
+    todo = PaperScale(options.run, options.out, options.work)
     for step in options.steps or (follows if options.run is None else steps):
         print(f"{step} ...", flush=True)
         make: Callable[[], object] = getattr(todo, step)

@@ -14,7 +14,9 @@ import pytest
 from synthetic_part import synthetic_reduced_part
 
 from pneumorph.cli import run
+from pneumorph.command.kept_run import keep_run
 from pneumorph.command.learned_run import read_learned_run
+from pneumorph.command.learning_curve import learning_curve
 from pneumorph.command.robots import RobotOptions
 from pneumorph.command.run_folder import read_summary
 from pneumorph.command.run_once import run_once
@@ -146,6 +148,8 @@ def test_each_runs_pairs_under_the_other_damping(
             assert row["other_distance_cm"] != row["own_distance_cm"]
             close = row["other_distance_cm"] > row["own_distance_cm"] - 1.0
             assert row["survives"] == close
+            for name in ("own_front_slipping_share", "other_front_slipping_share"):
+                assert 0.0 <= row[name] <= 1.0
     with pytest.raises(SystemExit, match="was trained with objective damping"):
         call("damping_gap", monkeypatch, f"--published={runs['objective']}", *arguments[1:])
 
@@ -163,7 +167,7 @@ def test_seeds_of_the_fast_preset_beside_the_full_run(
     # Seed 0 is the very run it is compared with.
     assert first["behind_cm"] == pytest.approx(0.0, abs=1e-9)
     assert first["reached"]
-    assert first["share_of_timesteps"] == 3.0
+    assert first["share_of_timesteps"] == 1.0
     assert second["behind_cm"] == learned["best_distance_cm"] - second["best_distance_cm"]
     assert found["reached_count"] == first["reached"] + second["reached"]
     for row in (first, second):
@@ -180,3 +184,25 @@ def test_a_folder_of_another_command_is_refused(runs: dict[str, Path], tmp_path:
     with pytest.raises(RuntimeError, match="failed; see its message"):
         run_once(tmp_path / "new", "evaluate", tmp_path)
     assert run(["evaluate", str(tmp_path), "--out", str(tmp_path / "new")]) == 1
+
+
+def test_a_run_that_was_not_completed_is_made_again(leg: Path, tmp_path: Path) -> None:
+    walk = ("simulate", "--part", leg, "--expert.duration-s", 1)
+    finished(tmp_path / "walk", {"status": "diverged", "distance_cm": 7.0}, *walk)
+    assert run_once(tmp_path / "walk", *walk)["status"] == "completed"
+    finished(tmp_path / "done", {"status": "completed", "distance_cm": 7.0}, *walk)
+    assert run_once(tmp_path / "done", *walk)["distance_cm"] == 7.0
+
+
+def test_keeping_a_run_in_its_own_folder_is_refused(runs: dict[str, Path]) -> None:
+    with pytest.raises(ValueError, match="is the run itself"):
+        keep_run(runs["published"], runs["published"])
+    assert read_learned_run(runs["published"], RobotOptions()).gaits
+
+
+def test_a_learning_curve_ends_with_the_finetuned_best(runs: dict[str, Path]) -> None:
+    learned = read_summary(runs["published"])
+    simulated_s, best_cm = learning_curve(runs["published"])
+    # 20 timesteps and twice 20 of fine-tuning, of 80 steps of 0.01 s.
+    assert simulated_s == pytest.approx([16.0, 48.0])
+    assert best_cm[-1] == max(learned["best_distance_cm"], best_cm[0])
