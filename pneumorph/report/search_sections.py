@@ -24,11 +24,15 @@ def search_sections(run: Run, sheet: Sheet) -> list[Section]:
         sections.append(Section("The search", sheet.drawn("learning_curve", figure, caption)))
     rows = run.summary.get("designs") or []
     if rows:
-        header = ["design", "why", "own gait (cm)", "shared policy (cm)"]
-        body = page.table(
-            header,
-            [[r["design"], r["why"], r["distance_cm"], r["policy_distance_cm"]] for r in rows],
-        )
+        columns = {
+            "design": "design",
+            "why": "why",
+            "own gait (cm)": "distance_cm",
+            "gained in the last quarter (cm)": "late_gain_cm",
+            "shared policy (cm)": "policy_distance_cm",
+            "fine-tuned policy (cm)": "learned_distance_cm",
+        }
+        body = page.table(list(columns), [[r.get(c) for c in columns.values()] for r in rows])
         if any(None not in (r["distance_cm"], r["policy_distance_cm"]) for r in rows):
             caption = "Distance with a gait of its own over that with the shared policy."
             body = sheet.drawn("own_gaits", own_gaits_figure(rows), caption) + body
