@@ -66,7 +66,10 @@ def swept(workshop: Workshop, settings: PhaseSweepSettings, folder: RunFolder) -
     sweep.save(folder / SWEEP_FILE)
     gait: ExpertGait = replace(settings.gait, phase_deg=sweep.best_phase_deg)
     trajectory = workshop.recorded(
-        Design.parse(settings.design), gait, description={"gait": f"expert, {gait.phase_deg:g}°"}
+        Design.parse(settings.design),
+        gait,
+        settling_steps=settings.settling_step_count,
+        description={"gait": f"expert, {gait.phase_deg:g}°"},
     )
     with_skin_only(trajectory).save(folder / TRAJECTORY_FILE)
     return sweep

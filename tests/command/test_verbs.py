@@ -174,9 +174,14 @@ def test_compare_walks_a_grid_of_reductions(
 
 def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sweep = " ".join(f"--{flag}" for flag in _SHORT_SWEEP)
+    sweep += " --settling-step-count 40"
     swept = run_json(f"baseline --part {leg} {sweep} --out {tmp_path / 'b'}", capsys)
     assert swept["baseline_best_phase_deg"] in swept["phases_deg"]
-    assert Trajectory.load(tmp_path / "b" / "baseline_trajectory.npz").time_s[-1] == 4.0
+    recorded = Trajectory.load(tmp_path / "b" / "baseline_trajectory.npz")
+    assert recorded.time_s[-1] == 4.0
+    # The recorded walk is the swept one, settling included.
+    swept_cm = swept["baseline_best_distance_cm"]
+    assert recorded.forward_distance_cm == pytest.approx(swept_cm, abs=1e-6)
     bench = run_json(
         f"bench engine --part {leg} --robot-count 4 --action-count 1 --out {tmp_path / 'e'}", capsys
     )
