@@ -110,7 +110,7 @@ class DesignDistribution:
     """Which designs to try next, given the newest return of each.
 
     Attributes:
-        scores: Newest return of each design [cm], shape (design,).
+        scores: Newest return of each design, or what is expected of it [cm], shape (design,).
         inverse_temperature: beta [1/cm].
         probabilities: shape (design,).
     """
@@ -153,6 +153,14 @@ class DesignDistribution:
             raise ValueError(f"returns[{place}] is {returns[place]}, expected finite returns in cm")
         for design, value in zip(designs, returns, strict=True):
             self.scores[design] = value
+
+    def raise_scores(self, expected: np.ndarray) -> None:
+        """Raise scores to what is expected of the designs now [cm], shape (design,).
+
+        A design that never walked, or did so when the policy knew less, is not held back by that;
+        its next return replaces what was expected.
+        """
+        self.scores = np.maximum(self.scores, expected)
 
     def follow_schedule(self, timestep: int) -> None:
         """Set beta so that the entropy matches the schedule (algorithm 1, lines 8 and 9)."""

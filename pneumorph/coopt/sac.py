@@ -154,6 +154,10 @@ class Sac:
         """Deterministic actions of a policy, (batch, action)."""
         return np.asarray(_mode(policy, observation))
 
+    def values(self, state: SacState, observation: np.ndarray) -> np.ndarray:
+        """Values of observations under the policy without noise, (batch,): the lower critic's."""
+        return np.asarray(_values(state.policy, state.critic, observation))
+
     def update(self, state: SacState, batches: Batch) -> tuple[SacState, dict[str, jax.Array]]:
         """Make one update per leading entry of ``batches``, all in one compiled call.
 
@@ -256,3 +260,9 @@ def _sample(policy: Policy, observation: np.ndarray, key: jax.Array) -> tuple[ja
 @eqx.filter_jit
 def _mode(policy: Policy, observation: np.ndarray) -> jax.Array:
     return policy.mode(jnp.asarray(observation))
+
+
+@eqx.filter_jit
+def _values(policy: Policy, critic: TwinCritic, observation: np.ndarray) -> jax.Array:
+    batch = jnp.asarray(observation)
+    return jnp.min(critic(batch, policy.mode(batch)), axis=0)

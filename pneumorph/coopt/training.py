@@ -210,8 +210,33 @@ class Training:
         if self._mirror is not None:
             self.distribution.record(self._mirror.designs(designs), returns)
         self.distribution.record(designs, returns)
+        if (
+            self.settings.expected_scores
+            and self.timestep >= self.settings.schedule.decay_start_timestep
+        ):
+            self.distribution.raise_scores(self.expected_returns(designs, returns))
         self.failure_count += int(failed.sum())
         self.distribution.follow_schedule(self.timestep)
+
+    def expected_returns(self, designs: np.ndarray, returns: np.ndarray) -> np.ndarray:
+        """Return what the critic expects of every design [cm], shape (design,).
+
+        Its values are discounted and count entropy as well: they are scaled so that those of the
+        designs that just walked add up to their returns.
+
+        Args:
+            designs: Index of each design that walked, shape (n,).
+            returns: Their returns [cm], shape (n,).
+        """
+        features = self.space.one_hot
+        # Every episode begins with no action to remember.
+        start = np.zeros((len(features), self._state_size), np.float32)
+        observation = np.concatenate([start, features.astype(np.float32)], axis=1)
+        values = self.learner.values(self.state, observation).astype(float)
+        walked, travelled = values[designs].sum(), returns.sum()
+        if walked <= 0.0 or travelled <= 0.0:
+            return np.full(len(values), -np.inf)
+        return values * (travelled / walked)
 
     def _metrics(
         self, returns: np.ndarray, failed: np.ndarray, losses: list[dict[str, jax.Array]]

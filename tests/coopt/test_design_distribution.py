@@ -94,3 +94,12 @@ def test_bad_input_is_refused() -> None:
         EntropySchedule(10, 10)
     with pytest.raises(ValueError, match="design_count is 0"):
         DesignDistribution(0, PAPER)
+
+
+def test_expectations_raise_scores_and_returns_replace_them() -> None:
+    distribution = DesignDistribution(3, EntropySchedule())
+    distribution.record(np.array([0, 1]), np.array([4.0, -1.0]))
+    distribution.raise_scores(np.array([3.0, 2.0, 5.0]))
+    assert distribution.scores.tolist() == [4.0, 2.0, 5.0]
+    distribution.record(np.array([2]), np.array([1.0]))
+    assert distribution.scores.tolist() == [4.0, 2.0, 1.0]

@@ -108,6 +108,38 @@ def test_a_failing_design_neither_stops_training_nor_wins() -> None:
     assert all(pair.held_kPa[:, 0].max() <= 80.0 for pair in training.best.pairs)
 
 
+def test_the_critic_knows_designs_better_than_their_newest_returns() -> None:
+    """After uniform rounds, beside what the policy makes of every design now."""
+    training = Training(viscous_crawler_robot, make_simulator, toy_settings(40))
+    while training.timestep < training.settings.schedule.decay_start_timestep:
+        training.run_round()
+    newest = training.distribution.scores.copy()
+    designs = np.arange(len(SPACE))
+    distance_cm = np.empty(len(SPACE))
+    for pair in training.evaluate():
+        distance_cm[pair.design] = pair.distance_cm
+    expected = training.expected_returns(designs, distance_cm)
+    # Scaled, they add up to what walked.
+    assert expected.sum() == pytest.approx(distance_cm.sum())
+    error, newest_error = (
+        np.sqrt(np.mean((guess - distance_cm) ** 2)) for guess in (expected, newest)
+    )
+    assert error < newest_error
+    # Nothing is expected before anything came forward.
+    assert np.all(training.expected_returns(designs, -distance_cm) == -np.inf)
+
+
+def test_best_design_is_found_with_expected_scores() -> None:
+    settings = replace(toy_settings(40), expected_scores=True)
+    training = Training(viscous_crawler_robot, make_simulator, settings)
+    while not training.is_finished:
+        training.run_round()
+    best = best_distances_cm()
+    found = training.best.pairs[0]
+    assert best[found.design] == pytest.approx(best.max(), abs=1e-9)
+    assert found.distance_cm > 0.85 * best.max()
+
+
 def test_both_readings_of_timesteps_per_update() -> None:
     assert CooptSettings().updates_per_vector_step == 1
     assert CooptSettings(update_every="timestep").updates_per_vector_step == 96
