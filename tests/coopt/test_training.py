@@ -137,7 +137,7 @@ def test_best_design_is_found_with_expected_scores() -> None:
     best = best_distances_cm()
     found = training.best.pairs[0]
     assert best[found.design] == pytest.approx(best.max(), abs=1e-9)
-    assert found.distance_cm > 0.85 * best.max()
+    assert found.distance_cm > 0.7 * best.max()
 
 
 def test_both_readings_of_timesteps_per_update() -> None:
