@@ -40,11 +40,9 @@ def run_with_ray(
             number = running.pop(ready)
             try:
                 result = ray.get(ready)
-            except ray.exceptions.WorkerCrashedError:
-                how = "worker crashed"
-                result = given_up(worker_error(tasks[number], settings.attempt_limit, how))
-            except ray.exceptions.OutOfMemoryError:
-                how = "out of memory"
+            except (ray.exceptions.WorkerCrashedError, ray.exceptions.OutOfMemoryError) as error:
+                crashed = isinstance(error, ray.exceptions.WorkerCrashedError)
+                how = "worker crashed" if crashed else "out of memory"
                 result = given_up(worker_error(tasks[number], settings.attempt_limit, how))
             except ray.exceptions.RayTaskError as error:
                 raise (error.cause or error) from error

@@ -22,14 +22,13 @@ DIGITS = 5
 """Digits of the metrics that are kept."""
 
 
-def keep_run(run: Path, folder: Path, pair_count: int = 5) -> dict[str, Any]:
+def keep_run(run: Path, folder: Path) -> dict[str, Any]:
     """Copy the small files of a finished coopt run.
 
     Args:
         run: The run's folder.
         folder: Receives ``settings.json``, ``summary.json``, ``gaits/``, ``training/metrics.jsonl``
             and ``training/policy.npz``; those of an earlier run are replaced.
-        pair_count: Most pairs to keep.
 
     Returns:
         The summary as it is kept: its pairs name the gaits in ``folder``.
@@ -49,7 +48,7 @@ def keep_run(run: Path, folder: Path, pair_count: int = 5) -> dict[str, Any]:
     for name in (GAIT_FOLDER, TRAINING_FOLDER):
         (folder / name).mkdir(parents=True, exist_ok=True)
     pairs = []
-    for rank, pair in enumerate(summary["pairs"][:pair_count], start=1):
+    for rank, pair in enumerate(summary["pairs"], start=1):
         gait = f"{GAIT_FOLDER}/L{rank}.csv"
         shutil.copyfile(run / pair["gait"], folder / gait)
         pairs.append({**pair, "gait": gait})
