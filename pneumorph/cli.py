@@ -118,18 +118,19 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     content = settings_to_dict(options)
     folder.refuse_other_verb()
     fresh = not folder.path.exists()
-    if fresh:
-        # At once, so that a run that is killed can be resumed with them.
-        folder.save_settings(content)
-    try:
-        summary = verb.run(options, folder)
-    except BaseException:
+    with folder.alone():
         if fresh:
-            folder.remove_if_only_settings()
-        raise
-    folder.save_settings(content)
-    preset = {} if chosen is None else {"preset": chosen}
-    written = folder.save_summary({**summary, **preset, "peak_memory_mb": _peak_memory_mb()})
+            # At once, so that a run that is killed can be resumed with them.
+            folder.save_settings(content)
+        try:
+            summary = verb.run(options, folder)
+        except BaseException:
+            if fresh:
+                folder.remove_if_only_settings()
+            raise
+        folder.save_settings(content)
+        preset = {} if chosen is None else {"preset": chosen}
+        written = folder.save_summary({**summary, **preset, "peak_memory_mb": _peak_memory_mb()})
     if common.json:
         print(json.dumps(json.loads(written.read_text())))
     else:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -36,8 +37,8 @@ class ExecutorSettings:
     backend: Backend = "processes"
     """`processes` of this machine, or `ray` (needs the extra `ray`)."""
     process_count: int | None = None
-    """Tasks that run at the same time: 1 with `processes` runs them in this very process; None: two
-    processes, or all processors of the Ray cluster."""
+    """Tasks that run at the same time; None: two processes, or all processors of the Ray cluster.
+    With `processes`, 1 needs no other process than this one, unless tasks may be given up."""
     address: str | None = None
     """Ray cluster to join, such as auto or ray://head:10001, with pneumorph installed on every
     machine; without it Ray starts on this machine alone."""
@@ -77,19 +78,21 @@ def run_tasks(
         tasks: Picklable.
         settings: Where they run.
         given_up: Makes the result of a task whose workers died `attempt_limit` times, so that the
-            others go on; None lets it end them all.
+            others go on; every task then has a worker of its own, even one at a time. None lets
+            such a task end them all.
 
     Raises:
         ModuleNotFoundError: Ray is asked for and not installed.
         WorkerError: The workers of a task died `attempt_limit` times and `given_up` is None.
     """
     settings = settings or ExecutorSettings()
+    in_this_process = settings.process_count == 1 and given_up is None
     given_up = given_up or _raise
     if settings.backend == "ray":
         from pneumorph.ray_executor import run_with_ray
 
         yield from run_with_ray(function, shared, tasks, settings, given_up)
-    elif settings.process_count == 1:
+    elif in_this_process:
         for number, task in enumerate(tasks):
             yield number, function(shared, task)
     else:
@@ -161,12 +164,21 @@ def _run_in_processes(
 
 def _work(sender: Connection, function: Callable[[Any, Any], Any], shared: Any, task: Any) -> None:
     """Body of a child: send (exception or None, result)."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         answer: tuple[BaseException | None, Any] = (None, function(shared, task))
     except Exception as error:
         error.add_note(f"in a process of its own:\n{traceback.format_exc()}")
         answer = (error, None)
     sender.send(answer)
+
+
+def _end_with_parent() -> None:
+    """End this child when its parent is gone, however that died: its work would be nobody's."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager

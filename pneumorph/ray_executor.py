@@ -7,6 +7,8 @@ import os
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import chdir
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pneumorph.executor import ExecutorSettings, WorkerError, worker_error
@@ -26,30 +28,46 @@ def run_with_ray(
     """Yield the number and the result of each task as it finishes; see `run_tasks`."""
     ray, started = connect(settings)
     try:
-        remote = ray.remote(max_retries=settings.attempt_limit - 1)(function)
+        # Attempts are counted here: Ray itself would retry for ever a task that runs out of memory.
+        remote = ray.remote(max_retries=0)(_call)
         reference = ray.put(shared)
-        waiting = deque(enumerate(tasks))
+        waiting = deque(range(len(tasks)))
+        attempts = [0] * len(tasks)
         running: dict[Any, int] = {}
+        here = Path.cwd()
         # Results wait in the cluster's memory until they are fetched: begin no more than can run.
         limit = settings.process_count or int(ray.cluster_resources().get("CPU", 1))
         while waiting or running:
             while waiting and len(running) < limit:
-                number, task = waiting.popleft()
-                running[remote.remote(reference, task)] = number
+                number = waiting.popleft()
+                attempts[number] += 1
+                running[remote.remote(function, reference, tasks[number], here)] = number
             (ready,), _ = ray.wait(list(running), num_returns=1)
             number = running.pop(ready)
             try:
                 result = ray.get(ready)
-            except (ray.exceptions.WorkerCrashedError, ray.exceptions.OutOfMemoryError) as error:
-                crashed = isinstance(error, ray.exceptions.WorkerCrashedError)
-                how = "worker crashed" if crashed else "out of memory"
-                result = given_up(worker_error(tasks[number], settings.attempt_limit, how))
+            except (
+                ray.exceptions.WorkerCrashedError,
+                ray.exceptions.OutOfMemoryError,
+                ray.exceptions.NodeDiedError,
+            ) as error:
+                if attempts[number] < settings.attempt_limit:
+                    waiting.append(number)
+                    continue
+                how = type(error).__name__
+                result = given_up(worker_error(tasks[number], attempts[number], how))
             except ray.exceptions.RayTaskError as error:
                 raise (error.cause or error) from error
             yield number, result
     finally:
         if started:
             ray.shutdown()
+
+
+def _call(function: Callable[[Any, Any], Any], shared: Any, task: Any, folder: Path) -> Any:
+    """Body of a worker, which begins in a folder of its own: relative paths mean the caller's."""
+    with chdir(folder if folder.is_dir() else Path.cwd()):
+        return function(shared, task)
 
 
 def connect(settings: ExecutorSettings) -> tuple[Any, bool]:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -63,6 +66,10 @@ def dies_at_one(shared: None, number: int) -> str:
     return str(number)
 
 
+def says_where_it_is(shared: None, number: int) -> Path:
+    return Path.cwd()
+
+
 def dies_always(shared: None, number: int) -> int:
     os.kill(os.getpid(), signal.SIGKILL)
     return number
@@ -76,6 +83,15 @@ def test_every_task_is_done_once(backend: str, settings_of: SettingsOf) -> None:
     }
     if backend != "in this process":
         assert {threads for _, threads in results.values()} == {"1"}
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_relative_paths_mean_the_callers(
+    backend: str, tmp_path: Path, settings_of: SettingsOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = settings_of(backend)
+    monkeypatch.chdir(tmp_path)
+    assert dict(run_tasks(says_where_it_is, None, [0], settings)) == {0: tmp_path}
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -101,7 +117,7 @@ def test_a_task_that_kills_every_worker_is_given_up(backend: str, settings_of: S
         dict(run_tasks(dies_always, None, [0], settings_of(backend, attempt_limit=2)))
 
 
-@pytest.mark.parametrize("backend", BACKENDS[1:])
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_the_others_go_on_without_a_task_that_is_given_up(
     backend: str, settings_of: SettingsOf
 ) -> None:
@@ -109,6 +125,52 @@ def test_the_others_go_on_without_a_task_that_is_given_up(
     results = dict(run_tasks(dies_at_one, None, range(4), settings, given_up=str))
     assert "task 1 was begun 1 times" in results.pop(1)
     assert results == {0: "0", 2: "2", 3: "3"}
+
+
+_PARENT = """
+import sys, time
+from pathlib import Path
+from pneumorph.executor import ExecutorSettings, run_tasks
+from test_executor import notes_its_process
+
+if __name__ == "__main__":
+    list(run_tasks(notes_its_process, Path(sys.argv[1]), range(2), ExecutorSettings()))
+"""
+
+
+def notes_its_process(folder: Path, number: int) -> None:
+    (folder / f"{number}.new").write_text(str(os.getpid()))
+    (folder / f"{number}.new").rename(folder / f"{number}.pid")
+    time.sleep(600.0)
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_workers_end_with_the_process_that_began_them(how: signal.Signals, tmp_path: Path) -> None:
+    (tmp_path / "parent.py").write_text(_PARENT)
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}
+    parent = subprocess.Popen(
+        [sys.executable, str(tmp_path / "parent.py"), str(tmp_path)], env=environment
+    )
+    notes = [tmp_path / f"{number}.pid" for number in range(2)]
+    wait_for(lambda: all(note.exists() for note in notes), 60.0)
+    workers = [int(note.read_text()) for note in notes]
+    parent.send_signal(how)
+    parent.wait()
+    wait_for(lambda: not any(is_running(worker) for worker in workers), 20.0)
+
+
+def is_running(process: int) -> bool:
+    try:
+        return Path(f"/proc/{process}/stat").read_text().split()[2] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def wait_for(condition: Callable[[], bool], longest_s: float) -> None:
+    end = time.monotonic() + longest_s
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
 
 
 def test_impossible_settings_are_refused() -> None:

@@ -14,7 +14,6 @@ Example: pneumorph campaign --preset fast --seeds 0 1 2 --executor.process-count
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -24,10 +23,18 @@ import numpy as np
 import tyro
 
 from pneumorph.artefact import write_json
+from pneumorph.command.coopt import TRAINING_FOLDER, CooptOptions, coopt
 from pneumorph.command.coopt import VERB as COOPT
-from pneumorph.command.coopt import CooptOptions, coopt
-from pneumorph.command.run_folder import SUMMARY, RunFolder, finite, read_summary
+from pneumorph.command.run_folder import (
+    SETTINGS,
+    SUMMARY,
+    RunFolder,
+    finite,
+    read_settings,
+    read_summary,
+)
 from pneumorph.command.verb import Verb
+from pneumorph.coopt.checkpoint import has_checkpoint
 from pneumorph.executor import ExecutorSettings, run_tasks
 from pneumorph.machine import processor_count
 from pneumorph.settings import load_settings, settings_from_dict, settings_to_dict
@@ -70,7 +77,7 @@ def campaign(options: CampaignOptions, folder: RunFolder) -> dict[str, Any]:
     executor = options.executor
     if executor.backend == "processes":
         executor = replace(executor, process_count=executor.at_once(usual=1))
-    # A worker of a cluster begins in a folder of its own.
+    # On a cluster this folder is seen by all machines, the one we are in perhaps not.
     shared = (str(folder.path.resolve()), folder.provenance.get("made_by"), _threads(executor))
     answers = run_tasks(run_one, shared, tasks, executor, given_up=str)
     for done, (number, failure) in enumerate(answers, start=1):
@@ -119,17 +126,28 @@ def run_one(
     name, content = task
     options = replace(settings_from_dict(CooptOptions, content), resume=True)
     place = RunFolder(Path(folder) / name, "coopt", provenance=made_by)
-    settings = settings_to_dict(options)
-    if (place.path / SUMMARY).exists():
-        there = json.loads((place.path / "settings.json").read_text())
-        return None if there == settings else f"{place.path} holds a run of other settings"
-    place.save_settings(settings)
+    robot = replace(options.robot, threads=options.robot.threads or threads)
     try:
-        robot = replace(options.robot, threads=options.robot.threads or threads)
-        place.save_summary(coopt(replace(options, robot=robot), place))
+        with place.alone():
+            _refuse_other_settings(place.path, options)
+            if not (place.path / SUMMARY).exists():
+                place.save_settings(settings_to_dict(options))
+                place.save_summary(coopt(replace(options, robot=robot), place))
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return None
+
+
+def _refuse_other_settings(folder: Path, options: CooptOptions) -> None:
+    """Keep a run from being written over by one that differs from it."""
+    begun = (folder / SUMMARY).exists() or has_checkpoint(folder / TRAINING_FOLDER)
+    if begun and (folder / SETTINGS).exists():
+        # Read as options: a setting that is newer than the run had its default.
+        there = settings_from_dict(CooptOptions, read_settings(folder))
+        if replace(there, resume=options.resume) != options:
+            raise ValueError(
+                f"{folder} holds a run of other settings, expected the same; choose another --out"
+            )
 
 
 def _threads(executor: ExecutorSettings) -> int:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
 import math
+import os
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +65,31 @@ class RunFolder:
                 f"{self.path} holds a run of `pneumorph {other}`, expected a folder of its own for "
                 f"`{self.verb}`; choose another --out"
             )
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Hold the folder, so that no second process writes into it.
+
+        The kernel lets go of it when this process ends, however it does. Where the file system
+        knows no locks of folders, such as NFS, nothing is held.
+
+        Raises:
+            ValueError: Another process holds it.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        held = os.open(self.path, os.O_RDONLY)
+        try:
+            try:
+                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                if error.errno == errno.EWOULDBLOCK:
+                    raise ValueError(
+                        f"{self.path} is being written by another process, expected a "
+                        "folder of its own for each; wait for that process, or choose another --out"
+                    ) from None
+            yield
+        finally:
+            os.close(held)
 
     def save_settings(self, content: dict[str, Any]) -> Path:
         """Write the resolved settings."""

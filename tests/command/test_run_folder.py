@@ -37,6 +37,17 @@ def test_a_verb_does_not_write_over_anothers_run(tmp_path: Path) -> None:
         RunFolder(tmp_path, "baseline").refuse_other_verb()
 
 
+def test_a_folder_is_written_by_one_process_at_a_time(tmp_path: Path) -> None:
+    with RunFolder(tmp_path / "run", "coopt").alone():
+        second = RunFolder(tmp_path / "run", "coopt").alone()
+        with pytest.raises(ValueError, match="is being written by another process"), second:
+            raise AssertionError
+        with RunFolder(tmp_path / "other", "coopt").alone():
+            pass
+    with RunFolder(tmp_path / "run", "coopt").alone():
+        pass
+
+
 def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ArtefactError, match=r"holds no summary\.json"):
         read_summary(tmp_path)
