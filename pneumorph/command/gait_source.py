@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.command.robots import RobotOptions, Workshop
 from pneumorph.command.run_folder import read_settings, read_summary
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.exchange.sorotraj import read_sorotraj
@@ -14,7 +15,6 @@ from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.open_loop_gait import OpenLoopGait
-from pneumorph.hardware.calibration import Calibration
 from pneumorph.pressure import PressureMap
 from pneumorph.robot.design import Design
 from pneumorph.settings import settings_from_dict
@@ -80,10 +80,7 @@ def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
     task = settings_from_dict(CrawlingTask, saved["coopt"]["task"])
     path = folder / pair["gait"]
     gait, _ = read_gait(path, task.minimum_pressure_kPa, task.maximum_pressure_kPa)
-    robot = saved["robot"]
-    trained = settings_from_dict(PressureMap, robot["simulation"]["pressure_map"])
-    if robot.get("calibration"):
-        trained = Calibration.load(robot["calibration"]).pressure_map
+    trained = Workshop(settings_from_dict(RobotOptions, saved["robot"])).simulation.pressure_map
     return GaitSource(gait, _design(design, pair["design"]), str(path), trained)
 
 
@@ -94,9 +91,10 @@ def _of_policy(path: Path, design: str | None) -> GaitSource:
     from pneumorph.coopt.policy_file import load_policy
     from pneumorph.coopt.sac import Sac
 
-    policy, settings, _ = load_policy(path)
+    policy, settings, metadata = load_policy(path)
     task, chosen = settings.task, Design.parse(design)
-    one_hot = chosen.one_hot(task.regulator_count)
+    place = settings.space.index(chosen)
+    one_hot = settings.space.one_hot[place]
     learner = Sac(task.state_size + len(one_hot), task.regulator_count, settings.sac)
     memory = np.zeros(task.state_size, dtype=np.float32)
     held = []
@@ -105,8 +103,16 @@ def _of_policy(path: Path, design: str | None) -> GaitSource:
         action = np.asarray(learner.mode_actions(policy, observation))[0]
         held.append(task.pressure_kPa(np.clip(action, -1.0, 1.0)))
         memory = np.concatenate([action, memory[: -task.regulator_count]]).astype(np.float32)
-    # Actions are in simulation steps of 0.01 s (the paper's).
-    gait = HeldGait.evenly(np.array(held), 0.01 * task.action_step_count, task)
+    # The policy names regulators as its own design does; other names are other columns.
+    known = settings.space[place]
+    commands = np.array(held)
+    if known != chosen:
+        commands = np.full_like(held, task.minimum_pressure_kPa)
+        for ours, theirs in zip(chosen.regulator_order(), known.regulator_order(), strict=True):
+            commands[:, ours - 1] = np.array(held)[:, theirs - 1]
+    # The paper's time step, for policies that do not say theirs.
+    action_s = metadata.get("time_step_s", 0.01) * task.action_step_count
+    gait = HeldGait.evenly(commands, action_s, task)
     return GaitSource(gait, chosen, f"{path} for {design}", PressureMap())
 
 

@@ -20,7 +20,7 @@ from pneumorph.coopt.training import STAGES, Training
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
-from pneumorph.settings import settings_to_dict
+from pneumorph.settings import settings_from_dict, settings_to_dict
 
 SETTINGS_FILE = "settings.json"
 SUMMARY_FILE = "summary.json"
@@ -99,10 +99,16 @@ def cooptimise(
         progress(training.timestep, training.timestep, "evaluating the best designs")
     evaluated = training.evaluate()
     found = _time_spent(training, time.perf_counter() - started)
-    save_policy(folder / POLICY_FILE, training.state.policy, settings, timestep=training.timestep)
+    save_policy(
+        folder / POLICY_FILE,
+        training.state.policy,
+        settings,
+        timestep=training.timestep,
+        time_step_s=time_step_s,
+    )
     seen = pairs = training.best.pairs
     if settings.finetuning.timesteps:
-        finetuned = finetune(training, folder, evaluated, progress)
+        finetuned = finetune(training, folder, evaluated, time_step_s, progress)
         pairs = finetuned.pairs[: settings.kept_pair_count]
         found |= {
             "finetuning_timesteps": finetuned.timesteps,
@@ -128,8 +134,9 @@ def _restore(
 ) -> tuple[float, list[str]]:
     """Take over the newest checkpoint; return the seconds spent before it, and remarks."""
     checkpoint = load_checkpoint(folder)
-    theirs, ours = checkpoint.metadata["settings"], settings_to_dict(training.settings)
-    changed = _differences(theirs, ours, "")
+    # Read as settings: one that is newer than the checkpoint had its default.
+    theirs = settings_from_dict(CooptSettings, checkpoint.metadata["settings"])
+    changed = _differences(settings_to_dict(theirs), settings_to_dict(training.settings), "")
     changed += _differences(checkpoint.metadata["provenance"], _as_json(provenance), "")
     if changed:
         raise ValueError(
@@ -193,8 +200,11 @@ def _train(
                 metrics["evaluated_distance_cm"] = evaluated[0].distance_cm
         wall_s = time.perf_counter() - started
         write({**metrics, "wall_s": wall_s})
+        # Where the next round would pass the interval: no more than one is ever lost.
         if training.is_finished or _passed(
-            settings.checkpoint_interval_timesteps, before, training.timestep
+            settings.checkpoint_interval_timesteps,
+            training.timestep,
+            training.timestep + settings.timesteps_per_round,
         ):
             metadata = {
                 **training.metadata(),

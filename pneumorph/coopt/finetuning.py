@@ -44,6 +44,7 @@ def finetune(
     training: Training,
     folder: Path,
     evaluated: Sequence[DesignGaitPair],
+    time_step_s: float = 0.01,
     progress: Progress | None = None,
 ) -> Finetuned:
     """Fine-tune a finished training on each of its best designs.
@@ -55,6 +56,7 @@ def finetune(
         training: Finished; it goes back to its last checkpoint.
         folder: The run folder, with that checkpoint.
         evaluated: Pairs of the trained policy without noise.
+        time_step_s: The simulator's time step [s], noted in the policies.
         progress: Told (timesteps done, timesteps in all, message).
     """
     settings = training.settings
@@ -79,6 +81,7 @@ def finetune(
                 training.state.policy,
                 settings,
                 timestep=training.timestep,
+                time_step_s=time_step_s,
                 wall_s=time.perf_counter() - started,
             )
         policy, _, metadata = load_policy(path)

@@ -9,7 +9,9 @@ import jax
 import numpy as np
 import pytest
 
+from pneumorph.artefact import write_json
 from pneumorph.command.gait_source import find_gait, recalibrated
+from pneumorph.command.robots import RobotOptions
 from pneumorph.coopt.evaluation import evaluate_policy
 from pneumorph.coopt.networks import Policy
 from pneumorph.coopt.policy_file import save_policy
@@ -19,7 +21,11 @@ from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.viscous_crawler import ViscousCrawler
 from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.gait.gait_file import write_gait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.presets import LegName, pressure_map
 from pneumorph.pressure import PressureMap
+from pneumorph.settings import settings_to_dict
 
 SETTINGS = CooptSettings(
     task=CrawlingTask(action_count=6, action_step_count=10), sac=SacSettings(hidden_sizes=(16, 16))
@@ -44,6 +50,36 @@ def test_policy_and_environment_agree(tmp_path: Path) -> None:
     # Single precision in another batch: some rounding of 90 kPa.
     np.testing.assert_allclose(held, pair.held_kPa, atol=1e-3)
     assert np.ptp(held) > 1.0
+
+
+def test_a_policy_drives_a_design_whatever_its_regulators_are_called(tmp_path: Path) -> None:
+    space = SETTINGS.space
+    size = SETTINGS.task.state_size + space.one_hot.shape[1]
+    policy = Policy(size, 3, SETTINGS.sac.hidden_sizes, jax.random.PRNGKey(3))
+    path = save_policy(tmp_path / "policy.npz", policy, SETTINGS, time_step_s=0.02)
+    known = find_gait(path, "0.1.1.2.3.0.0.0", ExpertGait()).gait
+    renamed = find_gait(path, "0.3.3.1.2.0.0.0", ExpertGait())
+    assert str(renamed.design) == "0.3.3.1.2.0.0.0"
+    assert renamed.gait.duration_s == pytest.approx(6 * 10 * 0.02)
+    for time_s in (0.1, 0.5, 1.1):
+        first, second, third = known.pressure_kPa(time_s)
+        assert renamed.gait.pressure_kPa(time_s) == pytest.approx([second, third, first])
+    with pytest.raises(ValueError, match="too many legs: 7"):
+        find_gait(path, "1.1.1.1.1.1.1.0", ExpertGait())
+
+
+@pytest.mark.parametrize("leg", ["paper", "hyperelastic"])
+def test_a_runs_gait_was_made_with_the_pressure_map_of_its_leg(
+    leg: LegName, tmp_path: Path
+) -> None:
+    robot = RobotOptions(leg=leg)
+    settings = {"robot": settings_to_dict(robot), "coopt": settings_to_dict(SETTINGS)}
+    write_json(tmp_path / "settings.json", settings)
+    pair = {"design": BASELINE_DESIGN, "gait": "L1.csv"}
+    write_json(tmp_path / "summary.json", {"pairs": [pair]})
+    write_gait(tmp_path / "L1.csv", HeldGait.evenly(np.full((6, 3), 50.0), 0.1), {})
+    found = find_gait(tmp_path, None, ExpertGait())
+    assert found.pressure_map == pressure_map(leg)
 
 
 def test_nothing_asked_is_the_experts_gait() -> None:
