@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import warnings
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,11 +73,11 @@ def load_checkpoint(folder: Path | str) -> Checkpoint:
             f"{folder} holds no checkpoint ({NEWEST}), expected the folder of a training run"
         )
     try:
-        return Checkpoint(*_load(folder / NEWEST), remark=None)
+        return Checkpoint(*load_artefact(folder / NEWEST, KIND, VERSION), remark=None)
     except (ArtefactError, FileNotFoundError) as error:
         reason = str(error)
     try:
-        arrays, metadata = _load(folder / PREVIOUS)
+        arrays, metadata = load_artefact(folder / PREVIOUS, KIND, VERSION)
     except FileNotFoundError:
         raise ArtefactError(f"{reason}; and there is no previous checkpoint") from None
     except ArtefactError as error:
@@ -89,10 +88,3 @@ def load_checkpoint(folder: Path | str) -> Checkpoint:
     remark = f"the previous checkpoint is used, because the newest one fails: {reason}"
     warnings.warn(remark, stacklevel=2)
     return Checkpoint(arrays, metadata, remark)
-
-
-def _load(path: Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    try:
-        return load_artefact(path, KIND, VERSION)
-    except zlib.error as error:
-        raise ArtefactError(f"{path} is damaged ({error})") from error

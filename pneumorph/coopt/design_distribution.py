@@ -157,8 +157,7 @@ class DesignDistribution:
     def raise_scores(self, expected: np.ndarray) -> None:
         """Raise scores to what is expected of the designs now [cm], shape (design,).
 
-        A design that never walked, or did so when the policy knew less, is not held back by that;
-        its next return replaces what was expected.
+        A design that never walked, or did so when the policy knew less, is not held back by that.
         """
         self.scores = np.maximum(self.scores, expected)
 

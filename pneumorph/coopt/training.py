@@ -214,9 +214,18 @@ class Training:
             self.settings.expected_scores
             and self.timestep >= self.settings.schedule.decay_start_timestep
         ):
-            self.distribution.raise_scores(self.expected_returns(designs, returns))
+            expected = self.expected_returns(designs, returns)
+            # The critic learns from the steps before a failure, and knows nothing of it.
+            expected[self._with_images(designs[failed])] = -np.inf
+            self.distribution.raise_scores(expected)
         self.failure_count += int(failed.sum())
         self.distribution.follow_schedule(self.timestep)
+
+    def _with_images(self, designs: np.ndarray) -> np.ndarray:
+        """Designs, and their mirror images where returns count for those as well."""
+        if self._mirror is None:
+            return designs
+        return np.concatenate([designs, self._mirror.designs(designs)])
 
     def expected_returns(self, designs: np.ndarray, returns: np.ndarray) -> np.ndarray:
         """Return what the critic expects of every design [cm], shape (design,).

@@ -15,7 +15,7 @@ def open_wandb(folder: Path, project: str, timestep: int) -> Any:
     same group.
 
     Args:
-        folder: The run folder; its name is the group.
+        folder: The training folder in a run folder, whose name is the group.
         project: Name of the project.
         timestep: Timestep that training goes on from.
 

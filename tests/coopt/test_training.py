@@ -91,7 +91,8 @@ def test_stored_transitions_shift_the_memory_even_at_an_episodes_end(terminal: b
     assert stored["terminal"].sum() == (2 * 16 if terminal else 0)
 
 
-def test_a_failing_design_neither_stops_training_nor_wins() -> None:
+@pytest.mark.parametrize("expected_scores", [False, True])
+def test_a_failing_design_neither_stops_training_nor_wins(expected_scores: bool) -> None:
     class Fragile(ViscousCrawler):
         """Fails wherever regulator 1 is commanded above 80 kPa, and would travel far."""
 
@@ -100,7 +101,8 @@ def test_a_failing_design_neither_stops_training_nor_wins() -> None:
             self._status[command_kPa[:, 0] > 80.0] = 1
             self._forward_mm[command_kPa[:, 0] > 80.0] += 1e6
 
-    training = Training(viscous_crawler_robot, Fragile, toy_settings(round_count=3))
+    settings = replace(toy_settings(round_count=3), expected_scores=expected_scores)
+    training = Training(viscous_crawler_robot, Fragile, settings)
     metrics = [training.run_round() for _ in range(3)]
     assert sum(line["failed_count"] for line in metrics) == training.failure_count > 0
     assert all(np.isfinite(line["return_mean_cm"]) for line in metrics)
