@@ -201,16 +201,23 @@ def _described(
     step_s: float,
     cycle_s: float,
 ) -> dict[str, Any]:
-    """Rewards, slides back, tilt, and what each leg does."""
-    time_s, forward_cm = path_of(trajectory)
-    slides = cycle_slides_cm(time_s, forward_cm, cycle_s)
+    """Rewards, slides back, tilt, and what each leg does until the end or a divergence."""
+    path: dict[str, Any] = dict.fromkeys(
+        ("distance_cm", "step_rewards_cm", "cycle_slides_cm", "backsliding_cm")
+    )
+    if trajectory.status == "completed":
+        time_s, forward_cm = path_of(trajectory)
+        slides = cycle_slides_cm(time_s, forward_cm, cycle_s)
+        path = {
+            "distance_cm": trajectory.forward_distance_cm,
+            "step_rewards_cm": step_rewards_cm(time_s, forward_cm, step_s).tolist(),
+            "cycle_slides_cm": slides.tolist(),
+            "backsliding_cm": float(slides.mean()),
+        }
     roll, pitch = tilt_deg(trajectory.hub_rotation)
     return {
         "status": trajectory.status,
-        "distance_cm": trajectory.forward_distance_cm,
-        "step_rewards_cm": step_rewards_cm(time_s, forward_cm, step_s).tolist(),
-        "cycle_slides_cm": slides.tolist(),
-        "backsliding_cm": float(slides.mean()),
+        **path,
         "roll_range_deg": [float(roll.min()), float(roll.max())],
         "pitch_range_deg": [float(pitch.min()), float(pitch.max())],
         "mean_contact_count": float(trajectory.contact_count.mean()),
@@ -236,6 +243,11 @@ def _draw(
     margins: dict[str, FrictionMargin],
     distances: dict[str, list[float]],
 ) -> None:
+    """Draw the robots that came to the end of their walks."""
+    trajectories = {k: each for k, each in trajectories.items() if each.status == "completed"}
+    if not trajectories:
+        return
+    walkers = [walker for walker in walkers if walker.label in trajectories]
     designs = {walker.label: walker.design for walker in walkers}
     paths = {label: path_of(each) for label, each in trajectories.items()}
     rate = workshop.simulation.pressure_rate_kPa_per_s
@@ -246,9 +258,13 @@ def _draw(
     figures = {
         "steps": step_figure(paths, step_s, options.cycle_s),
         "margin": margin_figure(
-            {label: (designs[label], margin) for label, margin in margins.items()}, options.cycle_s
+            {label: (designs[label], margins[label]) for label in designs}, options.cycle_s
         ),
-        "friction": friction_figure(options.frictions, distances, workshop.simulation.friction),
+        "friction": friction_figure(
+            options.frictions,
+            {label: distances[label] for label in designs},
+            workshop.simulation.friction,
+        ),
         "pairs": pairs_figure(pairs, rate),
         **{
             f"cycle_{label}": cycle_figure(each, options.cycle_s)

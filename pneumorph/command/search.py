@@ -176,7 +176,8 @@ def _designs(
 ) -> dict[int, str]:
     """Designs whose gaits are searched, and why each is among them."""
     chosen: dict[int, str] = {}
-    asked = [(BASELINE_DESIGN, "expert's design")]
+    expert = Design.parse(BASELINE_DESIGN)
+    asked = [(BASELINE_DESIGN, "expert's design")] if expert.canonical() in space else []
     if learned is not None:
         asked += [(str(design), f"L{rank}") for rank, design in enumerate(learned.designs, start=1)]
     asked += [(design, "asked for") for design in options.designs]

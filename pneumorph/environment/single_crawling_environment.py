@@ -42,7 +42,7 @@ class SingleCrawlingEnvironment(gymnasium.Env):
         options = dict(options or {})
         if "design" in options:
             options["designs"] = [options.pop("design")]
-        observation, _ = self._batch.reset(options=options)
+        observation, _ = self._batch.reset(seed=seed, options=options)
         return observation[0], {}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:

@@ -32,10 +32,10 @@ def _source(made: dict[str, str]) -> str:
         return f"Made by an earlier pneumorph; page by pneumorph {__version__}."
     commit = made.get("commit")
     source = f"commit {commit}" if commit else "an installed release"
+    python = f", Python {made['python']}" if "python" in made else ""
     return (
-        f"Made by pneumorph {made['version']}, {source}, Python {made['python']} on "
-        f"{made['machine']}. The first command is the one that was typed; the second repeats the "
-        "run from its settings."
+        f"Made by pneumorph {made['version']}, {source}{python} on {made['machine']}. The first "
+        "command is the one that was typed; the second repeats the run from its settings."
     )
 
 

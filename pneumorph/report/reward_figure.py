@@ -87,8 +87,10 @@ def reward_figure(
             va="bottom",
         )
     for rank, pair in enumerate(pairs[:_MOST_PAIRS], start=1):
-        if pair["distance_cm"] is not None and rank > 1:  # the first is the end of the blue line
-            place = (pair["timestep"], pair["distance_cm"])
+        seen, distance_cm = pair.get("timestep"), pair["distance_cm"]
+        # The first is the end of the blue line.
+        if rank > 1 and seen is not None and distance_cm is not None:
+            place = (seen, distance_cm)
             axes.plot(*place, "o", color=INK_COLOUR, markersize=3, clip_on=False)
             axes.annotate(
                 f"L{rank}",

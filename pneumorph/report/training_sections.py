@@ -44,13 +44,14 @@ def training_sections(run: Run, sheet: Sheet) -> list[Section]:
     metrics = read_metrics(run.folder / "training")
     if not metrics:
         return []
-    pairs = run.summary.get("pairs") or []
+    # Those that training saw; the best pairs of a fine-tuned run are later than the last of it.
+    seen = run.summary.get("seen_pairs") or run.summary.get("pairs") or []
     rewards = reward_figure(
         metrics,
         HISTOGRAM_EDGES_CM,
         run.summary.get("baseline_best_distance_cm"),
         run.summary.get("best_distance_cm"),
-        pairs[:_DRAWN_PAIRS],
+        seen[:_DRAWN_PAIRS],
     )
     body = page.side_by_side(
         sheet.drawn(
@@ -58,7 +59,7 @@ def training_sections(run: Run, sheet: Sheet) -> list[Section]:
             rewards,
             "Distance of each round of episodes. Grey shades: scores of all designs, weighted by "
             "the design distribution; the last bin holds all beyond it. Dots: where training saw "
-            "the best pairs.",
+            "its best pairs.",
         ),
         sheet.drawn(
             "entropy",

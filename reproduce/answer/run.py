@@ -4,7 +4,8 @@
 
 `gaits` looks for the best gait of the expert's design, of L1 to L5 and of 30 random designs by
 CMA-ES; `random` and `genetic` search designs and gaits together with the run's own number of
-timesteps, fine-tuning included. All are resumable. Then answer.json and the two figures.
+timesteps, fine-tuning included. All are resumable. Then answer.json and the two figures, of all
+that was searched for this run, now or earlier.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Any
 from pneumorph.artefact import write_json
 from pneumorph.command.learned_run import run_digest
 from pneumorph.command.learning_curve import learning_curve
-from pneumorph.command.run_folder import finite, read_summary
+from pneumorph.command.run_folder import SUMMARY, finite, read_summary
 from pneumorph.command.run_once import run_once
 from pneumorph.command.search import CURVE_FILE
 from pneumorph.report.search_figure import learning_curves_figure, own_gaits_figure
@@ -48,8 +49,15 @@ def main() -> None:
         "coopt": {name: learned[name] for name in ("best_design", "best_distance_cm")},
     }
     shorter = () if options.gait_timesteps is None else ("--timesteps", options.gait_timesteps)
-    if "gaits" in options.steps:
-        gaits = run_once(work / "gaits", "search", "--run", options.run, *shorter)
+
+    def searched(step: str, *flags: object) -> dict[str, Any] | None:
+        """A search's summary; None where it is neither asked for nor finished."""
+        if step not in options.steps:
+            return read_summary(work / step) if (work / step / SUMMARY).exists() else None
+        return run_once(work / step, "search", "--run", options.run, *flags)
+
+    gaits = searched("gaits", *shorter)
+    if gaits is not None:
         result["gaits"] = {
             name: gaits[name]
             for name in ("designs", "policy_gaps_cm", "timesteps", "wall_s")
@@ -57,12 +65,9 @@ def main() -> None:
         save_figure(own_gaits_figure(gaits["designs"]), options.out / "own_gaits.png", ("png",))
     curves = {"learned together": learning_curve(options.run)}
     for method in METHODS:
-        if method not in options.steps:
+        found = searched(method, "--method", method, "--timesteps", timesteps)
+        if found is None:
             continue
-        found = run_once(
-            work / method, "search", "--method", method, "--run", options.run,
-            "--timesteps", timesteps,
-        )  # fmt: skip
         curve = json.loads((work / method / CURVE_FILE).read_text())
         curves[f"{method} search"] = (curve["simulated_s"], curve["best_distance_cm"])
         result[method] = {

@@ -13,10 +13,10 @@ import argparse
 from pathlib import Path
 
 from pneumorph.artefact import write_json
+from pneumorph.cli import run
 from pneumorph.command.kept_run import keep_run
 from pneumorph.command.learning_curve import learning_curve
 from pneumorph.command.run_folder import finite, read_summary
-from pneumorph.command.run_once import run_once
 from pneumorph.report.search_figure import learning_curves_figure
 from pneumorph.report.style import save_figure
 
@@ -43,19 +43,21 @@ def main() -> None:
         where += ("--executor.process-count", options.processes)
     if options.ray_address is not None:
         where += ("--executor.backend", "ray", "--executor.address", options.ray_address)
-    campaign = run_once(
-        options.runs, "campaign", "--preset", "fast", "--seeds", *options.seeds, *where, *flags
-    )
+    # It leaves finished runs alone, whatever the seeds and processes of the last time.
+    command = ("campaign", "--preset", "fast", "--out", options.runs, "--seeds", *options.seeds)
+    if run([*map(str, command), *map(str, where), *flags]) != 0:
+        raise SystemExit("not all runs were completed; the same command goes on with what is left")
+    campaign = read_summary(options.runs)
     full = read_summary(options.full)
     timesteps = full["timesteps"] + full["finetuning_timesteps"]
     rows = [
         {
-            **run,
-            "behind_cm": full["best_distance_cm"] - run["best_distance_cm"],
-            "reached": run["best_distance_cm"] > full["best_distance_cm"] - WITHIN_CM,
-            "share_of_timesteps": (run["timesteps"] + run["finetuning_timesteps"]) / timesteps,
+            **each,
+            "behind_cm": full["best_distance_cm"] - each["best_distance_cm"],
+            "reached": each["best_distance_cm"] > full["best_distance_cm"] - WITHIN_CM,
+            "share_of_timesteps": (each["timesteps"] + each["finetuning_timesteps"]) / timesteps,
         }
-        for run in campaign["runs"]
+        for each in campaign["runs"]
     ]
     content = {
         "full_best_distance_cm": full["best_distance_cm"],
@@ -67,9 +69,9 @@ def main() -> None:
     write_json(options.out / "fast.json", finite(content))
     curves = {"paper's schedule": learning_curve(options.full)}
     for row in rows:
-        run = options.runs / str(row["name"])
-        keep_run(run, options.out / f"seed_{row['seed']}")
-        curves[f"fast, seed {row['seed']}"] = learning_curve(run)
+        folder = options.runs / str(row["name"])
+        keep_run(folder, options.out / f"seed_{row['seed']}")
+        curves[f"fast, seed {row['seed']}"] = learning_curve(folder)
     figure = learning_curves_figure(curves, full["baseline_best_distance_cm"])
     save_figure(figure, options.out / "fast.png", ("png",))
     print(f"wrote {options.out / 'fast.json'}")

@@ -73,10 +73,15 @@ class PaperScale:
         return [self.out / pair["gait"] for pair in read_summary(self.out)["pairs"]]
 
     def walk(self, folder: str, *flags: object) -> dict[str, Any]:
-        """Simulate one robot in the training's physics."""
+        """Simulate one robot in the training's physics; one that diverges has no distance."""
         robots = {"robot": read_settings(self.out)["robot"]}
         settings = write_json(self.work / "robots.json", robots)
-        return run_once(self.work / folder, "simulate", "--settings", settings, *flags)
+        try:
+            return run_once(self.work / folder, "simulate", "--settings", settings, *flags)
+        except RuntimeError:
+            if not (self.work / folder / SUMMARY).exists():
+                raise
+            return {**read_summary(self.work / folder), "distance_cm": None}
 
     def keep(self) -> None:
         """The training's small files and its figure.

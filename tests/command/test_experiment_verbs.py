@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +16,11 @@ from pneumorph.cli import run
 from pneumorph.command.campaign import _seeded, run_one
 from pneumorph.command.coopt import CooptOptions
 from pneumorph.command.kept_run import keep_run
+from pneumorph.command.robots import Workshop
 from pneumorph.executor import Backend, ExecutorSettings, run_tasks
+from pneumorph.gait.expert_gait import BASELINE_DESIGN
 from pneumorph.gait.gait_file import read_gait
+from pneumorph.robot.design import Design
 from pneumorph.settings import load_settings
 from pneumorph.trajectory import Trajectory
 
@@ -97,6 +102,31 @@ def test_analyse_tells_steps_legs_and_friction(
     assert sum(leg["mean_load_mN"] for leg in found["robots"][1]["legs"]) > 0.0
 
 
+def test_analyse_goes_on_where_a_robot_diverges(
+    learned: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    recorded = Workshop.recorded
+
+    def diverging(workshop: Workshop, *arguments: Any, **options: Any) -> Trajectory:
+        whole = recorded(workshop, *arguments, **options)
+        if arguments[0] == Design.parse(BASELINE_DESIGN):
+            return whole
+        names = [name for name, array in whole.arrays().items() if len(array) == len(whole.time_s)]
+        start = {name: getattr(whole, name)[:2] for name in names}
+        return replace(whole, status="diverged", **start)
+
+    monkeypatch.setattr(Workshop, "recorded", diverging)
+    found = run_json(f"analyse {learned} --out {tmp_path}", capsys)
+    assert [robot["status"] for robot in found["robots"]] == ["completed", "diverged", "diverged"]
+    assert found["best_distance_cm"] is None
+    assert found["robots"][1]["step_rewards_cm"] is None
+    assert (tmp_path / "cycle_B.png").exists()
+    assert not (tmp_path / "cycle_L1.png").exists()
+
+
 @pytest.mark.parametrize("method", ["random", "genetic"])
 def test_search_of_designs_reports_pairs_that_walk_again(
     method: str, leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -152,6 +182,18 @@ def test_search_of_gaits_stands_beside_the_policy(
     assert set(found["policy_gaps_cm"]) == {"expert's design", "best pairs", "drawn at random"}
 
 
+def test_search_of_gaits_does_without_the_expert_where_it_has_too_many_legs(
+    leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = run_json(
+        f"search --part {leg} --space.maximum-legs 3 --designs 0.0.1.2.1.0.0.0 "
+        "--random-design-count 0 --timesteps 20 --environment-count 4 --gaits.population 4 "
+        f"--task.action-count 5 --task.action-step-count 20 --out {tmp_path}",
+        capsys,
+    )
+    assert [row["design"] for row in found["designs"]] == ["0.0.1.2.1.0.0.0"]
+
+
 def test_a_run_that_lost_its_policy_is_refused_before_the_search(
     learned: Path, tmp_path: Path
 ) -> None:
@@ -179,12 +221,17 @@ def test_a_campaigns_dead_worker_costs_its_own_run_nothing_but_time(
         json.loads((folder / "summary.json").read_text()) for folder in (learned, tmp_path / "a")
     )
     assert died["notes"] == ["resumed at timestep 40"]
+    # What the process that died spent on learning counts.
+    assert died["wall_s"] >= died["training_wall_s"] + died["finetuning_wall_s"]
     assert died["pairs"] == alone["pairs"]
     # A finished run is left alone; one of other settings is not written over.
     assert run_one((str(tmp_path), None, 1), tasks[0]) is None
-    assert "holds a run of other settings" in str(
-        run_one((str(tmp_path), None, 1), ("a", _seeded(base, 5)))
-    )
+    for _ in ("finished", "stopped"):
+        assert "holds a run of other settings" in str(
+            run_one((str(tmp_path), None, 1), ("a", _seeded(base, 5)))
+        )
+        assert json.loads((tmp_path / "a" / "settings.json").read_text())["coopt"]["seed"] == 0
+        (tmp_path / "a" / "summary.json").unlink(missing_ok=True)
 
 
 def test_campaign_compares_seeds_and_variants(

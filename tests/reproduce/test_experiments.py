@@ -130,6 +130,9 @@ def test_searches_beside_learning(
     }
     for name in ("own_gaits.png", "learning_curves.png"):
         assert (tmp_path / name).stat().st_size > 5000
+    # What was searched earlier stays.
+    call("answer", monkeypatch, runs["published"], *where, "--steps", "random")
+    assert json.loads((tmp_path / "answer.json").read_text()) == found
 
 
 def test_each_runs_pairs_under_the_other_damping(
@@ -192,6 +195,14 @@ def test_a_run_that_was_not_completed_is_made_again(leg: Path, tmp_path: Path) -
     assert run_once(tmp_path / "walk", *walk)["status"] == "completed"
     finished(tmp_path / "done", {"status": "completed", "distance_cm": 7.0}, *walk)
     assert run_once(tmp_path / "done", *walk)["distance_cm"] == 7.0
+
+
+@pytest.mark.parametrize("kept", ["paper_scale", "fast_schedule/seed_0"])
+def test_kept_runs_have_a_page(kept: str, tmp_path: Path) -> None:
+    assert run(["report", str(REPRODUCE / kept), "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "page.html").read_text()
+    for heading in ("Training", "The best pairs", "How to repeat it"):
+        assert f"<h2>{heading}" in page
 
 
 def test_keeping_a_run_in_its_own_folder_is_refused(runs: dict[str, Path]) -> None:
