@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -22,12 +22,13 @@ from pneumorph.settings import settings_from_dict
 
 @dataclass(frozen=True)
 class GaitSource:
-    """A gait, whose it is, and the pressure map it was made with."""
+    """A gait, whose it is, and what it was made with: pressure map, and steps before it starts."""
 
     gait: OpenLoopGait
     design: Design
     name: str
-    pressure_map: PressureMap
+    pressure_map: PressureMap = field(default_factory=PressureMap)
+    settling_steps: int = 15
 
 
 def find_gait(
@@ -48,18 +49,16 @@ def find_gait(
     """
     if source is None:
         name = f"the expert's gait, {expert.phase_deg:g}°"
-        found = GaitSource(expert, _design(design, None), name, PressureMap())
+        found = GaitSource(expert, _design(design, None), name)
     elif source.is_dir():
         found = _of_run(source, design, rank)
     elif source.suffix in (".yaml", ".yml"):
-        found = GaitSource(read_sorotraj(source), _design(design, None), str(source), PressureMap())
+        found = GaitSource(read_sorotraj(source), _design(design, None), str(source))
     elif source.suffix == ".npz":
         found = _of_policy(source, design)
     else:
         gait, comments = read_gait(source)
-        found = GaitSource(
-            gait, _design(design, comments.get("design")), str(source), PressureMap()
-        )
+        found = GaitSource(gait, _design(design, comments.get("design")), str(source))
     found.design.check_regulators(found.gait.regulator_count)
     return found
 
@@ -81,7 +80,8 @@ def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
     path = folder / pair["gait"]
     gait, _ = read_gait(path, task.minimum_pressure_kPa, task.maximum_pressure_kPa)
     trained = Workshop(settings_from_dict(RobotOptions, saved["robot"])).simulation.pressure_map
-    return GaitSource(gait, _design(design, pair["design"]), str(path), trained)
+    asked = _design(design, pair["design"])
+    return GaitSource(gait, asked, str(path), trained, task.settling_step_count)
 
 
 def _of_policy(path: Path, design: str | None) -> GaitSource:
@@ -113,7 +113,8 @@ def _of_policy(path: Path, design: str | None) -> GaitSource:
     # The paper's time step, for policies that do not say theirs.
     action_s = metadata.get("time_step_s", 0.01) * task.action_step_count
     gait = HeldGait.evenly(commands, action_s, task)
-    return GaitSource(gait, chosen, f"{path} for {design}", PressureMap())
+    name = f"{path} for {design}"
+    return GaitSource(gait, chosen, name, settling_steps=task.settling_step_count)
 
 
 def recalibrated(

@@ -25,18 +25,17 @@ from typing import Annotated, Any
 
 import tyro
 
-from pneumorph.command.gait_source import find_gait
+from pneumorph.command.gait_source import GaitSource, find_gait
 from pneumorph.command.robots import Model, RobotOptions, Workshop
 from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
 from pneumorph.gait.expert_gait import ExpertGait
-from pneumorph.gait.open_loop_gait import OpenLoopGait
 from pneumorph.report.film import FilmSettings, write_film
 from pneumorph.report.replay.live_replay import LiveReplay, LiveSettings
 from pneumorph.report.replay.page import write_replay
 from pneumorph.report.scene import Actor
 from pneumorph.report.skin import with_skin_only
-from pneumorph.robot.design import MINIMUM_LEGS, Design
+from pneumorph.robot.design import MINIMUM_LEGS
 from pneumorph.simulation.simulation_settings import SimulationSettings
 from pneumorph.trajectory import Trajectory
 
@@ -70,7 +69,8 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
     """Simulate one robot, save its trajectory, and return how it went."""
     start = time.monotonic()
     least = MINIMUM_LEGS if options.model == "reduced" else 1
-    gait, design = gait_and_design(options.gait, options.design, options.expert, least)
+    source = gait_of(options.gait, options.design, options.expert, least)
+    design = source.design
     folder.progress.stage(f"simulating {design} with the {options.model} model")
     workshop = Workshop(options.robot)
     with ExitStack() as stack:
@@ -79,7 +79,7 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
             live = stack.enter_context(LiveReplay(str(design), options.live_settings))
             folder.progress.say(f"live at {live.address}")
         simulation_start = time.monotonic()
-        trajectory = _walked(workshop, design, gait, options, folder, live)
+        trajectory = _walked(workshop, source, options, folder, live)
         simulated_s = time.monotonic() - simulation_start
         path = with_skin_only(trajectory).save(folder / "trajectory.npz")
         summary: dict[str, Any] = {
@@ -108,23 +108,25 @@ def simulate(options: SimulateOptions, folder: RunFolder) -> dict[str, Any]:
 
 def _walked(
     workshop: Workshop,
-    design: Design,
-    gait: OpenLoopGait,
+    source: GaitSource,
     options: SimulateOptions,
     folder: RunFolder,
     live: LiveReplay | None,
 ) -> Trajectory:
     if options.model == "full":
         return workshop.recorded_full(
-            design,
-            gait,
+            source.design,
+            source.gait,
             folder / "checkpoint.npz",
             options.record_every,
+            source.settling_steps,
             progress=folder.progress,
             watch=live,
         )
     workshop.refuse_full_options()
-    return workshop.recorded(design, gait, options.record_every, watch=live)
+    return workshop.recorded(
+        source.design, source.gait, options.record_every, source.settling_steps, watch=live
+    )
 
 
 def _shown(trajectory: Trajectory, options: SimulateOptions, folder: RunFolder) -> dict[str, str]:
@@ -149,9 +151,9 @@ def _until_read(live: LiveReplay, folder: RunFolder) -> bool:
         return False
 
 
-def gait_and_design(
+def gait_of(
     file: Path | None, named: str | None, expert: ExpertGait, minimum_legs: int = MINIMUM_LEGS
-) -> tuple[OpenLoopGait, Design]:
+) -> GaitSource:
     """Return the gait to walk and the design to walk it with.
 
     Args:
@@ -164,13 +166,12 @@ def gait_and_design(
         ValueError: The design has too few legs, or uses a regulator the gait does not command.
     """
     found = find_gait(file, named, expert)
-    gait, design = found.gait, found.design
-    if design.leg_count < minimum_legs:
+    if found.design.leg_count < minimum_legs:
         raise ValueError(
-            f"design {design} has {design.leg_count} legs, expected at least {minimum_legs}: it "
-            "would lie on the floor"
+            f"design {found.design} has {found.design.leg_count} legs, expected at least "
+            f"{minimum_legs}: it would lie on the floor"
         )
-    return gait, design
+    return found
 
 
 def hyperelastic() -> SimulateOptions:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -69,17 +70,20 @@ def test_a_policy_drives_a_design_whatever_its_regulators_are_called(tmp_path: P
 
 
 @pytest.mark.parametrize("leg", ["paper", "hyperelastic"])
-def test_a_runs_gait_was_made_with_the_pressure_map_of_its_leg(
+def test_a_runs_gait_knows_the_pressure_map_of_its_leg_and_how_long_it_settled(
     leg: LegName, tmp_path: Path
 ) -> None:
     robot = RobotOptions(leg=leg)
-    settings = {"robot": settings_to_dict(robot), "coopt": settings_to_dict(SETTINGS)}
+    task = replace(SETTINGS.task, settling_step_count=7)
+    coopt = replace(SETTINGS, task=task)
+    settings = {"robot": settings_to_dict(robot), "coopt": settings_to_dict(coopt)}
     write_json(tmp_path / "settings.json", settings)
     pair = {"design": BASELINE_DESIGN, "gait": "L1.csv"}
     write_json(tmp_path / "summary.json", {"pairs": [pair]})
     write_gait(tmp_path / "L1.csv", HeldGait.evenly(np.full((6, 3), 50.0), 0.1), {})
     found = find_gait(tmp_path, None, ExpertGait())
     assert found.pressure_map == pressure_map(leg)
+    assert found.settling_steps == 7
 
 
 def test_nothing_asked_is_the_experts_gait() -> None:
