@@ -23,6 +23,7 @@ import numpy as np
 import tyro
 
 from pneumorph.artefact import write_json
+from pneumorph.command.campaign_progress import CampaignProgress
 from pneumorph.command.coopt import TRAINING_FOLDER, CooptOptions, coopt
 from pneumorph.command.coopt import VERB as COOPT
 from pneumorph.command.run_folder import (
@@ -79,13 +80,13 @@ def campaign(options: CampaignOptions, folder: RunFolder) -> dict[str, Any]:
         executor = replace(executor, process_count=executor.at_once(usual=1))
     # On a cluster this folder is seen by all machines, the one we are in perhaps not.
     shared = (str(folder.path.resolve()), folder.provenance.get("made_by"), _threads(executor))
-    answers = run_tasks(run_one, shared, tasks, executor, given_up=str)
-    for done, (number, failure) in enumerate(answers, start=1):
-        name = tasks[number][0]
-        if failure is not None:
-            failures[name] = failure
-        folder.progress.say(f"{name}: {failure or 'finished'}")
-        folder.progress(done, len(tasks), "runs")
+    learners = {name: settings_from_dict(CooptOptions, each).coopt for name, each in tasks}
+    with CampaignProgress(folder.path, learners, folder.progress) as progress:
+        for number, failure in run_tasks(run_one, shared, tasks, executor, given_up=str):
+            name = tasks[number][0]
+            if failure is not None:
+                failures[name] = failure
+            progress.say(f"{name}: {failure or 'finished'}")
     runs = [
         {"name": name, **_result(folder.path / name)} for name, _ in tasks if name not in failures
     ]
