@@ -191,6 +191,7 @@ def _train(
     total = settings.round_count * settings.timesteps_per_round
     write = training.clock.timed("log", log.write)
     save = training.clock.timed("log", save_checkpoint)
+    saved = training.timestep
     while not training.is_finished:
         before = training.timestep
         metrics = training.run_round()
@@ -200,12 +201,9 @@ def _train(
                 metrics["evaluated_distance_cm"] = evaluated[0].distance_cm
         wall_s = time.perf_counter() - started
         write({**metrics, "wall_s": wall_s})
-        # Where the next round would pass the interval: no more than one is ever lost.
-        if training.is_finished or _passed(
-            settings.checkpoint_interval_timesteps,
-            training.timestep,
-            training.timestep + settings.timesteps_per_round,
-        ):
+        # Before the round that would go beyond the interval: no more than it is ever lost.
+        after_next = training.timestep + settings.timesteps_per_round - saved
+        if training.is_finished or after_next > settings.checkpoint_interval_timesteps:
             metadata = {
                 **training.metadata(),
                 "settings": settings_to_dict(settings),
@@ -214,6 +212,7 @@ def _train(
                 "remarks": remarks,
             }
             save(folder, training.arrays(), metadata)
+            saved = training.timestep
         if progress is not None:
             best = training.best.best_distance_cm
             message = "training" if best is None else f"training, best {best:.1f} cm"

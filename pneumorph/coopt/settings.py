@@ -74,7 +74,7 @@ class CooptSettings:
     falls. The published score is the newest return, which says nothing of designs that never walked
     and little of those that walked when the policy knew less (not in the paper)."""
     checkpoint_interval_timesteps: int = 50_000
-    """Timesteps between checkpoints; the most that a killed run loses."""
+    """Most timesteps between checkpoints, the most that a killed run loses; at least a round."""
     evaluation_interval_timesteps: int = 0
     """Timesteps between deterministic evaluations; 0 for one at the end only."""
     evaluated_design_count: int = 96

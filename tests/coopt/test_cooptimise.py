@@ -1,6 +1,7 @@
 """A run that is killed and resumed ends in the same bits as one that is not."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 from toy_coopt import SPACE, TIME_STEP_S, make_simulator, toy_settings
 
 from pneumorph.artefact import ArtefactError
-from pneumorph.coopt.checkpoint import NEWEST, load_checkpoint
+from pneumorph.coopt.checkpoint import NEWEST, load_checkpoint, save_checkpoint
 from pneumorph.coopt.cooptimise import cooptimise
 from pneumorph.coopt.metrics import read_metrics
 from pneumorph.coopt.policy_file import load_policy
@@ -80,6 +81,29 @@ def test_killed_and_resumed_equals_not_stopping(
     assert_same_run(tmp_path, summary, straight)
     timestep = round_number * SETTINGS.timesteps_per_round
     assert summary["remarks"] == [f"resumed at timestep {timestep}"]
+
+
+def test_checkpoints_come_before_the_round_that_would_go_beyond_the_interval(
+    tmp_path: Path,
+) -> None:
+    one_round = SETTINGS.timesteps_per_round
+    settings = replace(SETTINGS, checkpoint_interval_timesteps=5 * one_round // 2)
+    for kill_after, kept in ((2, 2), (3, 2), (4, 4)):
+        with pytest.raises(Killed):
+            run(tmp_path / str(kill_after), kill_after, settings=settings)
+        checkpoint = load_checkpoint(tmp_path / str(kill_after))
+        assert checkpoint.metadata["timestep"] == kept * one_round
+
+
+def test_a_setting_added_since_had_its_default(
+    tmp_path: Path, straight: tuple[Path, dict[str, Any]]
+) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=3)
+    checkpoint = load_checkpoint(tmp_path)
+    assert checkpoint.metadata["settings"].pop("expected_scores") is False
+    save_checkpoint(tmp_path, checkpoint.arrays, checkpoint.metadata)
+    assert_same_run(tmp_path, run(tmp_path, resume=True), straight)
 
 
 def test_truncated_checkpoint_falls_back_to_the_previous_and_says_so(
