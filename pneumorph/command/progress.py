@@ -28,6 +28,7 @@ class Progress:
         self._title = ""
         self._start = self._shown = time.monotonic()
         self._first = 0
+        self._total: int | None = None
         self._open_line = False
 
     def stage(self, title: str) -> None:
@@ -37,6 +38,7 @@ class Progress:
         self._start = time.monotonic()
         self._shown = 0.0
         self._first = 0
+        self._total = None
         self.say(f"{title} ...")
 
     def say(self, text: str) -> None:
@@ -48,9 +50,12 @@ class Progress:
     def __call__(self, done: int, total: int, message: str = "") -> None:
         """Show that ``done`` of ``total`` are done."""
         now = time.monotonic()
-        if self._shown == 0.0:
+        if self._total is not None and total != self._total:
+            self._start = now  # other work, which takes its own time
+        if self._shown == 0.0 or total != self._total:
             # What a resumed run did before does not tell how fast this one is.
             self._first, self._shown = done, now
+        self._total = total
         finished = done >= total
         pause = _PAUSE_TERMINAL_S if self._terminal else _PAUSE_LOG_S
         if self._quiet or (not finished and now - self._shown < pause):

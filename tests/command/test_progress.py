@@ -43,6 +43,19 @@ def test_a_resumed_run_counts_from_where_it_began(now: list[float]) -> None:
     assert terminal.getvalue().endswith("80 %, 0:20 spent, 0:20 left")
 
 
+def test_other_work_of_a_stage_takes_its_own_time(now: list[float]) -> None:
+    terminal = Terminal()
+    shown = Progress(terminal)
+    shown.stage("learning")
+    shown(0, 100, "training")
+    now[0] += 900.0
+    shown(100, 100, "training")
+    shown(0, 50, "fine-tuning")
+    now[0] += 10.0
+    shown(10, 50, "fine-tuning")
+    assert terminal.getvalue().endswith("fine-tuning:  20 %, 0:10 spent, 0:40 left")
+
+
 def test_a_log_gets_a_line_now_and_then(now: list[float]) -> None:
     log = io.StringIO()
     shown = Progress(log)
