@@ -102,6 +102,10 @@ def run_search(
                     )
                 resumed += len(candidates) * task.action_count
             else:
+                if progress is not None:
+                    # Before the walk: the time left counts from the first that is made now.
+                    furthest = max((pair.distance_cm for pair in best.values()), default=0.0)
+                    progress(done, timesteps, f"searching, best {furthest:.1f} cm")
                 distance_cm = _walked(candidates, environment, space)
                 stream.write(json.dumps(distance_cm.tolist()) + "\n")
                 stream.flush()
@@ -112,8 +116,8 @@ def run_search(
                 earlier_cm = {design: pair.distance_cm for design, pair in best.items()}
             furthest = max((pair.distance_cm for pair in best.values()), default=FAILED_CM)
             reached.append((done, furthest))
-            if progress is not None:
-                progress(min(done, timesteps), timesteps, f"searching, best {furthest:.1f} cm")
+    if progress is not None:
+        progress(timesteps, timesteps, "searching")
     curve = np.array(reached).reshape(-1, 2)
     late_gain_cm = {
         design: pair.distance_cm - earlier_cm[design]

@@ -3,8 +3,8 @@
     python reproduce/damping_gap/run.py [--published RUN] [--objective RUN]
 
 The published one is the run at the paper's scale that is kept. A run that is not there is trained
-with preset fast and resumed where it was stopped. Then each one's best five are analysed under both
-dampings: damping_gap.json and damping_gap.png.
+with preset fast and resumed where it was stopped; what is kept of it is objective/. Then each one's
+best five are analysed under both dampings: damping_gap.json and damping_gap.png.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pneumorph.artefact import write_json
+from pneumorph.command.kept_run import keep_run
 from pneumorph.command.learned_run import run_digest
 from pneumorph.command.run_folder import SUMMARY, finite, read_settings
 from pneumorph.command.run_once import run_once
@@ -109,6 +110,7 @@ def gap_figure(rows: dict[str, list[dict[str, Any]]]) -> Figure:
         axes.axhline(0.0, color=INK_COLOUR, linewidth=0.6)
         axes.set_title(f"found under {trained} damping")
         axes.set(xticks=place, xticklabels=[pair["label"] for pair in pairs])
+        axes.margins(y=0.08)
     panels[0].set_ylabel("distance in 20 s (cm)")
     panels[0].legend(fontsize=7)
     return figure
@@ -137,6 +139,9 @@ def main() -> None:
         there = read_settings(run)["robot"]["simulation"]["damping"]
         if there != damping:
             raise SystemExit(f"{run} was trained with {there} damping, expected {damping}")
+    kept = options.out / "objective"
+    if options.objective.resolve() != kept.resolve():
+        keep_run(options.objective, kept)
     found = {
         (trained, walked): analysed(
             runs[trained], walked, options.work / run_digest(runs[trained]) / walked

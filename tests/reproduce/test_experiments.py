@@ -153,6 +153,8 @@ def test_each_runs_pairs_under_the_other_damping(
             assert row["survives"] == close
             for name in ("own_front_slipping_share", "other_front_slipping_share"):
                 assert 0.0 <= row[name] <= 1.0
+    kept = read_learned_run(tmp_path / "objective", RobotOptions())
+    assert kept.robot.simulation.damping == "objective"
     with pytest.raises(SystemExit, match="was trained with objective damping"):
         call("damping_gap", monkeypatch, f"--published={runs['objective']}", *arguments[1:])
 
