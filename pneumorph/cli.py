@@ -11,6 +11,7 @@ import sys
 import textwrap
 import traceback
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import field, make_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -118,7 +119,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     content = settings_to_dict(options)
     folder.refuse_other_verb()
     fresh = not folder.path.exists()
-    with folder.alone():
+    with folder.alone() if verb.alone else nullcontext():
         if fresh:
             # At once, so that a run that is killed can be resumed with them.
             folder.save_settings(content)

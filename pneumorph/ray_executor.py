@@ -50,6 +50,7 @@ def run_with_ray(
                 ray.exceptions.WorkerCrashedError,
                 ray.exceptions.OutOfMemoryError,
                 ray.exceptions.NodeDiedError,
+                ray.exceptions.ObjectLostError,
             ) as error:
                 if attempts[number] < settings.attempt_limit:
                     waiting.append(number)

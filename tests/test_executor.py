@@ -152,11 +152,17 @@ def test_workers_end_with_the_process_that_began_them(how: signal.Signals, tmp_p
         [sys.executable, str(tmp_path / "parent.py"), str(tmp_path)], env=environment
     )
     notes = [tmp_path / f"{number}.pid" for number in range(2)]
-    wait_for(lambda: all(note.exists() for note in notes), 60.0)
-    workers = [int(note.read_text()) for note in notes]
-    parent.send_signal(how)
-    parent.wait()
-    wait_for(lambda: not any(is_running(worker) for worker in workers), 20.0)
+    workers: list[int] = []
+    try:
+        wait_for(lambda: all(note.exists() for note in notes), 60.0)
+        workers = [int(note.read_text()) for note in notes]
+        parent.send_signal(how)
+        parent.wait()
+        wait_for(lambda: not any(is_running(worker) for worker in workers), 20.0)
+    finally:
+        parent.kill()
+        for worker in filter(is_running, workers):
+            os.kill(worker, signal.SIGKILL)
 
 
 def is_running(process: int) -> bool:

@@ -36,6 +36,7 @@ from pneumorph.command.run_folder import (
 )
 from pneumorph.command.verb import Verb
 from pneumorph.coopt.checkpoint import has_checkpoint
+from pneumorph.coopt.settings import CooptSettings
 from pneumorph.executor import ExecutorSettings, run_tasks
 from pneumorph.machine import processor_count
 from pneumorph.settings import load_settings, settings_from_dict, settings_to_dict
@@ -143,9 +144,10 @@ def _refuse_other_settings(folder: Path, options: CooptOptions) -> None:
     """Keep a run from being written over by one that differs from it."""
     begun = (folder / SUMMARY).exists() or has_checkpoint(folder / TRAINING_FOLDER)
     if begun and (folder / SETTINGS).exists():
-        # Read as options: a setting that is newer than the run had its default.
-        there = settings_from_dict(CooptOptions, read_settings(folder))
-        if replace(there, resume=options.resume) != options:
+        there, asked = read_settings(folder), settings_to_dict(options)
+        # Read as settings: one that is newer than the run had its default.
+        learner = settings_from_dict(CooptSettings, there["coopt"])
+        if {**there, "coopt": settings_to_dict(learner), "resume": asked["resume"]} != asked:
             raise ValueError(
                 f"{folder} holds a run of other settings, expected the same; choose another --out"
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -51,6 +52,8 @@ class CampaignProgress:
     ) -> None:
         self._ended.set()
         self._thread.join()
+        if error is None:
+            self._show()
 
     def say(self, text: str) -> None:
         """Print a line of its own."""
@@ -59,9 +62,13 @@ class CampaignProgress:
 
     def _watch(self) -> None:
         while not self._ended.wait(self._interval_s):
-            done = sum(timesteps_made(self._folder / name, s) for name, s in self._runs.items())
-            with self._speaks:
-                self._progress(done, self._total, "timesteps of all runs")
+            with suppress(OSError):  # of a network's folder, for the moment
+                self._show()
+
+    def _show(self) -> None:
+        done = sum(timesteps_made(self._folder / name, s) for name, s in self._runs.items())
+        with self._speaks:
+            self._progress(done, self._total, "timesteps of all runs")
 
 
 def all_timesteps(settings: CooptSettings) -> int:

@@ -21,6 +21,7 @@ class Verb(Generic[Options]):
         run: Does the work in a run folder and returns the summary.
         presets: Ready options by name; the first is used where none is named. Each is a function,
             so that no verb pays for another's imports.
+        alone: Whether one process at a time may write into the folder.
         folder: Where to write without ``--out``; None stands for runs/VERB-TIME.
     """
 
@@ -28,6 +29,7 @@ class Verb(Generic[Options]):
     run: Callable[[Options, RunFolder], dict[str, Any]]
     presets: Mapping[str, Callable[[], Options]] = field(default_factory=dict)
     folder: Callable[[Options], Path] | None = None
+    alone: bool = True
 
     def preset(self, name: str | None) -> Options:
         """Return the options of a preset; None stands for the first.

@@ -165,4 +165,4 @@ def _summary(snapshot: TrainingSnapshot, settings: CooptSettings) -> dict[str, A
     }
 
 
-VERB = Verb(WatchOptions, watch, folder=lambda options: options.run / "watch")
+VERB = Verb(WatchOptions, watch, folder=lambda options: options.run / "watch", alone=False)

@@ -67,6 +67,8 @@ class Training:
         )
         self.distribution = DesignDistribution(len(self.space), settings.schedule)
         self.best = BestPairs(self.space, settings.kept_pair_count)
+        # Designs whose newest episode failed.
+        self._failing = np.zeros(len(self.space), dtype=bool)
         self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
         self._rng = np.random.default_rng(settings.seed)
         self.timestep = 0
@@ -208,24 +210,21 @@ class Training:
         # Travel before a failure is no reason to come back to a design.
         returns = np.where(failed, np.minimum(returns, 0.0), returns)
         if self._mirror is not None:
-            self.distribution.record(self._mirror.designs(designs), returns)
+            images = self._mirror.designs(designs)
+            self.distribution.record(images, returns)
+            self._failing[images] = failed
         self.distribution.record(designs, returns)
+        self._failing[designs] = failed
         if (
             self.settings.expected_scores
             and self.timestep >= self.settings.schedule.decay_start_timestep
         ):
             expected = self.expected_returns(designs, returns)
             # The critic learns from the steps before a failure, and knows nothing of it.
-            expected[self._with_images(designs[failed])] = -np.inf
+            expected[self._failing] = -np.inf
             self.distribution.raise_scores(expected)
         self.failure_count += int(failed.sum())
         self.distribution.follow_schedule(self.timestep)
-
-    def _with_images(self, designs: np.ndarray) -> np.ndarray:
-        """Designs, and their mirror images where returns count for those as well."""
-        if self._mirror is None:
-            return designs
-        return np.concatenate([designs, self._mirror.designs(designs)])
 
     def expected_returns(self, designs: np.ndarray, returns: np.ndarray) -> np.ndarray:
         """Return what the critic expects of every design [cm], shape (design,).
@@ -299,6 +298,7 @@ class Training:
             **{f"buffer/{name}": value for name, value in self.buffer.arrays().items()},
             **{f"best/{name}": value for name, value in self.best.arrays().items()},
             "distribution/scores": self.distribution.scores,
+            "distribution/failing": self._failing,
             "distribution/inverse_temperature": np.array(self.distribution.inverse_temperature),
         }
 
@@ -334,6 +334,10 @@ class Training:
         self.buffer.restore(_below(arrays, "buffer/"))
         self.best.restore(_below(arrays, "best/"))
         self.distribution.scores = np.array(arrays["distribution/scores"])
+        # Checkpoints of an earlier version do not tell.
+        self._failing = np.array(
+            arrays.get("distribution/failing", np.zeros(len(self.space), bool))
+        )
         self.distribution.set_inverse_temperature(float(arrays["distribution/inverse_temperature"]))
         self.timestep = int(metadata["timestep"])
         self.update_count = int(metadata["update_count"])

@@ -58,16 +58,24 @@ def compared(own: dict[str, Any], other: dict[str, Any]) -> list[dict[str, Any]]
             {
                 "label": mine["label"],
                 "design": mine["design"],
-                "own_distance_cm": mine["distance_cm"],
-                "other_distance_cm": theirs["distance_cm"],
                 "survives": survives(mine, theirs),
-                "own_front_slipping_share": front_slipping(mine),
-                "other_front_slipping_share": front_slipping(theirs),
-                "own_backsliding_cm": mine["backsliding_cm"],
-                "other_backsliding_cm": theirs["backsliding_cm"],
+                **walk_of(mine, "own"),
+                **walk_of(theirs, "other"),
             }
         )
     return rows
+
+
+def walk_of(robot: dict[str, Any], damping: str) -> dict[str, Any]:
+    """What a pair does under its own damping or the other."""
+    slipping = {f"{leg['angle_deg']:.1f}": leg["slipping_share"] for leg in robot["legs"]}
+    walk = {
+        "front_slipping_share": front_slipping(robot),
+        "slipping_share_by_leg_angle_deg": slipping,
+        **{name: robot[name] for name in
+           ("distance_cm", "backsliding_cm", "hub_load_share", "pitch_range_deg")},
+    }  # fmt: skip
+    return {f"{damping}_{name}": value for name, value in walk.items()}
 
 
 def survives(own: dict[str, Any], other: dict[str, Any]) -> bool:

@@ -79,9 +79,10 @@ class PaperScale:
         try:
             return run_once(self.work / folder, "simulate", "--settings", settings, *flags)
         except RuntimeError:
-            if not (self.work / folder / SUMMARY).exists():
+            found = read_summary(self.work / folder)
+            if found["status"] == "completed":
                 raise
-            return {**read_summary(self.work / folder), "distance_cm": None}
+            return {**found, "distance_cm": None}
 
     def keep(self) -> None:
         """The training's small files and its figure.

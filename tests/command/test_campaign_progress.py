@@ -55,6 +55,14 @@ def test_all_runs_are_shown_together(tmp_path: Path) -> None:
     assert shown.getvalue() == after
 
 
+def test_the_last_word_is_that_all_is_done(tmp_path: Path) -> None:
+    shown = Terminal()
+    with CampaignProgress(tmp_path, {"run-0": SETTINGS}, Progress(shown)):
+        (tmp_path / "run-0").mkdir()
+        (tmp_path / "run-0" / "summary.json").touch()
+    assert "100 %" in shown.getvalue()
+
+
 class Terminal(io.StringIO):
     """A stream that renews its last line."""
 

@@ -91,6 +91,29 @@ def test_stored_transitions_shift_the_memory_even_at_an_episodes_end(terminal: b
     assert stored["terminal"].sum() == (2 * 16 if terminal else 0)
 
 
+def test_what_is_expected_of_a_design_does_not_forgive_its_failure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    settings = replace(toy_settings(round_count=40), expected_scores=True)
+    training = Training(viscous_crawler_robot, make_simulator, settings)
+    training.timestep = settings.schedule.decay_start_timestep
+    everything = np.full(len(SPACE), 50.0)
+    monkeypatch.setattr(training, "expected_returns", lambda *_: everything.copy())
+    failing = int(np.flatnonzero(SPACE.mirror_index != np.arange(len(SPACE)))[0])
+    image = int(SPACE.mirror_index[failing])
+    (other,) = np.flatnonzero(~np.isin(np.arange(len(SPACE)), [failing, image]))[:1]
+    for designs, failed in (([failing, other], [True, False]), ([other, other], [False, False])):
+        training._update_distribution(np.array(designs), np.array([3.0, 1.0]), np.array(failed))
+        assert training.distribution.scores[[failing, image]].max() <= 0.0
+        assert training.distribution.scores[other] == 50.0
+    # Walking again it is a design like any other, and a restored training knows as much.
+    again = Training(viscous_crawler_robot, make_simulator, settings)
+    again.restore(training.arrays(), training.metadata())
+    np.testing.assert_array_equal(again._failing, training._failing)
+    training._update_distribution(np.array([failing]), np.array([2.0]), np.array([False]))
+    assert training.distribution.scores[[failing, image]].min() == 50.0
+
+
 @pytest.mark.parametrize("expected_scores", [False, True])
 def test_a_failing_design_neither_stops_training_nor_wins(expected_scores: bool) -> None:
     class Fragile(ViscousCrawler):
