@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,11 @@ from urllib.parse import urlsplit
 import pytest
 
 from pneumorph.geometry.mesh import Mesh
+
+# Learners compiled once serve every process that tests start: compiling is most of a short run.
+_COMPILED = tempfile.TemporaryDirectory(prefix="compiled-")
+os.environ["JAX_COMPILATION_CACHE_DIR"] = _COMPILED.name
+os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
 
 # What draws without a graphics card: SwiftShader, on the processor, for WebGL alone.
 _SOFTWARE_GRAPHICS = [
