@@ -23,7 +23,7 @@ import numpy as np
 import tyro
 
 from pneumorph.artefact import write_json
-from pneumorph.command.campaign_progress import CampaignProgress
+from pneumorph.command.campaign_progress import campaign_progress
 from pneumorph.command.coopt import TRAINING_FOLDER, CooptOptions, coopt
 from pneumorph.command.coopt import VERB as COOPT
 from pneumorph.command.run_folder import (
@@ -82,12 +82,12 @@ def campaign(options: CampaignOptions, folder: RunFolder) -> dict[str, Any]:
     # On a cluster this folder is seen by all machines, the one we are in perhaps not.
     shared = (str(folder.path.resolve()), folder.provenance.get("made_by"), _threads(executor))
     learners = {name: settings_from_dict(CooptOptions, each).coopt for name, each in tasks}
-    with CampaignProgress(folder.path, learners, folder.progress) as progress:
+    with campaign_progress(folder.path, learners, folder.progress) as say:
         for number, failure in run_tasks(run_one, shared, tasks, executor, given_up=str):
             name = tasks[number][0]
             if failure is not None:
                 failures[name] = failure
-            progress.say(f"{name}: {failure or 'finished'}")
+            say(f"{name}: {failure or 'finished'}")
     runs = [
         {"name": name, **_result(folder.path / name)} for name, _ in tasks if name not in failures
     ]

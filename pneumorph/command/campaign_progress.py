@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
 
 from pneumorph.command.coopt import TRAINING_FOLDER
 from pneumorph.command.progress import Progress
@@ -16,8 +15,14 @@ from pneumorph.coopt.metrics import read_metrics
 from pneumorph.coopt.settings import CooptSettings
 
 
-class CampaignProgress:
-    """Shows the timesteps of all runs together, in a thread, while the ``with`` block lasts.
+@contextmanager
+def campaign_progress(
+    folder: Path,
+    runs: Mapping[str, CooptSettings],
+    progress: Progress,
+    interval_s: float = 5.0,
+) -> Iterator[Callable[[str], None]]:
+    """Show the timesteps of all runs together while the block lasts; yields what prints a line.
 
     Args:
         folder: The campaign's folder.
@@ -25,58 +30,37 @@ class CampaignProgress:
         progress: Where it is shown.
         interval_s: How often the folders are looked at [s].
     """
+    total = sum(all_timesteps(settings) for settings in runs.values())
+    ended, speaks = threading.Event(), threading.Lock()
 
-    def __init__(
-        self,
-        folder: Path,
-        runs: Mapping[str, CooptSettings],
-        progress: Progress,
-        interval_s: float = 5.0,
-    ) -> None:
-        self._folder, self._runs, self._progress = folder, runs, progress
-        self._interval_s = interval_s
-        self._total = sum(all_timesteps(settings) for settings in runs.values())
-        self._ended = threading.Event()
-        self._speaks = threading.Lock()
-        self._thread = threading.Thread(target=self._watch, daemon=True)
+    def say(text: str) -> None:
+        with speaks:
+            progress.say(text)
 
-    def __enter__(self) -> CampaignProgress:
-        self._thread.start()
-        return self
+    def show() -> None:
+        done = sum(timesteps_made(folder / name, settings) for name, settings in runs.items())
+        with speaks:
+            progress(done, total, "timesteps of all runs")
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._ended.set()
-        self._thread.join()
-        if error is None:
-            self._show()
-
-    def say(self, text: str) -> None:
-        """Print a line of its own."""
-        with self._speaks:
-            self._progress.say(text)
-
-    def _watch(self) -> None:
-        while not self._ended.wait(self._interval_s):
+    def watch() -> None:
+        while not ended.wait(interval_s):
             with suppress(OSError):  # of a network's folder, for the moment
-                self._show()
+                show()
 
-    def _show(self) -> None:
-        done = sum(timesteps_made(self._folder / name, s) for name, s in self._runs.items())
-        with self._speaks:
-            self._progress(done, self._total, "timesteps of all runs")
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    try:
+        yield say
+    finally:
+        ended.set()
+        thread.join()
+    show()
 
 
 def all_timesteps(settings: CooptSettings) -> int:
     """Timesteps of a whole run, fine-tuning included."""
-    finetuning = settings.finetuning
-    each = finetuning.round_count(settings.timesteps_per_round) * settings.timesteps_per_round
-    trained = settings.round_count * settings.timesteps_per_round
-    return trained + finetuning.finalist_count * each
+    finalists = settings.finetuning.finalist_count
+    return settings.training_timesteps + finalists * settings.finalist_timesteps
 
 
 def timesteps_made(folder: Path, settings: CooptSettings) -> int:
@@ -86,6 +70,5 @@ def timesteps_made(folder: Path, settings: CooptSettings) -> int:
     training = folder / TRAINING_FOLDER
     metrics = read_metrics(training)
     made = int(metrics[-1]["timestep"]) if metrics else 0
-    each = settings.finetuning.round_count(settings.timesteps_per_round)
     policies = len(list((training / FINETUNED_FOLDER).glob("*.npz")))
-    return made + policies * each * settings.timesteps_per_round
+    return made + policies * settings.finalist_timesteps

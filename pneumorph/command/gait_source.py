@@ -104,12 +104,12 @@ def _of_policy(path: Path, design: str | None) -> GaitSource:
         held.append(task.pressure_kPa(np.clip(action, -1.0, 1.0)))
         memory = np.concatenate([action, memory[: -task.regulator_count]]).astype(np.float32)
     # The policy names regulators as its own design does; other names are other columns.
-    known = settings.space[place]
-    commands = np.array(held)
+    known, commands = settings.space[place], np.array(held)
     if known != chosen:
-        commands = np.full_like(held, task.minimum_pressure_kPa)
+        named = np.full_like(commands, task.minimum_pressure_kPa)
         for ours, theirs in zip(chosen.regulator_order(), known.regulator_order(), strict=True):
-            commands[:, ours - 1] = np.array(held)[:, theirs - 1]
+            named[:, ours - 1] = commands[:, theirs - 1]
+        commands = named
     # The paper's time step, for policies that do not say theirs.
     action_s = metadata.get("time_step_s", 0.01) * task.action_step_count
     gait = HeldGait.evenly(commands, action_s, task)

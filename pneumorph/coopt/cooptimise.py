@@ -188,7 +188,7 @@ def _train(
     progress: Progress | None,
 ) -> None:
     settings = training.settings
-    total = settings.round_count * settings.timesteps_per_round
+    total = settings.training_timesteps
     write = training.clock.timed("log", log.write)
     save = training.clock.timed("log", save_checkpoint)
     saved = training.timestep

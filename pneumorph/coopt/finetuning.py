@@ -63,7 +63,7 @@ def finetune(
     checkpoint = load_checkpoint(folder)
     designs = finalists(training, evaluated)
     round_count = settings.finetuning.round_count(settings.timesteps_per_round)
-    span = round_count * settings.timesteps_per_round
+    span = settings.finalist_timesteps
     policies, wall_s = [], 0.0
     for number, design in enumerate(designs):
         path = folder / FINETUNED_FOLDER / f"{training.space[design]}.npz"

@@ -118,6 +118,16 @@ class CooptSettings:
         """Episodes of every robot until the end of training."""
         return math.ceil(self.total_timesteps / self.timesteps_per_round)
 
+    @property
+    def training_timesteps(self) -> int:
+        """Timesteps at the end of training: `total_timesteps` in whole rounds."""
+        return self.round_count * self.timesteps_per_round
+
+    @property
+    def finalist_timesteps(self) -> int:
+        """Timesteps of fine-tuning for each finalist, in whole rounds."""
+        return self.finetuning.round_count(self.timesteps_per_round) * self.timesteps_per_round
+
 
 def paper_settings(seed: int = 0) -> CooptSettings:
     """The paper's experiment: one million timesteps."""

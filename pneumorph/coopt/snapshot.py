@@ -62,7 +62,7 @@ def training_snapshot(folder: Path | str, settings: CooptSettings) -> TrainingSn
         metrics=read_metrics(folder),
         pairs=pairs,
         pairs_timestep=timestep,
-        timesteps=settings.round_count * settings.timesteps_per_round,
+        timesteps=settings.training_timesteps,
         last_round_s_ago=time.time() - file.stat().st_mtime if file.exists() else None,
     )
 

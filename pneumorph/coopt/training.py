@@ -84,7 +84,7 @@ class Training:
     @property
     def is_finished(self) -> bool:
         """Whether the last round has been made."""
-        return self.timestep >= self.settings.round_count * self.settings.timesteps_per_round
+        return self.timestep >= self.settings.training_timesteps
 
     def run_round(self) -> dict[str, Any]:
         """Draw designs, let each walk one episode, learn meanwhile, and update the distribution.

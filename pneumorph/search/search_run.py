@@ -89,7 +89,7 @@ def run_search(
     best: dict[int, DesignGaitPair] = {}
     earlier_cm: dict[int, float] = {}
     reached: list[tuple[int, float]] = []
-    done, resumed = 0, 0
+    done, resumed, furthest = 0, 0, 0.0
     with path.open("a", encoding="utf-8") as stream:
         while done < timesteps:
             candidates = searcher.ask()
@@ -104,7 +104,6 @@ def run_search(
             else:
                 if progress is not None:
                     # Before the walk: the time left counts from the first that is made now.
-                    furthest = max((pair.distance_cm for pair in best.values()), default=0.0)
                     progress(done, timesteps, f"searching, best {furthest:.1f} cm")
                 distance_cm = _walked(candidates, environment, space)
                 stream.write(json.dumps(distance_cm.tolist()) + "\n")

@@ -8,7 +8,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from pneumorph.command.campaign_progress import CampaignProgress, timesteps_made
+from pneumorph.command.campaign_progress import campaign_progress, timesteps_made
 from pneumorph.command.progress import Progress
 from pneumorph.coopt.settings import CooptSettings, FinetuningSettings
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -43,8 +43,8 @@ def test_all_runs_are_shown_together(tmp_path: Path) -> None:
     trained(tmp_path / "run-0", 320)
     shown = Terminal()
     runs = {"run-0": SETTINGS, "run-1": SETTINGS}
-    with CampaignProgress(tmp_path, runs, Progress(shown), 0.02) as progress:
-        progress.say("run-0: finished")
+    with campaign_progress(tmp_path, runs, Progress(shown), 0.02) as say:
+        say("run-0: finished")
         end = time.monotonic() + 20.0
         while "25 %" not in shown.getvalue():
             assert time.monotonic() < end
@@ -57,7 +57,7 @@ def test_all_runs_are_shown_together(tmp_path: Path) -> None:
 
 def test_the_last_word_is_that_all_is_done(tmp_path: Path) -> None:
     shown = Terminal()
-    with CampaignProgress(tmp_path, {"run-0": SETTINGS}, Progress(shown)):
+    with campaign_progress(tmp_path, {"run-0": SETTINGS}, Progress(shown)):
         (tmp_path / "run-0").mkdir()
         (tmp_path / "run-0" / "summary.json").touch()
     assert "100 %" in shown.getvalue()
