@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -16,7 +15,7 @@ from pneumorph.gait.open_loop_gait import sample_commands
 from pneumorph.presets import paper_full_robot, paper_robot_builder
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.error_indicator import ErrorIndicator, Imbalance, relative_imbalance
-from pneumorph.reduction.leg_recorder import LegRecorder
+from pneumorph.reduction.leg_recorder import record_walk
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.robot.design import Design
@@ -119,23 +118,12 @@ def candidate_snapshots(
     models: CandidateModels, candidate: Candidate
 ) -> Snapshots | CompressedSnapshots:
     """Simulate a candidate in full and record its legs."""
-    wall, processor = time.perf_counter(), time.process_time()
-    robot = models.full_robot(candidate)
-    recorder = LegRecorder(robot, compression=models.settings.compression)
-    commands = models.commands(candidate)
-    _, trajectory = robot.rollout(
-        robot.settled_state(),
-        commands,
-        record_every=len(commands),
-        record_nodes=False,
-        observe=recorder,
+    return record_walk(
+        models.full_robot(candidate),
+        models.commands(candidate),
+        f"greedy {candidate}",
+        compression=models.settings.compression,
     )
-    snapshots = recorder.snapshots(f"greedy {candidate}", trajectory)
-    snapshots.metadata["seconds"] = {
-        "wall": time.perf_counter() - wall,
-        "processor": time.process_time() - processor,
-    }
-    return snapshots
 
 
 def candidate_indicator(

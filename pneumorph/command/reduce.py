@@ -10,7 +10,8 @@ Presets: paper (what made the leg that ships), hyperelastic (the silicone's own 
 corner of their pressures. That is days of one processor; each robot is a task, and
 --snapshots.executor shares them out over processes or, with Ray, machines. greedy: equilibria, and
 then random robots, simulated in full one after another where the reduction's own error indicator is
-worst, until held-out ones are met.
+worst, until held-out ones are met. learned: equilibria and the robots of --walked.gaits, with more
+modes and elements, to re-evaluate with what was learned.
 
 Writes leg.npz, which every other verb takes as --part.
 
@@ -26,6 +27,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pneumorph.command.gait_walks import GaitWalkSettings, collect_gait_walks
 from pneumorph.command.greedy_candidates import (
     CandidateModels,
     CandidateSettings,
@@ -49,6 +51,7 @@ from pneumorph.presets import (
     disk_rim_points,
     full_leg,
     paper_disk_mesh,
+    pressure_map,
 )
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.ecsw import EcswSettings
@@ -79,6 +82,8 @@ class ReduceOptions:
     """What carries the legs of walking robots: the paper's disk, whose give at a leg's attachment
     becomes a stiffness of the reduced leg's mount, or a rigid one."""
     snapshots: SnapshotSettings = field(default_factory=SnapshotSettings)
+    walked: GaitWalkSettings = field(default_factory=GaitWalkSettings)
+    """Gaits that full robots walk besides, such as learned ones."""
     reduction: ReductionSettings = field(default_factory=ReductionSettings)
     greedy: GreedySettings = field(default_factory=GreedySettings)
     """Search for snapshots where the reduction is worst; needs the paper's leg places."""
@@ -98,15 +103,28 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
     rim = disk_rim_points(disk)
     soft = disk_model(disk, DiskMaterials(mass_kg=DISK_MASS_KG))
     mount = leg_mount_stiffness(leg, soft, poses) if options.hub == "soft" else None
+    snapshot_folder = (folder / "snapshots/bend.npz").parent
+    # First, since a gait may be damaged.
+    walks = collect_gait_walks(
+        leg,
+        options.hub,
+        pressure_map(options.leg),
+        options.walked,
+        snapshot_folder,
+        options.snapshots.executor,
+        folder.progress,
+        folder.progress.say,
+    )
     snapshots = collect_snapshots(
         leg,
         RigidHub(disk, DISK_MASS_KG, rim) if mount is None else SoftHub(soft, rim),
         poses,
         options.snapshots,
-        (folder / "snapshots/bend.npz").parent,
+        snapshot_folder,
         folder.progress,
         folder.progress.say,
     )
+    snapshots = SnapshotFiles([*snapshots.paths, *walks])
     folder.progress.stage("choosing modes and elements")
     search: dict[str, Any] = {}
     if options.greedy.round_limit > 0:
@@ -204,6 +222,14 @@ VERB = Verb(
         "greedy": lambda: ReduceOptions(
             snapshots=SnapshotSettings(walk=WalkSnapshotSettings(leg_counts=())),
             greedy=GreedySettings(round_limit=6),
+        ),
+        "learned": lambda: ReduceOptions(
+            snapshots=SnapshotSettings(walk=WalkSnapshotSettings(leg_counts=())),
+            reduction=ReductionSettings(
+                mode_tolerance=0.001,
+                mode_limit=32,  # as many as the batched simulator takes
+                ecsw=EcswSettings(hyperreduction_tolerance=0.002, element_limit=800),
+            ),
         ),
         "published": lambda: ReduceOptions(
             snapshots=SnapshotSettings(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import scipy.sparse as sparse
 
@@ -75,3 +77,42 @@ class LegRecorder:
         displacement = np.array(self._recorded, dtype=np.float32)
         displacement = displacement.reshape(-1, self._part.node_count, 3)
         return Snapshots(displacement, pressures, numbers, metadata)
+
+
+def record_walk(
+    robot: FullRobot,
+    commands_kPa: np.ndarray,
+    source: str,
+    *,
+    settling_steps: int = 15,
+    record_every: int = 2,
+    compression: float = 0.0,
+) -> Snapshots | CompressedSnapshots:
+    """Let a robot settle and follow commands, and record its legs, with the time that it took.
+
+    Args:
+        robot: The robot.
+        commands_kPa: Real pressures of every step [kPa], (step, regulator).
+        source: Name of the snapshots.
+        settling_steps: Steps without pressure before, which are not recorded.
+        record_every: As of `LegRecorder`.
+        compression: As of `LegRecorder`.
+
+    Raises:
+        ValueError: Legs of different parts.
+    """
+    wall, processor = time.perf_counter(), time.process_time()
+    recorder = LegRecorder(robot, record_every, compression)
+    _, trajectory = robot.rollout(
+        robot.settled_state(settling_steps),
+        commands_kPa,
+        record_every=len(commands_kPa),
+        record_nodes=False,
+        observe=recorder,
+    )
+    snapshots = recorder.snapshots(source, trajectory)
+    snapshots.metadata["seconds"] = {
+        "wall": time.perf_counter() - wall,
+        "processor": time.process_time() - processor,
+    }
+    return snapshots

@@ -38,6 +38,7 @@ from pneumorph.report.reward_figure import reward_figure
 from pneumorph.report.style import (
     BASELINE_COLOUR,
     LEARNED_COLOUR,
+    NEUTRAL_COLOUR,
     figure_style,
     new_figure,
     save_figure,
@@ -139,6 +140,18 @@ class PaperScale:
         """The best pairs as finite elements."""
         return [self.full_order(gait.stem, "--gait", gait) for gait in self.gaits]
 
+    def learned_leg(self) -> list[dict[str, Any]]:
+        """The best pairs with a leg that was reduced from the walks of some of them."""
+        walked = best_of_each_leg_count(read_summary(self.out)["pairs"])
+        gaits = [self.gaits[place] for place in walked]
+        flags = ("--preset", "learned", "--walked.gaits", *gaits)
+        leg = run_once(self.work / "leg", "reduce", *flags)["part"]
+        return [
+            {**self.walk(f"learned_leg/{gait.stem}", "--gait", gait, "--part", leg),
+             "leg_learned_from_it": place in walked}
+            for place, gait in enumerate(self.gaits)
+        ]  # fmt: skip
+
     def mirror(self) -> dict[str, Any]:
         """The mirror image of the best design, driven by the best design's gait."""
         best = self.reduced()[0]
@@ -148,14 +161,16 @@ class PaperScale:
     def summary(self) -> None:
         """Lay what followed the training over its own summary."""
         learned = read_summary(self.out)
-        walks = zip(learned["pairs"], self.reduced(), self.full(), strict=True)
+        walks = zip(learned["pairs"], self.reduced(), self.learned_leg(), self.full(), strict=True)
         pairs = [
             {
                 **pair,
                 "distance_cm": reduced["distance_cm"],
+                "distance_learned_leg_cm": again["distance_cm"],
+                "leg_learned_from_it": again["leg_learned_from_it"],
                 "distance_full_order_cm": full["distance_cm"],
             }
-            for pair, reduced, full in walks
+            for pair, reduced, again, full in walks
         ]
         best_cm, best_full_cm = (
             pairs[0][name] for name in ("distance_cm", "distance_full_order_cm")
@@ -165,6 +180,7 @@ class PaperScale:
         content = {
             **learned,
             "best_distance_cm": best_cm,
+            "best_distance_learned_leg_cm": pairs[0]["distance_learned_leg_cm"],
             "best_distance_full_order_cm": best_full_cm,
             "baseline_best_distance_full_order_cm": baseline_full_cm,
             "times_the_baseline": ratio(best_cm, baseline_cm),
@@ -183,22 +199,30 @@ class PaperScale:
 @figure_style()
 def distances_figure(pairs: list[dict[str, Any]], baselines: tuple[float, float | None]) -> Figure:
     """Distances of the baseline and the best pairs in both models."""
-    figure = new_figure(5.2, 3.0)
+    figure = new_figure(5.8, 3.0)
     axes = figure.add_subplot()
     labels = ["B", *(f"L{rank}" for rank in range(1, len(pairs) + 1))]
-    reduced = [baselines[0], *(pair["distance_cm"] for pair in pairs)]
-    full = [baselines[1], *(pair["distance_full_order_cm"] for pair in pairs)]
     place = np.arange(len(labels))
-    for shift, values, colour, label in (
-        (-0.2, reduced, LEARNED_COLOUR, "reduced"),
-        (0.2, full, BASELINE_COLOUR, "full order"),
+    for shift, name, baseline, colour, label in (
+        (-0.29, "distance_cm", baselines[0], LEARNED_COLOUR, "reduced"),
+        (0.0, "distance_learned_leg_cm", None, NEUTRAL_COLOUR, "reduced from learned walks"),
+        (0.29, "distance_full_order_cm", baselines[1], BASELINE_COLOUR, "full order"),
     ):
+        values = [baseline, *(pair[name] for pair in pairs)]
         heights = np.array([np.nan if value is None else value for value in values])
-        bars = axes.bar(place + shift, heights, 0.38, color=colour, label=label)
-        axes.bar_label(bars, fmt="%.1f", fontsize=7)
+        bars = axes.bar(place + shift, heights, 0.28, color=colour, label=label)
+        axes.bar_label(bars, fmt="%.1f", fontsize=6)
     axes.set(xticks=place, xticklabels=labels, ylabel="distance in 20 s (cm)")
     axes.legend()
     return figure
+
+
+def best_of_each_leg_count(pairs: list[dict[str, Any]]) -> list[int]:
+    """Places of the pairs that are the best with their number of legs, ascending."""
+    best: dict[int, int] = {}
+    for place, pair in enumerate(pairs):
+        best.setdefault(Design.parse(pair["design"]).leg_count, place)
+    return sorted(best.values())
 
 
 def ratio(distance: float | None, baseline: float | None) -> float | None:
@@ -211,7 +235,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    follows = ("analysis", "baseline", "reduced", "mirror", "baseline_full", "full", "summary")
+    follows = (
+        "analysis", "baseline", "reduced", "learned_leg", "mirror", "baseline_full", "full",
+        "summary",
+    )  # fmt: skip
     steps = ("keep", *follows)
     parser.add_argument("--run", type=Path, help="folder of a finished training to keep")
     parser.add_argument("--out", type=Path, default=HERE)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from few_snapshots import FEW_SNAPSHOTS
 
 from pneumorph.cli import run
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.snapshot_files import SnapshotFiles
 
 
 def test_a_mesh_of_ones_own_becomes_a_reduced_part(
@@ -53,3 +55,44 @@ def test_greedy_search_adds_a_random_robot(
     assert len(written) == 1
     part = ReducedPart.load(summary["part"])
     assert part.metadata["snapshots"]["sources"][-1] == f"greedy {first['chosen'][0]}"
+
+
+def test_given_gaits_are_walked_once_and_learned_from(
+    mesh_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gait = tmp_path / "gait.csv"
+    gait.write_text(
+        "# design: 1.0.0.1.0.1.0.0\ntime_s,regulator_1_kPa\n0.0,0.0\n0.1,10.0\n1.0,10.0\n"
+    )
+    out = tmp_path / "leg"
+    command = (
+        f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} --hub rigid --out {out} --json "
+        "--materials.silicone.young-modulus-kPa 20000 "
+        f"--walked.gaits {gait} --walked.duration-s 0.4 --walked.record-every 4"
+    ).split()
+    assert run(command) == 0
+    summary = json.loads(capsys.readouterr().out)
+    part = ReducedPart.load(summary["part"])
+    assert part.metadata["snapshots"]["sources"][-1] == f"gait 1.0.0.1.0.1.0.0 {gait}"
+    (walk,) = (out / "snapshots").glob("gait_*.npz")
+    # 40 steps, every fourth of them, of three legs; and what the other tests have.
+    assert SnapshotFiles([walk]).source.shape == (30,)
+    assert np.ptp(SnapshotFiles([walk]).pressure_kPa) > 10.0  # it did what the gait says
+    before = walk.stat().st_mtime_ns
+    assert run(command) == 0
+    assert walk.stat().st_mtime_ns == before
+    assert json.loads(capsys.readouterr().out)["snapshot_count"] == summary["snapshot_count"]
+    # Another gait under the same name is another walk.
+    gait.write_text(gait.read_text().replace("10.0", "12.0"))
+    assert run(command) == 0
+    assert len(list((out / "snapshots").glob("gait_*.npz"))) == 2
+
+
+def test_a_missing_gait_is_told_before_anything_is_computed(
+    mesh_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "leg"
+    command = f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} --out {out} --walked.gaits none.csv"
+    assert run(command.split()) != 0
+    assert "none.csv" in capsys.readouterr().err
+    assert not list(out.glob("snapshots/*.npz"))

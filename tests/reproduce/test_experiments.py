@@ -15,7 +15,7 @@ from synthetic_part import synthetic_reduced_part
 
 from pneumorph.cli import run
 from pneumorph.command.kept_run import keep_run
-from pneumorph.command.learned_run import read_learned_run
+from pneumorph.command.learned_run import read_learned_run, run_digest
 from pneumorph.command.learning_curve import learning_curve
 from pneumorph.command.robots import RobotOptions
 from pneumorph.command.run_folder import read_summary
@@ -78,6 +78,7 @@ def test_everything_after_the_paper_scale_training(
 ) -> None:
     learned_folder = runs["published"]
     learned = read_summary(learned_folder)
+    learned_from = script("paper_scale").best_of_each_leg_count(learned["pairs"])
     kept_folder = ("--out", tmp_path, "--work", learned_folder / "paper_scale")
     call("paper_scale", monkeypatch, *kept_folder, "--run", learned_folder, "--steps", "keep")
     (tmp_path / "full_order").mkdir()
@@ -87,6 +88,13 @@ def test_everything_after_the_paper_scale_training(
     for name, distance_cm in {"B": 2.0, **walked}.items():
         kept_walk = json.dumps({"distance_cm": distance_cm})
         (tmp_path / "full_order" / f"{name}.json").write_text(kept_walk)
+    gaits = [tmp_path / "gaits" / f"L{place + 1}.csv" for place in learned_from]
+    finer = synthetic_reduced_part(mode_count=6, cells=(4, 4, 4))
+    finished(
+        learned_folder / "paper_scale" / run_digest(tmp_path) / "leg",
+        {"part": str(finer.save(tmp_path / "finer.npz"))},
+        "reduce", "--preset", "learned", "--walked.gaits", *gaits,
+    )  # fmt: skip
     call("paper_scale", monkeypatch, *kept_folder)
     summary = json.loads((tmp_path / "summary.json").read_text())
     for name in ("timesteps", "wall_s", "best_design", "best_distance_cm",
@@ -94,6 +102,12 @@ def test_everything_after_the_paper_scale_training(
         assert summary[name] == learned[name]
     best = learned["best_distance_cm"]
     assert summary["best_distance_full_order_cm"] == best - 0.25
+    again_cm = [pair["distance_learned_leg_cm"] for pair in summary["pairs"]]
+    assert summary["best_distance_learned_leg_cm"] == again_cm[0]
+    assert abs(again_cm[0] - best) > 0.01  # another leg
+    assert [pair["leg_learned_from_it"] for pair in summary["pairs"]] == [
+        place in learned_from for place in range(2)
+    ]
     assert summary["times_the_baseline_full_order"] == pytest.approx((best - 0.25) / 2.0)
     # The mirrored robot takes other roundings alone.
     assert summary["mirror_image_distance_cm"] == pytest.approx(best, abs=1e-3)
@@ -111,6 +125,12 @@ def test_everything_after_the_paper_scale_training(
     figures = ("baseline", "training", "distances", "steps", "margin", "friction", "pairs",
                "cycle_B", "cycle_L1")  # fmt: skip
     assert {*(f"{name}.png" for name in figures), "settings.json", "analysis.json"} <= kept
+
+
+def test_a_leg_is_learned_from_the_best_pair_of_each_number_of_legs() -> None:
+    designs = ("0.0.1.2.1.0.0.0", "0.0.1.2.3.0.0.0", "0.0.1.2.2.1.0.0", "1.1.1.0.1.0.0.0")
+    pairs = [{"design": design} for design in designs]
+    assert script("paper_scale").best_of_each_leg_count(pairs) == [0, 2]
 
 
 def test_searches_beside_learning(
