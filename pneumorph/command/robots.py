@@ -133,9 +133,14 @@ class Workshop:
         )
 
     def commands(self, gait: OpenLoopGait) -> np.ndarray:
-        """Return the command of every step of a gait [real kPa], (step, regulator)."""
+        """Return the command of every step of a gait [real kPa], (step, regulator).
+
+        Regulators beyond those of the gait stay empty.
+        """
         step_s = self.simulation.time_step_s
-        return sample_commands(gait, step_s, round(gait.duration_s / step_s))
+        commands = sample_commands(gait, step_s, round(gait.duration_s / step_s))
+        beyond = self.simulation.regulator_count - commands.shape[1]
+        return np.pad(commands, ((0, 0), (0, max(beyond, 0))))
 
     def recorded(
         self,

@@ -93,6 +93,21 @@ def test_simulate_walks_a_gait_file_and_films_it(
     assert (tmp_path / "film.mp4").stat().st_size > 1000
 
 
+def test_regulators_that_a_gait_leaves_out_stay_empty(
+    leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    header, empty = "time_s,regulator_1_kPa", ",regulator_2_kPa,regulator_3_kPa"
+    rows = ("0.0,0.0", "0.1,60.0", "1.0,60.0")
+    distances = []
+    for columns, zeros in (("", ""), (empty, ",0.0,0.0")):
+        gait = tmp_path / "gait.csv"
+        lines = [header + columns, *(row + zeros for row in rows)]
+        gait.write_text("# design: 1.0.0.1.0.1.0.0\n" + "\n".join(lines) + "\n")
+        summary = run_json(f"simulate --gait {gait} --part {leg} --out {tmp_path / 's'}", capsys)
+        distances.append(summary["distance_cm"])
+    assert distances[0] == distances[1] != 0.0
+
+
 def test_simulate_takes_a_full_robot_of_any_design(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
