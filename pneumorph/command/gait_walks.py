@@ -1,25 +1,26 @@
 """Snapshots of full robots that walk given gaits, such as those that were learned.
 
 A learned robot leans, drags and presses as no robot drawn at random does. A leg that is reduced
-once more from such walks follows them closer; it is the one to re-evaluate what was learned with.
+once more from such walks follows them closer; it is the one to walk what was learned once more.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from pneumorph.artefact import ArtefactError
-from pneumorph.command.gait_source import find_gait
 from pneumorph.executor import ExecutorSettings, run_tasks
+from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_model import PartModel
-from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.open_loop_gait import sample_commands
 from pneumorph.presets import paper_full_robot
 from pneumorph.pressure import PressureMap
@@ -38,7 +39,8 @@ class GaitWalkSettings:
     """Which gaits are walked, and how their states are kept."""
 
     gaits: tuple[Path, ...] = ()
-    """Gait files that name their designs, or coopt runs (the best pair)."""
+    """Gait files that name their designs, such as RUN/training/gaits/L1.csv. They are walked in the
+    default physics, with the pressure map of `leg`."""
     duration_s: float = 12.0
     """Time of each gait that is walked, from its start [s]."""
     record_every: int = 4
@@ -49,37 +51,90 @@ class GaitWalkSettings:
     """Damping of the robots."""
 
     def __post_init__(self) -> None:
-        if not self.duration_s > 0.0 or self.record_every < 1:
+        if self.record_every < 1:
+            raise ValueError(f"record_every must be at least 1, got {self.record_every}")
+        if not self.duration_s >= self.record_every * SimulationSettings.time_step_s:
             raise ValueError(
-                "walks of gaits need a positive duration_s and record_every of at least 1, got "
-                f"{self.duration_s} and {self.record_every}"
+                f"duration_s must be at least the {self.record_every} steps between two snapshots, "
+                f"got {self.duration_s} s"
             )
 
 
 @dataclass(frozen=True, eq=False)
-class _Walkers:
-    """What every walk is simulated with."""
+class DesignGait:
+    """A gait and the design that walks it."""
 
-    leg: PartModel
-    hub: Literal["soft", "rigid"]
-    simulation: SimulationSettings
-    settings: GaitWalkSettings
+    name: str
+    design: Design
+    gait: HeldGait
+
+
+def read_design_gaits(paths: Sequence[Path]) -> list[DesignGait]:
+    """Read gait files that name their designs.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: It is no gait file, names no design, or one that it has no regulators for.
+    """
+    return [_read(path) for path in paths]
+
+
+def _read(path: Path) -> DesignGait:
+    if path.is_dir():
+        raise ValueError(f"{path} is a folder, expected a gait file such as training/gaits/L1.csv")
+    gait, comments = read_gait(path)
+    if "design" not in comments:
+        raise ValueError(f"gait file {path} names no design, expected a line `# design: 1.0.2...`")
+    design = Design.parse(comments["design"])
+    design.check_regulators(gait.regulator_count)
+    return DesignGait(f"{design} {path}", design, gait)
 
 
 @dataclass(frozen=True, eq=False)
-class _Walk:
-    name: str
-    design: Design
-    commands_kPa: np.ndarray
-    """Real, (step, regulator)."""
-    settling_steps: int
+class GaitWalks:
+    """Full robots that walk given gaits."""
+
+    leg: PartModel
+    hub: Literal["soft", "rigid"]
+    """What carries the legs."""
+    pressure_map: PressureMap
+    """Of the gaits' real pressures."""
+    settings: GaitWalkSettings
+
+    def robot(self, walk: DesignGait) -> FullRobot:
+        """The robot of one gait."""
+        simulation = SimulationSettings(
+            damping=self.settings.damping,
+            pressure_map=self.pressure_map,
+            regulator_count=walk.gait.regulator_count,
+        )
+        return paper_full_robot(walk.design, simulation, hub=self.hub, leg=self.leg)
+
+    def commands_kPa(self, walk: DesignGait) -> np.ndarray:
+        """Real pressures of every step [kPa], (step, regulator)."""
+        step_s = SimulationSettings.time_step_s
+        length_s = min(self.settings.duration_s, walk.gait.duration_s)
+        return sample_commands(walk.gait, step_s, round(length_s / step_s))
+
+    def identity(self, walk: DesignGait) -> dict[str, Any]:
+        """What the snapshots of one gait depend on; as a file gives it back."""
+        depends_on = {
+            "mesh_digest": self.leg.mesh.digest(),
+            "part": self.leg.ingredients(),
+            "hub": self.hub,
+            "physics": asdict(self.robot(walk).settings),
+            "record_every": self.settings.record_every,
+            "compression": self.settings.compression,
+            "design": str(walk.design),
+            "commands_kPa": self.commands_kPa(walk).tolist(),
+        }
+        identity: dict[str, Any] = json.loads(json.dumps(depends_on, default=str))
+        return identity
 
 
 def collect_gait_walks(
-    leg: PartModel,
-    hub: Literal["soft", "rigid"],
-    pressure_map: PressureMap,
-    settings: GaitWalkSettings,
+    walks: GaitWalks,
+    gaits: Sequence[DesignGait],
     folder: Path,
     executor: ExecutorSettings | None = None,
     progress: Progress | None = None,
@@ -87,86 +142,63 @@ def collect_gait_walks(
 ) -> list[Path]:
     """Walk each gait as finite elements and record the legs.
 
-    A walk's file is named after everything that it depends on, so that one which is there is not
-    made again.
+    A file is named after all that its walk depends on: one that is there is not made again. A walk
+    that diverges is left out.
 
     Args:
-        leg: The full-order leg.
-        hub: What carries the legs.
-        pressure_map: Of the gaits' real pressures.
-        settings: The gaits.
+        walks: The robots.
+        gaits: The gaits; equal ones are walked once.
         folder: Where the files go.
         executor: Where they are computed.
         progress: Called with done, total and a message.
-        say: Told how long the missing walks take, before they begin.
+        say: Told what the missing walks cost, before they begin, and which ones diverged.
 
-    Raises:
-        FileNotFoundError: No such gait.
-        ValueError: A gait file is damaged.
+    Returns:
+        The files of the walks that were completed, one for each different walk.
     """
-    simulation = SimulationSettings(damping=settings.damping, pressure_map=pressure_map)
-    walkers = _Walkers(leg, hub, simulation, settings)
-    walks = [_walk(path, walkers) for path in settings.gaits]
-    paths = [folder / f"gait_{_digest(walk, walkers)}.npz" for walk in walks]
-    missing = [number for number, path in enumerate(paths) if not _is_whole(path)]
+    asked: dict[Path, tuple[DesignGait, dict[str, Any]]] = {}
+    for gait in gaits:
+        identity = walks.identity(gait)
+        digest = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
+        asked[folder / f"gait_{digest[:16]}.npz"] = gait, identity
+    missing = [path for path in asked if _header(path) is None]
     if say and missing:
         say(
-            f"{len(missing)} full robots walk {settings.duration_s:g} s of a gait, about five "
-            "minutes of a processor each; stop at any time, finished walks are kept"
+            f"{len(missing)} full robots walk {walks.settings.duration_s:g} s of a gait; with the "
+            "leg that ships a second takes some twenty of a processor; finished walks are kept"
         )
-    made = run_tasks(_record, walkers, [walks[number] for number in missing], executor)
+    if progress and missing:
+        progress(0, len(missing), "full robots that walk the gaits")
+    made = run_tasks(_record, walks, [asked[path][0] for path in missing], executor)
     for done, (number, snapshots) in enumerate(made, 1):
-        snapshots.save(paths[missing[number]])
+        path = missing[number]
+        snapshots.metadata["identity"] = asked[path][1]
+        snapshots.save(path)
         if progress:
             progress(done, len(missing), "full robots that walk the gaits")
-    return paths
+    completed = []
+    for path, (gait, _) in asked.items():
+        details = (_header(path) or {}).get("details", {})
+        if details.get("status") == "completed":
+            completed.append(path)
+        elif say:
+            say(f"{gait.name} {details.get('status')} and is left out")
+    return completed
 
 
-def _walk(path: Path, walkers: _Walkers) -> _Walk:
-    source = find_gait(path, None, ExpertGait())
-    step_s = walkers.simulation.time_step_s
-    steps = max(round(min(walkers.settings.duration_s, source.gait.duration_s) / step_s), 1)
-    commands = sample_commands(source.gait, step_s, steps)
-    return _Walk(f"{source.design} {source.name}", source.design, commands, source.settling_steps)
-
-
-def _digest(walk: _Walk, walkers: _Walkers) -> str:
-    leg, settings = walkers.leg, walkers.settings
-    depends_on = {
-        "mesh": leg.mesh.digest(),
-        "material": asdict(leg.material),
-        "membranes": [asdict(membrane) for membrane in leg.membranes],
-        "mass_kg": leg.mass_kg,
-        "hub": walkers.hub,
-        "simulation": asdict(walkers.simulation),
-        "record_every": settings.record_every,
-        "compression": settings.compression,
-        "design": str(walk.design),
-        "commands_kPa": walk.commands_kPa.tolist(),
-        "settling_steps": walk.settling_steps,
-    }
-    return hashlib.sha256(json.dumps(depends_on, sort_keys=True).encode()).hexdigest()[:16]
-
-
-def _is_whole(path: Path) -> bool:
-    if not path.exists():
-        return False
+def _header(path: Path) -> dict[str, Any] | None:
+    """Metadata of a walk's file; None where there is none that can be read."""
     try:
-        read_header(path)
-    except (ArtefactError, json.JSONDecodeError):
-        return False
-    return True
+        return read_header(path)[1]
+    except (FileNotFoundError, ArtefactError):
+        return None
 
 
-def _record(walkers: _Walkers, walk: _Walk) -> Snapshots | CompressedSnapshots:
-    simulation = replace(walkers.simulation, regulator_count=walk.commands_kPa.shape[1])
-    robot = paper_full_robot(walk.design, simulation, hub=walkers.hub, leg=walkers.leg)
-    settings = walkers.settings
+def _record(walks: GaitWalks, walk: DesignGait) -> Snapshots | CompressedSnapshots:
     return record_walk(
-        robot,
-        walk.commands_kPa,
+        walks.robot(walk),
+        walks.commands_kPa(walk),
         f"gait {walk.name}",
-        settling_steps=walk.settling_steps,
-        record_every=settings.record_every,
-        compression=settings.compression,
+        record_every=walks.settings.record_every,
+        compression=walks.settings.compression,
     )

@@ -95,9 +95,7 @@ class CandidateModels:
     def identity(self) -> dict[str, Any]:
         """What a full simulation depends on beside its candidate."""
         return {
-            "material": asdict(self.leg.material),
-            "membranes": [asdict(membrane) for membrane in self.leg.membranes],
-            "mass_kg": self.leg.mass_kg,
+            **self.leg.ingredients(),
             "hub": self.hub,
             "simulation": asdict(self.simulation),
             "compression": self.settings.compression,

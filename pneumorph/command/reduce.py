@@ -11,7 +11,7 @@ corner of their pressures. That is days of one processor; each robot is a task, 
 --snapshots.executor shares them out over processes or, with Ray, machines. greedy: equilibria, and
 then random robots, simulated in full one after another where the reduction's own error indicator is
 worst, until held-out ones are met. learned: equilibria and the robots of --walked.gaits, with more
-modes and elements, to re-evaluate with what was learned.
+modes and elements: a leg to walk what was learned once more.
 
 Writes leg.npz, which every other verb takes as --part.
 
@@ -27,7 +27,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pneumorph.command.gait_walks import GaitWalkSettings, collect_gait_walks
+from pneumorph.command.gait_walks import (
+    GaitWalks,
+    GaitWalkSettings,
+    collect_gait_walks,
+    read_design_gaits,
+)
 from pneumorph.command.greedy_candidates import (
     CandidateModels,
     CandidateSettings,
@@ -74,7 +79,7 @@ class ReduceOptions:
     """The leg, its snapshots, and how to reduce it."""
 
     leg: LegName = "paper"
-    """Whose mesh that ships is taken where `mesh` names none."""
+    """Whose mesh that ships is taken where `mesh` names none, and whose pressure map gaits have."""
     mesh: Path | None = None
     """Mesh of the leg, as `pneumorph mesh` writes it."""
     materials: LegMaterials = field(default_factory=LegMaterials)
@@ -94,6 +99,7 @@ class ReduceOptions:
 def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
     """Reduce a leg, save it, and return its size and errors."""
     start = time.monotonic()
+    gaits = read_design_gaits(options.walked.gaits)
     mesh = None if options.mesh is None else Mesh.load(options.mesh)
     leg = full_leg(options.leg, mesh, options.materials)
     disk = paper_disk_mesh()
@@ -104,17 +110,6 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
     soft = disk_model(disk, DiskMaterials(mass_kg=DISK_MASS_KG))
     mount = leg_mount_stiffness(leg, soft, poses) if options.hub == "soft" else None
     snapshot_folder = (folder / "snapshots/bend.npz").parent
-    # First, since a gait may be damaged.
-    walks = collect_gait_walks(
-        leg,
-        options.hub,
-        pressure_map(options.leg),
-        options.walked,
-        snapshot_folder,
-        options.snapshots.executor,
-        folder.progress,
-        folder.progress.say,
-    )
     snapshots = collect_snapshots(
         leg,
         RigidHub(disk, DISK_MASS_KG, rim) if mount is None else SoftHub(soft, rim),
@@ -124,7 +119,17 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
         folder.progress,
         folder.progress.say,
     )
+    walks = collect_gait_walks(
+        GaitWalks(leg, options.hub, pressure_map(options.leg), options.walked),
+        gaits,
+        snapshot_folder,
+        options.snapshots.executor,
+        folder.progress,
+        folder.progress.say,
+    )
     snapshots = SnapshotFiles([*snapshots.paths, *walks])
+    if not (walks or options.snapshots.walk.robot_count or options.greedy.round_limit):
+        folder.progress.say("no robot walks: the leg is reduced from equilibria alone")
     folder.progress.stage("choosing modes and elements")
     search: dict[str, Any] = {}
     if options.greedy.round_limit > 0:
@@ -157,6 +162,7 @@ def reduce(options: ReduceOptions, folder: RunFolder) -> dict[str, Any]:
         "snapshot_wall_s": seconds["wall"],
         "snapshot_processor_s": seconds["processor"],
         "snapshot_files_without_time": seconds["files_without"],
+        "walked_gait_count": len(walks),
         "wall_s": time.monotonic() - start,
     }
 

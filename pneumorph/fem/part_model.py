@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
@@ -92,6 +93,14 @@ class PartModel:
     def node_count(self) -> int:
         """Number of nodes."""
         return len(self.mesh.nodes)
+
+    def ingredients(self) -> dict[str, Any]:
+        """What it is made of, JSON-serialisable: ``material``, ``membranes``, ``mass_kg``."""
+        return {
+            "material": asdict(self.material),
+            "membranes": [asdict(membrane) for membrane in self.membranes],
+            "mass_kg": self.mass_kg,
+        }
 
     @cached_property
     def assembly(self) -> Assembly:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -167,11 +167,7 @@ def _origin(problem: _Problem, name: str) -> dict[str, Any]:
     chosen = settings.walk if name.startswith("walk") else settings.static
     return {
         "settings": {"task": name, **settings_to_dict(chosen)},
-        "part": {
-            "material": asdict(part.material),
-            "membranes": [asdict(membrane) for membrane in part.membranes],
-            "mass_kg": part.mass_kg,
-        },
+        "part": part.ingredients(),
     }
 
 

@@ -94,7 +94,8 @@ class PaperScale:
         if self.run is None:
             raise SystemExit("keep needs a finished training; give its folder by --run")
         learned = keep_run(self.run, self.out)
-        shutil.rmtree(self.out / "full_order", ignore_errors=True)  # of an earlier training
+        for earlier in ("full_order", "learned_leg"):  # of another training
+            shutil.rmtree(self.out / earlier, ignore_errors=True)
         figure = reward_figure(
             read_metrics(self.out / TRAINING_FOLDER),
             HISTOGRAM_EDGES_CM,
@@ -124,9 +125,15 @@ class PaperScale:
 
     def full_order(self, name: str, *gait: object) -> dict[str, Any]:
         """A walk of finite elements: ten minutes, so its summary is kept and not made again."""
-        path = self.out / "full_order" / f"{name}.json"
+        return self.kept(
+            f"full_order/{name}.json", lambda: self.walk(f"full/{name}", "--model", "full", *gait)
+        )
+
+    def kept(self, name: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """What a file among the kept ones says; made and kept where it is missing."""
+        path = self.out / name
         if not path.exists():
-            found = self.walk(f"full/{name}", "--model", "full", *gait)
+            found = make()
             path.parent.mkdir(exist_ok=True)
             write_json(path, finite(found))
         summary: dict[str, Any] = json.loads(path.read_text())
@@ -142,15 +149,39 @@ class PaperScale:
 
     def learned_leg(self) -> list[dict[str, Any]]:
         """The best pairs with a leg that was reduced from the walks of some of them."""
-        walked = best_of_each_leg_count(read_summary(self.out)["pairs"])
-        gaits = [self.gaits[place] for place in walked]
-        flags = ("--preset", "learned", "--walked.gaits", *gaits)
-        leg = run_once(self.work / "leg", "reduce", *flags)["part"]
         return [
-            {**self.walk(f"learned_leg/{gait.stem}", "--gait", gait, "--part", leg),
-             "leg_learned_from_it": place in walked}
-            for place, gait in enumerate(self.gaits)
-        ]  # fmt: skip
+            self.kept(
+                f"learned_leg/{gait.stem}.json",
+                lambda gait=gait: self.walk(
+                    f"learned_leg/{gait.stem}", "--gait", gait, "--part", self.make_learned_leg()
+                ),
+            )
+            for gait in self.gaits
+        ]
+
+    def learned_from(self) -> list[Path]:
+        """The gaits whose walks the leg is reduced from."""
+        places = best_of_each_leg_count(read_summary(self.out)["pairs"])
+        return [self.gaits[place] for place in places]
+
+    def make_learned_leg(self) -> str:
+        """A leg reduced from full walks under the training's damping: half an hour.
+
+        Raises:
+            SystemExit: The training's robots are others than those that `reduce` walks.
+        """
+        robot = read_settings(self.out)["robot"]
+        if robot["leg"] != "paper" or robot["calibration"] is not None:
+            raise SystemExit(
+                "learned_leg needs a training with the paper's leg and pressure map, got leg "
+                f"{robot['leg']} and calibration {robot['calibration']}"
+            )
+        found = run_once(
+            self.work / "leg", "reduce", "--preset", "learned",
+            "--walked.damping", robot["simulation"]["damping"],
+            "--walked.gaits", *self.learned_from(),
+        )  # fmt: skip
+        return str(found["part"])
 
     def mirror(self) -> dict[str, Any]:
         """The mirror image of the best design, driven by the best design's gait."""
@@ -161,16 +192,19 @@ class PaperScale:
     def summary(self) -> None:
         """Lay what followed the training over its own summary."""
         learned = read_summary(self.out)
-        walks = zip(learned["pairs"], self.reduced(), self.learned_leg(), self.full(), strict=True)
+        learned_leg = self.learned_leg()
+        walks = zip(
+            learned["pairs"], self.gaits, self.reduced(), learned_leg, self.full(), strict=True
+        )
         pairs = [
             {
                 **pair,
                 "distance_cm": reduced["distance_cm"],
                 "distance_learned_leg_cm": again["distance_cm"],
-                "leg_learned_from_it": again["leg_learned_from_it"],
+                "leg_learned_from_it": gait in self.learned_from(),
                 "distance_full_order_cm": full["distance_cm"],
             }
-            for pair, reduced, again, full in walks
+            for pair, gait, reduced, again, full in walks
         ]
         best_cm, best_full_cm = (
             pairs[0][name] for name in ("distance_cm", "distance_full_order_cm")
@@ -186,6 +220,7 @@ class PaperScale:
             "times_the_baseline": ratio(best_cm, baseline_cm),
             "times_the_baseline_full_order": ratio(best_full_cm, baseline_full_cm),
             "mirror_image_distance_cm": self.mirror()["distance_cm"],
+            "learned_leg": learned_leg[0]["leg"],
             "pairs": pairs,
             "settings": read_settings(self.out),
             "machine_of_these_walks": describe_machine(),

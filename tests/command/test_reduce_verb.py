@@ -68,7 +68,7 @@ def test_given_gaits_are_walked_once_and_learned_from(
     command = (
         f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} --hub rigid --out {out} --json "
         "--materials.silicone.young-modulus-kPa 20000 "
-        f"--walked.gaits {gait} --walked.duration-s 0.4 --walked.record-every 4"
+        f"--walked.gaits {gait} {gait} --walked.duration-s 0.4 --walked.record-every 4"
     ).split()
     assert run(command) == 0
     summary = json.loads(capsys.readouterr().out)
@@ -95,4 +95,28 @@ def test_a_missing_gait_is_told_before_anything_is_computed(
     command = f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} --out {out} --walked.gaits none.csv"
     assert run(command.split()) != 0
     assert "none.csv" in capsys.readouterr().err
-    assert not list(out.glob("snapshots/*.npz"))
+    assert not out.exists()
+    nameless = tmp_path / "nameless.csv"
+    nameless.write_text("time_s,regulator_1_kPa\n0.0,0.0\n1.0,0.0\n")
+    command = f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} --out {out} --walked.gaits"
+    assert run([*command.split(), str(nameless)]) != 0
+    assert "nameless.csv names no design" in capsys.readouterr().err
+    assert run([*command.split(), str(tmp_path)]) != 0
+    assert "is a folder, expected a gait file" in capsys.readouterr().err
+
+
+def test_a_walk_that_diverges_is_told_and_left_out(
+    mesh_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gait = tmp_path / "gait.csv"
+    gait.write_text("# design: 1.0.0.1.0.1.0.0\ntime_s,regulator_1_kPa\n0.0,90.0\n1.0,90.0\n")
+    command = (
+        f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} --hub rigid --out {tmp_path / 'leg'} --json "
+        "--materials.silicone.young-modulus-kPa 20 --materials.paper.young-modulus-kPa 20 "
+        "--snapshots.static.bend-pressure-kPa 0.01 --snapshots.static.load-count 0 "
+        f"--walked.gaits {gait} --walked.duration-s 1.0"
+    )
+    assert run(command.split()) == 0
+    printed = capsys.readouterr()
+    assert "diverged and is left out" in printed.err
+    assert json.loads(printed.out)["walked_gait_count"] == 0

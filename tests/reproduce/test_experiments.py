@@ -93,7 +93,7 @@ def test_everything_after_the_paper_scale_training(
     finished(
         learned_folder / "paper_scale" / run_digest(tmp_path) / "leg",
         {"part": str(finer.save(tmp_path / "finer.npz"))},
-        "reduce", "--preset", "learned", "--walked.gaits", *gaits,
+        "reduce", "--preset", "learned", "--walked.damping", "published", "--walked.gaits", *gaits,
     )  # fmt: skip
     call("paper_scale", monkeypatch, *kept_folder)
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -105,6 +105,7 @@ def test_everything_after_the_paper_scale_training(
     again_cm = [pair["distance_learned_leg_cm"] for pair in summary["pairs"]]
     assert summary["best_distance_learned_leg_cm"] == again_cm[0]
     assert abs(again_cm[0] - best) > 0.01  # another leg
+    assert summary["learned_leg"]["mode_count"] == 6
     assert [pair["leg_learned_from_it"] for pair in summary["pairs"]] == [
         place in learned_from for place in range(2)
     ]
