@@ -248,7 +248,7 @@ def distances_figure(pairs: list[dict[str, Any]], baselines: tuple[float, float 
         bars = axes.bar(place + shift, heights, 0.28, color=colour, label=label)
         axes.bar_label(bars, fmt="%.1f", fontsize=6)
     axes.set(xticks=place, xticklabels=labels, ylabel="distance in 20 s (cm)")
-    axes.legend()
+    figure.legend(loc="outside upper center", ncols=3)
     return figure
 
 
