@@ -52,7 +52,7 @@ def learning_curves_figure(
     axes.axhline(0, color=INK_COLOUR, linewidth=0.6)
     axes.set(xlabel="simulated time of all robots (h)", ylabel="best distance so far (cm)")
     axes.set_xlim(left=0)
-    axes.legend(loc="center right", frameon=True, edgecolor="none")
+    figure.legend(loc="outside upper center", ncols=2)
     return figure
 
 
