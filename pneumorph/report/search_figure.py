@@ -86,6 +86,7 @@ def own_gaits_figure(designs: Sequence[Mapping[str, Any]]) -> Figure:
         min(row[name] for row in both for name in ("distance_cm", "policy_distance_cm")),
         max(row[name] for row in both for name in ("distance_cm", "policy_distance_cm")),
     ]
+    axes.margins(0.08)
     axes.plot(ends, ends, color=INK_COLOUR, linewidth=0.7, linestyle=":")
     axes.set(xlabel="with the shared policy (cm)", ylabel="with its own searched gait (cm)")
     return figure
