@@ -16,7 +16,7 @@ ENGINE := pyproject.toml CMakeLists.txt $(wildcard engine/*)
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: install demo test site docs clean
+.PHONY: install demo test types site docs clean
 
 install: .venv/.installed
 
@@ -26,10 +26,12 @@ demo: .venv/.installed
 test: .venv-test/.installed
 	.venv-test/bin/ruff check .
 	.venv-test/bin/ruff format --check .
-	.venv-test/bin/mypy
-	$(MAKE) site
+	$(MAKE) --jobs=2 --output-sync types site
 	.venv-test/bin/pytest -m alone
 	.venv-test/bin/pytest -m "not alone" --numprocesses auto --dist loadfile
+
+types: .venv-test/.installed
+	.venv-test/bin/mypy
 
 site: .venv-test/.installed
 	rm -rf docs/_site docs/api
