@@ -29,7 +29,7 @@ COMMANDS = {
     "baseline": "baseline " + " ".join(f"--{flag}" for flag in SWEEP),
     "coopt": f"coopt {TRAINING}",
     "evaluate": "evaluate {runs}/coopt --record --randomize --world-count 3",
-    "search": "search --method random --timesteps 40 --environment-count 4",
+    "search": "search --method random --timesteps 40 --task.action-count 5",
     "bench": "bench engine --robot-count 4 --action-count 1",
     "compare": "compare --animations --heldout-count 0 --floating-duration-s 0 --timed-steps 0",
     "calibrate": "calibrate --pairs {runs}/pairs.csv",
