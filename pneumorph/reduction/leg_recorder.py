@@ -84,17 +84,15 @@ def record_walk(
     commands_kPa: np.ndarray,
     source: str,
     *,
-    settling_steps: int = 15,
     record_every: int = 2,
     compression: float = 0.0,
 ) -> Snapshots | CompressedSnapshots:
-    """Let a robot settle and follow commands, and record its legs, with the time that it took.
+    """Let a robot settle, then record its legs while it follows commands, and how long that took.
 
     Args:
         robot: The robot.
         commands_kPa: Real pressures of every step [kPa], (step, regulator).
         source: Name of the snapshots.
-        settling_steps: Steps without pressure before, which are not recorded.
         record_every: As of `LegRecorder`.
         compression: As of `LegRecorder`.
 
@@ -104,7 +102,7 @@ def record_walk(
     wall, processor = time.perf_counter(), time.process_time()
     recorder = LegRecorder(robot, record_every, compression)
     _, trajectory = robot.rollout(
-        robot.settled_state(settling_steps),
+        robot.settled_state(),
         commands_kPa,
         record_every=len(commands_kPa),
         record_nodes=False,

@@ -192,7 +192,7 @@ class PaperScale:
     def summary(self) -> None:
         """Lay what followed the training over its own summary."""
         learned = read_summary(self.out)
-        learned_leg = self.learned_leg()
+        learned_leg, learned_from = self.learned_leg(), self.learned_from()
         walks = zip(
             learned["pairs"], self.gaits, self.reduced(), learned_leg, self.full(), strict=True
         )
@@ -201,7 +201,7 @@ class PaperScale:
                 **pair,
                 "distance_cm": reduced["distance_cm"],
                 "distance_learned_leg_cm": again["distance_cm"],
-                "leg_learned_from_it": gait in self.learned_from(),
+                "leg_learned_from_it": gait in learned_from,
                 "distance_full_order_cm": full["distance_cm"],
             }
             for pair, gait, reduced, again, full in walks
