@@ -1,6 +1,6 @@
 # make install   everything into .venv
 # make demo      install, then a robot learns to crawl and a page shows it
-# make test      an environment of its own (.venv-test), then lint, types, pages and tests
+# make test      an environment of its own (.venv-test), then lint, layers, types, pages and tests
 # make site      the documentation as pages, in docs/_site
 # make docs      its pictures again (those of pages need a Chromium), and then the pages
 #
@@ -26,6 +26,7 @@ demo: .venv/.installed
 test: .venv-test/.installed
 	.venv-test/bin/ruff check .
 	.venv-test/bin/ruff format --check .
+	.venv-test/bin/lint-imports --no-cache --no-logo
 	$(MAKE) --jobs=2 --output-sync types site
 	.venv-test/bin/pytest -m alone
 	.venv-test/bin/pytest -m "not alone" --numprocesses auto --dist loadfile

@@ -43,7 +43,11 @@ apidoc_modules = [
         "automodule_options": {"members", "show-inheritance"},
     }
 ]
-autodoc_default_options = {"members": True, "member-order": "bysource"}
+autodoc_default_options = {
+    "members": True,
+    "member-order": "bysource",
+    "ignore-module-all": True,  # names that a package passes on are described where they are made
+}
 autodoc_typehints_format = "short"
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
@@ -62,7 +66,8 @@ _ALPHABET = re.compile(r'<mi mathvariant="(script|bold|sans-serif)">([A-Za-z])</
 
 
 def _mathml(formula: str, display: str) -> str:
-    return _ALPHABET.sub(_letter, convert(formula, display=display))
+    apart = formula.replace(r"\tag", r"\qquad\tag")  # an equation's number
+    return _ALPHABET.sub(_letter, convert(apart, display=display))
 
 
 def _letter(found: re.Match[str]) -> str:

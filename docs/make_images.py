@@ -17,14 +17,16 @@ from typing import Any
 
 from PIL import Image
 
-from pneumorph.artefact import write_atomically
+from pneumorph.base.artefact import write_atomically
+from pneumorph.base.result import result_from_dict
 from pneumorph.cli import run as pneumorph
-from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM, read_metrics
+from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
+from pneumorph.report.learning_figures import reward_figure
 from pneumorph.report.replay.page import write_replay
-from pneumorph.report.reward_figure import reward_figure
 from pneumorph.report.scene import Actor
 from pneumorph.report.style import save_figure
+from pneumorph.study.training_run import LearnedPair
 from pneumorph.trajectory import Trajectory
 
 IMAGES = Path(__file__).parent / "images"
@@ -48,7 +50,7 @@ def main(run: Path) -> None:
         HISTOGRAM_EDGES_CM,
         summary["baseline_best_distance_cm"],
         summary["best_distance_cm"],
-        summary["pairs"],
+        [result_from_dict(LearnedPair, pair) for pair in summary["pairs"]],
     )
     save_figure(figure, IMAGES / "training.png", ("png",))
     take_pages(

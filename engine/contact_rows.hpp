@@ -1,5 +1,5 @@
 // The contact points near the floor, and a row triple for each that may touch it: its velocity if nothing touched,
-// and how the robot answers its impulse.
+// and how the robot answers its impulse. Equations (18) and (27) of docs/physics.md.
 //
 // Impulses act through W = G G^T + P P^T with G_c = J_modes U^-1 (of the point's part) and
 // P_c = (J_hub - G_c E) X L_hub^-T, so a product with W costs M + 6 numbers a row.

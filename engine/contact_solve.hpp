@@ -1,4 +1,5 @@
 // The friction of one step: which points take part, Newton's method, and Gauss-Seidel sweeps where it fails.
+// Equations (27) to (30) of docs/physics.md.
 #pragma once
 #include "contact_rows.hpp"
 

@@ -1,4 +1,4 @@
-// Projected Gauss-Seidel over a dense Delassus operator, for the full-order model.
+// Projected Gauss-Seidel over a dense Delassus operator, for the full-order model: (29) of docs/physics.md, point by point.
 #pragma once
 #define PNEUMORPH_INSTRUCTION_SET portable
 #include <vector>

@@ -1,4 +1,5 @@
-// Internal force and rotated stiffness of the sampled elements of one reduced part.
+// Internal force and rotated stiffness of the sampled elements of one reduced part: equations (3), (6), (14), (15) and
+// (22) of docs/physics.md.
 //
 // An element's deformation gradient in its own material frame is affine in the modal coordinates,
 //   F = F0 + sum_a G_a alpha_a            (3 x D; D = 3 tetrahedra, D = 2 membrane triangles).

@@ -1,4 +1,5 @@
-// Unilateral contact with Coulomb friction at one point, the step of a projected Gauss-Seidel sweep.
+// Unilateral contact with Coulomb friction at one point, the step of a projected Gauss-Seidel sweep: equations (28) to (30)
+// of docs/physics.md.
 //
 // With relative velocity v = W lambda + v_free (normal, tangent, tangent), the law
 //   0 <= v_n  perp  lambda_n >= 0,   |lambda_t| <= mu lambda_n,   v_t = 0 or lambda_t = -mu lambda_n v_t/|v_t|

@@ -1,4 +1,4 @@
-// Semi-smooth Newton method for contact with Coulomb friction at a few points.
+// Semi-smooth Newton method for contact with Coulomb friction at a few points: equations (29) to (31) of docs/physics.md.
 //
 // With u = W lambda + q and any positive rho, the law of friction.hpp is lambda = P(lambda - u / rho), P the projection
 // on lambda_n >= 0 and then on the disc of radius mu lambda_n (Alart and Curnier 1991). Each Newton step solves, for

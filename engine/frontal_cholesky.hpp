@@ -1,4 +1,5 @@
-// Cholesky factors by a front that sweeps through a body (Irons 1970; Duff and Reid 1983).
+// Cholesky factors by a front that sweeps through a body (Irons 1970; Duff and Reid 1983): of the left side of equations
+// (8) and (9) of docs/physics.md at full order.
 //
 // Blocks of unknowns are eliminated in the given order. The front of a block is the block itself and
 // the later unknowns that eliminated ones have touched. Its first columns, the panel, become columns of

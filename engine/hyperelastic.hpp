@@ -1,4 +1,5 @@
-// Internal force and stiffness of sampled elements whose law is an energy of the principal stretches.
+// Internal force and stiffness of sampled elements whose law is an energy of the principal stretches: equations (4), (5),
+// (10), (14) to (16) and (22) of docs/physics.md.
 //
 // With F affine in the modal coordinates as in elements.hpp, the force on mode a is -P(F) : G_a and the
 // stiffness sum_i s_i(G_a) s_i(G_b) with rows s of a factor, S^T S = C. The factor stands for

@@ -1,4 +1,5 @@
 // Steps with the stiffness of an earlier step: a third of the element work of a fresh one, and no factor of the modes.
+// Equations (25) and (26) of docs/physics.md.
 //
 // A step solves [(1 + a h) M + s K] u' = M u + h f with s = h (h + b). With K0 of an earlier state in the place of K, what
 // K0 lacks, d = (K - K0) u, is predicted for the end of the step from the lacks that this step and the last one began with,

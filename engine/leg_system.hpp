@@ -1,4 +1,5 @@
-// Mass, forces and stiffness of one mounted part, in the part's own frame, and their elimination.
+// Mass, forces and stiffness of one mounted part, in the part's own frame, and their elimination: equations (8), (17),
+// (19), (20) and (23) of docs/physics.md.
 //
 // Unknowns of a part: velocity V of its origin and turning rate W of the hub, both along the axes of
 // the part's frame, and the modal rates. A node moves with v = V + W x y + Phi rate, y = Y + Phi alpha.

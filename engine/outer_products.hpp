@@ -1,4 +1,5 @@
-// Sums of outer products of rows with themselves, K += or -= sum_r x_r x_r^T, upper blocks of eight alone.
+// Sums of outer products of rows with themselves, K += or -= sum_r x_r x_r^T, upper blocks of eight alone: the sum over
+// points in K of equation (15) of docs/physics.md.
 //
 // A pass keeps two tiles of eight rows of K in registers while all rows stream by: 16 vectors of 64 bytes
 // with AVX-512, where a tile is 16 numbers wide, and 8 vectors of 32 bytes elsewhere, one tile at a time.

@@ -1,4 +1,5 @@
-// Principal stretches of deformation gradients, 3 x D with D = 3 or 2, lane by lane: F = U S V^T.
+// Principal stretches of deformation gradients, 3 x D with D = 3 or 2, lane by lane: F = U S V^T, what equation (16) of
+// docs/physics.md is written in.
 //
 // U (3 x D) has orthonormal columns, V is a rotation, and for D = 3 so is U: the last stretch is
 // negative where an element is inverted. Eigenvectors come from Jacobi's cyclic rotations, which need no

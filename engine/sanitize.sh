@@ -17,5 +17,5 @@ CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-1} \
 LD_PRELOAD="$(c++ -print-file-name=libasan.so) $(c++ -print-file-name=libubsan.so)" \
   ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 OPENBLAS_NUM_THREADS=1 \
   PYTHONPATH="$PWD/.cache/sanitized:$packages" \
-  "$python" -P -S -m pytest -q -p no:cacheprovider -o pythonpath="tests/reduction tests/fem tests/simulation" \
+  "$python" -P -S -m pytest -q -p no:cacheprovider -o pythonpath="tests" \
   tests/simulation tests/fem/test_friction_problem.py tests/fem/test_frontal_cholesky.py

@@ -1,4 +1,5 @@
-// Vectors of three and dense matrices of a few rows.
+// Vectors of three and dense matrices of a few rows; the rigid block of equation (19) of docs/physics.md and the rotation
+// of (24).
 #pragma once
 #include <cmath>
 

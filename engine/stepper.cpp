@@ -1,4 +1,5 @@
-// One implicit step of one robot: parts eliminated onto the hub, contact solved, everything moved on.
+// One implicit step of one robot: parts eliminated onto the hub, contact solved, everything moved on. Equations (8), (23),
+// (24), (33) and (34) of docs/physics.md; pneumorph/simulation/reference_step.py is the same step in dense NumPy.
 //
 // Compiled once per instruction set (PNEUMORPH_INSTRUCTION_SET names the copy). The system is a block
 // arrow: modal blocks D_k of the mounted parts, and a hub block of six unknowns.

@@ -1,4 +1,4 @@
-// Coriolis and centrifugal forces of a part in the hub's turning frame.
+// Coriolis and centrifugal forces of a part in the hub's turning frame: equation (21) of docs/physics.md.
 //
 // A node at y with the rate y' in a frame that turns at W has the acceleration of the frame's linear
 // terms and c = W x (W x y) + 2 W x y'. The forces -sum m c, -sum m y x c and -sum m Phi_a . c are taken

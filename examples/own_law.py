@@ -43,6 +43,7 @@ class IsochoricNeoHookean:
     """
 
     damped_strain: Strain = "green"
+    separable_volume = True  # 1 / D1 = lambda / 2 + mu / 3: lambda times (J - 1)^2 / 2 and no more
 
     def __init__(self, material: Material, dimension: int) -> None:
         if dimension != 3:

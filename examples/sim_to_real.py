@@ -13,12 +13,18 @@ behind the rig and takes hours.
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
-from pneumorph.cli import run
+from pneumorph.base.result import result_to_dict
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.virtual_rig import VirtualRigSettings, draw_reality
+from pneumorph.report.trial_figures import save_transfer_figures
+from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.fitted_calibration import CalibrationSettings, calibrate
+from pneumorph.study.transfer import TransferSettings, transfer
 
 GAITS = Path(__file__).parent / "gaits"
 
@@ -31,54 +37,61 @@ def main(arguments: list[str] | None = None) -> dict[str, Any]:
     parser.add_argument("--trials", type=int, default=5)
     parser.add_argument("--seed", type=int, default=0, help="of the virtual reality")
     asked = parser.parse_args(arguments)
-    out, seed = asked.out, f"--virtual.seed {asked.seed} --model {asked.model}"
+    out, usual = asked.out, RobotOptions()
+    virtual = VirtualRigSettings(seed=asked.seed)
 
     # One leg's bend test, and the line that it gives.
-    verb(f"deploy --bend-test {seed} --out {out}/bend")
-    calibration = verb(f"calibrate --bends {out}/bend/bends.csv --out {out}/calibration")
-    file = calibration["calibration"]
+    test = DeploymentSettings(bend_test=True, virtual=virtual, model=asked.model)
+    bends = deploy_gait(None, test, usual, RunFolder(out / "bend", "deploy")).bends
+    assert bends is not None
+    measured = CalibrationSettings(bends=Path(bends))
+    calibration = calibrate(measured, usual, RunFolder(out / "calibration", "calibrate")).found
+    calibrated = RobotOptions(calibration=Path(calibration.calibration))
 
-    # The expert's gait at its best phase, and a learned one, several trials each.
-    deploy = f"deploy {seed} --trials {asked.trials} --calibration {file}"
-    verb(f"{deploy} --expert.phase-deg 20 --out {out}/B")
-    verb(f"{deploy} {GAITS / 'learned.csv'} --out {out}/L")
-    verb(f"{deploy} {GAITS / 'learned_robustly.csv'} --out {out}/R")
+    # The expert's gait at its best phase, and learned ones, several trials each.
+    trials = DeploymentSettings(
+        virtual=virtual,
+        model=asked.model,
+        trials=asked.trials,
+        expert=ExpertGait(phase_deg=20.0),
+    )
+    for label, gait in (
+        ("B", None),
+        ("L", GAITS / "learned.csv"),
+        ("R", GAITS / "learned_robustly.csv"),
+    ):
+        deploy_gait(gait, trials, calibrated, RunFolder(out / label, "deploy"))
 
     # Beside the calibrated simulation.
-    runs = f"B={out}/B L={out}/L R={out}/R"
-    comparison = verb(f"transfer {runs} --calibration {file} --out {out}/transfer")
+    runs = [f"{label}={out / label}" for label in "BLR"]
+    folder = RunFolder(out / "transfer", "transfer")
+    compared = transfer(runs, TransferSettings(), calibrated.spec(), folder)
+    save_transfer_figures(compared, folder.path)
 
     # Only now: what was true.
-    reality = draw_reality(VirtualRigSettings(seed=asked.seed))
-    robots = {each["label"]: each for each in comparison["robots"]}
+    reality = draw_reality(virtual, usual.physics.pressure_map)
+    robots = {each.label: each for each in compared.found.robots}
     true_slope = reality.pressure_map.slope / reality.world.modulus_factor
-    low, high = calibration["confidence_intervals_95"]["slope"]
-    print(f"slope {calibration['slope']:.3f} ({low:.3f} to {high:.3f}), in truth {true_slope:.3f}")
+    low, high = calibration.confidence_intervals_95["slope"]
+    print(f"slope {calibration.slope:.3f} ({low:.3f} to {high:.3f}), in truth {true_slope:.3f}")
     for label, each in robots.items():
-        ratio = each["transfer_ratio"]
+        ratio = each.transfer_ratio
         print(
-            f"{label}: simulated {each['simulated_distance_cm']:6.2f} cm, measured "
-            f"{each['mean_distance_cm']:6.2f} ± {each['spread_cm'] or 0.0:.2f} cm, "
-            f"backsliding {each['mean_backsliding_cm']:.2f} cm"
+            f"{label}: simulated {each.simulated_distance_cm:6.2f} cm, measured "
+            f"{each.mean_distance_cm:6.2f} ± {each.spread_cm or 0.0:.2f} cm, "
+            f"backsliding {each.mean_backsliding_cm:.2f} cm"
             + (f", transfer ratio {ratio:.2f}" if ratio is not None else "")
         )
     if asked.model == "reduced":
         # The reduced leg calibrates a reduced reality: the interval of this seed holds the truth.
         assert low < true_slope < high
-    assert robots["L"]["mean_distance_cm"] > robots["B"]["mean_distance_cm"] + 1.0
-    assert robots["R"]["mean_distance_cm"] > robots["B"]["mean_distance_cm"] + 1.0
-    return {"calibration": calibration, "robots": robots, "true_slope": true_slope}
-
-
-def verb(command: str) -> dict[str, Any]:
-    """Run a verb as on the command line and return its summary."""
-    words = command.split()
-    print("pneumorph", command)
-    if run(words):
-        raise SystemExit(f"pneumorph {command} failed")
-    folder = Path(words[words.index("--out") + 1])
-    summary: dict[str, Any] = json.loads((folder / "summary.json").read_text())
-    return summary
+    assert robots["L"].mean_distance_cm > robots["B"].mean_distance_cm + 1.0
+    assert robots["R"].mean_distance_cm > robots["B"].mean_distance_cm + 1.0
+    return {
+        "calibration": result_to_dict(calibration),
+        "robots": {label: result_to_dict(each) for label, each in robots.items()},
+        "true_slope": true_slope,
+    }
 
 
 if __name__ == "__main__":

@@ -20,9 +20,9 @@ from stable_baselines3 import SAC
 from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.registration import make_env
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
-from pneumorph.gait.expert_gait import BASELINE_DESIGN
-from pneumorph.robot.design import Design
+from pneumorph.robot.design import BASELINE_DESIGN, Design
 
 
 class StableBaselinesAdapter(VecEnv):
@@ -77,14 +77,7 @@ def make_environment(designs: Sequence[Design], viscous: bool) -> CrawlingEnviro
     """The paper's robots in the engine, or viscous crawlers that need nothing."""
     if viscous:
         return CrawlingEnvironment(designs, viscous_crawler_robot, ViscousCrawler)
-    from pneumorph.presets import paper_robot_builder
-    from pneumorph.simulation.batched_simulator import BatchedSimulator
-    from pneumorph.simulation.simulation_settings import SimulationSettings
-
-    settings = SimulationSettings()
-    return CrawlingEnvironment(
-        designs, paper_robot_builder(), lambda robots: BatchedSimulator(robots, settings)
-    )
+    return make_env(design=designs)
 
 
 def main() -> None:

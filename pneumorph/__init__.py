@@ -1,6 +1,85 @@
 """pneumorph designs pneumatic soft robots and teaches them to move.
 
 Units inside the package are millimetre, kilogram, second, millinewton and kilopascal.
+
+The names below are what most programs need; each is imported when it is first used.
 """
 
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
 __version__ = "0.1.0"
+
+_HOMES = {
+    "Calibration": "pneumorph.physics.calibration",
+    "CrawlingTask": "pneumorph.environment.crawling_task",
+    "Design": "pneumorph.robot.design",
+    "DesignSpace": "pneumorph.robot.design_space",
+    "ExpertGait": "pneumorph.gait.expert_gait",
+    "HeldGait": "pneumorph.gait.held_gait",
+    "Mesh": "pneumorph.geometry.mesh",
+    "Physics": "pneumorph.physics.physics",
+    "ReducedPart": "pneumorph.reduction.reduced_part",
+    "RobotSpec": "pneumorph.catalogue.robot_spec",
+    "Trajectory": "pneumorph.trajectory",
+    "evaluate": "pneumorph.study.evaluation",
+    "make_env": "pneumorph.environment.registration",
+    "paper_robot": "pneumorph.catalogue.paper_robot",
+    "reduce": "pneumorph.study.reduction",
+    "rollout": "pneumorph.simulation.rollout",
+    "train": "pneumorph.study.training_run",
+}
+"""Where each name is defined."""
+
+__all__ = [
+    "Calibration",
+    "CrawlingTask",
+    "Design",
+    "DesignSpace",
+    "ExpertGait",
+    "HeldGait",
+    "Mesh",
+    "Physics",
+    "ReducedPart",
+    "RobotSpec",
+    "Trajectory",
+    "evaluate",
+    "make_env",
+    "paper_robot",
+    "reduce",
+    "rollout",
+    "train",
+]
+
+if TYPE_CHECKING:
+    from pneumorph.catalogue.paper_robot import paper_robot
+    from pneumorph.catalogue.robot_spec import RobotSpec
+    from pneumorph.environment.crawling_task import CrawlingTask
+    from pneumorph.environment.registration import make_env
+    from pneumorph.gait.expert_gait import ExpertGait
+    from pneumorph.gait.held_gait import HeldGait
+    from pneumorph.geometry.mesh import Mesh
+    from pneumorph.physics.calibration import Calibration
+    from pneumorph.physics.physics import Physics
+    from pneumorph.reduction.reduced_part import ReducedPart
+    from pneumorph.robot.design import Design
+    from pneumorph.robot.design_space import DesignSpace
+    from pneumorph.simulation.rollout import rollout
+    from pneumorph.study.evaluation import evaluate
+    from pneumorph.study.reduction import reduce
+    from pneumorph.study.training_run import train
+    from pneumorph.trajectory import Trajectory
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

@@ -10,7 +10,7 @@ import shutil
 import sys
 import textwrap
 import traceback
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import field, make_dataclass
 from pathlib import Path
@@ -100,14 +100,15 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _run_verb(name: str, arguments: list[str]) -> int:
-    from pneumorph.command.progress import Progress
-    from pneumorph.command.run_folder import RunFolder, default_folder
-    from pneumorph.provenance import made_by
-    from pneumorph.settings import settings_to_dict
+    from pneumorph.base.progress import Progress
+    from pneumorph.base.provenance import made_by
+    from pneumorph.base.result import result_to_dict
+    from pneumorph.base.run_folder import RunFolder, default_folder
+    from pneumorph.base.settings import settings_to_dict
 
     module = importlib.import_module(f"pneumorph.command.{name}")
     verb: Verb[Any] = module.VERB
-    options, common, chosen = _parsed(name, verb, module.__doc__ or "", arguments)
+    options, common, origin = _parsed(name, verb, module.__doc__ or "", arguments)
     usual = verb.folder(options) if verb.folder is not None else default_folder(name)
     folder = RunFolder(
         common.out or usual,
@@ -124,33 +125,39 @@ def _run_verb(name: str, arguments: list[str]) -> int:
             # At once, so that a run that is killed can be resumed with them.
             folder.save_settings(content)
         try:
-            summary = verb.run(options, folder)
+            result = verb.run(options, folder)
+            summary = result if isinstance(result, dict) else result_to_dict(result)
         except BaseException:
             if fresh:
                 folder.remove_if_only_settings()
             raise
         folder.save_settings(content)
-        preset = {} if chosen is None else {"preset": chosen}
-        written = folder.save_summary({**summary, **preset, "peak_memory_mb": _peak_memory_mb()})
+        written = folder.save_summary({**summary, **origin, "peak_memory_mb": _peak_memory_mb()})
     if common.json:
         print(json.dumps(json.loads(written.read_text())))
     else:
         _print_summary(summary)
     print(f"wrote {folder.path}", file=sys.stderr)
-    if "page" in summary:
+    if summary.get("page") is not None:
         print(f"open {Path(summary['page']).resolve()}", file=sys.stderr)
     return 0 if summary.get("status", "completed") == "completed" else 1
 
 
 def _parsed(
     name: str, verb: Verb[Any], description: str, arguments: list[str]
-) -> tuple[Any, CommonOptions, str | None]:
-    """Return the options (preset first, then the settings file, then the flags) and the preset."""
+) -> tuple[Any, CommonOptions, dict[str, str]]:
+    """Return the options, as `pneumorph.base.layers` lays them over one another.
+
+    Last comes what a summary says of where they are from: ``preset`` and ``taken_over_from``.
+    """
     import tyro
 
+    from pneumorph.base.layers import changed_flags, given_flags, layered
+    from pneumorph.base.settings import load_settings, read_settings_file
+    from pneumorph.catalogue.robot_options import current_flag
     from pneumorph.command.verb import CommonOptions
-    from pneumorph.settings import load_settings
 
+    arguments = [current_flag(argument) for argument in arguments]
     default = verb.preset(_value_of("--preset", arguments))
     file = _value_of("--settings", arguments)
     if file is not None:
@@ -175,7 +182,20 @@ def _parsed(
         description="",
         config=(tyro.conf.FlagCreatePairsOff,),
     )
-    return parsed.options, parsed.common, getattr(parsed, "preset", None)
+    layers: list[Mapping[str, Any]] = [given_flags(parsed.options, default, arguments)]
+    if file is not None:
+        layers.insert(0, read_settings_file(file))
+    origin = {"preset": parsed.preset} if verb.presets else {}
+    options = layered(parsed.options, layers)
+    earlier = verb.taken_over(parsed.options)
+    if earlier is not None:
+        taken = layered(parsed.options, [earlier.settings])
+        options = layered(taken, layers)
+        changed = changed_flags(taken, options)
+        but = f", but not {' '.join(changed)}" if changed else ""
+        print(f"{earlier.said}{but}", file=sys.stderr)
+        origin["taken_over_from"] = str(earlier.run)
+    return options, parsed.common, origin
 
 
 def _wrapped(description: str) -> str:
@@ -206,8 +226,8 @@ def _peak_memory_mb() -> float:
 
 
 def _print_summary(summary: dict[str, Any]) -> None:
-    """Print the summary for a person: one line for each plain value."""
-    plain = {k: v for k, v in summary.items() if not isinstance(v, dict | list)}
+    """Print the summary for a person: one line for each plain value that is known."""
+    plain = {k: v for k, v in summary.items() if not isinstance(v, dict | list | None)}
     width = max(map(len, plain), default=0)
     for key, value in plain.items():
         shown = f"{value:.4g}" if isinstance(value, float) else value

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pneumorph.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, save_artefact
 
 FORMAT_VERSION = 1
 
@@ -80,6 +80,42 @@ class Trajectory:
     def forward_distance_cm(self) -> float:
         """Forward (x) travel of the tracked point from first to last frame [cm]."""
         return float(self.tracked_point_mm[-1, 0] - self.tracked_point_mm[0, 0]) / 10.0
+
+    @property
+    def distance_cm(self) -> float | None:
+        """Forward travel of the whole walk [cm]; None of one that did not come to its end."""
+        return self.forward_distance_cm if self.status == "completed" else None
+
+    @property
+    def forward_cm(self) -> np.ndarray:
+        """Forward travel of the tracked point since the first frame [cm], (frame,)."""
+        forward: np.ndarray = (self.tracked_point_mm[:, 0] - self.tracked_point_mm[0, 0]) / 10.0
+        return forward
+
+    @property
+    def tilt_deg(self) -> tuple[np.ndarray, np.ndarray]:
+        """Roll (left side up) and pitch (front down) of the hub [degrees], (frame,) each.
+
+        Its own left and forward axes against the horizontal, so heading does not count.
+        """
+        left, forward = self.hub_rotation[:, 2, 1], -self.hub_rotation[:, 2, 0]
+        roll, pitch = (np.degrees(np.arcsin(np.clip(up, -1.0, 1.0))) for up in (left, forward))
+        return roll, pitch
+
+    def with_skin_only(self) -> Trajectory:
+        """The same with the nodes of the skin alone, numbered anew: a third of the nodes.
+
+        A trajectory without nodes or skin is returned as it is.
+        """
+        nodes, skin = self.node_positions_mm, self.skin_triangles
+        if nodes is None or skin is None:
+            return self
+        kept, renumbered = np.unique(skin, return_inverse=True)
+        return replace(
+            self,
+            node_positions_mm=np.ascontiguousarray(nodes[:, :, kept]),
+            skin_triangles=renumbered.reshape(skin.shape).astype(np.int32),
+        )
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Every array that was recorded, by name."""

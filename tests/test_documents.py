@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
 from pathlib import Path
 
@@ -14,9 +15,23 @@ DOCUMENTS = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")]
 
 
 def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    """Eight lines without an import of a file inside the package."""
     (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    lines = [line for line in block.splitlines() if line]
+    assert len(lines) <= 8
+    assert not re.search(r"pneumorph\.", block)
     exec(compile(block, "README.md", "exec"), {})
     assert re.fullmatch(r"-?\d+\.\d\d cm\n", capsys.readouterr().out)
+
+
+def test_the_numbers_of_the_readme_are_those_of_the_experiments() -> None:
+    specification = importlib.util.spec_from_file_location("numbers", ROOT / "docs/make_numbers.py")
+    assert specification is not None
+    assert specification.loader is not None
+    numbers = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(numbers)
+    readme = (ROOT / "README.md").read_text()
+    assert numbers.with_numbers(readme) == readme
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
@@ -32,3 +47,51 @@ def test_files_of_the_map_exist() -> None:
     text = (ROOT / "docs" / "map.md").read_text()
     for path in re.findall(r"`((?:pneumorph|engine)/[\w/.]+)`", text):
         assert (ROOT / path).exists(), path
+
+
+# Files of the engine that hold no physics: data, threads, vectors, the module.
+PLUMBING = {"batch", "blas", "lanes", "model", "padded_part", "thread_pool", "workspace"}
+
+
+def test_equations_are_numbered_in_order() -> None:
+    found = re.findall(r"\\tag\{(\d+)\}|^\| \((\d+)\) \|", _physics(), re.MULTILINE)
+    assert [int(a or b) for a, b in found] == list(range(1, len(found) + 1))
+    displays = re.findall(r"\$\$(.*?)\$\$", _physics(), re.DOTALL)
+    assert all(r"\tag" in formula for formula in displays)
+
+
+@pytest.mark.parametrize("header", sorted(ROOT.glob("engine/*.hpp")), ids=lambda path: path.stem)
+def test_headers_of_the_engine_name_their_equations(header: Path) -> None:
+    cited = _cited(header)
+    if header.stem in PLUMBING:
+        assert not cited
+        return
+    assert cited, "which equation of docs/physics.md does it compute? Its first lines say so"
+    assert max(cited) <= _physics().count(r"\tag{") + 3  # the table of laws has three more
+
+
+def test_every_equation_of_the_reduced_step_is_in_the_reference_and_in_the_engine() -> None:
+    text = _physics()
+    section = text[text.index("## The reduced robot") : text.index("### Floors")]
+    numbers = {int(number) for number in re.findall(r"\\tag\{(\d+)\}", section)}
+    reference = ROOT.glob("pneumorph/simulation/reference_*.py")
+    written = {int(n) for path in reference for n in re.findall(r"\((\d+)\)", path.read_text())}
+    kept = {23, 25, 26}  # elimination and kept stiffness are the engine's own affair
+    assert numbers - kept <= written
+    headers = [*ROOT.glob("engine/*.hpp"), ROOT / "engine" / "stepper.cpp"]
+    assert numbers <= {number for path in headers for number in _cited(path)}
+
+
+def _physics() -> str:
+    return (ROOT / "docs" / "physics.md").read_text()
+
+
+def _cited(path: Path) -> set[int]:
+    """Equations in the comment at the top of a file, "(28) to (31)" being four, if it names any."""
+    top = re.match(r"(?://.*\n)*", path.read_text())
+    text = re.sub(r"\s*//\s*", " ", top.group()) if top else ""
+    if "docs/physics.md" not in text:
+        return set()
+    ranges = re.findall(r"\((\d+)\) to \((\d+)\)", text)
+    between = {number for a, b in ranges for number in range(int(a), int(b) + 1)}
+    return between | {int(number) for number in re.findall(r"\((\d{1,2})\)", text)}

@@ -10,33 +10,42 @@ Example: pneumorph demo --seed 1 --out runs/demo
 from __future__ import annotations
 
 import time
-from typing import Any
+from dataclasses import dataclass
 
+from pneumorph.base.result import result_to_dict
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.command.coopt import VERB as COOPT
-from pneumorph.command.coopt import CooptOptions, coopt
-from pneumorph.command.run_folder import RunFolder
 from pneumorph.command.verb import Verb
-from pneumorph.report.run import Run
 from pneumorph.report.run_page import write_run_page
-from pneumorph.settings import settings_to_dict
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.training_options import TrainingOptions, train_as_asked
+from pneumorph.study.training_run import TrainingResult
 
 
-def demo(options: CooptOptions, folder: RunFolder) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class Demo(TrainingResult):
+    """What was learned, and the page that shows it."""
+
+    page: str
+
+
+def demo(options: TrainingOptions, folder: RunFolder) -> Demo:
     """Learn, draw the page, and say where it is."""
     start = time.monotonic()
-    learned = coopt(options, folder)
+    found = train_as_asked(options, folder)
     folder.progress.stage("drawing the page")
-    summary = {"verb": folder.verb, **folder.provenance, **learned}
-    run = Run(folder.path, summary, settings_to_dict(options))
-    page = write_run_page(run, folder / "report/page.html").path
-    best = learned["best_distance_cm"]
-    found = "no gait that a robot survived" if best is None else f"{best:.1f} cm"
+    summary = {"verb": folder.verb, **folder.provenance, **result_to_dict(found)}
+    run = FinishedRun(folder.path, summary, settings_to_dict(options))
+    page = write_run_page(run, folder / "report/page.html").page
+    best = found.best_distance_cm
+    far = "no gait that a robot survived" if best is None else f"{best:.1f} cm"
     folder.progress.say(
-        f"\nlearned: {found}, {learned['best_design']}\n"
-        f"expert: {learned['baseline_best_distance_cm']:.1f} cm at its best phase, "
-        f"{learned['baseline_best_phase_deg']:.0f} degrees\n"
+        f"\nlearned: {far}, {found.best_design}\n"
+        f"expert: {found.baseline_best_distance_cm:.1f} cm at its best phase, "
+        f"{found.baseline_best_phase_deg:.0f} degrees\n"
     )
-    return {**learned, "page": str(page), "wall_s": time.monotonic() - start}
+    return Demo(**{**vars(found), "wall_s": time.monotonic() - start}, page=page)
 
 
-VERB = Verb(CooptOptions, demo, COOPT.presets)
+VERB = Verb(TrainingOptions, demo, COOPT.presets)

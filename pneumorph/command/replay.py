@@ -14,23 +14,16 @@ Example: pneumorph replay learned=RUN/best_trajectory.npz expert=RUN/baseline_tr
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
 
 import tyro
 
-from pneumorph.command.run_folder import RunFolder
+from pneumorph.base.run_folder import RunFolder
 from pneumorph.command.verb import Verb
 from pneumorph.hardware.marker_track import VideoSettings
-from pneumorph.hardware.trial import read_trial
-from pneumorph.report.film import FilmSettings, side_by_side, write_film
-from pneumorph.report.marker_actor import MarkerActor
-from pneumorph.report.replay.page import page_of, player_of, write_page_file
-from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
-from pneumorph.report.scene import Actor
-from pneumorph.trajectory import Trajectory
+from pneumorph.report.film import FilmSettings
+from pneumorph.report.replay.replay_data import ReplaySettings
+from pneumorph.report.replay.replayed_motions import ReplayedMotions, motion, replay_motions
 
 
 @dataclass(frozen=True)
@@ -56,42 +49,16 @@ class ReplayOptions:
             raise ValueError(f"spacing_mm is {self.spacing_mm}, expected 0 or more")
 
 
-def replay(options: ReplayOptions, folder: RunFolder) -> dict[str, Any]:
-    """Write the page and the films; return what they show."""
-    start = time.monotonic()
-    actors = side_by_side(
-        [_actor(text, options.video) for text in options.motions], options.spacing_mm
+def run(options: ReplayOptions, folder: RunFolder) -> ReplayedMotions:
+    """Write the page and the films."""
+    return replay_motions(
+        [motion(text, options.video) for text in options.motions],
+        folder,
+        options.replay,
+        spacing_mm=options.spacing_mm,
+        films=[kind for kind in ("mp4", "gif") if getattr(options, kind)],
+        film=options.film,
     )
-    folder.progress.stage("writing the replay")
-    data = replay_data(actors, options.replay)
-    title = " and ".join(actor.label for actor in actors)
-    path = write_page_file(folder / "replay.html", page_of(title, player_of(data)))
-    errors = [each["largest_error_mm"] for each in data["robots"] if "largest_error_mm" in each]
-    films = {}
-    for suffix in ("mp4", "gif"):
-        if getattr(options, suffix):
-            folder.progress.stage(f"filming {suffix}")
-            film = write_film(folder / f"film.{suffix}", actors, options.film, folder.progress)
-            films[suffix] = str(film)
-    return {
-        "page": str(path),
-        "page_bytes": path.stat().st_size,
-        "robots": [each["label"] for each in data["robots"]],
-        "frames": [each["frames"] for each in data["robots"]],
-        "mode_counts": [each["mode_count"] for each in data["bases"]],
-        "largest_error_mm": max(errors, default=None),
-        **films,
-        "wall_s": time.monotonic() - start,
-    }
 
 
-def _actor(text: str, video: VideoSettings) -> Actor | MarkerActor:
-    """Return the robot that LABEL=PATH or PATH names."""
-    label, _, name = text.rpartition("=")
-    path = Path(name)
-    if path.is_dir():
-        return MarkerActor.of(read_trial(path, video), label or f"{path.name} (measured)")
-    return Actor.of(Trajectory.load(path), label or path.stem)
-
-
-VERB = Verb(ReplayOptions, replay)
+VERB = Verb(ReplayOptions, run)

@@ -10,19 +10,17 @@ Example: pneumorph report runs/quick
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import tyro
 
-from pneumorph.command.run_folder import RunFolder, read_settings, read_summary
+from pneumorph.base.run_folder import RunFolder
 from pneumorph.command.verb import Verb
 from pneumorph.report.replay.replay_data import ReplaySettings
-from pneumorph.report.run import Run
-from pneumorph.report.run_page import write_run_page
+from pneumorph.report.run_page import RunPage, write_run_page
 from pneumorph.report.sheet import PAGE_REPLAY
+from pneumorph.study.finished_run import FinishedRun
 
 
 @dataclass(frozen=True)
@@ -34,20 +32,11 @@ class ReportOptions:
     replay: ReplaySettings = PAGE_REPLAY
 
 
-def report(options: ReportOptions, folder: RunFolder) -> dict[str, Any]:
-    """Write the page and return its path."""
-    start = time.monotonic()
-    run = Run(options.run, read_summary(options.run), read_settings(options.run))
+def run(options: ReportOptions, folder: RunFolder) -> RunPage:
+    """Write the page."""
+    finished = FinishedRun.read(options.run)
     folder.progress.stage("drawing the page")
-    written = write_run_page(run, folder / "page.html", options.replay)
-    return {
-        "page": str(written.path),
-        "page_bytes": written.path.stat().st_size,
-        "figures": [str(each) for each in written.figures],
-        "run": str(options.run),
-        "run_verb": run.summary["verb"],
-        "wall_s": time.monotonic() - start,
-    }
+    return write_run_page(finished, folder / "page.html", options.replay)
 
 
-VERB = Verb(ReportOptions, report, folder=lambda options: options.run / "report")
+VERB = Verb(ReportOptions, run, folder=lambda options: options.run / "report")

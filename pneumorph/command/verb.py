@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from pneumorph.command.run_folder import RunFolder
+from pneumorph.base.flags import flat as flat
+from pneumorph.base.run_folder import RunFolder
+
+if TYPE_CHECKING:
+    from pneumorph.study.finished_run import TakenOver
 
 Options = TypeVar("Options")
 
@@ -18,18 +22,21 @@ class Verb(Generic[Options]):
 
     Attributes:
         options: A frozen dataclass; its fields become the flags.
-        run: Does the work in a run folder and returns the summary.
+        run: Does the work in a run folder and returns a typed result: the summary.
         presets: Ready options by name; the first is used where none is named. Each is a function,
             so that no verb pays for another's imports.
         alone: Whether one process at a time may write into the folder.
+        taken_over: Settings of an earlier run that the options name, to be laid under the file and
+            the flags; None where they name none.
         folder: Where to write without ``--out``; None stands for runs/VERB-TIME.
     """
 
     options: type[Options]
-    run: Callable[[Options, RunFolder], dict[str, Any]]
+    run: Callable[[Options, RunFolder], Any]
     presets: Mapping[str, Callable[[], Options]] = field(default_factory=dict)
     folder: Callable[[Options], Path] | None = None
     alone: bool = True
+    taken_over: Callable[[Options], TakenOver | None] = lambda _: None
 
     def preset(self, name: str | None) -> Options:
         """Return the options of a preset; None stands for the first.

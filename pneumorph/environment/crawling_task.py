@@ -6,43 +6,38 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, check_range
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
+
 
 @dataclass(frozen=True)
-class CrawlingTask:
+class CrawlingTask(Checked):
     """Crawl as far forward as possible in one episode, open loop.
 
     The defaults are the paper's (section IV and appendix A); the numbers its text leaves out are
     from the authors' experiment.
     """
 
-    regulator_count: int = 3
+    regulator_count: Count = 3
     """Pressure regulators M of the rig; an action holds one number for each."""
-    action_step_count: int = 100
+    action_step_count: Count = 100
     """Simulation steps that one action is held for (100 steps of 0.01 s are 1 s)."""
-    action_count: int = 20
+    action_count: Count = 20
     """Actions in one episode (20 actions of 1 s are 20 s)."""
-    settling_step_count: int = 15
+    settling_step_count: CountOrNone = 15
     """Simulation steps at zero pressure at the start, in which the robot falls on the floor."""
-    remembered_action_count: int = 4
+    remembered_action_count: Count = 4
     """Most recent actions in the observation."""
-    minimum_pressure_kPa: float = 0.0
+    minimum_pressure_kPa: NotNegative = 0.0
     """Real pressure that an action of -1 commands [kPa]."""
-    maximum_pressure_kPa: float = 90.0
+    maximum_pressure_kPa: float = HIGHEST_COMMAND_KPA
     """Real pressure that an action of 1 commands [kPa]; above it PneuNets form aneurysms."""
     time_limit_is_terminal: bool = True
     """Whether the last action of an episode terminates it (the paper) or truncates it."""
 
     def __post_init__(self) -> None:
-        for name, least in (
-            ("regulator_count", 1),
-            ("action_step_count", 1),
-            ("action_count", 1),
-            ("settling_step_count", 0),
-            ("remembered_action_count", 1),
-        ):
-            if getattr(self, name) < least:
-                raise ValueError(f"{name} is {getattr(self, name)}, expected at least {least}")
-        if not 0.0 <= self.minimum_pressure_kPa < self.maximum_pressure_kPa < np.inf:
+        super().__post_init__()
+        if self.minimum_pressure_kPa >= self.maximum_pressure_kPa:
             raise ValueError(
                 f"pressures from {self.minimum_pressure_kPa} to {self.maximum_pressure_kPa} kPa, "
                 "expected 0 <= minimum_pressure_kPa < maximum_pressure_kPa"
@@ -77,7 +72,9 @@ class CrawlingTask:
             ValueError: A pressure is not finite or out of range.
         """
         pressure_kPa = np.asarray(pressure_kPa, dtype=np.float64)
-        check_pressure(pressure_kPa, self.minimum_pressure_kPa, self.maximum_pressure_kPa)
+        check_commands(
+            pressure_kPa, self.maximum_pressure_kPa, self.minimum_pressure_kPa, "pressure_kPa"
+        )
         span = self.maximum_pressure_kPa - self.minimum_pressure_kPa
         return 2.0 * (pressure_kPa - self.minimum_pressure_kPa) / span - 1.0
 
@@ -88,29 +85,4 @@ class CrawlingTask:
                 f"action has shape {action.shape}, expected (..., regulator) = "
                 f"(..., {self.regulator_count}): one number for each regulator"
             )
-        _check_range(action, -1.0, 1.0, "action", "clip the policy's output to the action space")
-
-
-def check_pressure(pressure_kPa: np.ndarray, minimum: float, maximum: float) -> None:
-    """Raise `ValueError` unless every real pressure [kPa] is finite and from minimum to maximum."""
-    _check_range(
-        np.asarray(pressure_kPa),
-        minimum,
-        maximum,
-        "pressure_kPa",
-        "pressures are real ones in kPa, not simulated ones and not Pa or psi",
-    )
-
-
-def _check_range(
-    values: np.ndarray, minimum: float, maximum: float, name: str, likely_cause: str
-) -> None:
-    # NaN compares false, so this catches it as well.
-    bad = np.argwhere(~((values >= minimum) & (values <= maximum)))
-    if len(bad):
-        place = tuple(int(i) for i in bad[0])
-        raise ValueError(
-            f"{name}[{', '.join(map(str, place))}] is {values[place]}, expected a finite number "
-            f"from {minimum:g} to {maximum:g} ({len(bad)} of {values.size} are outside; likely "
-            f"cause: {likely_cause})"
-        )
+        check_range(action, -1.0, 1.0, "action", "clip the policy's output to the action space")

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.artefact import write_atomically
+from pneumorph.base.artefact import write_atomically
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import Cubature, assemble_reduced_part
 from pneumorph.reduction.reduced_part import ReducedPart

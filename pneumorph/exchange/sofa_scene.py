@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.artefact import write_atomically
+from pneumorph.base.artefact import write_atomically
 from pneumorph.exchange.sofa_reduction import mounted_modes, write_sofa_reduction
 from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.surface import write_stl
+from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
-from pneumorph.simulation.simulation_settings import SimulationSettings
 
 SCENE_FILE = "scene.py"
 
@@ -149,7 +150,7 @@ def createScene(root):
 
 
 def export_sofa_scene(
-    folder: Path, part: ReducedPart, model: PartModel, settings: SimulationSettings | None = None
+    folder: Path, part: ReducedPart, model: PartModel, physics: Physics | None = None
 ) -> Path:
     """Write a scene script, the meshes and the reduction into a folder.
 
@@ -157,7 +158,7 @@ def export_sofa_scene(
         folder: Where to write.
         part: The reduced leg.
         model: Finite elements that it was reduced from: one solid, one membrane, one cavity.
-        settings: Time step, damping and gravity of the scene; None for the paper's.
+        physics: Time step, damping and gravity of the scene; None for the paper's.
 
     Returns:
         The scene's path.
@@ -166,7 +167,7 @@ def export_sofa_scene(
         ArtefactError: The part was reduced from another mesh.
         ValueError: The model has no membrane.
     """
-    settings = settings or SimulationSettings()
+    physics = physics or Physics()
     part.check_mesh(model.mesh)
     if not model.membranes:
         raise ValueError("the model has no membrane, expected a leg with its layer of paper")
@@ -176,14 +177,14 @@ def export_sofa_scene(
     write_sofa_reduction(folder / "data", part, counts)
     _write_vtk(folder / "leg.vtk", mesh.nodes, mesh.tetrahedra, 10)
     _write_vtk(folder / "paper.vtk", mesh.nodes, paper, 5)
-    _write_stl(folder / "cavity.stl", mesh.nodes[mesh.surface("cavity")])
+    write_stl(folder / "cavity.stl", mesh.nodes, mesh.surface("cavity"))
     text = _SCENE.format(
         mode_count=part.mode_count,
         mount_stiffness=[float(f"{value:.9g}") for value in mounted_modes(part)[1]],
-        time_step=settings.time_step_s,
-        gravity=settings.gravity_mm_per_s2,
-        stiffness_damping=settings.stiffness_damping_s,
-        mass_damping=settings.mass_damping_per_s,
+        time_step=physics.time_step_s,
+        gravity=physics.gravity_mm_per_s2,
+        stiffness_damping=physics.stiffness_damping_s,
+        mass_damping=physics.mass_damping_per_s,
         mass=model.mass_kg,
         young=model.material.young_modulus_kPa,
         poisson=model.material.poisson_ratio,
@@ -204,18 +205,4 @@ def _write_vtk(path: Path, nodes: np.ndarray, cells: np.ndarray, cell_type: int)
     lines += [" ".join(map(str, (corners, *cell))) for cell in cells]
     lines.append(f"CELL_TYPES {count}")
     lines += [str(cell_type)] * count
-    write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
-
-
-def _write_stl(path: Path, corners: np.ndarray) -> None:
-    """Write triangles (triangle, 3, 3) as ASCII STL."""
-    lines = ["solid cavity"]
-    for triangle in corners:
-        normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
-        normal = normal / np.linalg.norm(normal)
-        lines.append("facet normal " + " ".join(f"{v:.9g}" for v in normal))
-        lines.append("outer loop")
-        lines += ["vertex " + " ".join(f"{v:.9g}" for v in corner) for corner in triangle]
-        lines += ["endloop", "endfacet"]
-    lines.append("endsolid cavity")
     write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))

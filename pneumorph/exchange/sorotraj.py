@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.artefact import write_atomically
+from pneumorph.base.artefact import write_atomically
+from pneumorph.base.checked import rises
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 
@@ -94,7 +95,7 @@ def _table(rows: Any) -> np.ndarray | None:
     table = np.array(rows, dtype=float)
     if table.ndim != 2 or table.shape[1] < 2:
         raise ValueError(f"waypoints have shape {table.shape}, expected (waypoint, 1 + signal)")
-    if np.any(np.diff(table[:, 0]) <= 0.0):
+    if not rises(table[:, 0]):
         raise ValueError(f"times of waypoints are {table[:, 0].tolist()}, expected rising ones")
     return table
 

@@ -7,46 +7,34 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.fabrication.solid import mounted, single_solid
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.netgen_mesher import box, open_cascade
 from pneumorph.geometry.pneunet import PneuNetShape
-from pneumorph.settings import check_numbers
 
 
 @dataclass(frozen=True)
-class HubSettings:
+class HubSettings(Checked):
     """Sizes of the sockets and channels [mm]."""
 
-    socket_depth_mm: float = 8.0
+    socket_depth_mm: Positive = 8.0
     """How far a socket's walls reach over the leg's end tooth."""
-    socket_wall_mm: float = 2.4
+    socket_wall_mm: Positive = 2.4
     """Thickness of those walls."""
-    clearance_mm: float = 0.25
+    clearance_mm: NotNegative = 0.25
     """Gap around the leg, for glue."""
-    channel_radius_mm: float = 1.6
+    channel_radius_mm: Positive = 1.6
     """Radius of the tube channels."""
-    channel_height_mm: float = 8.0
+    channel_height_mm: Positive = 8.0
     """Height of a channel above the leg's bottom, within the first chamber's."""
-    well_radius_mm: float = 14.0
+    well_radius_mm: Positive = 14.0
     """Radius of the well in the middle, where the tubes come out."""
-    well_depth_mm: float = 10.0
+    well_depth_mm: Positive = 10.0
     """Depth of the well."""
-    smallest_wall_mm: float = 0.8
+    smallest_wall_mm: Positive = 0.8
     """Thinnest wall that can be printed."""
-
-    def __post_init__(self) -> None:
-        names = (
-            "socket_depth_mm",
-            "socket_wall_mm",
-            "channel_radius_mm",
-            "channel_height_mm",
-            "well_radius_mm",
-            "well_depth_mm",
-            "smallest_wall_mm",
-        )
-        check_numbers(self, names, ("clearance_mm",), ())
 
 
 def make_hub(

@@ -7,53 +7,44 @@ in the base plate's silicone. All in the leg's frame; both halves open along z.
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Positive
 from pneumorph.fabrication.solid import FabricationError, single_solid
-from pneumorph.geometry.netgen_mesher import box, open_cascade
+from pneumorph.geometry.netgen_mesher import box, open_cascade, union
 from pneumorph.geometry.pneunet import PneuNetShape
-from pneumorph.settings import check_numbers
 
 
 @dataclass(frozen=True)
-class MouldSettings:
+class MouldSettings(Checked):
     """Sizes of a mould [mm]."""
 
-    wall_mm: float = 6.0
+    wall_mm: Positive = 6.0
     """Thickness of the walls around the casting."""
-    core_plate_mm: float = 4.0
+    core_plate_mm: Positive = 4.0
     """Thickness of the plate that carries the core."""
-    pin_radius_mm: float = 2.5
+    pin_radius_mm: Positive = 2.5
     """Radius of the registration pins."""
-    pin_length_mm: float = 8.0
+    pin_length_mm: Positive = 8.0
     """Length of the pins; they reach through the core's plate into the lower half."""
-    clearance_mm: float = 0.15
+    clearance_mm: Positive = 0.15
     """Gap around a pin."""
-    pour_radius_mm: float = 2.0
+    pour_radius_mm: Positive = 2.0
     """Radius of the holes to pour through."""
-    vent_radius_mm: float = 0.75
+    vent_radius_mm: Positive = 0.75
     """Radius of the holes through which air leaves."""
-    smallest_wall_mm: float = 0.8
+    smallest_wall_mm: Positive = 0.8
     """Thinnest wall of a mould that can be printed."""
-    smallest_silicone_mm: float = 1.5
+    smallest_silicone_mm: Positive = 1.5
     """Thinnest wall of the leg that fills reliably."""
 
     def __post_init__(self) -> None:
-        names = (
-            "wall_mm",
-            "core_plate_mm",
-            "pin_radius_mm",
-            "pin_length_mm",
-            "clearance_mm",
-            "pour_radius_mm",
-            "vent_radius_mm",
-            "smallest_wall_mm",
-            "smallest_silicone_mm",
-        )
-        check_numbers(self, names, (), ())
+        super().__post_init__()
         if self.pin_length_mm <= self.core_plate_mm:
             raise ValueError(
                 f"pin_length_mm is {self.pin_length_mm}, expected more than the core plate's "
@@ -173,26 +164,16 @@ def _volume(shape: Any) -> float:
 
 def _space(envelope: Any, *solids: Any) -> float:
     """Volume of an envelope that no solid fills [mm^3]."""
-    left = envelope
-    for solid in solids:
-        left = left - solid
-    return _volume(left)
+    return _volume(reduce(operator.sub, solids, envelope))
 
 
 def _boxes(boxes: list[Any]) -> Any:
-    first, *others = [box(corner, size) for corner, size in boxes]
-    for other in others:
-        first = first + other
-    return first
+    return union(box(corner, size) for corner, size in boxes)
 
 
 def _cylinders(places: list[tuple[float, float]], radius: float, low: float, high: float) -> Any:
     occ = open_cascade()
-    made = None
-    for x, y in places:
-        each = occ.Cylinder(occ.Pnt(x, y, low), occ.Z, radius, high - low)
-        made = each if made is None else made + each
-    return made
+    return union(occ.Cylinder(occ.Pnt(x, y, low), occ.Z, radius, high - low) for x, y in places)
 
 
 def _pin_places(reach: np.ndarray, settings: MouldSettings) -> list[tuple[float, float]]:

@@ -5,42 +5,35 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.robot.design import Design
-from pneumorph.settings import check_numbers
 
 MM3_PER_ML = 1000.0
 
 
 @dataclass(frozen=True)
-class WorkshopSettings:
+class WorkshopSettings(Checked):
     """Materials and supplies."""
 
     silicone: str = "Dragon Skin 30"
     """Name of the silicone."""
-    silicone_density_g_per_ml: float = 1.08
+    silicone_density_g_per_ml: Positive = 1.08
     """Its density [g/ml]."""
-    silicone_waste: float = 0.2
+    silicone_waste: NotNegative = 0.2
     """Share that stays in cups, holes and syringes."""
-    print_density_g_per_ml: float = 1.24
+    print_density_g_per_ml: Positive = 1.24
     """Density of printed parts (PLA) [g/ml]."""
     tube: str = "silicone tube 2 x 3 mm"
     """Name of the tube."""
-    supply_tube_mm: float = 800.0
+    supply_tube_mm: Positive = 800.0
     """From the middle of the hub to a regulator [mm]."""
-    tube_slack_mm: float = 40.0
+    tube_slack_mm: NotNegative = 40.0
     """Added to each leg's tube: into the leg, and slack at the hub [mm]."""
-
-    def __post_init__(self) -> None:
-        check_numbers(
-            self,
-            ("silicone_density_g_per_ml", "print_density_g_per_ml", "supply_tube_mm"),
-            ("silicone_waste", "tube_slack_mm"),
-            (),
-        )
 
 
 @dataclass(frozen=True)
@@ -161,7 +154,7 @@ def parts_list(
     return [Part(number, *row) for number, row in enumerate(rows, start=1)]
 
 
-def parts_csv(parts: list[Part]) -> str:
+def parts_csv(parts: Sequence[Part]) -> str:
     """The list as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -172,7 +165,7 @@ def parts_csv(parts: list[Part]) -> str:
     return text.getvalue()
 
 
-def tubes_csv(tubes: list[TubeRun]) -> str:
+def tubes_csv(tubes: Sequence[TubeRun]) -> str:
     """The tube plan as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.artefact import write_atomically
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.netgen_mesher import open_cascade
 from pneumorph.geometry.surface import enclosed_volume
@@ -103,18 +102,6 @@ def write_step(path: Path, solid: Any) -> Path:
         Path(temporary).unlink(missing_ok=True)
         raise
     return path
-
-
-def write_stl(path: Path, surface: ClosedSurface) -> Path:
-    """Write a surface as binary STL, which knows no units: millimetres."""
-    corners = surface.nodes[surface.triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-    facets = np.zeros(len(corners), dtype=record)
-    facets["normal"], facets["corners"] = normals, corners
-    head = b"pneumorph, millimetres".ljust(80) + np.uint32(len(facets)).tobytes()
-    return write_atomically(path, lambda stream: stream.write(head + facets.tobytes()))
 
 
 def mounted(shape: Any, mounting: RadialMounting, location: int) -> Any:

@@ -1,4 +1,4 @@
-"""How far a held leg bends at rising pressure, and what the pressure does meanwhile."""
+"""How far a held leg bends at rising pressure."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rotation import Rotation
-from pneumorph.fem.static import StaticSettings, static_equilibrium
+from pneumorph.fem.static import StaticSettings, rising_equilibria
+from pneumorph.physics.physics import Rotation
 
 
 @dataclass(frozen=True)
@@ -21,12 +21,12 @@ class BendCurve:
     """Pressure in the cavity [kPa]; ends early where no equilibrium was found."""
     bend_deg: list[float]
     """Turn of the outer end face [degrees]."""
-    cavity_volume_mm3: list[float]
-    """Volume of the cavity [mm^3]."""
-    pressure_work_mJ: list[float]
-    """Work done by the pressure since rest, the integral of p dV by the trapezoidal rule [mJ]."""
     converged: bool
     """Whether the last pressure asked for was reached."""
+    reached_kPa: float
+    """Highest pressure at which any equilibrium was found [kPa]."""
+    iterations: int
+    """Linear solves in all."""
 
 
 def bend_curve(
@@ -59,28 +59,12 @@ def bend_curve(
         raise ValueError(f"pressures_kPa must rise from above 0, got {list(pressures_kPa)}")
     nodes = part.mesh.node_set(held)
     part.mesh.node_set(face)
-    x, reached = part.rest_nodes, 0.0
-    volume, work = part.cavity_volume(x), 0.0
-    found: list[tuple[float, float, float, float]] = []
-    for pressure in pressures:
-        result = static_equilibrium(
-            part,
-            float(pressure),
-            nodes,
-            start=x,
-            start_pressure_kPa=reached,
-            rotation=rotation,
-            settings=settings,
-        )
-        if not result.converged:
-            break
-        x = result.positions
-        now = part.cavity_volume(x)
-        work += 0.5 * (reached + pressure) * (now - volume)
-        volume, reached = now, float(pressure)
-        # kPa mm^3 = mN mm = 1e-3 mJ
-        found.append((reached, end_face_bend_deg(part.mesh, x, face), volume, 1e-3 * work))
+    done, bends, reached, iterations = [], [], 0.0, 0
+    for result in rising_equilibria(part, pressures, nodes, rotation=rotation, settings=settings):
+        reached, iterations = result.pressure_kPa, iterations + result.iterations
+        if result.converged:
+            done.append(result.pressure_kPa)
+            bends.append(end_face_bend_deg(part.mesh, result.positions, face))
         if progress is not None:
-            progress(len(found), len(pressures), "bending the leg")
-    done, bends, volumes, works = np.array(found).reshape(-1, 4).T.tolist()
-    return BendCurve(done, bends, volumes, works, converged=len(found) == len(pressures))
+            progress(len(done), len(pressures), "bending the leg")
+    return BendCurve(done, bends, len(done) == len(pressures), reached, iterations)

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.part_model import PartModel
+from pneumorph.physics.physics import Physics
 
 
 def linearly_implicit_equations(
@@ -23,7 +23,7 @@ def linearly_implicit_equations(
     x: np.ndarray,
     v: np.ndarray,
     pressure_kPa: float,
-    settings: FullOrderSettings,
+    physics: Physics,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A = (1 + alpha h) M + h (h + beta) D and b = M v + h f, at the start of a step.
 
@@ -32,15 +32,15 @@ def linearly_implicit_equations(
         x: World positions of the nodes [mm], (node, 3).
         v: Their velocities [mm/s], (node, 3).
         pressure_kPa: Pressure in the cavity [simulated kPa].
-        settings: Time step and physics.
+        physics: Time step and the rest.
 
     Returns:
         Data of A in the pattern of the part's assembly [kg], (entry,), and b [mN s], (3 node,).
     """
-    data = settings.stiffness_factor * damped_stiffness_data(part, x, settings)
-    data[part.assembly.diagonal] += settings.mass_factor * np.repeat(part.node_mass, 3)
-    force = _force(part, x, pressure_kPa, settings)
-    return data, (part.node_mass[:, None] * v + settings.time_step_s * force).ravel()
+    data = physics.stiffness_factor * damped_stiffness_data(part, x, physics)
+    data[part.assembly.diagonal] += physics.mass_factor * np.repeat(part.node_mass, 3)
+    force = _force(part, x, pressure_kPa, physics)
+    return data, (part.node_mass[:, None] * v + physics.time_step_s * force).ravel()
 
 
 def implicit_equations(
@@ -49,7 +49,7 @@ def implicit_equations(
     x: np.ndarray,
     v: np.ndarray,
     pressure_kPa: float,
-    settings: FullOrderSettings,
+    physics: Physics,
     definite: bool,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A and b of the implicit Euler step linearised at a trial end of it.
@@ -60,44 +60,40 @@ def implicit_equations(
         x: World positions at the trial end [mm], (node, 3).
         v: Velocities that lead there [mm/s], (node, 3).
         pressure_kPa: Pressure in the cavity [simulated kPa].
-        settings: Time step and physics.
+        physics: Time step and the rest.
         definite: Make A positive definite at the price of a slower convergence.
 
     Returns:
         As `linearly_implicit_equations`; A v - b is the residual r(v).
     """
-    h, beta = settings.time_step_s, settings.stiffness_damping_s
+    h, beta = physics.time_step_s, physics.stiffness_damping_s
     mass = np.repeat(part.node_mass, 3)
-    data = h * beta * damped_stiffness_data(part, x, settings)
-    data[part.assembly.diagonal] += settings.mass_factor * mass
+    data = h * beta * damped_stiffness_data(part, x, physics)
+    data[part.assembly.diagonal] += physics.mass_factor * mass
     velocity = v.ravel()
     residual = part.assembly.matrix(data) @ velocity - mass * start_velocity.ravel()
-    residual -= h * _force(part, x, pressure_kPa, settings).ravel()
-    data += h**2 * part.tangent_data(x, pressure_kPa, settings.rotation, definite)
+    residual -= h * _force(part, x, pressure_kPa, physics).ravel()
+    data += h**2 * part.tangent_data(x, pressure_kPa, physics.rotation, definite)
     return data, part.assembly.matrix(data) @ velocity - residual
 
 
-def damped_stiffness_data(
-    part: PartModel, x: np.ndarray, settings: FullOrderSettings
-) -> np.ndarray:
+def damped_stiffness_data(part: PartModel, x: np.ndarray, physics: Physics) -> np.ndarray:
     """D, the stiffness that damping acts on, in the pattern of the part's assembly, (entry,).
 
     Args:
         part: The body.
         x: World positions of the nodes [mm], (node, 3).
-        settings: Which damping.
+        physics: Which damping.
     """
-    if settings.damping == "published":
-        return part.stiffness_data(x, settings.rotation)
+    if physics.damping == "published":
+        return part.stiffness_data(x, physics.rotation)
     return part.objective_stiffness_data(x)
 
 
-def _force(
-    part: PartModel, x: np.ndarray, pressure_kPa: float, settings: FullOrderSettings
-) -> np.ndarray:
+def _force(part: PartModel, x: np.ndarray, pressure_kPa: float, physics: Physics) -> np.ndarray:
     """Elastic force, pressure and weight [mN], (node, 3)."""
-    force = part.internal_force(x, settings.rotation)
+    force = part.internal_force(x, physics.rotation)
     if pressure_kPa != 0.0:
         force += part.pressure_force(x, pressure_kPa)
-    force += part.node_mass[:, None] * settings.gravity_vector
+    force += part.node_mass[:, None] * physics.gravity_vector
     return force

@@ -31,7 +31,7 @@ class Cavity:
         Args:
             triangles: Node indices, normals out of the cavity, (triangle, 3 or 6).
         """
-        triples, weights = _volume_terms(triangles.shape[1])
+        triples, weights = volume_terms(triangles.shape[1])
         return cls(triangles[:, triples].reshape(-1, 3), np.tile(weights, len(triangles)))
 
     def volume(self, x: np.ndarray) -> float:
@@ -66,7 +66,7 @@ class Cavity:
 
 
 @cache
-def _volume_terms(node_count: int) -> tuple[np.ndarray, np.ndarray]:
+def volume_terms(node_count: int) -> tuple[np.ndarray, np.ndarray]:
     """Triples i < j < k of a triangle's nodes and their weights in the volume beneath it.
 
     With x = sum N_i x_i over parameters u, v, V = 1/3 int x . (x_u x x_v) du dv is a sum of

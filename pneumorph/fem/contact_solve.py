@@ -10,6 +10,7 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from pneumorph.fem.friction_problem import FrictionProblem, FrictionSolution
 from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.physics.physics import Physics
 
 FIRST_SWEEPS = 20
 """Gauss-Seidel sweeps before the first attempt of Newton's method; each next attempt has four times
@@ -38,7 +39,8 @@ def solve_contacts(
     leg_velocity: np.ndarray,
     gaps: np.ndarray,
     warm_start: np.ndarray,
-    settings: FullOrderSettings,
+    physics: Physics,
+    numerics: FullOrderSettings,
 ) -> ContactSolution:
     """Solve S v_h = r + C^T lambda together with the contact laws.
 
@@ -54,7 +56,8 @@ def solve_contacts(
         gaps: Gap that each contact would have at the step's end if it did not move [mm],
             (contact,).
         warm_start: Impulses to start from [mN s], (contact, 3).
-        settings: Friction and tolerance.
+        physics: Friction and time step.
+        numerics: Which solver, and its tolerance.
 
     Raises:
         numpy.linalg.LinAlgError: S is not positive definite.
@@ -68,11 +71,11 @@ def solve_contacts(
     size = sum(len(block) for block in leg_delassus)
     operator[:size, :size] += block_diag(*leg_delassus)
     free = coupling @ velocity + leg_velocity
-    free[::3] += gaps / settings.time_step_s
-    problem = FrictionProblem(operator, free, settings.friction)
-    solution = _solve_friction(problem, warm_start, settings)
+    free[::3] += gaps / physics.time_step_s
+    problem = FrictionProblem(operator, free, physics.friction)
+    solution = _solve_friction(problem, warm_start, numerics)
     velocities = solution.velocities.copy()
-    velocities[:, 0] -= gaps / settings.time_step_s
+    velocities[:, 0] -= gaps / physics.time_step_s
     return ContactSolution(
         velocity + response @ solution.impulses.ravel(),
         solution.impulses,
@@ -82,13 +85,13 @@ def solve_contacts(
 
 
 def _solve_friction(
-    problem: FrictionProblem, warm_start: np.ndarray, settings: FullOrderSettings
+    problem: FrictionProblem, warm_start: np.ndarray, numerics: FullOrderSettings
 ) -> FrictionSolution:
     """Sweeps alone, or Newton's method with ever more sweeps before each attempt."""
-    tolerance, newton = settings.contact_tolerance_mm_per_s, settings.friction_solver == "newton"
+    tolerance, newton = numerics.contact_tolerance_mm_per_s, numerics.friction_solver == "newton"
     impulses, best = warm_start, None
-    sweeps = FIRST_SWEEPS if newton else settings.contact_sweeps
-    left = settings.contact_sweeps
+    sweeps = FIRST_SWEEPS if newton else numerics.contact_sweeps
+    left = numerics.contact_sweeps
     while True:
         impulses = problem.sweep(impulses, tolerance, min(sweeps, left))
         found = problem.newton(impulses, tolerance) if newton else impulses

@@ -13,7 +13,8 @@ import numpy as np
 
 from pneumorph.fem.law import Law, Strain, differentiated_stress
 from pneumorph.fem.material import Material
-from pneumorph.fem.rotation import Rotation, element_rotation, polar_rotation_rate
+from pneumorph.fem.rotation import element_rotation, polar_rotation_rate
+from pneumorph.physics.physics import Rotation
 
 
 class Corotational:

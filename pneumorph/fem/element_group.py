@@ -16,7 +16,8 @@ import numpy as np
 from pneumorph.fem.corotational import law_with_rotation
 from pneumorph.fem.law import Law
 from pneumorph.fem.material import Material
-from pneumorph.fem.rotation import Rotation, element_rotation
+from pneumorph.fem.rotation import element_rotation
+from pneumorph.physics.physics import Rotation
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,21 +124,3 @@ class ElementGroup:
             rotation: Where a corotational law takes its rotation from.
         """
         return np.transpose(self.forces_by_corner(x, rotation), (2, 1, 0))
-
-    def stiffness(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
-        """Rotated linear stiffness of every element [mN/mm], (element, 3k, 3k).
-
-        Symmetric, without the geometric term: the force changes by -K dx while R is held.
-        """
-        from pneumorph.fem.element_stiffness import rotated_stiffness_entries
-
-        return self.full_matrices(rotated_stiffness_entries(self, x, rotation))
-
-    def full_matrices(self, entries: np.ndarray) -> np.ndarray:
-        """Symmetric matrices (element, 3k, 3k) from their upper triangles (pair, element)."""
-        size = 3 * len(self.nodes_by_corner)
-        rows, columns = np.triu_indices(size)
-        matrices = np.empty((self.element_count, size, size))
-        matrices[:, rows, columns] = entries.T
-        matrices[:, columns, rows] = entries.T
-        return matrices

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumorph.fem.element_group import ElementGroup
-from pneumorph.fem.rotation import Rotation, element_rotation
+from pneumorph.fem.rotation import element_rotation
+from pneumorph.physics.physics import Rotation
 
 
 def rotated_stiffness_entries(
@@ -169,6 +170,16 @@ def tangent_matrices(group: ElementGroup, x: np.ndarray, rotation: Rotation) -> 
     matrices = np.einsum("nae,eiajm->enimj", gradients, half, optimize=True)
     size = 3 * len(gradients)
     return np.ascontiguousarray(matrices).reshape(-1, size, size)
+
+
+def full_matrices(entries: np.ndarray) -> np.ndarray:
+    """Symmetric matrices (element, n, n) from their upper triangles (pair, element)."""
+    size = round(np.sqrt(2.0 * len(entries) + 0.25) - 0.5)
+    rows, columns = np.triu_indices(size)
+    matrices = np.empty((entries.shape[1], size, size))
+    matrices[:, rows, columns] = entries.T
+    matrices[:, columns, rows] = entries.T
+    return matrices
 
 
 def positive_part(matrices: np.ndarray) -> np.ndarray:

@@ -33,14 +33,14 @@ def false_moment(robot: FullRobot, state: FullRobotState) -> FalseMoment:
         robot: The robot; a rigid hub has no internal forces.
         state: Where it is.
     """
-    settings, centre = robot.settings, robot.tracked_point_mm(state)
+    physics, centre = robot.physics, robot.tracked_point_mm(state)
     damping, elasticity = np.zeros((2, 3))
     for part, x, v in robot.bodies(state):
         arm = x - centre
-        damped = part.assembly.matrix(damped_stiffness_data(part, x, settings))
-        resistance = -settings.stiffness_damping_s * (damped @ v.ravel())
+        damped = part.assembly.matrix(damped_stiffness_data(part, x, physics))
+        resistance = -physics.stiffness_damping_s * (damped @ v.ravel())
         # mN mm to N mm
         damping += 1e-3 * np.cross(arm, resistance.reshape(-1, 3)).sum(axis=0)
-        force = part.internal_force(x, settings.rotation)
+        force = part.internal_force(x, physics.rotation)
         elasticity += 1e-3 * np.cross(arm, force).sum(axis=0)
     return FalseMoment(damping, elasticity)

@@ -1,6 +1,6 @@
 """What a robot stands on: the distance of points from it, and which way it faces there.
 
-World axes are the floor's own. A slope is gravity that leans (`FullOrderSettings.gravity_vector`),
+World axes are the floor's own. A slope is gravity that leans (`Physics.gravity_vector`),
 as in the reduced robots, so a plane is always level and "forward" is always x.
 """
 

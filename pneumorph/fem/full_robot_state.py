@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 
-from pneumorph.fem.rigid_hub import RigidHubState
-from pneumorph.fem.soft_hub import SoftHubState
+from pneumorph.fem.hub_body import HubState
 
 
 @dataclass(frozen=True, eq=False)
-class FullRobotState:
+class FullRobotState(Generic[HubState]):
     """State of a full-order robot."""
 
-    hub: RigidHubState | SoftHubState
+    hub: HubState
     """Of the hub."""
     positions: tuple[np.ndarray, ...]
     """World positions of each leg's nodes [mm], each (node, 3)."""

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Generic
 
 import numpy as np
 
-from pneumorph.fem.soft_hub import SoftHub
-from pneumorph.settings import settings_to_dict
+from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.hub_body import HubState
+from pneumorph.fem.robot_body import RobotBody
 from pneumorph.trajectory import Trajectory
 
-if TYPE_CHECKING:
-    from pneumorph.fem.full_robot import FullRobot
-    from pneumorph.fem.full_robot_state import FullRobotState
 
-
-class Recorder:
+class Recorder(Generic[HubState]):
     """Collects frames of one rollout.
 
     Args:
@@ -26,7 +23,7 @@ class Recorder:
         ValueError: Nodes are asked for, but the legs have different numbers of them.
     """
 
-    def __init__(self, robot: FullRobot, record_nodes: bool) -> None:
+    def __init__(self, robot: RobotBody[HubState], record_nodes: bool) -> None:
         counts = {leg.part.node_count for leg in robot.legs}
         if record_nodes and len(counts) > 1:
             raise ValueError(
@@ -38,9 +35,9 @@ class Recorder:
         self._worst_residual = self._deepest = 0.0
         self._steps = self._unconverged = self._halved = self._iterations = 0
 
-    def watch(self, state: FullRobotState) -> None:
+    def watch(self, state: FullRobotState[HubState]) -> None:
         """Note how well a step obeyed the contact law; called after every step."""
-        tolerance = self._robot.settings.contact_tolerance_mm_per_s
+        tolerance = self._robot.numerics.contact_tolerance_mm_per_s
         self._worst_residual = max(self._worst_residual, state.contact_residual)
         self._deepest = max(self._deepest, state.penetration_mm)
         self._steps += 1
@@ -48,12 +45,12 @@ class Recorder:
         self._halved += state.substeps > 1
         self._iterations += state.iterations
 
-    def record(self, step: int, command: np.ndarray, state: FullRobotState) -> None:
+    def record(self, step: int, command: np.ndarray, state: FullRobotState[HubState]) -> None:
         """Add the frame after a step."""
         robot = self._robot
         rotation, position = robot.hub.frame(state.hub)
         frame: dict[str, Any] = {
-            "time_s": step * robot.settings.time_step_s,
+            "time_s": step * robot.physics.time_step_s,
             "hub_position_mm": position,
             "hub_rotation": rotation,
             "tracked_point_mm": robot.tracked_point_mm(state),
@@ -94,8 +91,8 @@ class Recorder:
             status=status,
             metadata={
                 "model": "full",
-                "hub": "soft" if isinstance(robot.hub, SoftHub) else "rigid",
-                "settings": settings_to_dict(robot.settings),
+                "hub": "rigid" if robot.hub.rigid else "soft",
+                "settings": robot.settings,
                 "contact": {
                     "floor": robot.floor.description,
                     "worst_residual_mm_per_s": self._worst_residual,

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.fem.floor import HeightField
-from pneumorph.settings import check_numbers
+from pneumorph.base.settings import check_numbers
+from pneumorph.fem.floor import Floor, HeightField, PlaneFloor
 
 
 @dataclass(frozen=True)
@@ -70,20 +70,22 @@ class HeightMap:
         grey = np.asarray(pixels, dtype=float)
         return self.black_mm + (self.white_mm - self.black_mm) * grey
 
-    def floor(self, base_mm: float) -> HeightField:
-        """Read the file and return the floor, heights counted from a base [mm].
+    def floor(self, base_mm: float) -> Floor:
+        """Return the floor, heights counted from a base [mm]: a plane without a file.
 
         Raises:
             FileNotFoundError: No such file.
             ValueError: Not a grey image or array of heights.
         """
+        if self.path is None:
+            return PlaneFloor(base_mm)
         return height_field(
             self.heights_mm(),
             self.mm_per_pixel,
             (self.centre_x_mm, self.centre_y_mm),
             self.smoothing_mm,
             base_mm,
-            "height map " + Path(self.path or "").name,
+            "height map " + Path(self.path).name,
         )
 
 

@@ -17,7 +17,9 @@ Strain = Literal["stretch", "green"]
 class Law(Protocol):
     """A solid (d = 3), or a sheet without stress across it (d = 2).
 
-    Arrays are laid out component first and point last; energy and stress are per volume at rest.
+    Arrays are laid out component first and point last; energy and stress are per volume at rest. A
+    law whose energy depends on lambda by lambda/2 (J - 1)^2 alone says so by a further attribute,
+    ``separable_volume = True``; only such laws can have `Material.dilatation` ``mean``.
     """
 
     damped_strain: Strain

@@ -9,6 +9,7 @@ from pneumorph.fem.law import Law
 from pneumorph.fem.material import Material
 from pneumorph.fem.st_venant_kirchhoff import StVenantKirchhoff
 from pneumorph.fem.stable_neo_hookean import StableNeoHookean
+from pneumorph.fem.yeoh import Yeoh
 
 LawFactory = Callable[[Material, int], Law]
 """Makes a law from a material and d, 3 for a solid and 2 for a sheet; usually the law's class."""
@@ -17,6 +18,7 @@ _FACTORIES: dict[str, LawFactory] = {
     "corotational": Corotational,
     "st_venant_kirchhoff": StVenantKirchhoff,
     "stable_neo_hookean": StableNeoHookean,
+    "yeoh": Yeoh,
 }
 
 

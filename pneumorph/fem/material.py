@@ -2,37 +2,42 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Annotated, Any, Literal
+
+from pneumorph.base.checked import Bounds, Checked, Positive
+
+Dilatation = Literal["pointwise", "mean"]
+"""Where elements take their change of volume: at each integration point, or once for an element, so
+that nearly incompressible ones do not lock."""
 
 
-@dataclass(frozen=True)
-class Material:
+@dataclass(frozen=True, repr=False)
+class Material(Checked):
     """Hooke's constants at small strain, and the law that goes on from there.
 
     Args:
         young_modulus_kPa: Young's modulus E [kPa].
         poisson_ratio: Poisson's ratio nu.
-        law: ``corotational``, ``st_venant_kirchhoff``, ``stable_neo_hookean``, or one registered
-            with `pneumorph.fem.law_registry.register_law`.
+        law: ``corotational``, ``st_venant_kirchhoff``, ``stable_neo_hookean``, ``yeoh``, or one
+            registered with `pneumorph.fem.law_registry.register_law`.
+        yeoh_c2_over_c1: C2 / C1 of the law ``yeoh``; C1 is mu / 2.
+        yeoh_c3_over_c1: C3 / C1 of it.
+        dilatation: Where a solid's elements take their change of volume; ``mean`` is for laws whose
+            energy depends on lambda by lambda/2 (J - 1)^2 alone.
 
     Raises:
         ValueError: E is not positive or nu lies outside [0, 0.5).
     """
 
-    young_modulus_kPa: float
-    poisson_ratio: float
+    young_modulus_kPa: Positive
+    poisson_ratio: Annotated[
+        float, Bounds(least=0.0, below=0.5, why="an incompressible material needs other elements")
+    ]
     law: str = "corotational"
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.young_modulus_kPa < float("inf"):
-            raise ValueError(
-                f"young_modulus_kPa must be positive and finite, got {self.young_modulus_kPa}"
-            )
-        if not 0.0 <= self.poisson_ratio < 0.5:
-            raise ValueError(
-                f"poisson_ratio must lie in [0, 0.5), got {self.poisson_ratio}; an incompressible "
-                "material needs other elements"
-            )
+    yeoh_c2_over_c1: float = 0.0
+    yeoh_c3_over_c1: float = 0.0
+    dilatation: Dilatation = "pointwise"
 
     @property
     def lame_mu(self) -> float:
@@ -52,46 +57,61 @@ class Material:
             return young * poisson / (1.0 - poisson**2), self.lame_mu
         return self.lame_lambda, self.lame_mu
 
+    def without_lambda(self) -> Material:
+        """The same law and shear modulus with lambda = 0, volume taken at every point."""
+        return replace(
+            self,
+            young_modulus_kPa=2.0 * self.lame_mu,
+            poisson_ratio=0.0,
+            dilatation="pointwise",
+        )
+
+    def __repr__(self) -> str:
+        # What full-order walks are kept by: fields that were not asked for are no part of it.
+        return f"Material({', '.join(f'{k}={v!r}' for k, v in self.ingredients().items())})"
+
+    def ingredients(self) -> dict[str, Any]:
+        """Fields by name, JSON-serialisable, without those that were not asked for."""
+        optional = ("yeoh_c2_over_c1", "yeoh_c3_over_c1", "dilatation")
+        unused = {name for name in optional if getattr(self, name) == getattr(Material, name)}
+        return {name: value for name, value in asdict(self).items() if name not in unused}
+
     def stiffer(self, factor: float) -> Material:
         """The same material with `factor` times its Young's modulus."""
         return replace(self, young_modulus_kPa=self.young_modulus_kPa * factor)
 
 
 @dataclass(frozen=True)
-class Membrane:
+class Membrane(Checked):
     """A thin sheet on a surface region: resists stretching, not bending."""
 
     surface: str
     """Name of the mesh's surface region."""
     material: Material
     """What it is made of."""
-    thickness_mm: float = 1.0
+    thickness_mm: Positive = 1.0
     """Thickness [mm]."""
-
-    def __post_init__(self) -> None:
-        if not self.thickness_mm > 0.0:
-            raise ValueError(f"thickness_mm must be positive, got {self.thickness_mm}")
 
 
 @dataclass(frozen=True)
-class LegMaterials:
+class LegMaterials(Checked):
     """What a leg is made of; the defaults are the paper's table of simulation parameters."""
 
     silicone: Material = Material(1160.0, 0.2)
     """The inflatable body."""
     paper: Material = Material(2320.0, 0.49)
     """The layer that cannot stretch."""
-    paper_thickness_mm: float = 1.0
+    paper_thickness_mm: Positive = 1.0
     """Thickness of that layer [mm]."""
-    mass_kg: float = 0.105
+    mass_kg: Positive = 0.105
     """Mass of the leg, spread evenly over its nodes [kg]."""
 
 
 @dataclass(frozen=True)
-class DiskMaterials:
+class DiskMaterials(Checked):
     """What the disk is made of; the defaults are the paper's."""
 
     body: Material = Material(5000.0, 0.3)
     """The disk."""
-    mass_kg: float = 0.075
+    mass_kg: Positive = 0.075
     """Mass of the disk, spread evenly over its nodes [kg]."""

@@ -7,10 +7,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from pneumorph.base.stage_clock import StageClock
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.stage_clock import StageClock
 from pneumorph.geometry.pose import Pose
 
 

@@ -15,6 +15,7 @@ from pneumorph.fem.cavity import Cavity
 from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.element_stiffness import (
+    full_matrices,
     objective_stiffness_entries,
     rotated_stiffness_entries,
     tangent_entries,
@@ -22,10 +23,11 @@ from pneumorph.fem.element_stiffness import (
 )
 from pneumorph.fem.material import DiskMaterials, LegMaterials, Material, Membrane
 from pneumorph.fem.membrane import membrane_group
-from pneumorph.fem.rotation import Rotation
-from pneumorph.fem.solid import tetrahedron_group
+from pneumorph.fem.solid import solid_groups
+from pneumorph.fem.volume_group import VolumeGroup
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.physics.physics import Rotation
 
 MassLumping = Literal["even", "volume"]
 
@@ -66,8 +68,11 @@ class PartModel:
         self.membranes = tuple(membranes)
         self.node_mass: np.ndarray = node_mass(mesh, mass_kg, mass_lumping)
         """Lumped mass [kg], (node,)."""
+        tetrahedra, volumes = solid_groups(mesh.nodes, mesh.connectivity, material)
+        self.volume_group: VolumeGroup | None = volumes
+        """What of the solid's energy depends on whole elements' volumes; None if nothing."""
         self.element_groups: tuple[ElementGroup, ...] = (
-            tetrahedron_group(mesh.nodes, mesh.connectivity, material),
+            tetrahedra,
             *(
                 membrane_group(
                     mesh.nodes,
@@ -97,8 +102,11 @@ class PartModel:
     def ingredients(self) -> dict[str, Any]:
         """What it is made of, JSON-serialisable: ``material``, ``membranes``, ``mass_kg``."""
         return {
-            "material": asdict(self.material),
-            "membranes": [asdict(membrane) for membrane in self.membranes],
+            "material": self.material.ingredients(),
+            "membranes": [
+                {**asdict(membrane), "material": membrane.material.ingredients()}
+                for membrane in self.membranes
+            ],
             "mass_kg": self.mass_kg,
         }
 
@@ -106,6 +114,8 @@ class PartModel:
     def assembly(self) -> Assembly:
         """Fixed sparsity of the part's matrices."""
         connectivities = [group.connectivity for group in self.element_groups]
+        if self.volume_group is not None:
+            connectivities.append(self.volume_group.connectivity)
         if self.cavity is not None:
             connectivities.append(self.cavity.triangles)
         return Assembly(self.node_count, connectivities)
@@ -118,11 +128,17 @@ class PartModel:
             rotation: Where the elements take their rotation from.
         """
         total = np.zeros((3, self.node_count))
-        for group in self.element_groups:
-            forces = group.forces_by_corner(x, rotation)
-            indices = group.nodes_by_corner.ravel()
+        forces = [
+            (group.nodes_by_corner, group.forces_by_corner(x, rotation))
+            for group in self.element_groups
+        ]
+        if self.volume_group is not None:
+            group = self.volume_group
+            forces.append((group.nodes_by_corner, group.forces_by_corner(x)))
+        for nodes, by_corner in forces:
             for axis in range(3):
-                total[axis] += np.bincount(indices, forces[axis].ravel(), self.node_count)
+                values = by_corner[axis].ravel()
+                total[axis] += np.bincount(nodes.ravel(), values, self.node_count)
         return total.T
 
     def has_potential(self, rotation: Rotation) -> bool:
@@ -132,7 +148,8 @@ class PartModel:
 
     def elastic_energy(self, x: np.ndarray) -> float:
         """Stored energy [mN mm]; of corotational elements with polar rotations."""
-        return sum(group.energy(x) for group in self.element_groups)
+        of_volume = 0.0 if self.volume_group is None else self.volume_group.energy(x)
+        return sum((group.energy(x) for group in self.element_groups), of_volume)
 
     def stiffness_data(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Data of `stiffness`, in the pattern of `assembly`."""
@@ -143,6 +160,7 @@ class PartModel:
                 else tangent_entries(group, x, definite=True)
                 for group in self.element_groups
             ]
+            + self._volume_entries(x, definite=True)
         )
 
     def stiffness(self, x: np.ndarray, rotation: Rotation = "edge") -> csc_array:
@@ -158,6 +176,7 @@ class PartModel:
         """Data of `objective_stiffness`, in the pattern of `assembly`."""
         return self.assembly.symmetric_data(
             [objective_stiffness_entries(group, x) for group in self.element_groups]
+            + self._volume_entries(x, definite=True)
         )
 
     def objective_stiffness(self, x: np.ndarray) -> csc_array:
@@ -181,6 +200,7 @@ class PartModel:
                 leave the pressure's out.
         """
         entries = [tangent_entries(group, x, rotation, definite) for group in self.element_groups]
+        entries += self._volume_entries(x, definite)
         if self.cavity is not None and pressure_kPa != 0.0 and not definite:
             rows, columns = np.triu_indices(9)
             entries.append(-pressure_kPa * self.cavity.hessian_blocks(x)[:, rows, columns].T)
@@ -197,6 +217,8 @@ class PartModel:
             (group.connectivity, tangent_matrices(group, x, rotation))
             for group in self.element_groups
         ]
+        for entries in self._volume_entries(x):
+            blocks.append((self.mesh.connectivity, full_matrices(entries)))
         if self.cavity is not None and pressure_kPa != 0.0:
             blocks.append((self.cavity.triangles, -pressure_kPa * self.cavity.hessian_blocks(x)))
         rows, columns, values = [], [], []
@@ -210,6 +232,12 @@ class PartModel:
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
             shape=(size, size),
         ).tocsc()
+
+    def _volume_entries(self, x: np.ndarray, definite: bool = False) -> list[np.ndarray]:
+        """Upper triangles of the volume group's tangent, in a list for `Assembly`."""
+        if self.volume_group is None:
+            return []
+        return [self.volume_group.tangent_entries(x, definite)]
 
     def cavity_volume(self, x: np.ndarray) -> float:
         """Volume of the cavity [mm^3].

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, save_artefact
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
-from pneumorph.settings import settings_to_dict
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
 from pneumorph.trajectory import Trajectory
 
 FORMAT_VERSION = 1
@@ -34,6 +34,7 @@ def resumable_rollout(
     checkpoint_every_s: float = 60.0,
     progress: Callable[[int, int, str], None] | None = None,
     watch: Callable[[Trajectory], None] | None = None,
+    highest_kPa: float = HIGHEST_COMMAND_KPA,
 ) -> Trajectory:
     """Follow commands from the settled state, saving the way so far.
 
@@ -51,14 +52,14 @@ def resumable_rollout(
         progress: Told the steps made, those to make, and what goes on.
         watch: Told every piece of the way, times since its start; a piece begins with the last
             frame of the one before it.
+        highest_kPa: Highest command that is allowed [kPa].
 
     Raises:
-        ValueError: A command is negative or not finite.
+        ValueError: A command is not finite, negative, or too high.
         StepError: The robot fails while it settles.
     """
     commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
-    if not np.all(np.isfinite(commands)) or np.any(commands < 0.0):
-        raise ValueError("commands_kPa must be finite and not negative; a regulator only inflates")
+    check_commands(commands, highest_kPa)
     identity = _identity(robot, commands, settling_steps, record_every)
     done, state, pieces = _loaded(robot, checkpoint, identity)
     if state is None:
@@ -71,7 +72,7 @@ def resumable_rollout(
         pieces.append(piece)
         status = piece.status
         if watch is not None:
-            start_s = done * robot.settings.time_step_s
+            start_s = done * robot.physics.time_step_s
             named = piece.metadata | (description or {})
             watch(replace(piece, time_s=piece.time_s + start_s, metadata=named))
         done = min(done + record_every, len(commands))
@@ -149,7 +150,7 @@ def _identity(
 ) -> str:
     """Digest of all that decides a rollout."""
     described: dict[str, Any] = {
-        "settings": settings_to_dict(robot.settings),
+        "settings": robot.settings,
         "floor": robot.floor.description,
         "steps": [settling_steps, record_every],
         "hub": type(robot.hub).__name__,

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.hub_body import Body
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.physics.physics import Physics
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +52,7 @@ class RigidHub:
             mesh.contact_points if contact_points is None else contact_points, dtype=float
         ).reshape(-1, 3)
         self.unknown_count = 6
+        self.rigid = True
 
     def identity(self) -> list[np.ndarray]:
         """Numbers that tell this hub from others: mass, centre, inertia, contacts."""
@@ -63,6 +65,10 @@ class RigidHub:
     def frame(self, state: RigidHubState) -> tuple[np.ndarray, np.ndarray]:
         """Rotation (3, 3) and position (3,) of the hub's frame, x_world = R x_robot + t."""
         return state.rotation, state.centre - state.rotation @ self.rest_centre
+
+    def bodies(self, state: RigidHubState) -> list[Body]:
+        """None: it does not deform."""
+        return []
 
     def point_positions(self, state: RigidHubState, points: np.ndarray) -> np.ndarray:
         """World positions of points of the hub [mm], (point, 3)."""
@@ -79,9 +85,7 @@ class RigidHub:
         jacobian[:, 2, 3], jacobian[:, 2, 4] = arms[:, 1], -arms[:, 0]
         return jacobian.reshape(-1, 6)
 
-    def system(
-        self, state: RigidHubState, settings: FullOrderSettings
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def system(self, state: RigidHubState, physics: Physics) -> tuple[np.ndarray, np.ndarray]:
         """The hub's own share of the step: matrix (6, 6) and right side (6,)."""
         inertia = state.rotation @ self.inertia @ state.rotation.T
         matrix = np.zeros((6, 6))
@@ -89,20 +93,20 @@ class RigidHub:
         matrix[3:, 3:] = inertia
         right = matrix @ state.velocity
         spin = state.velocity[3:]
-        step = settings.time_step_s
-        right[:3] += step * self.mass_kg * settings.gravity_vector
+        step = physics.time_step_s
+        right[:3] += step * self.mass_kg * physics.gravity_vector
         right[3:] -= step * np.cross(spin, inertia @ spin)
-        return settings.mass_factor * matrix, right
+        return physics.mass_factor * matrix, right
 
     def implicit_system(
         self,
         start: RigidHubState,
         trial: RigidHubState,
-        settings: FullOrderSettings,
+        physics: Physics,
         definite: bool,
     ) -> tuple[np.ndarray, np.ndarray]:
         """The same as `system`: no stiffness, and the spin is taken at the start."""
-        return self.system(start, settings)
+        return self.system(start, physics)
 
     def residual_size(self, residual: np.ndarray) -> float:
         """Norm of an unbalanced impulse and moment, (6,), with the radius of gyration [mN s]."""

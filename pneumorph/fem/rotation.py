@@ -5,12 +5,11 @@ Arrays are laid out component first, element last, so that every operation runs 
 
 from __future__ import annotations
 
-from typing import Literal, cast
+from typing import cast
 
 import numpy as np
 
-Rotation = Literal["edge", "polar"]
-"""``edge``: from the first edge and the first face. ``polar``: the polar factor."""
+from pneumorph.physics.physics import Rotation
 
 _POLAR_ITERATIONS = 60
 _POLAR_TOLERANCE = 1e-14

@@ -8,9 +8,10 @@ import numpy as np
 
 from pneumorph.fem.bend import best_rotation
 from pneumorph.fem.body_equations import implicit_equations, linearly_implicit_equations
-from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.hub_body import Body
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
+from pneumorph.physics.physics import Physics
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,7 @@ class SoftHub:
             part.mesh.contact_points if contact_points is None else contact_points, dtype=float
         ).reshape(-1, 3)
         self.unknown_count = 3 * part.node_count
+        self.rigid = False
         self._weights: dict[bytes, np.ndarray] = {}
 
     def identity(self) -> list[np.ndarray]:
@@ -57,6 +59,10 @@ class SoftHub:
         rotation = best_rotation(self.part.rest_nodes - rest_centre, state.positions - centre, mass)
         return rotation, centre - rotation @ rest_centre
 
+    def bodies(self, state: SoftHubState) -> list[Body]:
+        """Itself."""
+        return [(self.part, state.positions, state.velocity.reshape(-1, 3))]
+
     def point_positions(self, state: SoftHubState, points: np.ndarray) -> np.ndarray:
         """World positions of points of the hub [mm], (point, 3)."""
         return self._interpolation(points) @ state.positions
@@ -65,17 +71,15 @@ class SoftHub:
         """Velocities of points as a linear map of the unknowns, (3 point, 3 node)."""
         return np.kron(self._interpolation(points), np.eye(3))
 
-    def system(
-        self, state: SoftHubState, settings: FullOrderSettings
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def system(self, state: SoftHubState, physics: Physics) -> tuple[np.ndarray, np.ndarray]:
         """A, (3 node, 3 node), and b, (3 node,), of the linearly implicit step."""
         v = state.velocity.reshape(-1, 3)
         return self._dense(
-            *linearly_implicit_equations(self.part, state.positions, v, 0.0, settings)
+            *linearly_implicit_equations(self.part, state.positions, v, 0.0, physics)
         )
 
     def implicit_system(
-        self, start: SoftHubState, trial: SoftHubState, settings: FullOrderSettings, definite: bool
+        self, start: SoftHubState, trial: SoftHubState, physics: Physics, definite: bool
     ) -> tuple[np.ndarray, np.ndarray]:
         """A and b of the implicit Euler step linearised at a trial end of it."""
         return self._dense(
@@ -85,7 +89,7 @@ class SoftHub:
                 trial.positions,
                 trial.velocity.reshape(-1, 3),
                 0.0,
-                settings,
+                physics,
                 definite,
             )
         )

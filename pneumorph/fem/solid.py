@@ -8,7 +8,33 @@ from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.law_registry import make_law
 from pneumorph.fem.material import Material
 from pneumorph.fem.quadrature import quadrature
+from pneumorph.fem.volume_group import VolumeGroup
 from pneumorph.geometry.mesh import MeshError
+
+
+def solid_groups(
+    nodes: np.ndarray, tetrahedra: np.ndarray, material: Material
+) -> tuple[ElementGroup, VolumeGroup | None]:
+    """Elements of a solid; with mean dilatation those of its shape, and those of its volume.
+
+    Args:
+        nodes: Rest positions [mm], (node, 3).
+        tetrahedra: Node indices of positive tetrahedra, (element, 4 or 10).
+        material: What the solid is made of.
+
+    Raises:
+        MeshError: An element is inverted at one of its points.
+        ValueError: The law's energy does not fall into one of shape and one of volume.
+    """
+    if material.dilatation == "pointwise":
+        return tetrahedron_group(nodes, tetrahedra, material), None
+    shape = tetrahedron_group(nodes, tetrahedra, material.without_lambda())
+    if not getattr(shape.law, "separable_volume", False):
+        raise ValueError(
+            f'dilatation "mean" needs a law whose energy depends on lambda by lambda/2 (J - 1)^2 '
+            f'alone, such as yeoh or stable_neo_hookean, got {material.law!r}; take "pointwise"'
+        )
+    return shape, VolumeGroup.of_solid(nodes, tetrahedra, material)
 
 
 def tetrahedron_group(

@@ -16,6 +16,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from pneumorph.fem.determinant import (
+    SIGNED_PERMUTATIONS,
+    add_determinant_curvature,
+    determinant,
+)
 from pneumorph.fem.law import Strain
 from pneumorph.fem.material import Material
 from pneumorph.fem.rotation import cofactor, cross
@@ -30,6 +35,7 @@ class StableNeoHookean:
     """
 
     damped_strain: Strain = "green"
+    separable_volume = True
 
     def __init__(self, material: Material, dimension: int) -> None:
         self._mu = material.lame_mu
@@ -43,7 +49,7 @@ class StableNeoHookean:
             across = self._stretch_across(area)
             squares, volume_ratio = squares + across**2, area * across
         else:
-            volume_ratio = _determinant(gradient)
+            volume_ratio = determinant(gradient)
         swelling = volume_ratio - 1.0
         energy: np.ndarray = (
             0.5 * self._mu * (squares - 3.0) - self._mu * swelling + 0.5 * self._bulk * swelling**2
@@ -55,7 +61,7 @@ class StableNeoHookean:
         if gradient.shape[1] == 2:
             area, normal = _area_ratio(gradient)
             return self._mu * gradient + self._area_stress(area) * _area_gradient(gradient, normal)
-        swelling = _determinant(gradient) - 1.0
+        swelling = determinant(gradient) - 1.0
         stress: np.ndarray = self._mu * gradient + (self._bulk * swelling - self._mu) * cofactor(
             gradient
         )
@@ -73,10 +79,8 @@ class StableNeoHookean:
         """mu I + lambda' cof F (x) cof F + (lambda' (J - 1) - mu) d cof F / dF."""
         cof = cofactor(gradient)
         tangent = self._bulk * cof[:, :, None, None] * cof[None, None]
-        factor = self._bulk * (_determinant(gradient) - 1.0) - self._mu
-        for i, j, k, sign in _CYCLES:
-            for a, c, b, other in _CYCLES:
-                tangent[i, a, j, c] += sign * other * factor * gradient[k, b]
+        factor = self._bulk * (determinant(gradient) - 1.0) - self._mu
+        add_determinant_curvature(tangent, gradient, factor)
         for i in range(3):
             for a in range(3):
                 tangent[i, a, i, a] += self._mu
@@ -93,7 +97,7 @@ class StableNeoHookean:
         tangent = (curvature - slope / area) * first[:, :, None, None] * first[None, None]
         # d2a = n . d2m + (dm . dm - (n . dm)^2) / a with m = f_1 x f_2 and da = n . dm.
         change = np.zeros((3, 2, 3, len(area)))  # dm for a unit change of F_ia
-        for i, j, k, sign in _CYCLES:
+        for i, j, k, sign in SIGNED_PERMUTATIONS:
             # (e_i x f_2)_k and (f_1 x e_i)_k
             change[i, 0, k] += sign * gradient[j, 1]
             change[i, 1, k] -= sign * gradient[j, 0]
@@ -113,22 +117,6 @@ class StableNeoHookean:
         """g'(a) = t (lambda' (a t - 1) - mu)."""
         across = self._stretch_across(area)
         return across * (self._bulk * (area * across - 1.0) - self._mu)
-
-
-_CYCLES = (
-    (0, 1, 2, 1.0),
-    (1, 2, 0, 1.0),
-    (2, 0, 1, 1.0),
-    (1, 0, 2, -1.0),
-    (2, 1, 0, -1.0),
-    (0, 2, 1, -1.0),
-)
-"""Permutations of three axes with their signs."""
-
-
-def _determinant(gradient: np.ndarray) -> np.ndarray:
-    determinant: np.ndarray = np.sum(gradient[:, 0] * cross(gradient[:, 1], gradient[:, 2]), axis=0)
-    return determinant
 
 
 def _area_ratio(gradient: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.artefact import ArtefactError
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.rigid_hub import RigidHubState

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.sparse import csc_array
 
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rotation import Rotation
+from pneumorph.physics.physics import Rotation
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,35 @@ def static_equilibrium(
             step = 0.5 * abs(target - current)
             if step < smallest:
                 return StaticResult(x, False, residual, iterations, current)
+
+
+def rising_equilibria(
+    part: PartModel,
+    pressures_kPa: Iterable[float],
+    held_nodes: np.ndarray,
+    *,
+    rotation: Rotation = "edge",
+    settings: StaticSettings | None = None,
+) -> Iterator[StaticResult]:
+    """Equilibria at one pressure after the other, each from the one before.
+
+    The last may not have converged: it has none after it. Arguments as of `static_equilibrium`.
+    """
+    start, before = None, 0.0
+    for pressure in map(float, pressures_kPa):
+        result = static_equilibrium(
+            part,
+            pressure,
+            held_nodes,
+            start=start,
+            start_pressure_kPa=before,
+            rotation=rotation,
+            settings=settings,
+        )
+        yield result
+        if not result.converged:
+            return
+        start, before = result.positions, pressure
 
 
 def _newton(

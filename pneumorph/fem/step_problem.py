@@ -4,37 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Generic
 
 import numpy as np
 
 from pneumorph.fem.body_equations import implicit_equations, linearly_implicit_equations
 from pneumorph.fem.contact_points import Contacts, linearise_contacts
 from pneumorph.fem.contact_solve import solve_contacts
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.hub_body import HubState
 from pneumorph.fem.mounted_leg import MountedLeg
-
-if TYPE_CHECKING:
-    from pneumorph.fem.full_robot import FullRobot
-
-
-@dataclass(frozen=True, eq=False)
-class TrialStep:
-    """Where a step may end; axes as in `FullRobotState`."""
-
-    hub: Any
-    """State of the hub; its velocity leads there from the step's start."""
-    positions: tuple[np.ndarray, ...]
-    """World positions of each leg's nodes [mm], each (node, 3)."""
-    velocities: tuple[np.ndarray, ...]
-    """Velocities that lead there [mm/s], each (node, 3)."""
-    impulses: np.ndarray
-    """Contact impulses, rows of the floor's frames [mN s], (contact point, 3)."""
-    contact_velocities: np.ndarray
-    """Velocities of the contact points in the same rows [mm/s], (contact point, 3)."""
-    contact_residual: float = 0.0
-    """Contact law violated by at most this [mm/s]."""
+from pneumorph.fem.robot_body import RobotBody
+from pneumorph.fem.trial_step import TrialStep
+from pneumorph.physics.physics import Physics
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,28 +29,28 @@ class Equations:
     """Data of A in the pattern of the part's assembly, (entry,), and b, (3 node,), of each."""
 
 
-class StepProblem:
+class StepProblem(Generic[HubState]):
     """The step of a robot from one state, under given pressures.
 
     Args:
         robot: The robot.
         start: Where it is.
         regulated_kPa: Pressure of each regulator at the end of the step [real kPa], (regulator,).
-        settings: Physics and numerics; the time step may be a fraction of the robot's.
+        physics: What acts on it; the time step may be a fraction of the robot's.
     """
 
     def __init__(
         self,
-        robot: FullRobot,
-        start: FullRobotState,
+        robot: RobotBody[HubState],
+        start: FullRobotState[HubState],
         regulated_kPa: np.ndarray,
-        settings: FullOrderSettings,
+        physics: Physics,
     ) -> None:
-        self._robot, self._start, self._settings = robot, start, settings
+        self._robot, self._start, self._physics = robot, start, physics
         self._regulated = regulated_kPa
-        self._pressure = settings.pressure_map.simulated(regulated_kPa)
+        self._pressure = physics.pressure_map.simulated(regulated_kPa)
 
-    def standing(self) -> TrialStep:
+    def standing(self) -> TrialStep[HubState]:
         """The trial in which nothing moves and contacts press as they did before."""
         start = self._start
         return self._moved(
@@ -78,7 +60,9 @@ class StepProblem:
             np.zeros_like(start.contact_velocities),
         )
 
-    def between(self, first: TrialStep, second: TrialStep, share: float) -> TrialStep:
+    def between(
+        self, first: TrialStep[HubState], second: TrialStep[HubState], share: float
+    ) -> TrialStep[HubState]:
         """The trial whose velocities and impulses are a share of the way from first to second."""
         if share == 1.0:
             return second
@@ -93,7 +77,7 @@ class StepProblem:
             mean(first.contact_velocities, second.contact_velocities),
         )
 
-    def contacts(self, points: Sequence[np.ndarray], trial: TrialStep) -> Contacts:
+    def contacts(self, points: Sequence[np.ndarray], trial: TrialStep[HubState]) -> Contacts:
         """The floor, linearised where a trial puts the contact points that take part."""
         start, now = (self._robot.contact_positions(each) for each in (self._start, trial))
         moved = [after - before for after, before in zip(now, start, strict=True)]
@@ -101,27 +85,27 @@ class StepProblem:
 
     def linearly_implicit(self) -> Equations:
         """Equations of the published step."""
-        start, settings, clock = self._start, self._settings, self._robot.clock
+        start, physics, clock = self._start, self._physics, self._robot.clock
         assemble = clock.timed("assembly", linearly_implicit_equations)
         return Equations(
-            clock.timed("assembly", self._robot.hub.system)(start.hub, settings),
+            clock.timed("assembly", self._robot.hub.system)(start.hub, physics),
             tuple(
-                assemble(leg.part, x, v, self._pressure_of(leg), settings)
+                assemble(leg.part, x, v, self._pressure_of(leg), physics)
                 for leg, x, v in zip(
                     self._robot.legs, start.positions, start.velocities, strict=True
                 )
             ),
         )
 
-    def implicit_euler(self, trial: TrialStep, definite: bool = False) -> Equations:
+    def implicit_euler(self, trial: TrialStep[HubState], definite: bool = False) -> Equations:
         """Equations of the implicit Euler step, linearised at a trial."""
-        start, settings, clock = self._start, self._settings, self._robot.clock
+        start, physics, clock = self._start, self._physics, self._robot.clock
         assemble = clock.timed("assembly", implicit_equations)
         hub = clock.timed("assembly", self._robot.hub.implicit_system)
         return Equations(
-            hub(start.hub, trial.hub, settings, definite),
+            hub(start.hub, trial.hub, physics, definite),
             tuple(
-                assemble(leg.part, before, x, v, self._pressure_of(leg), settings, definite)
+                assemble(leg.part, before, x, v, self._pressure_of(leg), physics, definite)
                 for leg, before, x, v in zip(
                     self._robot.legs,
                     start.velocities,
@@ -132,7 +116,9 @@ class StepProblem:
             ),
         )
 
-    def unbalanced(self, equations: Equations, trial: TrialStep, contacts: Contacts) -> float:
+    def unbalanced(
+        self, equations: Equations, trial: TrialStep[HubState], contacts: Contacts
+    ) -> float:
         """Norm of the impulses that a trial leaves unbalanced [mN s].
 
         Args:
@@ -163,20 +149,22 @@ class StepProblem:
 
         Momentum, weight, pressure and elastic forces of the legs; all of those of the hub.
         """
-        settings, hub, start = self._settings, self._robot.hub, self._start
-        step, gravity = settings.time_step_s, settings.gravity_mm_per_s2
-        squares = hub.residual_size(hub.system(start.hub, settings)[1]) ** 2
+        physics, hub, start = self._physics, self._robot.hub, self._start
+        step, gravity = physics.time_step_s, physics.gravity_mm_per_s2
+        squares = hub.residual_size(hub.system(start.hub, physics)[1]) ** 2
         for leg, x, v in zip(self._robot.legs, start.positions, start.velocities, strict=True):
             mass = leg.part.node_mass
             squares += float(np.sum((mass[:, None] * v) ** 2))
             squares += float(np.sum((step * gravity * mass) ** 2))
-            squares += float(np.sum((step * leg.part.internal_force(x, settings.rotation)) ** 2))
+            squares += float(np.sum((step * leg.part.internal_force(x, physics.rotation)) ** 2))
             pressure = self._pressure_of(leg)
             if pressure != 0.0:
                 squares += float(np.sum((step * leg.part.pressure_force(x, pressure)) ** 2))
         return float(np.sqrt(squares))
 
-    def solve(self, equations: Equations, trial: TrialStep, contacts: Contacts) -> TrialStep:
+    def solve(
+        self, equations: Equations, trial: TrialStep[HubState], contacts: Contacts
+    ) -> TrialStep[HubState]:
         """The trial that obeys equations linearised at another, and the contact law.
 
         Raises:
@@ -211,7 +199,8 @@ class StepProblem:
             np.concatenate([*(s.contact_right for s in condensed), np.zeros(3 * len(hub_points))]),
             contacts.gaps,
             trial.impulses[numbers],
-            self._settings,
+            self._physics,
+            robot.numerics,
         )
         velocities, first = [], 0
         for leg, share, tie, points in zip(robot.legs, condensed, ties, active, strict=False):
@@ -226,8 +215,12 @@ class StepProblem:
         )
 
     def finished(
-        self, trial: TrialStep, active_contacts: int, iterations: int, penetration_mm: float
-    ) -> FullRobotState:
+        self,
+        trial: TrialStep[HubState],
+        active_contacts: int,
+        iterations: int,
+        penetration_mm: float,
+    ) -> FullRobotState[HubState]:
         """The state after the step, if the trial is its end.
 
         Args:
@@ -271,9 +264,9 @@ class StepProblem:
         impulses: np.ndarray,
         contact_velocities: np.ndarray,
         contact_residual: float = 0.0,
-    ) -> TrialStep:
+    ) -> TrialStep[HubState]:
         """Move with these velocities from the start; attachment nodes go with the hub."""
-        robot, start, step = self._robot, self._start, self._settings.time_step_s
+        robot, start, step = self._robot, self._start, self._physics.time_step_s
         hub = robot.hub.advance(start.hub, hub_velocity, step)
         positions, consistent = [], []
         for leg, x, v in zip(robot.legs, start.positions, velocities, strict=True):
@@ -292,7 +285,7 @@ class StepProblem:
             contact_residual,
         )
 
-    def _world_impulses(self, trial: TrialStep, contacts: Contacts) -> list[np.ndarray]:
+    def _world_impulses(self, trial: TrialStep[HubState], contacts: Contacts) -> list[np.ndarray]:
         """Impulses on the points of each body along the world's axes, each (contact, 3)."""
         numbers = np.split(
             self._robot.contact_numbers(contacts.points),

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Generic
 
 import numpy as np
 
 from pneumorph.fem.contact_points import Contacts
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot_state import FullRobotState
-from pneumorph.fem.step_problem import Equations, StepProblem, TrialStep
-
-if TYPE_CHECKING:
-    from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.hub_body import HubState
+from pneumorph.fem.robot_body import RobotBody
+from pneumorph.fem.step_problem import Equations, StepProblem
+from pneumorph.fem.trial_step import TrialStep
+from pneumorph.physics.physics import Physics
 
 SUFFICIENT_DECREASE = 1e-4
 """Share of a Newton step's predicted decrease that it must achieve (Armijo 1966)."""
@@ -27,8 +27,11 @@ class StepError(ArithmeticError):
 
 
 def linearly_implicit_step(
-    robot: FullRobot, start: FullRobotState, regulated_kPa: np.ndarray, settings: FullOrderSettings
-) -> FullRobotState:
+    robot: RobotBody[HubState],
+    start: FullRobotState[HubState],
+    regulated_kPa: np.ndarray,
+    physics: Physics,
+) -> FullRobotState[HubState]:
     """One linear solve with the contact law.
 
     The floor is linearised at the step's start. Where a point ends too deep, because the floor
@@ -39,33 +42,36 @@ def linearly_implicit_step(
         robot: The robot.
         start: Where it is.
         regulated_kPa: Pressure of each regulator [real kPa], (regulator,).
-        settings: Physics and numerics of this step.
+        physics: What acts on it; the time step may be a part of the robot's.
 
     Raises:
         numpy.linalg.LinAlgError: A matrix is not positive definite.
         StepError: A point stays too deep in the floor, or the floor has no height below one.
     """
-    problem = StepProblem(robot, start, regulated_kPa, settings)
+    problem = StepProblem(robot, start, regulated_kPa, physics)
     equations = problem.linearly_implicit()
     standing = end = problem.standing()
-    points = robot.points_near(start, settings.time_step_s)
-    solves, deepest = 0, np.inf
-    while deepest > settings.penetration_tolerance_mm and solves < settings.contact_passes:
+    points = robot.points_near(start, physics.time_step_s)
+    solves, deepest, numerics = 0, np.inf, robot.numerics
+    while deepest > numerics.penetration_tolerance_mm and solves < numerics.contact_passes:
         contacts = problem.contacts(points, end)
         end = problem.solve(equations, standing, contacts)
         points, deepest = _with_points_below(robot, points, end)
         solves += 1
-    if deepest > settings.penetration_limit_mm:
+    if deepest > numerics.penetration_limit_mm:
         raise StepError(
             f"a point ends {deepest:.3g} mm below the floor after {solves} solves, expected at "
-            f"most {settings.penetration_limit_mm:g}"
+            f"most {numerics.penetration_limit_mm:g}"
         )
     return problem.finished(end, len(contacts.gaps), solves, deepest)
 
 
 def implicit_euler_step(
-    robot: FullRobot, start: FullRobotState, regulated_kPa: np.ndarray, settings: FullOrderSettings
-) -> FullRobotState:
+    robot: RobotBody[HubState],
+    start: FullRobotState[HubState],
+    regulated_kPa: np.ndarray,
+    physics: Physics,
+) -> FullRobotState[HubState]:
     """Newton's method with line search until all forces balance at the end of the step.
 
     Every iteration linearises elasticity, pressure and floor at the last trial and solves for the
@@ -75,17 +81,17 @@ def implicit_euler_step(
         robot: The robot.
         start: Where it is.
         regulated_kPa: Pressure of each regulator [real kPa], (regulator,).
-        settings: Physics and numerics of this step.
+        physics: What acts on it; the time step may be a part of the robot's.
 
     Raises:
         StepError: No balance within the iterations, or the line search found no decrease.
         numpy.linalg.LinAlgError: A matrix is not positive definite.
     """
-    problem = StepProblem(robot, start, regulated_kPa, settings)
-    enough = settings.newton_tolerance * problem.applied()
-    points = robot.points_near(start, settings.time_step_s)
+    problem = StepProblem(robot, start, regulated_kPa, physics)
+    enough = robot.numerics.newton_tolerance * problem.applied()
+    points = robot.points_near(start, physics.time_step_s)
     now = _evaluated(problem, problem.standing(), points)
-    for iteration in range(1, settings.newton_iterations + 1):
+    for iteration in range(1, robot.numerics.newton_iterations + 1):
         try:
             target = problem.solve(now.equations, now.trial, now.contacts)
         except np.linalg.LinAlgError:
@@ -105,30 +111,32 @@ def implicit_euler_step(
         points, deepest = _with_points_below(robot, points, new.trial)
         # The contact law holds where a whole step ended.
         balanced = share == 1.0 and new.unbalanced <= enough
-        if balanced and not deepest > settings.penetration_tolerance_mm:
+        if balanced and not deepest > robot.numerics.penetration_tolerance_mm:
             return problem.finished(new.trial, len(new.contacts.gaps), iteration, deepest)
         now = replace(new, contacts=problem.contacts(points, new.trial))
     raise StepError(
         f"Newton's method left {now.unbalanced:.3g} mN s unbalanced after "
-        f"{settings.newton_iterations} iterations, expected {enough:.3g} or less"
+        f"{robot.numerics.newton_iterations} iterations, expected {enough:.3g} or less"
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Evaluated:
-    trial: TrialStep
+class _Evaluated(Generic[HubState]):
+    trial: TrialStep[HubState]
     equations: Equations
     contacts: Contacts
     unbalanced: float
 
 
-def _evaluated(problem: StepProblem, trial: TrialStep, points: Sequence[np.ndarray]) -> _Evaluated:
+def _evaluated(
+    problem: StepProblem[HubState], trial: TrialStep[HubState], points: Sequence[np.ndarray]
+) -> _Evaluated[HubState]:
     equations, contacts = problem.implicit_euler(trial), problem.contacts(points, trial)
     return _Evaluated(trial, equations, contacts, problem.unbalanced(equations, trial, contacts))
 
 
 def _with_points_below(
-    robot: FullRobot, points: Sequence[np.ndarray], trial: TrialStep
+    robot: RobotBody[HubState], points: Sequence[np.ndarray], trial: TrialStep[HubState]
 ) -> tuple[list[np.ndarray], float]:
     """Points that take part and those that a trial puts below the floor; depth of the deepest."""
     positions = robot.contact_positions(trial)

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.gait.open_loop_gait import SAME_TIME_S
-
-BASELINE_DESIGN = "1.0.0.2.2.0.0.1"
-"""Two fore legs on regulator 1 and two hind legs on regulator 2 (paper, section IV)."""
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
+from pneumorph.physics.open_loop_gait import SAME_TIME_S
 
 
 @dataclass(frozen=True)
@@ -33,6 +31,8 @@ class ExpertGait:
     """How long the gait lasts [s]."""
     regulator_count: int = 3
     """Number of regulators of the rig."""
+    maximum_pressure_kPa: float = HIGHEST_COMMAND_KPA
+    """Highest pressure that it may command; a rig's own limits hold beside it [kPa]."""
 
     def __post_init__(self) -> None:
         if self.regulator_count < 2:
@@ -46,6 +46,7 @@ class ExpertGait:
             ("command_interval_s", 0.0),
             ("period_s", SAME_TIME_S),
             ("duration_s", SAME_TIME_S),
+            ("maximum_pressure_kPa", 0.0),
         ):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= least):

@@ -3,7 +3,8 @@
 Comment lines (``# design: 1.0.0.2.2.0.0.1``) may say whom the gait is for. The header names the
 columns with their units, ``time_s,regulator_1_kPa,regulator_2_kPa,...``. Each row gives the real
 pressures commanded from its time until the next row's; the last row repeats the row before it and
-marks the end.
+marks the end. Pressures above `HIGHEST_COMMAND_KPA` are refused, unless the line
+``# maximum_pressure_kPa: 120`` says that the gait is meant to go higher in simulation.
 """
 
 from __future__ import annotations
@@ -15,9 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.artefact import write_atomically
-from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.base.artefact import write_atomically
 from pneumorph.gait.held_gait import HeldGait
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
+
+LIMIT = "maximum_pressure_kPa"
+"""Comment that names the highest pressure of a gait that goes above the usual limit."""
 
 _COMMENT = re.compile(r"#\s*(?P<name>\w+)\s*:\s*(?P<value>.*)")
 
@@ -30,7 +34,10 @@ def write_gait(path: Path | str, gait: HeldGait, comments: Mapping[str, str] | N
         gait: The gait.
         comments: Named remarks such as ``{"design": "1.0.0.2.2.0.0.1"}``, one line each.
     """
-    lines = [f"# {name}: {value}" for name, value in (comments or {}).items()]
+    said = dict(comments or {})
+    if gait.maximum_pressure_kPa != HIGHEST_COMMAND_KPA and np.isfinite(gait.maximum_pressure_kPa):
+        said[LIMIT] = repr(float(gait.maximum_pressure_kPa))
+    lines = [f"# {name}: {value}" for name, value in said.items()]
     columns = [f"regulator_{number}_kPa" for number in range(1, gait.regulator_count + 1)]
     lines.append(",".join(["time_s", *columns]))
     times = [*gait.start_s, gait.duration_s]
@@ -43,15 +50,16 @@ def write_gait(path: Path | str, gait: HeldGait, comments: Mapping[str, str] | N
 
 def read_gait(
     path: Path | str,
-    minimum_pressure_kPa: float = CrawlingTask.minimum_pressure_kPa,
-    maximum_pressure_kPa: float = CrawlingTask.maximum_pressure_kPa,
+    minimum_pressure_kPa: float = 0.0,
+    maximum_pressure_kPa: float | None = None,
 ) -> tuple[HeldGait, dict[str, str]]:
     """Read a gait file.
 
     Args:
         path: The file.
         minimum_pressure_kPa: Lowest real pressure that is accepted [kPa].
-        maximum_pressure_kPa: Highest real pressure that is accepted [kPa].
+        maximum_pressure_kPa: Highest real pressure that is accepted [kPa]; None for what the file
+            names, or else `HIGHEST_COMMAND_KPA`.
 
     Returns:
         The gait, and its comments by name.
@@ -84,6 +92,8 @@ def read_gait(
             "pressures before it and to mark the end of the gait"
         )
     try:
+        if maximum_pressure_kPa is None:
+            maximum_pressure_kPa = _named_limit(comments)
         gait = HeldGait(
             table[:-1, 0],
             table[:-1, 1:],
@@ -94,6 +104,17 @@ def read_gait(
     except ValueError as error:
         raise ValueError(f"gait file {path}: {error}") from error
     return gait, comments
+
+
+def _named_limit(comments: Mapping[str, str]) -> float:
+    named = comments.get(LIMIT, repr(HIGHEST_COMMAND_KPA))
+    try:
+        limit = float(named)
+    except ValueError:
+        limit = float("nan")
+    if not 0.0 < limit < float("inf"):
+        raise ValueError(f"{LIMIT} is {named!r}, expected a positive number of kPa")
+    return limit
 
 
 def _is_header(row: list[str]) -> bool:

@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pneumorph.environment.crawling_task import CrawlingTask, check_pressure
-from pneumorph.gait.open_loop_gait import SAME_TIME_S
+from pneumorph.base.checked import rises
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
+from pneumorph.physics.open_loop_gait import SAME_TIME_S
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +27,8 @@ class HeldGait:
     start_s: np.ndarray
     held_kPa: np.ndarray
     duration_s: float
-    minimum_pressure_kPa: float = field(default=CrawlingTask.minimum_pressure_kPa, repr=False)
-    maximum_pressure_kPa: float = field(default=CrawlingTask.maximum_pressure_kPa, repr=False)
+    minimum_pressure_kPa: float = field(default=0.0, repr=False)
+    maximum_pressure_kPa: float = field(default=HIGHEST_COMMAND_KPA, repr=False)
 
     def __post_init__(self) -> None:
         start_s = np.asarray(self.start_s, dtype=np.float64)
@@ -38,7 +40,7 @@ class HeldGait:
                 f"held_kPa has shape {held_kPa.shape}, expected (command, regulator) with "
                 f"{len(start_s)} commands as in start_s"
             )
-        if not (np.isfinite(start_s).all() and start_s[0] == 0.0 and (np.diff(start_s) > 0).all()):
+        if start_s[0] != 0.0 or not rises(start_s):
             raise ValueError(
                 f"start_s begins {start_s[:4].tolist()}, expected finite times that rise from 0 s"
             )
@@ -47,7 +49,9 @@ class HeldGait:
                 f"duration_s is {self.duration_s}, expected more than {start_s[-1]} s, when the "
                 "last command begins"
             )
-        check_pressure(held_kPa, self.minimum_pressure_kPa, self.maximum_pressure_kPa)
+        check_commands(
+            held_kPa, self.maximum_pressure_kPa, self.minimum_pressure_kPa, "pressure_kPa"
+        )
         object.__setattr__(self, "start_s", start_s)
         object.__setattr__(self, "held_kPa", held_kPa)
 

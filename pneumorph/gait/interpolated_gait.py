@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.environment.crawling_task import CrawlingTask, check_pressure
+from pneumorph.base.checked import rises
 from pneumorph.gait.held_gait import HeldGait
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,6 +18,7 @@ class InterpolatedGait:
     Attributes:
         time_s: Time of each waypoint, rising from 0 [s], (waypoint,).
         waypoint_kPa: Real pressures [kPa], (waypoint, regulator).
+        maximum_pressure_kPa: Highest pressure that is accepted [kPa].
 
     Raises:
         ValueError: Times that do not rise from 0, other shapes, or a pressure out of range.
@@ -24,6 +26,7 @@ class InterpolatedGait:
 
     time_s: np.ndarray
     waypoint_kPa: np.ndarray
+    maximum_pressure_kPa: float = HIGHEST_COMMAND_KPA
 
     def __post_init__(self) -> None:
         if self.waypoint_kPa.ndim != 2 or len(self.time_s) != len(self.waypoint_kPa):
@@ -31,11 +34,12 @@ class InterpolatedGait:
                 f"waypoint_kPa has shape {self.waypoint_kPa.shape}, expected (waypoint, regulator) "
                 f"with {len(self.time_s)} waypoints"
             )
-        if len(self.time_s) < 2 or self.time_s[0] != 0.0 or np.any(np.diff(self.time_s) <= 0.0):
-            raise ValueError("times of waypoints must rise from 0, at least two of them")
-        check_pressure(
-            self.waypoint_kPa, CrawlingTask.minimum_pressure_kPa, CrawlingTask.maximum_pressure_kPa
-        )
+        if len(self.time_s) < 2 or self.time_s[0] != 0.0 or not rises(self.time_s):
+            raise ValueError(
+                f"times of waypoints are {np.asarray(self.time_s).tolist()}, expected at least two "
+                "finite ones that rise from 0"
+            )
+        check_commands(self.waypoint_kPa, self.maximum_pressure_kPa, name="pressure_kPa")
 
     @property
     def regulator_count(self) -> int:
@@ -56,4 +60,6 @@ class InterpolatedGait:
         count = max(1, round(self.duration_s / hold_s))
         start_s = hold_s * np.arange(count)
         held = np.array([self.pressure_kPa(time_s + 0.5 * hold_s) for time_s in start_s])
-        return HeldGait(start_s, held, self.duration_s)
+        return HeldGait(
+            start_s, held, self.duration_s, maximum_pressure_kPa=self.maximum_pressure_kPa
+        )

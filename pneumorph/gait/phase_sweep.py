@@ -9,18 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, save_artefact
+from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
-from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.walk import Progress, walk
-from pneumorph.robot.design import Design
-from pneumorph.settings import settings_to_dict
+from pneumorph.robot.design import BASELINE_DESIGN, Design
 
 PHASE_SWEEP_VERSION = 1
 
 
 @dataclass(frozen=True)
-class PhaseSweepSettings:
+class PhaseSweepSettings(Checked):
     """Which phases to try; the defaults are the paper's (section IV)."""
 
     design: str = BASELINE_DESIGN
@@ -29,20 +30,21 @@ class PhaseSweepSettings:
     """First phase [deg]."""
     last_phase_deg: float = 180.0
     """Last phase, included [deg]."""
-    phase_step_deg: float = 10.0
+    phase_step_deg: Positive = 10.0
     """Step from one phase to the next [deg]."""
     gait: ExpertGait = field(default_factory=ExpertGait)
     """The gait; its phase is replaced by each of the sweep's."""
-    settling_step_count: int = 15
+    settling_step_count: CountOrNone = 15
     """Simulation steps at zero pressure before the gait begins."""
-    record_step_count: int = 3
+    record_step_count: Count = 3
     """Simulation steps between recorded places."""
 
     def __post_init__(self) -> None:
-        if self.phase_step_deg <= 0.0 or self.last_phase_deg < self.first_phase_deg:
+        super().__post_init__()
+        if self.last_phase_deg < self.first_phase_deg:
             raise ValueError(
-                f"phases from {self.first_phase_deg} to {self.last_phase_deg} in steps of "
-                f"{self.phase_step_deg} deg, expected a rising range and a positive step"
+                f"phases from {self.first_phase_deg} to {self.last_phase_deg} deg, expected a "
+                "rising range"
             )
 
     @property

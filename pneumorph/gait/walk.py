@@ -10,7 +10,7 @@ import numpy as np
 
 from pneumorph.environment.crawling_simulator import RUNNING, CrawlingSimulator
 from pneumorph.environment.reward import MILLIMETRES_PER_CENTIMETRE
-from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
+from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands
 
 Progress = Callable[[int, int, str], None]
 """Told (done, total, message) now and then while a long loop runs."""
@@ -76,6 +76,16 @@ def cycle_slides_cm(time_s: np.ndarray, forward_cm: np.ndarray, cycle_s: float) 
         path = forward_cm[inside]
         slides.append(np.max(np.maximum.accumulate(path, axis=0) - path, axis=0))
     return np.array(slides)
+
+
+def last_cycle(time_s: np.ndarray, cycle_s: float) -> tuple[float, np.ndarray]:
+    """Begin of the last whole cycle [s], and which times (time,) are in it; arguments as above.
+
+    Raises:
+        ValueError: The walk is shorter than one cycle.
+    """
+    begin_s = (_whole_parts(time_s, cycle_s) - 1) * cycle_s
+    return begin_s, (time_s >= begin_s - 1e-6) & (time_s <= begin_s + cycle_s + 1e-6)
 
 
 def _whole_parts(time_s: np.ndarray, part_s: float) -> int:

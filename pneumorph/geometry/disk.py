@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Positive
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.mirror import mirror_half
@@ -18,22 +19,17 @@ DISK_SIZE_MM = 16.0
 
 
 @dataclass(frozen=True)
-class DiskShape:
+class DiskShape(Checked):
     """Sizes of the disk [mm]; its axis is z, its place is the one in the robot's frame."""
 
-    bottom_radius_mm: float = 50.0
+    bottom_radius_mm: Positive = 50.0
     """Radius of the lower face."""
-    top_radius_mm: float = 54.5
+    top_radius_mm: Positive = 54.5
     """Radius of the upper face."""
-    height_mm: float = 18.0
+    height_mm: Positive = 18.0
     """Height."""
     bottom_mm: float = RadialMounting().hub_bottom_mm
     """Height of the lower face in the robot's frame."""
-
-    def __post_init__(self) -> None:
-        for name in ("bottom_radius_mm", "top_radius_mm", "height_mm"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
     @property
     def top_centre_mm(self) -> tuple[float, float, float]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, save_artefact
 
 LINEAR_VERSION, QUADRATIC_VERSION = 1, 2
 """Format versions of meshes without and with midside nodes."""
@@ -55,33 +55,24 @@ class Mesh:
     edge_nodes: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        nodes = _array("nodes", self.nodes, (None, 3), np.float64)
-        if not np.all(np.isfinite(nodes)):
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        put("nodes", _array("nodes", self.nodes, (None, 3), np.float64))
+        put("contact_points", _array("contact_points", self.contact_points, (None, 3), np.float64))
+        if not np.all(np.isfinite(self.nodes)):
             raise MeshError("nodes must be finite, got NaN or infinity")
-        count = len(nodes)
-        put = object.__setattr__
-        put(self, "nodes", nodes)
-        put(self, "tetrahedra", _indices("tetrahedra", self.tetrahedra, (None, 4), count))
-        put(
-            self,
-            "surfaces",
-            {k: _indices(f"surface {k!r}", v, (None, 3), count) for k, v in self.surfaces.items()},
-        )
-        put(
-            self,
-            "node_sets",
-            {k: _indices(f"node set {k!r}", v, (None,), count) for k, v in self.node_sets.items()},
-        )
-        put(
-            self,
-            "contact_points",
-            _array("contact_points", self.contact_points, (None, 3), np.float64),
-        )
-        if self.mirror_nodes is not None:
-            put(self, "mirror_nodes", _indices("mirror_nodes", self.mirror_nodes, (count,), count))
-        if self.edge_nodes is not None:
-            shape = (len(self.tetrahedra), 6)
-            put(self, "edge_nodes", _indices("edge_nodes", self.edge_nodes, shape, count))
+        count = len(self.nodes)
+        put("tetrahedra", _indices("tetrahedra", self.tetrahedra, (None, 4), count))
+        for name, kind, shape in (
+            ("surfaces", "surface", (None, 3)),
+            ("node_sets", "node set", (None,)),
+        ):
+            regions = getattr(self, name).items()
+            put(name, {k: _indices(f"{kind} {k!r}", v, shape, count) for k, v in regions})
+        for name, whole in (("mirror_nodes", (count,)), ("edge_nodes", (len(self.tetrahedra), 6))):
+            if getattr(self, name) is not None:
+                put(name, _indices(name, getattr(self, name), whole, count))
 
     @property
     def connectivity(self) -> np.ndarray:
@@ -124,10 +115,7 @@ class Mesh:
         Raises:
             MeshError: No such region.
         """
-        if name not in self.surfaces:
-            known = ", ".join(sorted(self.surfaces)) or "none"
-            raise MeshError(f"unknown surface region {name!r}; the mesh has: {known}")
-        return self.surfaces[name]
+        return _region("surface region", self.surfaces, name)
 
     def node_set(self, name: str) -> np.ndarray:
         """Nodes of a region, (n,).
@@ -135,10 +123,7 @@ class Mesh:
         Raises:
             MeshError: No such region.
         """
-        if name not in self.node_sets:
-            known = ", ".join(sorted(self.node_sets)) or "none"
-            raise MeshError(f"unknown node set {name!r}; the mesh has: {known}")
-        return self.node_sets[name]
+        return _region("node set", self.node_sets, name)
 
     @cached_property
     def volumes(self) -> np.ndarray:
@@ -212,6 +197,13 @@ def edge_keys(cells: np.ndarray, edges: Sequence[tuple[int, int]], node_count: i
     ends = np.sort(np.stack([cells[:, first], cells[:, second]]).astype(np.int64), axis=0)
     keys: np.ndarray = ends[0] * node_count + ends[1]
     return keys
+
+
+def _region(kind: str, regions: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    if name not in regions:
+        known = ", ".join(sorted(regions)) or "none"
+        raise MeshError(f"unknown {kind} {name!r}; the mesh has: {known}")
+    return regions[name]
 
 
 def _array(name: str, value: Any, shape: tuple[int | None, ...], dtype: type) -> np.ndarray:

@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Count
 from pneumorph.geometry.pose import Pose, rotation_about
 
 
 @dataclass(frozen=True)
-class RadialMounting:
+class RadialMounting(Checked):
     """Places for legs around a disk; the defaults are the robot of the paper."""
 
-    location_count: int = 8
+    location_count: Count = 8
     """Number of places around the disk."""
     pitch_deg: float = 15.0
     """Downward tilt of a leg, its outer end lower [degrees]."""
@@ -23,10 +24,6 @@ class RadialMounting:
     """Half the length of the toothed body, from the leg's origin to that face [mm]."""
     base_thickness_mm: float = 4.0
     """Thickness of the leg's base plate, by which the leg hangs below the disk's bottom [mm]."""
-
-    def __post_init__(self) -> None:
-        if self.location_count < 1:
-            raise ValueError(f"location_count must be at least 1, got {self.location_count}")
 
     @property
     def hub_bottom_mm(self) -> float:

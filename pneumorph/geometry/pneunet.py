@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from pneumorph.geometry.contact_grid import box_surface_grid, outside_of_boxes
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.mirror import mirror_half
-from pneumorph.geometry.netgen_mesher import MesherSettings, box, tetrahedralise
+from pneumorph.geometry.netgen_mesher import MesherSettings, box, tetrahedralise, union
 from pneumorph.geometry.surface import boundary_triangles
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -199,12 +201,8 @@ def _half_solid(shape: PneuNetShape) -> Any:
             for corner, size in boxes
         ]
 
-    first, *others = half(shape.solid_boxes())
-    for other in others:
-        first = first + other
-    for hole in half(shape.cavity_boxes()):
-        first = first - hole
-    return first
+    # Holes one after another: the mesh depends on the order of the solid's faces.
+    return reduce(operator.sub, half(shape.cavity_boxes()), union(half(shape.solid_boxes())))
 
 
 def _within(points: np.ndarray, boxes: list[Box]) -> np.ndarray:

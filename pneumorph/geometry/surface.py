@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
+
+from pneumorph.base.artefact import write_atomically
 
 TETRAHEDRON_FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 """Corners of a positive tetrahedron's faces, normals outward."""
@@ -34,3 +38,21 @@ def enclosed_volume(nodes: np.ndarray, triangles: np.ndarray) -> float:
     corners = nodes[triangles]
     normal = np.cross(corners[:, 1], corners[:, 2])
     return float(np.einsum("ti,ti->", corners[:, 0], normal) / 6.0)
+
+
+def write_stl(path: Path, nodes: np.ndarray, triangles: np.ndarray) -> Path:
+    """Write a surface as binary STL, which knows no units: millimetres.
+
+    Args:
+        path: The file.
+        nodes: Positions [mm], (node, 3).
+        triangles: Node indices, (triangle, 3).
+    """
+    corners = nodes[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    facets = np.zeros(len(corners), dtype=record)
+    facets["normal"], facets["corners"] = normals, corners
+    head = b"pneumorph, millimetres".ljust(80) + np.uint32(len(facets)).tobytes()
+    return write_atomically(path, lambda stream: stream.write(head + facets.tobytes()))

@@ -41,8 +41,8 @@ class AnalogRig:
         )
 
     def open(self) -> None:
-        """Connect supply and ADC."""
-        self._supply.open()
+        """Connect supply and ADC; the regulators begin at zero pressure."""
+        self._supply.open(self._rig.zero_volts)
         if self._adc is not None:
             self._adc.open()
             self.sense()

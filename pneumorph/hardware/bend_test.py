@@ -12,13 +12,12 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from pneumorph.fem import static as full_static
-from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.base.checked import rises
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rotation import Rotation
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.hardware.measured_table import read_measured_table
-from pneumorph.reduction import static_equilibrium as reduced_static
+from pneumorph.physics.physics import Rotation
+from pneumorph.reduction.held_bend import held_bends
 from pneumorph.reduction.reduced_part import ReducedPart
 
 Progress = Callable[[int, int, str], None]
@@ -26,7 +25,7 @@ Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, eq=False)
-class BendCurve:
+class MonotoneBend:
     """Bend of a simulated leg against simulated pressure, rising from zero.
 
     Attributes:
@@ -41,7 +40,7 @@ class BendCurve:
     bend_deg: np.ndarray
 
     def __post_init__(self) -> None:
-        if np.any(np.diff(self.bend_deg) <= 0.0) or np.any(np.diff(self.pressure_kPa) <= 0.0):
+        if not rises(self.bend_deg) or not rises(self.pressure_kPa):
             raise ValueError(
                 "the simulated bend does not rise with the pressure, so that no pressure of equal "
                 "bend is defined; the leg may be damaged or the pressures too high"
@@ -61,8 +60,9 @@ class BendCurve:
         """
         wanted = np.asarray(bend_deg, dtype=float)
         lowest, highest = self.bend_deg[[0, -1]]
-        if np.any(wanted < lowest) or np.any(wanted > highest):
-            worst = float(wanted.max() if np.any(wanted > highest) else wanted.min())
+        if not np.all((wanted >= lowest) & (wanted <= highest)):
+            # NaN is beyond any curve, and the largest of what holds one.
+            worst = float(wanted.min() if wanted.max() <= highest else wanted.max())
             raise ValueError(
                 f"bend_deg {worst:g} is beyond the simulated leg's {lowest:g} to {highest:g} "
                 f"degrees (0 to {self.pressure_kPa[-1]:g} simulated kPa); raise the largest "
@@ -84,7 +84,7 @@ def simulated_bend_curve(
     step_kPa: float = 10.0,
     rotation: Rotation = "edge",
     progress: Progress | None = None,
-) -> BendCurve:
+) -> MonotoneBend:
     """Bend a simulated leg held at its attachment, without gravity or floor.
 
     Args:
@@ -101,35 +101,18 @@ def simulated_bend_curve(
     """
     pressures = np.arange(step_kPa, largest_kPa + 0.5 * step_kPa, step_kPa)
     bends = [0.0]
-    alpha: np.ndarray | None = None
-    positions: np.ndarray | None = None
-    for number, pressure in enumerate(map(float, pressures)):
-        if isinstance(leg, ReducedPart):
-            small = reduced_static.static_equilibrium(leg, pressure, start=alpha, rotation=rotation)
-            converged, alpha = small.converged, small.alpha
-            positions = leg.positions(alpha)
-        else:
-            exact = full_static.static_equilibrium(
-                leg,
-                pressure,
-                mesh.node_set("attachment"),
-                start=positions,
-                start_pressure_kPa=pressure - step_kPa if positions is not None else 0.0,
-                rotation=rotation,
-            )
-            converged, positions = exact.converged, exact.positions
-        bend = end_face_bend_deg(mesh, positions)
-        if not converged or bend <= bends[-1]:
+    for bend, found in held_bends(leg, mesh, pressures, rotation):
+        if not found.converged or bend <= bends[-1]:
             break  # A leg too soft for this pressure; the curve ends at the one before.
         bends.append(bend)
         if progress is not None:
-            progress(number + 1, len(pressures), "bending the simulated leg")
+            progress(len(bends) - 1, len(pressures), "bending the simulated leg")
     if len(bends) < 3:
         raise ValueError(
             f"the leg found equilibria at {len(bends) - 1} of the pressures from {step_kPa:g} kPa, "
             "expected at least 2; the reduction or the material is at fault"
         )
-    return BendCurve(np.concatenate([[0.0], pressures])[: len(bends)], np.array(bends))
+    return MonotoneBend(np.concatenate([[0.0], pressures])[: len(bends)], np.array(bends))
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +140,7 @@ def read_bends(path: Path | str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def equal_bend_pairs(
-    pressure_kPa: np.ndarray, bend_deg: np.ndarray, curve: BendCurve
+    pressure_kPa: np.ndarray, bend_deg: np.ndarray, curve: MonotoneBend
 ) -> PressurePairs:
     """Find the simulated pressure of equal bend for each measurement.
 

@@ -18,9 +18,10 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.hardware.driver import DriverError, RegulatorDriver
-from pneumorph.hardware.rig import RigSettings, open_driver
-from pneumorph.settings import settings_from_dict, settings_to_dict
+from pneumorph.hardware.open_driver import open_driver
+from pneumorph.hardware.rig import RigSettings
 
 START_LIMIT_S = 30.0
 """A guardian that is not ready by then has failed [s]."""
@@ -104,12 +105,19 @@ def watch(pipe: int, watchdog_s: float) -> str | None:
 
 
 def vent(driver: RegulatorDriver, attempts: int) -> list[str]:
-    """Send zero until it is taken; return what went wrong, empty where the first attempt did it."""
+    """Send zero until it is taken.
+
+    Returns:
+        What went wrong before; empty where the first attempt was taken.
+
+    Raises:
+        DriverError: No attempt was taken.
+    """
     errors: list[str] = []
     for _ in range(attempts):
         try:
             driver.vent()
-        except DriverError as error:
+        except Exception as error:  # whatever a driver raises, the next attempt may be taken
             errors.append(str(error))
             driver.close()
         else:

@@ -19,16 +19,17 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Positive, rises
 from pneumorph.hardware.measured_table import read_measured_table
 
 
 @dataclass(frozen=True)
-class VideoSettings:
+class VideoSettings(Checked):
     """How a video's points become millimetres on the floor."""
 
-    units_per_mm: float = 1.0
+    units_per_mm: Positive = 1.0
     """Pixels (or the tracker's units) for one millimetre."""
-    frames_per_second: float = 30.0
+    frames_per_second: Positive = 30.0
     """Of the video, where a table counts frames."""
     start_s: float = 0.0
     """Time in the video at which the gait starts [s]."""
@@ -41,12 +42,6 @@ class VideoSettings:
     """Which body part or node to follow; empty for the first."""
     least_likelihood: float = 0.6
     """Points that the tracker trusts less are left out."""
-
-    def __post_init__(self) -> None:
-        for name in ("units_per_mm", "frames_per_second"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} must be positive and finite, got {value}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +62,10 @@ class MarkerTrack:
     def __post_init__(self) -> None:
         if len(self.time_s) < 2:
             raise ValueError(f"a track needs at least 2 points, got {len(self.time_s)}")
-        if np.any(np.diff(self.time_s) <= 0.0):
-            raise ValueError("times of a track must rise; frames may be doubled or out of order")
+        if not rises(self.time_s):
+            raise ValueError(
+                "times of a track must be finite and rise; frames may be doubled or out of order"
+            )
 
     def forward_cm(self, time_s: np.ndarray) -> np.ndarray:
         """Forward travel since the gait's start at given times [cm], linear in between.
@@ -121,7 +118,7 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
 
 def write_track(path: Path | str, track: MarkerTrack) -> Path:
     """Write a track in the package's own format."""
-    from pneumorph.artefact import write_atomically
+    from pneumorph.base.artefact import write_atomically
 
     lines = ["time_s,x_mm,y_mm"]
     for time_s, (x, y) in zip(track.time_s, track.position_mm, strict=True):
@@ -152,7 +149,9 @@ def _sleap(rows: list[list[str]], video: VideoSettings) -> tuple[np.ndarray, np.
     score = head.index(f"{name}.score") if f"{name}.score" in head else None
     times, points = [], []
     for row in rows[1:]:
-        if not row[x] or (score is not None and _number(row[score]) < video.least_likelihood):
+        # A score that is missing or NaN is trusted by nobody.
+        trusted = score is None or _number(row[score]) >= video.least_likelihood
+        if not row[x] or not trusted:
             continue
         times.append(_number(row[frame]) / video.frames_per_second)
         points.append([_number(row[x]), _number(row[y])])

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
 from pneumorph.hardware.trial import Trial
 
 Parameters = dict[str, float]
@@ -34,21 +35,22 @@ FAILED_MM = 200.0
 
 
 @dataclass(frozen=True)
-class ParameterFitSettings:
+class ParameterFitSettings(Checked):
     """How the fit is searched for."""
 
     names: tuple[str, ...] = ("modulus_factor", "stiffness_damping_s", "friction")
     """Parameters to fit; the others stay as they are."""
-    samples_per_s: float = 10.0
+    samples_per_s: Positive = 10.0
     """Instants at which paths are compared [1/s]."""
-    scan_count: int = 5
+    scan_count: CountOrNone = 5
     """Values of each parameter tried first, one parameter after the other."""
-    step: float = 0.02
+    step: Positive = 0.02
     """Relative step of the derivatives; contact makes smaller ones meaningless."""
-    evaluation_limit: int = 30
+    evaluation_limit: Count = 30
     """Most simulations of all trials in the search, besides derivatives."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         unknown = set(self.names) - set(BOUNDS)
         if unknown or not self.names:
             raise ValueError(f"names is {self.names}, expected some of {', '.join(BOUNDS)}")

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
-from pneumorph.hardware.driver import RegulatorDriver
-from pneumorph.settings import check_numbers, load_settings
+from pneumorph.base.checked import Bounds, Checked, Count, NotNegative, Positive
+from pneumorph.base.settings import load_settings
 
 DriverKind = Literal["9129b", "serial", "virtual"]
 
 
 @dataclass(frozen=True)
-class Channel:
+class Channel(Checked):
     """One regulator with its command voltage and its pressure sensor, both affine.
 
     The defaults are an analog regulator that takes 0 to 10 V for 0 to 100 kPa, and a sensor that
@@ -31,24 +30,20 @@ class Channel:
     """Hard limit: the driver refuses a command below [V]."""
     highest_volt: float = 10.0
     """Hard limit: the driver refuses a command above [V]."""
-    highest_kPa: float = 95.0
+    highest_kPa: Positive = 95.0
     """Hard limit: the driver refuses a command above [kPa]."""
     sensor_volt_per_kPa: float = 0.04
     """Sensor voltage for one kPa [V/kPa]."""
     sensor_volt_at_zero: float = 1.0
     """Sensor voltage at zero pressure [V]."""
+    has_sensor: bool = True
+    """Whether there is a pressure sensor; a reading of NaN is a fault where there is one."""
 
     def __post_init__(self) -> None:
-        check_numbers(
-            self,
-            ("highest_kPa",),
-            (),
-            ("command_volt_at_zero", "lowest_volt", "highest_volt", "sensor_volt_at_zero"),
-        )
+        super().__post_init__()
         for name in ("command_volt_per_kPa", "sensor_volt_per_kPa"):
-            value = getattr(self, name)
-            if not math.isfinite(value) or value == 0.0:
-                raise ValueError(f"{name} must be finite and not zero, got {value}")
+            if getattr(self, name) == 0.0:
+                raise ValueError(f"{name} must not be zero")
         if not self.lowest_volt <= self.command_volt_at_zero <= self.highest_volt:
             raise ValueError(
                 f"command_volt_at_zero is {self.command_volt_at_zero} V, expected it within the "
@@ -80,36 +75,35 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class SafetySettings:
+class SafetySettings(Checked):
     """When a run is stopped and vented."""
 
-    highest_sensed_kPa: float = 100.0
+    highest_sensed_kPa: Positive = 100.0
     """A sensed pressure above stops the run [kPa]."""
-    lowest_sensed_kPa: float = -10.0
+    lowest_sensed_kPa: Annotated[
+        float, Bounds(below=0.0, why="sensors of vented regulators read about zero")
+    ] = -10.0
     """A sensed pressure below means a broken sensor or wire and stops the run [kPa]."""
-    stuck_s: float = 0.4
-    """A sensor that shows the very same value for this long while its command moves is stuck."""
-    stuck_command_change_kPa: float = 5.0
-    """How far the command must have moved for that [kPa]."""
-    watchdog_s: float = 0.45
+    stuck_s: Positive = 0.4
+    """A sensor that shows the very same value for this long while its regulator moves is stuck."""
+    stuck_command_change_kPa: Positive = 5.0
+    """How far every healthy regulator must have moved for that, given its commands [kPa]."""
+    slowest_lag_s: Positive = 0.25
+    """A healthy regulator approaches its command at least as fast as with this time constant,
+    within the rig's `rate_kPa_per_s` [s]."""
+    residual_kPa: Positive = 5.0
+    """How far a sensed pressure may be outside what a healthy regulator can have [kPa]."""
+    residual_s: NotNegative = 0.2
+    """A sensed pressure that is further outside for this long stops the run [s]."""
+    watchdog_s: Positive = 0.45
     """Silence of the deploying process after which the guardian vents [s]; its death is noticed at
     once."""
-    vent_attempts: int = 3
+    vent_attempts: Count = 3
     """How often zero is sent until one is taken."""
-
-    def __post_init__(self) -> None:
-        check_numbers(
-            self,
-            ("highest_sensed_kPa", "stuck_s", "stuck_command_change_kPa", "watchdog_s"),
-            (),
-            ("lowest_sensed_kPa",),
-        )
-        if self.vent_attempts < 1:
-            raise ValueError(f"vent_attempts is {self.vent_attempts}, expected at least 1")
 
 
 @dataclass(frozen=True)
-class RigSettings:
+class RigSettings(Checked):
     """A rig; `deploy --rig FILE` reads it from JSON or TOML."""
 
     driver: DriverKind = "virtual"
@@ -121,36 +115,25 @@ class RigSettings:
     """PyVISA backend; @py is pyvisa-py."""
     adc_port: str = ""
     """Serial port of the ADC with the pressure sensors (9129b only); empty for none."""
-    baud_rate: int = 9600
+    baud_rate: Count = 9600
     """Of serial lines."""
     channels: tuple[Channel, ...] = (Channel(), Channel(), Channel())
     """The regulators, in the order of the gait's."""
-    update_interval_s: float = 0.33
+    update_interval_s: Positive = 0.33
     """Time between commands [s]; a 9129B takes 0.2 s for one and its check."""
-    sample_interval_s: float = 0.1
+    sample_interval_s: Positive = 0.1
     """Time between sensor readings, log rows and beats of the watchdog [s]."""
-    reply_timeout_s: float = 0.2
+    reply_timeout_s: Positive = 0.2
     """Longest wait for an answer [s]; later is an error."""
-    command_time_s: float = 0.1
+    command_time_s: NotNegative = 0.1
     """Time that a 9129B is busy after each message [s]."""
-    rate_kPa_per_s: float = 150.0
-    """Most change of a command [kPa/s]."""
+    rate_kPa_per_s: Positive = 150.0
+    """Most change of a command; a healthy regulator moves at least as fast [kPa/s]."""
     safety: SafetySettings = field(default_factory=SafetySettings)
     """When a run is stopped."""
 
     def __post_init__(self) -> None:
-        check_numbers(
-            self,
-            (
-                "baud_rate",
-                "update_interval_s",
-                "sample_interval_s",
-                "reply_timeout_s",
-                "rate_kPa_per_s",
-            ),
-            ("command_time_s",),
-            (),
-        )
+        super().__post_init__()
         if not self.channels:
             raise ValueError("channels is empty, expected one channel for each regulator")
         if self.driver != "virtual" and not self.resource:
@@ -186,6 +169,12 @@ class RigSettings:
         return volts
 
     @property
+    def has_sensor(self) -> np.ndarray:
+        """Which channels have a pressure sensor, (channel,) bool; a 9129B's need an ADC."""
+        connected = self.driver != "9129b" or bool(self.adc_port)
+        return np.array([connected and channel.has_sensor for channel in self.channels])
+
+    @property
     def zero_volts(self) -> list[float]:
         """Command voltage of each channel for zero pressure [V]."""
         return [channel.command_volt_at_zero for channel in self.channels]
@@ -194,21 +183,3 @@ class RigSettings:
 def load_rig(path: Path | str) -> RigSettings:
     """Read a rig file."""
     return load_settings(RigSettings, path)
-
-
-def open_driver(rig: RigSettings) -> RegulatorDriver:
-    """Return the driver of a real rig, not connected yet.
-
-    Raises:
-        ValueError: The rig is virtual: it needs a robot.
-        ModuleNotFoundError: The driver's library is not installed.
-    """
-    if rig.driver == "9129b":
-        from pneumorph.hardware.analog_rig import AnalogRig
-
-        return AnalogRig(rig)
-    if rig.driver == "serial":
-        from pneumorph.hardware.serial_controller import SerialController
-
-        return SerialController(rig)
-    raise ValueError("a virtual rig is made of a robot, see pneumorph/hardware/virtual_rig.py")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.gait.open_loop_gait import SAME_TIME_S, OpenLoopGait
 from pneumorph.hardware.rig import RigSettings
+from pneumorph.physics.open_loop_gait import SAME_TIME_S, OpenLoopGait, sample_commands
 
 SEARCH_STEP_S = 0.01
 """The gait is looked at this often for changes [s]: the simulation's time step."""
@@ -63,7 +63,8 @@ def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:
         rig: The rig.
 
     Raises:
-        ValueError: Another number of regulators, or a pressure beyond a channel's hard limits.
+        ValueError: Another number of regulators, a pressure beyond the gait's own limit, or one
+            beyond a channel's hard limits.
     """
     if gait.regulator_count != len(rig.channels):
         raise ValueError(
@@ -71,17 +72,17 @@ def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:
             f"{len(rig.channels)} channels, expected the same number"
         )
     times, pressures = [0.0], [np.zeros(gait.regulator_count)]
-    pressures[0] = _approached(pressures[0], gait.pressure_kPa(0.0), rig, rig.update_interval_s)
-    count = round(gait.duration_s / SEARCH_STEP_S)
+    count = max(1, round(gait.duration_s / SEARCH_STEP_S))
+    targets = sample_commands(gait, SEARCH_STEP_S, count)
+    pressures[0] = _approached(pressures[0], targets[0], rig, rig.update_interval_s)
     for step in range(1, count):
         time_s = step * SEARCH_STEP_S
         waited = time_s - times[-1]
         if waited < rig.update_interval_s - SAME_TIME_S:
             continue
-        target = gait.pressure_kPa(time_s)
-        if not np.array_equal(target, pressures[-1]):
+        if not np.array_equal(targets[step], pressures[-1]):
             times.append(time_s)
-            pressures.append(_approached(pressures[-1], target, rig, rig.update_interval_s))
+            pressures.append(_approached(pressures[-1], targets[step], rig, rig.update_interval_s))
     times.append(gait.duration_s)
     pressures.append(np.zeros(gait.regulator_count))
     volts = []

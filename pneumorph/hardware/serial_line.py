@@ -53,7 +53,7 @@ class SerialLine:
         try:
             self._line.reset_input_buffer()
             self._line.write((text + "\n").encode())
-        except OSError as error:
+        except Exception as error:  # pyserial lets termios.error through, which is no OSError
             raise DriverError(
                 f"serial port {self._port}: {text!r} was not sent: {error}"
             ) from error
@@ -74,16 +74,16 @@ class SerialLine:
                         f"{self._timeout_s:g} s, got {answer!r}"
                     )
                 answer += self._line.readline()
-        except OSError as error:
-            if isinstance(error, DriverError):
-                raise
+        except DriverError:
+            raise
+        except Exception as error:
             raise DriverError(f"serial port {self._port} is lost: {error}") from error
         return answer.decode(errors="replace").strip()
 
     def close(self) -> None:
         """Close the port; never raises."""
         if self._line is not None:
-            with suppress(OSError):  # the device may be gone already
+            with suppress(Exception):  # the device may be gone already
                 self._line.close()
             self._line = None
 

@@ -41,8 +41,11 @@ class Supply9129B:
         self._visa = _pyvisa()
         self._manager: Any = self._visa.ResourceManager(visa_library)
 
-    def open(self) -> None:
-        """Connect, check the model, take remote control, command zero, switch the outputs on.
+    def open(self, volts: Sequence[float]) -> None:
+        """Connect, check the model, take remote control, set the outputs and switch them on.
+
+        Args:
+            volts: What the outputs begin with: the regulators' zero, which need not be 0 V [V].
 
         Raises:
             DriverError: No answer, or not from a 9129B.
@@ -54,7 +57,7 @@ class Supply9129B:
                 f"{self._resource} is {identity!r}, expected a BK Precision 9129B; the resource "
                 "may be another instrument's"
             )
-        for message in ("*CLS", "SYST:REM", "APP:VOLT 0,0,0", "OUTP:STAT:ALL ON"):
+        for message in ("*CLS", "SYST:REM", _set(volts), "OUTP:STAT:ALL ON"):
             self._write(message)
         self.check()
 
@@ -64,7 +67,7 @@ class Supply9129B:
         Raises:
             DriverError: The supply refused, answered late, not at all, or senselessly.
         """
-        self._write("APP:VOLT " + ",".join(f"{volt:.3f}" for volt in volts))
+        self._write(_set(volts))
         self.check()
 
     def check(self) -> None:
@@ -89,7 +92,7 @@ class Supply9129B:
         """Set the outputs [V] without waiting for an answer; connects first if need be."""
         if self._instrument is None:
             self._connect()
-        self._write("APP:VOLT " + ",".join(f"{volt:.3f}" for volt in volts))
+        self._write(_set(volts))
 
     def close(self) -> None:
         """Let go of the instrument; never raises."""
@@ -129,10 +132,14 @@ class Supply9129B:
         time.sleep(max(0.0, self._free_at - time.monotonic()))
         try:
             return action(self._instrument)
-        except (self._visa.errors.Error, OSError, UnicodeDecodeError) as error:
+        except Exception as error:  # whatever a VISA backend lets through: the supply is lost
             raise DriverError(f"{message!r} failed: {error}") from error
         finally:
             self._free_at = time.monotonic() + self._command_time_s
+
+
+def _set(volts: Sequence[float]) -> str:
+    return "APP:VOLT " + ",".join(f"{volt:.3f}" for volt in volts)
 
 
 def _pyvisa() -> Any:

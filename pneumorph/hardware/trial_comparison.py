@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from pneumorph.hardware.trial import Trial
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class TrialComparison:
     """One robot, simulated and measured. Axes: time, trial, step.
 
     Attributes:
@@ -72,7 +73,7 @@ class Comparison:
         measured = cycle_slides_cm(self.time_s, self.measured_cm.T, cycle_s)
         return float(simulated.mean()), measured.mean(axis=0)
 
-    def summary(self) -> dict[str, object]:
+    def summary(self) -> dict[str, Any]:
         """Everything as numbers, for a summary."""
         simulated_steps, measured_steps = self.rewards_per_step_cm()
         simulated_slide, measured_slides = self.backsliding_cm()
@@ -102,7 +103,7 @@ def compare_trials(
     step_s: float = 1.0,
     cycle_s: float = 4.0,
     sample_s: float = 0.05,
-) -> Comparison:
+) -> TrialComparison:
     """Put a simulated path and measured trials on common instants.
 
     Args:
@@ -129,7 +130,7 @@ def compare_trials(
             f"of {step_s:g} s; times of a track count from the gait's start"
         )
     time_s = np.linspace(0.0, end, round(end / sample_s) + 1)
-    return Comparison(
+    return TrialComparison(
         label,
         design,
         time_s,

@@ -9,25 +9,25 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, CountOrNone, NotNegative, Positive
 from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.marker_track import MarkerTrack
 from pneumorph.hardware.rig import RigSettings
-from pneumorph.pressure import PressureMap
-from pneumorph.settings import check_numbers
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.rollout import RobotModel
-from pneumorph.simulation.simulation_settings import SimulationSettings
 
 UNLIMITED_KPA_PER_S = 1e9
 """The rig's own regulators limit the rate, so the robot's must not."""
 
 
 @dataclass(frozen=True)
-class VirtualRigSettings:
+class VirtualRigSettings(Checked):
     """How the virtual reality differs from the simulation, and how imperfect its rig is."""
 
-    seed: int = 0
+    seed: CountOrNone = 0
     """Of what is off; trials of one seed share the same robot."""
     reality: Randomisation = field(
         default_factory=lambda: Randomisation(
@@ -42,39 +42,27 @@ class VirtualRigSettings:
     pressure_slope_factor: str = "N(1, 0.05)"
     """Slope of the true pressure map over the simulation's."""
     pressure_intercept_kPa: str = "N(-20, 3)"
-    """Intercept of the true pressure map [simulated kPa]."""
-    regulator_noise_kPa: float = 0.3
+    """Intercept of the true pressure map where the published line is simulated, -20.361
+    [simulated kPa]; any other line is off by as much real pressure."""
+    regulator_noise_kPa: NotNegative = 0.3
     """Standard deviation of a regulator's pressure about its course [kPa]."""
-    sensor_noise_kPa: float = 0.2
+    sensor_noise_kPa: NotNegative = 0.2
     """Standard deviation of a reading [kPa]."""
-    resolution_kPa: float = 0.1
+    resolution_kPa: Positive = 0.1
     """Step of commands and readings [kPa]."""
-    frames_per_second: float = 30.0
+    frames_per_second: Positive = 30.0
     """Of the camera that follows the marker."""
-    marker_noise_mm: float = 0.2
+    marker_noise_mm: NotNegative = 0.2
     """Standard deviation of the marker's place [mm]."""
-    bend_noise_deg: float = 0.5
+    bend_noise_deg: NotNegative = 0.5
     """Standard deviation of a measured bend [degrees]."""
-    friction_between_trials: float = 0.02
+    friction_between_trials: NotNegative = 0.02
     """Standard deviation of a trial's friction, relative."""
-    settling_steps: int = 15
+    settling_steps: CountOrNone = 15
     """Time steps at zero pressure before a trial."""
 
     def __post_init__(self) -> None:
-        check_numbers(
-            self,
-            ("resolution_kPa", "frames_per_second"),
-            (
-                "seed",
-                "regulator_noise_kPa",
-                "sensor_noise_kPa",
-                "marker_noise_mm",
-                "bend_noise_deg",
-                "friction_between_trials",
-                "settling_steps",
-            ),
-            (),
-        )
+        super().__post_init__()
         Distribution.parse(self.pressure_slope_factor)
         Distribution.parse(self.pressure_intercept_kPa)
 
@@ -86,27 +74,31 @@ class Reality:
     world: World
     pressure_map: PressureMap
 
-    def settings(self, simulation: SimulationSettings) -> SimulationSettings:
+    def physics(self, usual: Physics) -> Physics:
         """Physics of the true robot; the modulus and the mass are the robot's."""
         return replace(
-            self.world.applied_to(simulation),
+            self.world.applied_to(usual),
             pressure_map=self.pressure_map,
             pressure_rate_kPa_per_s=UNLIMITED_KPA_PER_S,
         )
 
 
-def draw_reality(settings: VirtualRigSettings) -> Reality:
-    """The reality of a seed."""
+def draw_reality(settings: VirtualRigSettings, simulated: PressureMap) -> Reality:
+    """The reality of a seed.
+
+    Args:
+        settings: What is off.
+        simulated: Pressure map of the simulation that the reality is off from.
+    """
     rng = np.random.default_rng([settings.seed, 1])
     world = settings.reality.draw(rng)
-    usual = PressureMap()
-    return Reality(
-        world,
-        PressureMap(
-            usual.slope * Distribution.parse(settings.pressure_slope_factor).draw(rng),
-            Distribution.parse(settings.pressure_intercept_kPa).draw(rng),
-        ),
-    )
+    slope_factor = Distribution.parse(settings.pressure_slope_factor).draw(rng)
+    published = PressureMap()
+    # Intercepts are drawn for the published line; the same real pressure is more of a steeper one.
+    steeper = simulated.slope / published.slope
+    intercept_kPa = Distribution.parse(settings.pressure_intercept_kPa).draw(rng) * steeper
+    shift_kPa = simulated.intercept_kPa - published.intercept_kPa * steeper
+    return Reality(world, PressureMap(simulated.slope * slope_factor, intercept_kPa + shift_kPa))
 
 
 def trial_reality(reality: Reality, settings: VirtualRigSettings, trial: int) -> Reality:
@@ -135,6 +127,33 @@ class VirtualClock:
             self._now_s = time_s
 
 
+class VirtualRegulators:
+    """Pressures that approach their commands with a first-order lag, within a rate.
+
+    Args:
+        count: How many.
+        rate_kPa_per_s: Most change of a pressure [kPa/s].
+        lag_s: Time constant [s]; 0 for none.
+        time_step_s: Time step [s].
+
+    Attributes:
+        target_kPa: Commands [kPa], (channel,).
+        pressure_kPa: Pressures [kPa], (channel,).
+    """
+
+    def __init__(self, count: int, rate_kPa_per_s: float, lag_s: float, time_step_s: float) -> None:
+        self.target_kPa, self.pressure_kPa = np.zeros(count), np.zeros(count)
+        self.time_step_s = time_step_s
+        self._kept = math.exp(-time_step_s / lag_s) if lag_s > 0.0 else 0.0
+        self._most_kPa = rate_kPa_per_s * time_step_s
+
+    def step(self) -> None:
+        """Advance by one time step."""
+        wanted = self.target_kPa + (self.pressure_kPa - self.target_kPa) * self._kept
+        change = np.clip(wanted - self.pressure_kPa, -self._most_kPa, self._most_kPa)
+        self.pressure_kPa = self.pressure_kPa + change
+
+
 class VirtualRig:
     """Regulators with lag, noise and quantisation, and a robot they inflate.
 
@@ -156,12 +175,13 @@ class VirtualRig:
         time_step_s: float,
         trial: int = 1,
     ) -> None:
-        self._robot, self._rig, self._settings = robot, rig, settings
+        self.robot = robot
+        self._rig, self._settings = rig, settings
         self._step_s = time_step_s
-        self._kept = math.exp(-time_step_s / lag_s) if lag_s > 0.0 else 0.0
         self._rng = np.random.default_rng([settings.seed, 3, trial])
-        count = len(rig.channels)
-        self._target, self._pressure = np.zeros(count), np.zeros(count)
+        self.regulators = VirtualRegulators(
+            len(rig.channels), rig.rate_kPa_per_s, lag_s, time_step_s
+        )
         self._state: Any = None
         self._steps = 0
         self._places: list[np.ndarray] = []
@@ -170,24 +190,25 @@ class VirtualRig:
     def open(self) -> None:
         """Put the robot on the floor and let it settle."""
         rest = np.zeros((max(self._settings.settling_steps, 1), len(self._rig.channels)))
-        self._state, trajectory = self._robot.rollout(
-            self._robot.initial_state(), rest, record_every=len(rest), record_nodes=False
+        self._state, trajectory = self.robot.rollout(
+            self.robot.initial_state(), rest, record_every=len(rest), record_nodes=False
         )
         self._places = [trajectory.tracked_point_mm[-1]]
 
     def command(self, pressure_kPa: np.ndarray) -> None:
         """Set every regulator [real kPa]."""
         self._rig.command_volts(pressure_kPa)  # hard limits hold here as on a real rig
-        self._target = self._quantised(np.asarray(pressure_kPa, dtype=float))
+        self.regulators.target_kPa = self._quantised(np.asarray(pressure_kPa, dtype=float))
 
     def sense(self) -> np.ndarray:
         """Sensed pressures [real kPa], (channel,)."""
-        noise = self._settings.sensor_noise_kPa * self._rng.standard_normal(len(self._pressure))
-        return self._quantised(self._pressure + noise)
+        pressure = self.regulators.pressure_kPa
+        noise = self._settings.sensor_noise_kPa * self._rng.standard_normal(len(pressure))
+        return self._quantised(pressure + noise)
 
     def vent(self) -> None:
         """Command zero."""
-        self._target = np.zeros_like(self._target)
+        self.regulators.target_kPa = np.zeros_like(self.regulators.target_kPa)
 
     def close(self) -> None:
         """Nothing to let go of."""
@@ -209,16 +230,14 @@ class VirtualRig:
         if count <= 0:
             return
         self._steps += count
-        most = self._rig.rate_kPa_per_s * self._step_s
-        pressures = np.empty((count, len(self._target)))
+        pressures = np.empty((count, len(self._rig.channels)))
         for step in range(count):
-            wanted = self._target + (self._pressure - self._target) * self._kept
-            self._pressure = self._pressure + np.clip(wanted - self._pressure, -most, most)
+            self.regulators.step()
             noise = self._settings.regulator_noise_kPa * self._rng.standard_normal(
-                len(self._pressure)
+                pressures.shape[1]
             )
-            pressures[step] = np.maximum(0.0, self._pressure + noise)
-        self._state, trajectory = self._robot.rollout(
+            pressures[step] = np.maximum(0.0, self.regulators.pressure_kPa + noise)
+        self._state, trajectory = self.robot.rollout(
             self._state, pressures, record_every=1, record_nodes=False
         )
         if trajectory.status != "completed":

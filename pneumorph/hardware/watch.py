@@ -6,19 +6,29 @@ from collections import deque
 
 import numpy as np
 
-from pneumorph.hardware.rig import SafetySettings
+from pneumorph.hardware.healthy_band import HealthyBand
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.physics.open_loop_gait import SAME_TIME_S
 
 
 class PressureWatch:
     """Looks at every sample; `fault` says what is wrong, or nothing.
 
+    A reading is compared with its limits and with what a healthy regulator can have
+    (`HealthyBand`): one that stays outside on the same side, or that does not move where every
+    healthy regulator must have moved, is a fault. One that is no finite number is a fault at once.
+
     Args:
-        safety: The limits.
+        rig: Its channels, its rate and its `SafetySettings`.
     """
 
-    def __init__(self, safety: SafetySettings) -> None:
-        self._safety = safety
-        self._history: deque[tuple[float, np.ndarray, np.ndarray]] = deque()
+    def __init__(self, rig: RigSettings) -> None:
+        self._safety = rig.safety
+        self._has_sensor = rig.has_sensor
+        self._band = HealthyBand(rig.rate_kPa_per_s, rig.safety.slowest_lag_s)
+        self._side = np.zeros(len(rig.channels))
+        self._since_s = np.zeros(len(rig.channels))
+        self._history: deque[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = deque()
 
     def fault(self, time_s: float, commanded: np.ndarray, sensed: np.ndarray) -> str | None:
         """Add a sample and return the reason to stop, or None.
@@ -26,37 +36,75 @@ class PressureWatch:
         Args:
             time_s: When [s].
             commanded: Pressures commanded before the sample [kPa], (channel,).
-            sensed: Sensed pressures [kPa], (channel,); NaN takes no part.
+            sensed: Sensed pressures [kPa], (channel,); NaN is a fault where there is a sensor.
         """
-        safety = self._safety
-        for channel, pressure in enumerate(sensed, start=1):
-            if pressure > safety.highest_sensed_kPa:
-                return (
-                    f"channel {channel} senses {pressure:.1f} kPa, above the limit of "
-                    f"{safety.highest_sensed_kPa:g} kPa"
-                )
-            if pressure < safety.lowest_sensed_kPa:
-                return (
-                    f"channel {channel} senses {pressure:.1f} kPa, below "
-                    f"{safety.lowest_sensed_kPa:g} kPa: its sensor or wire is broken"
-                )
-        self._history.append((time_s, np.array(commanded), np.array(sensed)))
-        # Keep one sample older than the window: it spans the whole of it.
-        while len(self._history) > 1 and time_s - self._history[1][0] >= safety.stuck_s:
-            self._history.popleft()
-        return self._stuck(time_s)
+        self._band.advance(time_s, commanded, sensed)
+        return (
+            self._senseless(sensed)
+            or self._stuck(time_s, sensed)
+            or self._outside(time_s, commanded, sensed)
+        )
 
-    def _stuck(self, time_s: float) -> str | None:
-        first_time, first_command, _ = self._history[0]
-        if time_s - first_time < self._safety.stuck_s:
+    def _senseless(self, sensed: np.ndarray) -> str | None:
+        safety = self._safety
+        for channel, pressure in enumerate(sensed):
+            if np.isnan(pressure) and not self._has_sensor[channel]:
+                continue
+            said = f"channel {channel + 1} senses {pressure:.1f} kPa"
+            if not np.isfinite(pressure):
+                return f"{said}, which is no pressure: its sensor, wire or converter is broken"
+            if not pressure <= safety.highest_sensed_kPa:
+                return f"{said}, above the limit of {safety.highest_sensed_kPa:g} kPa"
+            if not pressure >= safety.lowest_sensed_kPa:
+                return (
+                    f"{said}, below {safety.lowest_sensed_kPa:g} kPa: its sensor or wire is broken"
+                )
+        return None
+
+    def _stuck(self, time_s: float, sensed: np.ndarray) -> str | None:
+        """Find a reading that stood still while every healthy regulator moved."""
+        band, safety = self._band, self._safety
+        self._history.append((time_s, np.array(sensed), band.lowest_kPa, band.highest_kPa))
+        # Keep one sample older than the window: it spans the whole of it.
+        while (
+            len(self._history) > 1 and time_s - self._history[1][0] >= safety.stuck_s - SAME_TIME_S
+        ):
+            self._history.popleft()
+        passed_s = time_s - self._history[0][0]
+        if passed_s < safety.stuck_s - SAME_TIME_S:
             return None
-        values = np.array([sensed for _, _, sensed in self._history])
-        still = np.all(values == values[0], axis=0)  # NaN is never equal
-        moved = np.abs(self._history[-1][1] - first_command)
-        for channel in np.flatnonzero(still & (moved >= self._safety.stuck_command_change_kPa)):
+        _, values, lowest, highest = zip(*self._history, strict=True)
+        still = np.all(np.array(values) == values[0], axis=0)  # NaN is never equal
+        moved = np.max(lowest, axis=0) - np.min(highest, axis=0)
+        for channel in np.flatnonzero(still & (moved >= safety.stuck_command_change_kPa)):
             return (
-                f"channel {channel + 1} has sensed {values[0, channel]:.2f} kPa for "
-                f"{time_s - first_time:.2f} s while its command moved by {moved[channel]:.1f} kPa: "
-                "its sensor is stuck"
+                f"channel {channel + 1} has sensed {sensed[channel]:.2f} kPa for {passed_s:.2f} s, "
+                f"in which its regulator must have moved by {moved[channel]:.1f} kPa: its sensor "
+                "is stuck"
+            )
+        return None
+
+    def _outside(self, time_s: float, commanded: np.ndarray, sensed: np.ndarray) -> str | None:
+        """Find a reading that stays above or below what a healthy regulator can have."""
+        band, safety = self._band, self._safety
+        side = np.where(sensed > band.highest_kPa + safety.residual_kPa, 1, 0)
+        side = np.where(sensed < band.lowest_kPa - safety.residual_kPa, -1, side)
+        self._since_s = np.where(side == self._side, self._since_s, time_s)
+        self._side = side
+        long = time_s - self._since_s >= safety.residual_s - SAME_TIME_S
+        for channel in np.flatnonzero(long & (side != 0)):
+            above = side[channel] > 0
+            cause = (
+                "its valve is stuck open, so that venting may not help: cut the air"
+                if above
+                else "a tube is off or burst, it leaks, or its valve is stuck closed"
+            )
+            return (
+                f"channel {channel + 1} senses {sensed[channel]:.1f} kPa, "
+                f"{'above' if above else 'below'} what a healthy regulator has that is commanded "
+                f"{commanded[channel]:.1f} kPa, {band.lowest_kPa[channel]:.1f} to "
+                f"{band.highest_kPa[channel]:.1f} kPa, by more than {safety.residual_kPa:g} kPa "
+                f"for {time_s - self._since_s[channel]:.2f} s: {cause}; or its sensor is off, or "
+                "it is slower than safety.slowest_lag_s"
             )
         return None

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pneumorph.artefact import ArtefactError
-from pneumorph.executor import ExecutorSettings, run_tasks
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.executor import ExecutorSettings, run_tasks
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.fem.hub_body import HubBody
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rigid_hub import RigidHub
-from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.pose import Pose
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.snapshot_files import SnapshotFiles, read_header
@@ -33,7 +33,6 @@ from pneumorph.reduction.walk_snapshots import (
     walk_plan,
     walk_snapshots,
 )
-from pneumorph.settings import settings_from_dict, settings_to_dict
 
 Progress = Callable[[int, int, str], None]
 
@@ -58,7 +57,7 @@ class SnapshotSettings:
 @dataclass(frozen=True, eq=False)
 class _Problem:
     part: PartModel
-    hub: RigidHub | SoftHub
+    hub: HubBody
     poses: tuple[Pose, ...]
     settings: SnapshotSettings
     bend: Snapshots | None = None
@@ -67,7 +66,7 @@ class _Problem:
 
 def collect_snapshots(
     part: PartModel,
-    hub: RigidHub | SoftHub,
+    hub: HubBody,
     poses: Sequence[Pose],
     settings: SnapshotSettings,
     folder: Path,

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
-from pneumorph.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, save_artefact
 from pneumorph.reduction.incremental_pod import gram_vectors
 from pneumorph.reduction.snapshots import BLOCK_SIZE, SnapshotSet
 

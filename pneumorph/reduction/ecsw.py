@@ -34,7 +34,7 @@ import scipy.sparse as sparse
 
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.quadrature import quadrature
-from pneumorph.fem.rotation import Rotation
+from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.assemble import Cubature, sample_elements
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.sparse_nnls import NormalEquations, sparse_nnls

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.fem.bend import end_face_bend_deg
-from pneumorph.fem.rotation import Rotation
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.physics.physics import Rotation
+from pneumorph.reduction.modal_equilibrium import rising_modal_equilibria
 from pneumorph.reduction.reduced_part import ReducedPart
-from pneumorph.reduction.static_equilibrium import static_equilibrium
 
 
 @dataclass(frozen=True)
-class BendCurve:
+class ReducedBend:
     """Free bending of the reduced part beside that of the full one, held at the attachment."""
 
     pressure_kPa: np.ndarray
@@ -40,14 +40,14 @@ class BendCurve:
         return float(error.max()) if np.all(np.isfinite(error)) else float("inf")
 
 
-def bend_curve(
+def reduced_bend(
     reduced: ReducedPart,
     mesh: Mesh,
     displacement: np.ndarray,
     pressure_kPa: np.ndarray,
     rotation: Rotation = "edge",
     region: str = "outer_end_face",
-) -> BendCurve:
+) -> ReducedBend:
     """Bend a reduced part through the pressures of full-order equilibria.
 
     Args:
@@ -58,18 +58,16 @@ def bend_curve(
         rotation: Where the elements take their rotation from.
         region: Node set of the outer end face.
     """
-    alpha: np.ndarray | None = None
     states, full, bent, distance = [], [], [], []
-    for moved, pressure in zip(displacement, pressure_kPa, strict=True):
-        result = static_equilibrium(reduced, float(pressure), start=alpha, rotation=rotation)
-        alpha = result.alpha
-        x = reduced.positions(alpha)
+    found = rising_modal_equilibria(reduced, pressure_kPa, rotation)
+    for moved, result in zip(displacement, found, strict=True):
+        x = reduced.positions(result.alpha)
         full_x = mesh.nodes + moved
         full.append(end_face_bend_deg(mesh, full_x, region))
         bent.append(end_face_bend_deg(mesh, x, region) if result.converged else np.nan)
         distance.append(float(np.linalg.norm(x - full_x, axis=1).mean()))
-        states.append(alpha)
-    return BendCurve(
+        states.append(result.alpha)
+    return ReducedBend(
         np.asarray(pressure_kPa, dtype=float),
         np.array(full),
         np.array(bent),

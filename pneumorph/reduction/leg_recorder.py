@@ -9,7 +9,6 @@ import scipy.sparse as sparse
 
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
-from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots, SnapshotCompressor
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.trajectory import Trajectory
@@ -50,9 +49,9 @@ class LegRecorder:
         if self._steps % self._record_every:
             return
         legs = np.array(self._robot.leg_nodes_in_hub_frame(state)) - self._part.rest_nodes
-        if isinstance(self._robot.hub, RigidHub):
+        if self._robot.hub.rigid:
             legs[:, self._attachment] = 0.0  # rounding
-        simulated = self._robot.settings.pressure_map.simulated(state.regulated_kPa)
+        simulated = self._robot.physics.pressure_map.simulated(state.regulated_kPa)
         self._pressures.append(simulated[self._regulators])
         if self._compressor:
             self._compressor.add(legs)

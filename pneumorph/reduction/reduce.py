@@ -11,16 +11,16 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse as sparse
 
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rotation import Rotation
+from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.ecsw import EcswSettings, ecsw
-from pneumorph.reduction.errors import BendCurve, bend_curve, force_errors, node_errors_mm
+from pneumorph.reduction.errors import ReducedBend, force_errors, node_errors_mm, reduced_bend
 from pneumorph.reduction.incremental_pod import IncrementalPod
 from pneumorph.reduction.pod import Pod, joint_pod
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshots import SnapshotSet
-from pneumorph.settings import settings_to_dict
 
 Progress = Callable[[int, int, str], None]
 
@@ -154,10 +154,10 @@ def reduce_part(
     shown = bend[snapshots.pressure_kPa[bend] <= report_pressure_kPa]
     shown_pressure, bent = snapshots.pressure_kPa[shown], snapshots.states(shown)
 
-    def bending(reduced: ReducedPart) -> BendCurve | None:
+    def bending(reduced: ReducedPart) -> ReducedBend | None:
         if part.cavity is None:
             return None
-        return bend_curve(reduced, part.mesh, bent, shown_pressure, settings.rotation)
+        return reduced_bend(reduced, part.mesh, bent, shown_pressure, settings.rotation)
 
     ideal = bending(every)
 
@@ -341,7 +341,7 @@ def _evenly(numbers: np.ndarray, limit: int) -> np.ndarray:
     return numbers[np.linspace(0, len(numbers) - 1, limit).astype(int)]
 
 
-def _bend_table(curve: BendCurve) -> dict[str, list[float]]:
+def _bend_table(curve: ReducedBend) -> dict[str, list[float]]:
     return {
         "pressure_kPa": curve.pressure_kPa.tolist(),
         "full_deg": curve.full_deg.tolist(),

@@ -15,16 +15,35 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pneumorph.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.base.result import result_to_dict
 from pneumorph.fem.law_registry import law_names
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rotation import Rotation
+from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
 from pneumorph.reduction.sampled_elements import SampledElements
 
 FORMAT_VERSION = 2
 _MATERIAL_ENTRIES = ("law", "young_modulus_kPa", "poisson_ratio")
+
+
+@dataclass(frozen=True)
+class PartSummary:
+    """Size, provenance and measured errors of a reduced part."""
+
+    part: str
+    """What it is called: its file, or a name."""
+    mode_count: int
+    tetrahedron_count: int
+    """Sampled integration points of the solid."""
+    membrane_count: int
+    """The same of the membrane."""
+    mesh_digest: str
+    errors: dict[str, float | None]
+    """By the names that the report of the reduction gives them; None where it measured none."""
+    bend: dict[str, list[float]] | None
+    """Pressures [kPa] with the bend of both models [degrees]; None where it was not measured."""
 
 
 class HasDigest(Protocol):
@@ -235,6 +254,20 @@ class ReducedPart:
             + self.membrane.objective_stiffness(alpha)
             + self.linear_stiffness
         )
+
+    def describe(self, name: str) -> dict[str, Any]:
+        """Size, provenance and measured errors, for a summary that calls the part by a name."""
+        report = self.metadata.get("report", {})
+        summary = PartSummary(
+            part=name,
+            mode_count=self.mode_count,
+            tetrahedron_count=len(self.tetrahedron_rest),
+            membrane_count=len(self.membrane_rest),
+            mesh_digest=self.metadata["mesh_digest"],
+            errors={key: report[key] for key in report if "error" in key},
+            bend=report.get("bend"),
+        )
+        return result_to_dict(summary)
 
     def check_mesh(self, mesh: HasDigest) -> None:
         """Refuse a mesh this reduction was not made from.

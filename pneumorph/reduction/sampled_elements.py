@@ -24,7 +24,8 @@ from pneumorph.fem.element_stiffness import positive_part
 from pneumorph.fem.law import Law
 from pneumorph.fem.law_registry import make_law
 from pneumorph.fem.material import Material
-from pneumorph.fem.rotation import Rotation, element_rotation
+from pneumorph.fem.rotation import element_rotation
+from pneumorph.physics.physics import Rotation
 
 
 @dataclass(frozen=True, eq=False)

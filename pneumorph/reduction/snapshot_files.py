@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.artefact import ArtefactError, load_artefact, stream_rows
+from pneumorph.base.artefact import ArtefactError, load_artefact, stream_rows
 from pneumorph.reduction import compressed_snapshots, snapshots
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.snapshots import BLOCK_SIZE, SnapshotSet

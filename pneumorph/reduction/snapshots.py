@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
 
 FORMAT_VERSION = 1
 BLOCK_SIZE = 256

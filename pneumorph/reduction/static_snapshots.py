@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.static import StaticSettings, static_equilibrium
+from pneumorph.fem.static import StaticSettings, rising_equilibria, static_equilibrium
 from pneumorph.reduction.snapshots import Snapshots
 
 GRAVITY_MM_S2 = 9800.0
@@ -56,16 +56,9 @@ def bend_snapshots(part: PartModel, settings: StaticSnapshotSettings) -> Snapsho
     """
     pressures = np.linspace(0.0, settings.bend_pressure_kPa, settings.bend_count + 1)[1:]
     held = part.mesh.node_set("attachment")
-    states, reached, start, before = [], [], None, 0.0
-    for pressure in pressures:
-        result = static_equilibrium(
-            part, float(pressure), held, start=start, start_pressure_kPa=before
-        )
-        if not result.converged:
-            break
-        start, before = result.positions, float(pressure)
-        states.append(start - part.rest_nodes)
-        reached.append(before)
+    found = [each for each in rising_equilibria(part, pressures, held) if each.converged]
+    states = [each.positions - part.rest_nodes for each in found]
+    reached = [each.pressure_kPa for each in found]
     return _snapshots(part, states, reached, "bend", {"asked": len(pressures)})
 
 

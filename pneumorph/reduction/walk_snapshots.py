@@ -22,13 +22,12 @@ from typing import Literal
 
 import numpy as np
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.hub_body import HubBody
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rigid_hub import RigidHub
-from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.pose import Pose
-from pneumorph.pressure import PressureMap
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import LegRecorder
 from pneumorph.reduction.snapshots import Snapshots
@@ -119,7 +118,7 @@ def walk_plan(settings: WalkSnapshotSettings, number: int, place_count: int) -> 
 
 def walk_snapshots(
     part: PartModel,
-    hub: RigidHub | SoftHub,
+    hub: HubBody,
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     number: int,
@@ -156,7 +155,7 @@ def walk_snapshots(
 
 def leg_step_seconds(
     part: PartModel,
-    hub: RigidHub | SoftHub,
+    hub: HubBody,
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     step_count: int = 10,
@@ -178,13 +177,13 @@ def leg_step_seconds(
 
 def walking_robot(
     part: PartModel,
-    hub: RigidHub | SoftHub,
+    hub: HubBody,
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     plan: WalkPlan,
 ) -> FullRobot:
     """The robot of a plan, each leg on a regulator of its own that works in simulated kPa."""
-    physics = FullOrderSettings(
+    physics = Physics(
         regulator_count=len(plan.places),
         pressure_map=PressureMap(1.0, 0.0),
         pressure_rate_kPa_per_s=settings.pressure_rate_kPa_per_s,
@@ -195,7 +194,7 @@ def walking_robot(
 
 
 def _hold_steps(settings: WalkSnapshotSettings) -> int:
-    return round(settings.hold_s / FullOrderSettings.time_step_s)
+    return round(settings.hold_s / Physics.time_step_s)
 
 
 def gray_corners(dimension: int) -> np.ndarray:

@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pneumorph.fabrication.fabricated_robot import FabricatedRobot, FabricationSettings
 from pneumorph.fabrication.hub import HubSettings
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pneunet import PneuNetShape
-from pneumorph.report.style import DISK_COLOUR, INK_COLOUR, figure_style, regulator_colour
+from pneumorph.report.style import (
+    DISK_COLOUR,
+    INK_COLOUR,
+    figure_style,
+    new_figure,
+    regulator_colour,
+    save_figure,
+)
+from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from pneumorph.fabrication.parts_list import Part, TubeRun
-    from pneumorph.robot.design import Design
 
 A3_INCH = (16.54, 11.69)
 WELL_RADIUS_MM = HubSettings().well_radius_mm
 SCALE = 2.0
 """Drawn one to two."""
 _INCH_MM = 25.4
+Point = tuple[float, float]
 
 
 @figure_style()
@@ -46,28 +56,41 @@ def assembly_drawing(
         disk: Sizes of the disk.
         mounting: Where legs sit.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     leg, disk, mounting = leg or PneuNetShape(), disk or DiskShape(), mounting or RadialMounting()
-    figure = Figure(figsize=A3_INCH)
+    figure = new_figure(*A3_INCH)
     figure.set_layout_engine("none")  # views keep their places and scale
-    FigureCanvasAgg(figure)
-    plan = _view(figure, (20.0, 100.0), (175.0, 190.0))
-    side = _view(figure, (20.0, 15.0), (175.0, 70.0))
-    section = _view(figure, (205.0, 245.0), (120.0, 40.0))
-    _plan(plan, design, leg, disk, mounting)
-    _side(side, design, leg, disk, mounting)
-    _section(section, leg)
+    _plan(_view(figure, (20.0, 100.0), (175.0, 190.0)), design, leg, disk, mounting)
+    _side(_view(figure, (20.0, 15.0), (175.0, 70.0)), design, leg, disk, mounting)
+    _section(_view(figure, (205.0, 245.0), (120.0, 40.0)), leg)
     _tables(figure, parts, tubes)
     _title(figure, design)
     return figure
 
 
-def _view(figure: Figure, corner_mm: tuple[float, float], size_mm: tuple[float, float]) -> Axes:
-    """Axes of a place of the sheet whose unit is a real millimetre at the drawing's scale."""
+def write_assembly_drawing(
+    path: Path, made: FabricatedRobot, settings: FabricationSettings
+) -> Path:
+    """Draw what was made as PDF, with a PNG beside it, and return the PDF."""
+    figure = assembly_drawing(
+        Design.parse(made.design),
+        made.parts,
+        made.tubes,
+        settings.leg,
+        settings.disk,
+        settings.mounting,
+    )
+    return save_figure(figure, path, ("pdf", "png"))[0]
+
+
+def _place(figure: Figure, corner_mm: Point, size_mm: Point) -> Axes:
+    """Axes of a place of the sheet."""
     sheet = np.array(A3_INCH) * _INCH_MM
-    axes = figure.add_axes((*(np.array(corner_mm) / sheet), *(np.array(size_mm) / sheet)))
+    return figure.add_axes((*(np.array(corner_mm) / sheet), *(np.array(size_mm) / sheet)))
+
+
+def _view(figure: Figure, corner_mm: Point, size_mm: Point) -> Axes:
+    """Axes of a place of the sheet whose unit is a real millimetre at the drawing's scale."""
+    axes = _place(figure, corner_mm, size_mm)
     half = np.array(size_mm) * SCALE / 2.0
     axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect="equal")
     axes.axis("off")
@@ -83,13 +106,10 @@ def _leg_boxes(leg: PneuNetShape, mounting: RadialMounting, location: int) -> li
 
 def _outline(axes: Axes, points: np.ndarray, colour: str, order: float) -> None:
     """Fill the convex outline of projected points."""
-    from matplotlib.patches import Polygon
     from scipy.spatial import ConvexHull
 
     hull = points[ConvexHull(points).vertices]
-    axes.add_patch(
-        Polygon(hull, facecolor=colour, edgecolor=INK_COLOUR, linewidth=0.5, zorder=order)
-    )
+    axes.fill(*hull.T, facecolor=colour, edgecolor=INK_COLOUR, linewidth=0.5, zorder=order)
 
 
 def _plan(
@@ -113,19 +133,12 @@ def _plan(
             x, y = np.outer(direction, [WELL_RADIUS_MM, disk.top_radius_mm])
             axes.plot(x, y, color=regulator_colour(regulator), linewidth=2.0, zorder=4)
         text = f"{location}: " + (f"regulator {regulator}" if regulator else "free socket")
-        turn = np.degrees(angle)
+        side, flip = ("left", 0.0) if direction[0] > 0 else ("right", 180.0)
         x, y = direction * (165.0 if regulator else 70.0)
         axes.text(
-            x,
-            y,
-            text,
-            fontsize=7,
-            ha="left" if np.cos(angle) > 0 else "right",
-            va="center",
-            rotation=turn if np.cos(angle) > 0 else turn + 180.0,
-            rotation_mode="anchor",
-            zorder=5,
-        )
+            x, y, text, fontsize=7, ha=side, va="center",
+            rotation=np.degrees(angle) + flip, rotation_mode="anchor", zorder=5,
+        )  # fmt: skip
     axes.annotate(
         "forward", (172, 0), (120, 0), fontsize=8, va="center",
         arrowprops={"arrowstyle": "->", "color": INK_COLOUR}, zorder=6,
@@ -164,10 +177,10 @@ def _section(axes: Axes, leg: PneuNetShape) -> None:
             axes.add_patch(
                 Rectangle((low[0], low[2]), size[0], size[2], facecolor=colour, linewidth=0)
             )
-    length = leg.base_plate_mm[0]
-    axes.plot([-length / 2, length / 2], [0, 0], color=INK_COLOUR, linewidth=1.6)
-    _dimension(axes, (-length / 2, -8.0), (length / 2, -8.0), f"{length:g}")
-    _dimension(axes, (length / 2 + 10, 0.0), (length / 2 + 10, leg.height_mm), f"{leg.height_mm:g}")
+    end = leg.base_plate_mm[0] / 2
+    axes.plot([-end, end], [0, 0], color=INK_COLOUR, linewidth=1.6)
+    _dimension(axes, (-end, -8.0), (end, -8.0), f"{2 * end:g}")
+    _dimension(axes, (end + 10, 0.0), (end + 10, leg.height_mm), f"{leg.height_mm:g}")
     chamber = leg.chamber_mm
     roof = leg.height_mm - leg.base_plate_mm[2] - chamber[2]
     side = (leg.inner_tooth_length_mm - chamber[0]) / 2.0
@@ -179,24 +192,20 @@ def _section(axes: Axes, leg: PneuNetShape) -> None:
     )  # fmt: skip
 
 
-def _dimension(axes: Axes, start: tuple[float, float], end: tuple[float, float], text: str) -> None:
+def _dimension(axes: Axes, start: Point, end: Point, text: str) -> None:
     axes.annotate("", start, end, arrowprops={"arrowstyle": "<->", "color": INK_COLOUR,
                                               "linewidth": 0.6})  # fmt: skip
-    upright = start[0] == end[0]
-    axes.text(
-        (start[0] + end[0]) / 2 + (2.0 if upright else 0.0),
-        (start[1] + end[1]) / 2 + (0.0 if upright else 1.5),
-        text, ha="left" if upright else "center", va="center" if upright else "bottom",
-        fontsize=7,
-    )  # fmt: skip
+    x, y = np.add(start, end) / 2
+    if start[0] == end[0]:
+        axes.text(x + 2.0, y, text, ha="left", va="center", fontsize=7)
+    else:
+        axes.text(x, y + 1.5, text, ha="center", va="bottom", fontsize=7)
 
 
 def _tables(figure: Figure, parts: Sequence[Part], tubes: Sequence[TubeRun]) -> None:
-    sheet = np.array(A3_INCH) * _INCH_MM
-
-    def table(corner: tuple[float, float], size: tuple[float, float], title: str,
-              head: list[str], rows: list[list[str]], widths: list[float]) -> None:  # fmt: skip
-        axes = figure.add_axes((*(np.array(corner) / sheet), *(np.array(size) / sheet)))
+    def table(corner: Point, size: Point, title: str, head: list[str], rows: list[list[str]],
+              widths: list[float]) -> None:  # fmt: skip
+        axes = _place(figure, corner, size)
         axes.axis("off")
         axes.set_title(title, fontsize=9)
         made = axes.table(rows, colLabels=head, colWidths=widths, cellLoc="left", loc="upper left")
@@ -215,8 +224,8 @@ def _tables(figure: Figure, parts: Sequence[Part], tubes: Sequence[TubeRun]) -> 
         [0.04, 0.22, 0.08, 0.46, 0.1, 0.1],
     )  # fmt: skip
     table(
-        (205.0, 45.0), (120.0, 70.0), "tubes, one a leg", ["location", "direction", "regulator",
-                                                            "cut to"],
+        (205.0, 45.0), (120.0, 70.0), "tubes, one a leg",
+        ["location", "direction", "regulator", "cut to"],
         [
             [str(t.location), f"{t.direction_deg:g}°", str(t.regulator), f"{t.length_mm:g} mm"]
             for t in tubes
@@ -226,12 +235,9 @@ def _tables(figure: Figure, parts: Sequence[Part], tubes: Sequence[TubeRun]) -> 
 
 
 def _title(figure: Figure, design: Design) -> None:
-    sheet = np.array(A3_INCH) * _INCH_MM
-    axes = figure.add_axes((205.0 / sheet[0], 12.0 / sheet[1], 200.0 / sheet[0], 22.0 / sheet[1]))
+    axes = _place(figure, (205.0, 12.0), (200.0, 22.0))
     axes.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1))
-    axes.grid(False)
-    for spine in axes.spines.values():
-        spine.set_visible(True)
+    axes.spines[:].set_visible(True)
     axes.text(0.02, 0.55, f"crawling robot {design}", fontsize=14, va="center")
     axes.text(
         0.02, 0.18,

@@ -12,18 +12,15 @@ class Camera:
     """A view of the floor from above and from the side.
 
     Attributes:
-        right: Unit vector of the world that points right in the image, (3,).
-        down: Unit vector that points down in the image, (3,).
-        away: Unit vector that points away from the viewer, (3,).
+        axes: Unit vectors of the world, (3, 3): to the right and down in the image, and away from
+            the viewer; a column each.
         origin_mm: Image coordinates (right, down) of the upper left pixel, (2,) mm.
         pixels_per_mm: Scale.
         width: Pixels across, even (video needs it).
         height: Pixels down, even.
     """
 
-    right: np.ndarray
-    down: np.ndarray
-    away: np.ndarray
+    axes: np.ndarray
     origin_mm: np.ndarray
     pixels_per_mm: float
     width: int
@@ -31,17 +28,14 @@ class Camera:
 
     def project(self, points_mm: np.ndarray) -> np.ndarray:
         """Return pixel x, pixel y and depth in mm of world points (..., 3)."""
-        axes = np.stack([self.right, self.down, self.away], axis=1)
-        image = points_mm @ axes
+        image = points_mm @ self.axes
         image[..., :2] = (image[..., :2] - self.origin_mm) * self.pixels_per_mm
         return np.asarray(image)
 
     def floor_point(self, pixel: np.ndarray, floor_mm: float) -> np.ndarray:
         """Return world x and y, (..., 2), where the lines of sight of pixels (..., 2) meet z."""
         image = pixel / self.pixels_per_mm + self.origin_mm
-        axes = np.stack([self.right[:2], self.down[:2]], axis=0)
-        known = image - floor_mm * np.array([self.right[2], self.down[2]])
-        return np.asarray(known @ np.linalg.inv(axes).T)
+        return np.asarray((image - floor_mm * self.axes[2, :2]) @ np.linalg.inv(self.axes[:2, :2]))
 
 
 def fitted_camera(
@@ -61,22 +55,20 @@ def fitted_camera(
         margin: Free part of the width at each side.
 
     Raises:
-        ValueError: No finite point to look at, or an elevation at or below the horizon.
+        ValueError: No finite point to look at.
     """
-    if not 0 < elevation_deg <= 90:
-        raise ValueError(f"elevation_deg is {elevation_deg}, expected above 0 and at most 90")
     if points_mm.size == 0 or not np.isfinite(points_mm).all():
         raise ValueError("the camera has no finite points to look at; did the simulation diverge?")
-    azimuth, elevation = np.radians(azimuth_deg), np.radians(elevation_deg)
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
     right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
-    ahead = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    away = np.cos(elevation) * ahead - np.sin(elevation) * np.array([0.0, 0.0, 1.0])
-    down = np.cross(away, right)
-    image = points_mm @ np.stack([right, down], axis=1)
+    level = np.cos(elevation)
+    away = np.array([-level * right[1], level * right[0], -np.sin(elevation)])
+    axes = np.stack([right, np.cross(away, right), away], axis=1)
+    image = points_mm @ axes[:, :2]
     low, high = image.min(axis=0), image.max(axis=0)
     free = margin * (high[0] - low[0])
     low, high = low - free, high + free
     width = width // 2 * 2
     pixels_per_mm = width / (high[0] - low[0])
     height = int(np.ceil((high[1] - low[1]) * pixels_per_mm / 2)) * 2
-    return Camera(right, down, away, low, float(pixels_per_mm), width, height)
+    return Camera(axes, low, float(pixels_per_mm), width, height)

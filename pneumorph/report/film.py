@@ -4,48 +4,23 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from PIL import Image
 
-from pneumorph.artefact import write_atomically
-from pneumorph.report.frame_painter import FramePainter
+from pneumorph.base.artefact import write_atomically
+from pneumorph.report.frame_painter import FilmSettings, FramePainter
 from pneumorph.report.marker_actor import MarkerActor
-from pneumorph.report.scene import Actor, ColourBy
+from pneumorph.report.scene import Actor
 
 Shown = TypeVar("Shown", bound=Actor | MarkerActor)
 """Anything that has a lane."""
 
 # H.264 plays everywhere; the others are for PyAV builds without it. MPEG-4 plays in players only.
 _CODECS = ("libx264", "libopenh264", "libvpx-vp9", "mpeg4")
-
-
-@dataclass(frozen=True)
-class FilmSettings:
-    """How a film looks."""
-
-    width: int = 960
-    """Pixels across; the height follows from what must be in view."""
-    frames_per_second: int = 10
-    """Frames per second of film; a second of film is a second of the robot's time times `speed`."""
-    speed: float = 1.0
-    """Seconds of the robot's time shown in one second."""
-    azimuth_deg: float = 12.0
-    """Turn of the view about the vertical; 0 looks across the direction of travel."""
-    elevation_deg: float = 42.0
-    """Height of the viewer above the horizon; 90 is a plan view."""
-    colour_by: ColourBy = "regulator"
-    """What the colour of a leg tells: its regulator, or its pressure from 0 to 90 kPa."""
-
-    def __post_init__(self) -> None:
-        if self.width < 160:
-            raise ValueError(f"width is {self.width}, expected at least 160 pixels")
-        if self.frames_per_second < 1:
-            raise ValueError(f"frames_per_second is {self.frames_per_second}, expected at least 1")
-        if self.speed <= 0:
-            raise ValueError(f"speed is {self.speed}, expected above 0")
 
 
 def write_film(
@@ -69,7 +44,7 @@ def write_film(
     settings = settings or FilmSettings()
     if path.suffix not in (".mp4", ".gif"):
         raise ValueError(f"film {path} ends in {path.suffix!r}, expected .mp4 or .gif")
-    painter = _painter(actors, settings)
+    painter = FramePainter(actors, settings)
     frames = _frames(painter, actors, settings, progress)
     with tempfile.TemporaryDirectory() as folder:
         draft = Path(folder) / f"film{path.suffix}"
@@ -87,26 +62,14 @@ def write_still(
     settings: FilmSettings | None = None,
 ) -> Path:
     """Write one frame of a film as PNG."""
-    from PIL import Image
-
-    settings = settings or FilmSettings()
-    painter = _painter(actors, settings)
-    picture = Image.fromarray(painter.paint(time_s))
+    picture = FramePainter(actors, settings).paint(time_s)
     return write_atomically(path, lambda stream: picture.save(stream, format="png", optimize=True))
 
 
 def side_by_side(actors: Sequence[Shown], spacing_mm: float = 340.0) -> list[Shown]:
     """Return the actors in lanes of their own, the first one farthest from the viewer."""
-    from dataclasses import replace
-
     count = len(actors)
     return [replace(a, lane_mm=(count - 1 - i) * spacing_mm) for i, a in enumerate(actors)]
-
-
-def _painter(actors: Sequence[Actor | MarkerActor], settings: FilmSettings) -> FramePainter:
-    return FramePainter(
-        actors, settings.width, settings.azimuth_deg, settings.elevation_deg, settings.colour_by
-    )
 
 
 def _frames(
@@ -114,7 +77,7 @@ def _frames(
     actors: Sequence[Actor | MarkerActor],
     settings: FilmSettings,
     progress: Callable[[int, int, str], None] | None,
-) -> Iterator[np.ndarray]:
+) -> Iterator[Image.Image]:
     end = max(actor.end_s for actor in actors)
     step = settings.speed / settings.frames_per_second
     count = max(1, int(np.floor(end / step + 1e-9)) + 1)
@@ -127,7 +90,7 @@ def _frames(
 
 
 def _write_mp4(
-    path: Path, frames: Iterator[np.ndarray], size: tuple[int, int], settings: FilmSettings
+    path: Path, frames: Iterator[Image.Image], size: tuple[int, int], settings: FilmSettings
 ) -> None:
     import av
     from av.video.stream import VideoStream
@@ -142,19 +105,11 @@ def _write_mp4(
         if codec == "libx264":
             video.options = {"crf": "23", "preset": "medium", "tune": "animation"}
         for image in frames:
-            container.mux(video.encode(av.VideoFrame.from_ndarray(image, format="rgb24")))
+            container.mux(video.encode(av.VideoFrame.from_image(image)))
         container.mux(video.encode())
 
 
-def _write_gif(path: Path, frames: Iterator[np.ndarray], settings: FilmSettings) -> None:
-    from PIL import Image
-
-    pictures = [Image.fromarray(image).quantize(96, dither=Image.Dither.NONE) for image in frames]
-    pictures[0].save(
-        path,
-        format="gif",
-        save_all=True,
-        append_images=pictures[1:],
-        duration=1000 / settings.frames_per_second,
-        loop=0,
-    )
+def _write_gif(path: Path, frames: Iterator[Image.Image], settings: FilmSettings) -> None:
+    first, *rest = (image.quantize(96, dither=Image.Dither.NONE) for image in frames)
+    duration_ms = 1000 / settings.frames_per_second
+    first.save(path, save_all=True, append_images=rest, duration=duration_ms, loop=0)

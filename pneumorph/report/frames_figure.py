@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pneumorph.report.frame_painter import FramePainter
+from pneumorph.report.frame_painter import FilmSettings, FramePainter
 from pneumorph.report.style import figure_style, new_figure
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def frames_figure(actors: Sequence[Actor], times_s: Sequence[float], width: int 
         raise ValueError(
             f"got {len(actors)} robots and {len(times_s)} instants, expected at least one of each"
         )
-    painters = [FramePainter([actor], width, captions=False) for actor in actors]
+    painters = [FramePainter([actor], FilmSettings(width), captions=False) for actor in actors]
     tall = max(painter.size[1] / painter.size[0] for painter in painters)
     figure = new_figure(7.0, 0.3 + 7.0 / len(times_s) * tall * len(actors))
     panels = figure.subplots(len(actors), len(times_s), squeeze=False)
@@ -38,13 +38,11 @@ def frames_figure(actors: Sequence[Actor], times_s: Sequence[float], width: int 
         for column, time_s in enumerate(times_s):
             axes = panels[row, column]
             axes.imshow(painter.paint(time_s))
-            x = actor.trajectory.tracked_point_mm[:, 0]
-            travel_cm = (x[actor.frame_at(time_s)] - x[0]) / 10.0
+            travel_cm = (actor.path_mm[actor.frame_at(time_s), 0] - actor.path_mm[0, 0]) / 10.0
             axes.text(0.98, 0.03, f"{travel_cm:+.1f} cm", size=7, ha="right", va="bottom",
                       transform=axes.transAxes)  # fmt: skip
             axes.set(xticks=[], yticks=[])
-            for spine in axes.spines.values():
-                spine.set_visible(False)
+            axes.spines[:].set_visible(False)
             axes.grid(False)
             if row == 0:
                 axes.set_title(f"{time_s:g} s", size=8, loc="center")

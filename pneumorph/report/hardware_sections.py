@@ -2,82 +2,84 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from pneumorph.hardware.deployment import DeploymentReport
 from pneumorph.hardware.deployment_log import read_log
 from pneumorph.hardware.marker_track import read_track
 from pneumorph.hardware.trial import LOG_FILE, TRACK_PATTERN, read_trial, trial_folders
 from pneumorph.report import page
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.page import Section
-from pneumorph.report.run import Run
 from pneumorph.report.scene import Actor
 from pneumorph.report.sheet import Sheet
-from pneumorph.report.step_figure import step_figure
-from pneumorph.report.trials_figure import trials_figure
+from pneumorph.report.trial_figures import trials_figure
+from pneumorph.report.walk_figures import step_figure
+from pneumorph.study.deployed_gait import BENDS_FILE, DeployedGait
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.fitted_calibration import FittedCalibration
+from pneumorph.study.transfer import ComparedRobot, Transfer
 from pneumorph.trajectory import Trajectory
 
 
-def trial_sections(run: Run, sheet: Sheet) -> list[Section]:
-    """Return the trials of `pneumorph deploy`, and the comparison of `pneumorph transfer`."""
+def deployment_sections(found: DeployedGait, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return what a dry run would command, or the trials, or the bends that were measured."""
     sections = []
-    if run.summary.get("schedule"):
-        lines = page.command_lines(run.summary["schedule"])
+    if found.schedule:
+        lines = page.command_lines(found.schedule)
         sections.append(Section("What would be commanded", lines))
-    if run.summary.get("trials"):
-        sections.append(_trials_section(run, sheet))
-    if (run.folder / "bends.csv").exists():
-        rows = [line.split(",") for line in (run.folder / "bends.csv").read_text().splitlines()]
+    if found.trials:
+        sections.append(_trials_section(found, run, sheet))
+    if found.bends is not None:
+        rows = [line.split(",") for line in (run.folder / BENDS_FILE).read_text().splitlines()]
         sections.append(Section("Measured bends", page.table(rows[0], rows[1:])))
-    if (run.folder / "comparison.json").exists():
-        sections += _transfer_sections(run, sheet)
     return sections
 
 
-def _trials_section(run: Run, sheet: Sheet) -> Section:
+def _trials_section(found: DeployedGait, run: FinishedRun, sheet: Sheet) -> Section:
     logs, tracks = [], []
     for folder in trial_folders(run.folder):
         log = read_log(folder / LOG_FILE)
         if len(log.time_s):
             logs.append(log)
-        found = sorted(folder.glob(TRACK_PATTERN))
-        if len(found) == 1:
-            tracks.append(read_track(found[0], None))
+        files = sorted(folder.glob(TRACK_PATTERN))
+        if len(files) == 1:
+            tracks.append(read_track(files[0], None))
     caption = "Commanded (dashed) and sensed pressures, the first trial boldly"
     caption += "; below, the marker's travel." if tracks else "."
-    trials = run.summary["trials"]
-    plain = [key for key, value in trials[0].items() if isinstance(value, str | int | float)]
-    rows = [[trial.get(key) for key in plain] for trial in trials]
-    body = page.table([key.replace("_", " ") for key in plain], rows)
+    names = ["trial", *(each.name for each in fields(DeploymentReport)), "distance_cm"]
+    rows = [[getattr(trial, name) for name in names] for trial in found.trials]
+    body = page.table([name.replace("_", " ") for name in names], rows)
     if logs:
         body = sheet.drawn("trials", trials_figure(logs, tracks), caption) + body
     return Section("Trials", body)
 
 
-def _transfer_sections(run: Run, sheet: Sheet) -> list[Section]:
-    robots = json.loads((run.folder / "comparison.json").read_text())["robots"]
+def transfer_sections(found: Transfer, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return robots simulated and measured, side by side and step by step."""
     pictures = [
         page.picture(run.folder / name, caption)
         for name, caption in (
             ("transfer_rewards.png", "Distance simulated and measured; dots are trials."),
             ("transfer_gaits.png", "Pressures commanded and sensed, and travel over time."),
         )
-        if (run.folder / name).exists()
     ]
     columns = ["simulated_distance_cm", "mean_distance_cm", "spread_cm", "transfer_ratio",
                "simulated_backsliding_cm", "mean_backsliding_cm", "path_rms_cm"]  # fmt: skip
     table = page.table(
         ["", "design", *(name.replace("_", " ") for name in columns)],
-        [[each["label"], each["design"], *(each[name] for name in columns)] for each in robots],
+        [
+            [each.label, each.design, *(getattr(each, name) for name in columns)]
+            for each in found.robots
+        ],
     )
-    step_s, cycle_s = (float(run.settings[name]) for name in ("step_s", "cycle_s"))
-    steps = step_figure(
-        _summed_steps(robots, step_s), step_s, min(cycle_s, _shortest(robots, step_s))
-    )
+    step_s = found.step_s
+    shortest = step_s * min(len(each.simulated_reward_per_step_cm) for each in found.robots)
+    steps = step_figure(_summed_steps(found.robots, step_s), step_s, min(found.cycle_s, shortest))
     drawn = sheet.drawn(
         "steps",
         steps,
@@ -86,17 +88,16 @@ def _transfer_sections(run: Run, sheet: Sheet) -> list[Section]:
     )
     return [
         Section("Simulated and measured", "".join(pictures) + table),
-        *_replay_sections(run, robots, sheet),
+        *_replay_sections(found, run, sheet),
         Section("Step by step", drawn),
     ]
 
 
-def _replay_sections(run: Run, robots: list[dict[str, Any]], sheet: Sheet) -> list[Section]:
+def _replay_sections(found: Transfer, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return each simulated robot beside the first of its trials that is still on disk."""
     sections = []
-    for text, each in zip(run.settings["runs"], robots, strict=True):
-        label, deployed = each["label"], Path(text.rpartition("=")[2])
-        simulated = run.folder / f"simulated_{label}.npz"
+    for each in found.robots:
+        label, deployed, simulated = each.label, Path(each.run), run.folder / each.trajectory
         if not simulated.exists():
             continue
         actors: list[Actor | MarkerActor] = [
@@ -111,36 +112,34 @@ def _replay_sections(run: Run, robots: list[dict[str, Any]], sheet: Sheet) -> li
 
 
 def _summed_steps(
-    robots: list[dict[str, Any]], step_s: float
+    robots: Sequence[ComparedRobot], step_s: float
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Travel at the end of each step, by robot and source."""
     paths = {}
     for each in robots:
-        for key, name in (
-            ("simulated_reward_per_step_cm", "simulated"),
-            ("mean_reward_per_step_cm", "measured"),
+        for rewards, name in (
+            (each.simulated_reward_per_step_cm, "simulated"),
+            (each.mean_reward_per_step_cm, "measured"),
         ):
-            travel = np.concatenate([[0.0], np.cumsum(each[key])])
-            paths[f"{each['label']} {name}"] = (step_s * np.arange(len(travel)), travel)
+            travel = np.concatenate([[0.0], np.cumsum(rewards)])
+            paths[f"{each.label} {name}"] = (step_s * np.arange(len(travel)), travel)
     return paths
 
 
-def _shortest(robots: list[dict[str, Any]], step_s: float) -> float:
-    return step_s * min(len(each["simulated_reward_per_step_cm"]) for each in robots)
-
-
-def calibration_sections(run: Run) -> list[Section]:
-    """Return what `pneumorph calibrate` fitted, with its confidence intervals."""
-    intervals = run.summary.get("confidence_intervals_95")
-    if intervals is None:
-        return []
+def calibration_sections(found: FittedCalibration, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return what was fitted, with its confidence intervals."""
+    fitted = {
+        "slope": found.slope,
+        "intercept_kPa": found.intercept_kPa,
+        "modulus_factor": found.modulus_factor,
+        "stiffness_damping_s": found.stiffness_damping_s,
+        "friction": found.friction,
+    }
     rows = [
-        (name.replace("_", " "), run.summary[name], *intervals.get(name, ("", "")))
-        for name in (
-            "slope", "intercept_kPa", "modulus_factor", "stiffness_damping_s", "friction",
-        )
-        if run.summary.get(name) is not None
-    ]  # fmt: skip
+        (name.replace("_", " "), value, *found.confidence_intervals_95.get(name, ("", "")))
+        for name, value in fitted.items()
+        if value is not None
+    ]
     table = page.table(["parameter", "fitted", "95 % from", "to"], rows)
     pictures = [
         page.picture(run.folder / name, caption)

@@ -5,73 +5,67 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+from pneumorph.exchange.conversion import GAIT_FILE, ConvertedFile
+from pneumorph.fabrication.fabricated_robot import FabricatedRobot
+from pneumorph.fabrication.parts_list import parts_csv, tubes_csv
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.physics.physics import Physics
 from pneumorph.report import page
 from pneumorph.report.mesh_figure import mesh_figure
 from pneumorph.report.page import Section
 from pneumorph.report.pairs_figure import Pair, pairs_figure
-from pneumorph.report.run import Run
 from pneumorph.report.sheet import Sheet
 from pneumorph.robot.design import Design
-from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.made_mesh import MESH_FILE, MadeMesh
 
 
-def making_sections(run: Run, sheet: Sheet) -> list[Section]:
-    """Return the mesh, the parts to build, or the exchanged file of a run."""
-    sections = []
-    if (run.folder / "mesh.npz").exists():
-        sections.append(_mesh_section(run, sheet))
-    if (run.folder / "drawing.png").exists():
-        sections.append(_drawing_section(run))
-    if "solids" in run.summary:
-        sections.append(_solids_section(run))
-    for name, title in (("parts.csv", "Parts"), ("tubes.csv", "Tubes")):
-        if (run.folder / name).exists():
-            header, *rows = csv.reader((run.folder / name).read_text().splitlines())
-            sections.append(Section(title, page.table(header, rows)))
-    if run.summary["verb"] == "exchange":
-        sections.append(_exchange_section(run, sheet))
-    return sections
-
-
-def _mesh_section(run: Run, sheet: Sheet) -> Section:
-    mesh = Mesh.load(run.folder / "mesh.npz")
+def mesh_sections(made: MadeMesh, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return a mesh with its regions."""
+    mesh = Mesh.load(run.folder / MESH_FILE)
     rows = [
-        *((name, "surface", f"{len(each)} triangles") for name, each in mesh.surfaces.items()),
-        *((name, "node set", f"{len(each)} nodes") for name, each in mesh.node_sets.items()),
+        *((name, "surface", f"{count} triangles") for name, count in made.surfaces.items()),
+        *((name, "node set", f"{count} nodes") for name, count in made.node_sets.items()),
     ]
     caption = "The mesh at a slant and from below; named surfaces in colours, node sets as dots."
     drawn = sheet.drawn("mesh", mesh_figure(mesh), caption)
-    return Section("Regions", drawn + page.table(["region", "kind", "size"], rows))
+    return [Section("Regions", drawn + page.table(["region", "kind", "size"], rows))]
 
 
-def _drawing_section(run: Run) -> Section:
-    caption = f"Assembly of {run.summary['design']}; drawing.pdf is the same to scale."
-    return Section("Drawing", page.picture(run.folder / "drawing.png", caption))
-
-
-def _solids_section(run: Run) -> Section:
-    columns = ["volume_mm3", "triangle_count", "thinnest_wall_mm"]
+def fabrication_sections(made: FabricatedRobot, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return the drawing, the solids, and what to buy and cut."""
+    caption = f"Assembly of {made.design}; drawing.pdf is the same to scale."
     rows = [
-        [name.replace("_", " "), Path(solid["step"]).name, Path(solid["stl"]).name,
-         *(solid[key] for key in columns)]
-        for name, solid in run.summary["solids"].items()
+        [name.replace("_", " "), Path(solid.step).name, Path(solid.stl).name, solid.volume_mm3,
+         solid.triangle_count, solid.thinnest_wall_mm]
+        for name, solid in made.solids.items()
     ]  # fmt: skip
-    header = ["solid", "STEP", "STL", *(name.replace("_", " ") for name in columns)]
-    return Section("Solids to print or mill", page.table(header, rows))
+    header = ["solid", "STEP", "STL", "volume mm3", "triangle count", "thinnest wall mm"]
+    return [
+        Section("Drawing", page.picture(run.folder / "drawing.png", caption)),
+        Section("Solids to print or mill", page.table(header, rows)),
+        Section("Parts", _table_of(parts_csv(made.parts))),
+        Section("Tubes", _table_of(tubes_csv(made.tubes))),
+    ]
 
 
-def _exchange_section(run: Run, sheet: Sheet) -> Section:
+def _table_of(text: str) -> str:
+    header, *rows = csv.reader(text.splitlines())
+    return page.table(header, rows)
+
+
+def conversion_sections(written: ConvertedFile, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return the files that were written, and the gait where it is ours."""
     files = sorted(
         path for path in run.folder.rglob("*") if path.is_file() and "report" not in path.parts
     )
     rows = [(str(path.relative_to(run.folder)), path.stat().st_size) for path in files]
     body = page.table(["file", "bytes"], rows)
-    if (run.folder / "gait.csv").exists():
-        gait, comments = read_gait(run.folder / "gait.csv", maximum_pressure_kPa=float("inf"))
+    if written.to == "csv":
+        gait, comments = read_gait(run.folder / GAIT_FILE, maximum_pressure_kPa=float("inf"))
         if "design" in comments:
             pair = Pair("gait", Design.parse(comments["design"]), gait, None)
-            rate = SimulationSettings().pressure_rate_kPa_per_s
+            rate = Physics().pressure_rate_kPa_per_s
             body += sheet.drawn("gait", pairs_figure([pair], rate), "The gait that was written.")
-    return Section("What was written", body)
+    return [Section("What was written", body)]

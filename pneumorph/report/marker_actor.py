@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumorph.report.scene import ColourBy, red_green_blue
+from pneumorph.report.scene import ColourBy
+from pneumorph.report.style import red_green_blue
 
 if TYPE_CHECKING:
     from pneumorph.hardware.trial import Trial
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 TRIAD_COLOURS = ("#D55E00", "#009E73", "#0072B2")
 """Of the axes x, y and z."""
 _TRIAD_MM = 60.0
-_TRIAD_WIDTH_MM = 5.0
+_CUBE_MM = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +102,7 @@ class MarkerActor:
 
         A marker has a place and no direction: the triad's axes are the world's.
         """
-        place = np.append(self.path_mm[frame], _TRIAD_WIDTH_MM / 2)
+        place = np.append(self.path_mm[frame], _CUBE_MM / 2)
         return np.asarray(_TRIAD + place)
 
     def colours(self, frame: int, colour_by: ColourBy = "regulator") -> np.ndarray:
@@ -111,21 +112,16 @@ class MarkerActor:
 
     def frame_at(self, time_s: float) -> int:
         """Return the last frame at or before a time."""
-        later = int(np.searchsorted(self.time_s, time_s + 1e-9, side="right"))
-        return max(later - 1, 0)
+        return max(int(np.searchsorted(self.time_s, time_s + 1e-9, side="right")) - 1, 0)
 
 
 def _triad() -> np.ndarray:
-    """Return three thin boxes along the axes as triangles with outward normals."""
-    unit = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    """Return rows of small cubes along the axes as triangles with outward normals."""
+    unit = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) - 0.5
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    triangles = [each for a, b, c, d in faces for each in ((a, b, c), (a, c, d))]
-    boxes = []
-    for axis in range(3):
-        size = np.where(np.arange(3) == axis, _TRIAD_MM, _TRIAD_WIDTH_MM)
-        start = np.where(np.arange(3) == axis, 0.0, -_TRIAD_WIDTH_MM / 2)
-        boxes.append((unit * size + start)[np.array(triangles)])
-    return np.concatenate(boxes)
+    cube = _CUBE_MM * unit[[each for a, b, c, d in faces for each in ((a, b, c), (a, c, d))]]
+    places = np.arange(_CUBE_MM / 2, _TRIAD_MM, _CUBE_MM)
+    return np.concatenate([cube + place * axis for axis in np.eye(3) for place in places])
 
 
 _TRIAD = _triad()

@@ -30,25 +30,20 @@ def mesh_figure(mesh: Mesh) -> Figure:
         mesh: The mesh; lengths in mm.
     """
     from matplotlib.patches import Patch
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     from pneumorph.geometry.surface import boundary_triangles
 
+    x, y, z = mesh.nodes.T
     figure = new_figure(7.0, 2.9)
-    outside = mesh.nodes[boundary_triangles(mesh.tetrahedra[:, :4])]
+    outside = boundary_triangles(mesh.tetrahedra[:, :4])
     named = dict(zip(mesh.surfaces, REGULATOR_COLOURS, strict=False))
     for place, (elevation, azimuth) in enumerate(_VIEWS, start=1):
         axes = figure.add_subplot(1, 2, place, projection="3d", computed_zorder=False)
-        axes.add_collection3d(
-            Poly3DCollection(outside, facecolor=DISK_COLOUR, edgecolor="#B8BDC2", linewidth=0.15,
-                             alpha=0.35, rasterized=True)
-        )  # fmt: skip
-        for name, colour in named.items():
-            triangles = mesh.nodes[mesh.surfaces[name][:, :3]]
-            axes.add_collection3d(
-                Poly3DCollection(triangles, facecolor=colour, edgecolor="none", alpha=0.7,
-                                 rasterized=True)
-            )  # fmt: skip
+        axes.plot_trisurf(x, y, z, triangles=outside, color=DISK_COLOUR, edgecolor="#B8BDC2",
+                          linewidth=0.15, alpha=0.35, shade=False, rasterized=True)  # fmt: skip
+        for faces, colour in zip(mesh.surfaces.values(), REGULATOR_COLOURS, strict=False):
+            axes.plot_trisurf(x, y, z, triangles=faces[:, :3], color=colour, alpha=0.7,
+                              edgecolor="none", shade=False, rasterized=True)  # fmt: skip
         for nodes in mesh.node_sets.values():
             axes.plot(*mesh.nodes[nodes].T, ".", color=INK_COLOUR, markersize=2.5)
         low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)

@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pneumorph.artefact import write_atomically
+from pneumorph.base.artefact import write_atomically
 from pneumorph.report.style import figure_style
 
 if TYPE_CHECKING:
@@ -45,20 +45,44 @@ def write_page(
         sections: The rest.
         head: HTML for the head, such as scripts.
     """
-    style = files("pneumorph.report").joinpath("page.css").read_text()
     parts = [
-        "<!doctype html>",
-        '<html lang="en"><head><meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        '<link rel="icon" href="data:,">',
-        f"<title>{html.escape(title)}</title><style>{style}</style>{head}</head><body><main>",
-        f'<h1>{html.escape(title)}</h1><p class="lead">{html.escape(lead)}</p>',
+        f'<main><h1>{html.escape(title)}</h1><p class="lead">{html.escape(lead)}</p>',
         opening,
         *(f"<h2>{html.escape(each.title)}</h2>\n{each.body}" for each in sections),
-        "</main></body></html>",
+        "</main>",
     ]
-    content = "\n".join(parts).encode()
-    return write_atomically(path, lambda stream: stream.write(content))
+    return write_html(path, document(title, page_style() + head, "\n".join(parts)))
+
+
+def document(title: str, head: str, body: str, kind: str = "") -> str:
+    """Return the HTML of a whole page.
+
+    Args:
+        title: What the window is called.
+        head: HTML of its head, such as style and scripts.
+        body: HTML of its body.
+        kind: Class of its body, for style.
+    """
+    return "\n".join(
+        [
+            "<!doctype html>",
+            '<html lang="en"><head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            '<link rel="icon" href="data:,">',
+            f"<title>{html.escape(title)}</title>{head}</head>",
+            f'<body class="{kind}">{body}</body></html>',
+        ]
+    )
+
+
+def page_style() -> str:
+    """Return the style of pages with sections, for a page's head."""
+    return f"<style>{files('pneumorph.report').joinpath('page.css').read_text('utf-8')}</style>"
+
+
+def write_html(path: Path | str, text: str) -> Path:
+    """Write a page."""
+    return write_atomically(path, lambda stream: stream.write(text.encode()))
 
 
 def paragraph(text: str, kind: str = "") -> str:
@@ -99,11 +123,6 @@ def side_by_side(*figures: str) -> str:
     return f'<div class="row">{"".join(figures)}</div>'
 
 
-def tiles(figures: Iterable[str]) -> str:
-    """Return many small figures in a grid."""
-    return f'<div class="tiles">{"".join(figures)}</div>'
-
-
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Return a table; numbers are right-aligned."""
     head = "".join(f"<th>{html.escape(name)}</th>" for name in header)
@@ -133,11 +152,5 @@ def _cell(value: object) -> str:
 
 
 def _pictured(kind: str, content: bytes, text: str) -> str:
-    words = html.escape(text)
-    return (
-        f'<figure><img alt="{words}" src="{_data_address(kind, content)}">{caption(text)}</figure>'
-    )
-
-
-def _data_address(kind: str, content: bytes) -> str:
-    return f"data:{kind};base64,{base64.b64encode(content).decode()}"
+    address = f"data:{kind};base64,{base64.b64encode(content).decode()}"
+    return f'<figure><img alt="{html.escape(text)}" src="{address}">{caption(text)}</figure>'

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
-from pneumorph.pressure import rate_limit
-from pneumorph.report.plan_view import HALF_WIDTH_MM, draw_plan_view
+from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands
+from pneumorph.physics.pressure import rate_limit
+from pneumorph.report.plan_view import framed_plan_view
 from pneumorph.report.style import figure_style, new_figure, regulator_colour
 from pneumorph.robot.design import Design
 
@@ -58,10 +58,7 @@ def pairs_figure(pairs: Sequence[Pair], rate_kPa_per_s: float) -> Figure:
     )
     for column, pair in enumerate(pairs):
         above = panels[0, column]
-        draw_plan_view(above, pair.design.assignment, number_size=6.5)
-        above.set(xlim=(-HALF_WIDTH_MM, HALF_WIDTH_MM), ylim=(-HALF_WIDTH_MM, HALF_WIDTH_MM))
-        above.set_aspect("equal")
-        above.axis("off")
+        framed_plan_view(above, pair.design.assignment, number_size=6.5)
         far = "" if pair.distance_cm is None else f": {pair.distance_cm:.1f} cm"
         above.set_title(f"{pair.label}{far}\n{pair.design}", size=8, loc="center")
         time_s, commanded, smoothed = _pressures(pair.gait, rate_kPa_per_s)

@@ -2,43 +2,50 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Protocol
 
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.result import result_from_dict
+from pneumorph.base.run_folder import SUMMARY
+from pneumorph.reduction.reduce import ReductionSettings
+from pneumorph.reduction.reduced_part import PartSummary
 from pneumorph.report import page
-from pneumorph.report.bend_figure import bend_figure
 from pneumorph.report.page import Section
-from pneumorph.report.run import Run
+from pneumorph.report.reduction_figures import bend_figure, stage_figure, tolerance_figure
 from pneumorph.report.sheet import Sheet
-from pneumorph.report.stage_figure import stage_figure
-from pneumorph.report.tolerance_figure import tolerance_figure
+from pneumorph.study.comparison import Comparison
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.reduction import Reduction
+from pneumorph.study.reduction_grid import GridPoint
+from pneumorph.study.robot_error import RobotError
 
 
-def comparison_sections(run: Run, sheet: Sheet) -> list[Section]:
-    """Return animations, tolerances and bend of `pneumorph compare`, and times of stages."""
-    summary = run.summary
+def comparison_sections(found: Comparison, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return animations, tolerances and bend of a comparison."""
     sections = [
-        _kind_section(title, kind, run) for kind, title in _KINDS.items() if summary.get(kind)
-    ]
-    if summary.get("tolerance_grid"):
-        sections.append(_tolerance_section(summary["tolerance_grid"], sheet))
-    if "bend_pressures_kPa" in summary:
-        figure = bend_figure(
-            summary["bend_pressures_kPa"], summary["bend_full_deg"], summary["bend_reduced_deg"]
+        _errors_section(title, kind, errors, run)
+        for kind, title, errors in (
+            ("animations", "Reduced beside full robots", found.animations),
+            ("heldout", "Robots that no snapshot came from", found.heldout),
+            ("floating", "Without gravity and floor", found.floating),
         )
-        caption = "A single leg held at its attachment, without floor or gravity."
-        sections.append(Section("Bend of one leg", sheet.drawn("bend", figure, caption)))
-    if summary.get("stage_seconds"):
-        figure = stage_figure(summary["stage_seconds"])
-        caption = "Wall time of each stage."
-        sections.append(Section("Where the time went", sheet.drawn("stages", figure, caption)))
-    return sections
+        if errors
+    ]
+    if found.tolerance_grid:
+        sections.append(_tolerance_section(found.tolerance_grid, sheet))
+    figure = bend_figure(found.bend_pressures_kPa, found.bend_full_deg, found.bend_reduced_deg)
+    caption = "A single leg held at its attachment, without floor or gravity."
+    return [*sections, Section("Bend of one leg", sheet.drawn("bend", figure, caption))]
 
 
-_KINDS = {
-    "animations": "Reduced beside full robots",
-    "heldout": "Robots that no snapshot came from",
-    "floating": "Without gravity and floor",
-}
+def reduction_sections(found: Reduction, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return where the time of a reduction went."""
+    caption = "Wall time of each stage."
+    drawn = sheet.drawn("stages", stage_figure(found.stage_seconds), caption)
+    return [Section("Where the time went", drawn)]
+
+
 _COLUMNS = {
     "mean_node_error_mm": "mean error (mm)",
     "mean_node_error_in_hub_mm": "in the hub's frame (mm)",
@@ -52,21 +59,22 @@ _COLUMNS = {
 }
 
 
-def _kind_section(title: str, kind: str, run: Run) -> Section:
-    """Return the errors of one kind of runs, and their course over time where it was drawn."""
-    runs: dict[str, dict[str, Any]] = run.summary[kind]
-    known = [key for key in _COLUMNS if any(key in each for each in runs.values())]
-    rows = [(name.replace("_", " "), *(each.get(k) for k in known)) for name, each in runs.items()]
-    body = page.table(["run", *(_COLUMNS[key] for key in known)], rows)
+def _errors_section(
+    title: str, kind: str, errors: Mapping[str, RobotError], run: FinishedRun
+) -> Section:
+    """Return the errors of one kind of runs, and their course over time as it was drawn."""
+    rows = [
+        (name.replace("_", " "), *(getattr(error, column) for column in _COLUMNS))
+        for name, error in errors.items()
+    ]
+    body = page.table(["run", *_COLUMNS.values()], rows)
     picture = run.folder / f"{kind}_node_error.png"
     if picture.exists():
         body += page.picture(picture, "Mean node error against time.")
     return Section(title, body)
 
 
-def _tolerance_section(grid: list[dict[str, Any]], sheet: Sheet) -> Section:
-    from pneumorph.reduction.reduce import ReductionSettings
-
+def _tolerance_section(grid: tuple[GridPoint, ...], sheet: Sheet) -> Section:
     usual = ReductionSettings()
     figure = tolerance_figure(grid, (usual.mode_tolerance, usual.ecsw.hyperreduction_tolerance))
     caption = (
@@ -75,23 +83,37 @@ def _tolerance_section(grid: list[dict[str, Any]], sheet: Sheet) -> Section:
     )
     columns = ["mode_tolerance", "hyperreduction_tolerance", "mode_count", "element_count",
                "mean_node_error_mm", "s_per_step"]  # fmt: skip
-    rows = [[each.get(name) for name in columns] for each in grid]
+    rows = [[getattr(each, name) for name in columns] for each in grid]
     table = page.table([name.replace("_", " ") for name in columns], rows)
     return Section(
         "Error and time over the tolerances", sheet.drawn("tolerances", figure, caption) + table
     )
 
 
-def leg_sections(run: Run, sheet: Sheet) -> list[Section]:
-    """Return size and errors of the reduced leg that a run used or made."""
-    leg = run.summary.get("leg")
-    if not isinstance(leg, dict):
+class HasLeg(Protocol):
+    """A result that tells the reduced leg it used or made; None where there is none."""
+
+    @property
+    def leg(self) -> dict[str, Any] | None: ...
+
+
+def leg_sections(found: HasLeg, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return size and errors of the reduced leg that a run used or made.
+
+    Raises:
+        ArtefactError: The summary's description of it is damaged.
+    """
+    if found.leg is None:
         return []
-    sizes = [(name.replace("_", " "), leg[name]) for name in leg if name not in ("errors", "bend")]
-    errors = [(name.replace("_", " "), value) for name, value in leg["errors"].items()]
-    body = page.table(["the reduced leg", ""], [*sizes, *errors])
-    if leg["bend"]:
-        bend = leg["bend"]
+    try:
+        leg = result_from_dict(PartSummary, found.leg)
+    except ArtefactError as error:
+        raise ArtefactError(f"leg of {run.folder / SUMMARY}: {error}") from error
+    sizes = {name: value for name, value in vars(leg).items() if name not in ("errors", "bend")}
+    rows = [(name.replace("_", " "), value) for name, value in {**sizes, **leg.errors}.items()]
+    body = page.table(["the reduced leg", ""], rows)
+    if leg.bend:
+        bend = leg.bend
         figure = bend_figure(bend["pressure_kPa"], bend["full_deg"], bend["reduced_deg"])
         caption = "Bend of the leg held at its root, by finite elements and reduced."
         body = page.side_by_side(sheet.drawn("leg_bend", figure, caption), body)

@@ -7,10 +7,10 @@ import shlex
 from pneumorph import __version__
 from pneumorph.report import page
 from pneumorph.report.page import Section
-from pneumorph.report.run import Run
+from pneumorph.study.finished_run import FinishedRun
 
 
-def repeat_section(run: Run) -> Section:
+def repeat_section(run: FinishedRun) -> Section:
     """Return the commands that repeat a run and look further, its source and its settings."""
     verb = str(run.summary["verb"])
     made = run.summary.get("made_by", {})
@@ -39,7 +39,7 @@ def _source(made: dict[str, str]) -> str:
     )
 
 
-def _calibration(run: Run) -> str:
+def _calibration(run: FinishedRun) -> str:
     used = run.summary.get("calibration")
     if not isinstance(used, dict):
         return ""

@@ -2,46 +2,186 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+from pneumorph.exchange.conversion import ConvertedFile
+from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.report import page
-from pneumorph.report.hardware_sections import calibration_sections, trial_sections
-from pneumorph.report.making_sections import making_sections
+from pneumorph.report.experiment_sections import analysis_sections, campaign_sections
+from pneumorph.report.hardware_sections import (
+    calibration_sections,
+    deployment_sections,
+    transfer_sections,
+)
+from pneumorph.report.making_sections import (
+    conversion_sections,
+    fabrication_sections,
+    mesh_sections,
+)
 from pneumorph.report.page import Section
-from pneumorph.report.reduction_sections import comparison_sections, leg_sections
+from pneumorph.report.reduction_figures import stage_figure
+from pneumorph.report.reduction_sections import (
+    comparison_sections,
+    leg_sections,
+    reduction_sections,
+)
 from pneumorph.report.repeat_section import repeat_section
 from pneumorph.report.replay.replay_data import ReplaySettings
-from pneumorph.report.run import Run
 from pneumorph.report.search_sections import search_sections
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.training_sections import (
     evaluation_sections,
-    pair_sections,
+    learned_pair_sections,
+    searched_pair_sections,
     sweep_sections,
     training_sections,
 )
 from pneumorph.report.walk_sections import walk_sections
+from pneumorph.study.analysis import Analysis
+from pneumorph.study.baseline import Baseline
+from pneumorph.study.campaign import Campaign
+from pneumorph.study.comparison import Comparison
+from pneumorph.study.deployed_gait import DeployedGait
+from pneumorph.study.evaluation import Evaluation
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.fitted_calibration import FittedCalibration
+from pneumorph.study.made_mesh import MadeMesh
+from pneumorph.study.reduction import Reduction
+from pneumorph.study.search_findings import SearchFindings
+from pneumorph.study.simulated_walk import SimulatedWalk
+from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.transfer import Transfer
 
-_TITLES = {
-    "mesh": ("A mesh with named regions", "Nodes, tetrahedra and regions, checked."),
-    "reduce": ("A reduced part", "Modes and sampled elements, with their measured errors."),
-    "compare": ("Reduced beside full", "Modes beside the finite elements they stand for."),
-    "simulate": ("A robot walks", "One design under one gait."),
-    "baseline": ("The expert's gait", "The expert's design under its gait at every phase."),
-    "coopt": ("A robot learned to crawl", "Design and gait learned together, beside the expert's."),
-    "demo": ("A robot learned to crawl", "Design and gait learned together, beside the expert's."),
-    "campaign": ("Many trainings", "How seeds and settings compare."),
-    "search": ("Searched designs and gaits", "Without a policy, to judge the learned ones."),
-    "analyse": ("What learned robots do", "Steps, tilt, loads and friction of the best pairs."),
-    "evaluate": ("Learned pairs, walked again", "The best pairs of a training, simulated anew."),
-    "bench": ("Speed of this machine", "How fast robots are simulated."),
-    "calibrate": ("The simulation, fitted", "Parameters fitted to what was measured."),
-    "deploy": ("Trials on a rig", "A gait driven through regulators, and what they sensed."),
-    "transfer": ("From simulation to reality", "Trials beside the simulation."),
-    "fabricate": ("A robot to build", "Moulds, hub, parts and tubes of a design."),
-    "exchange": ("A file of another program", "What was read and what was written."),
-}  # fmt: skip
+Sections = Callable[[Any, FinishedRun, Sheet], list[Section]]
+
+
+@dataclass(frozen=True)
+class VerbPage:
+    """How a verb's run is shown.
+
+    Attributes:
+        title: Heading of the page.
+        lead: A sentence under it.
+        result: What the verb's study returns.
+        sections: Each makes sections of that result, the run and a sheet.
+    """
+
+    title: str
+    lead: str
+    result: type[Any] = dict
+    sections: tuple[Sections, ...] = ()
+
+
+def _untyped_leg(found: dict[str, Any], run: FinishedRun, sheet: Sheet) -> list[Section]:
+    return leg_sections(SimpleNamespace(leg=found.get("leg")), run, sheet)
+
+
+def _bench_sections(found: dict[str, Any], run: FinishedRun, sheet: Sheet) -> list[Section]:
+    if not found.get("stage_seconds"):
+        return []
+    drawn = sheet.drawn("stages", stage_figure(found["stage_seconds"]), "Wall time of each stage.")
+    return [Section("Where the time went", drawn)]
+
+
+_TRAINING = VerbPage(
+    "A robot learned to crawl",
+    "Design and gait learned together, beside the expert's.",
+    TrainingResult,
+    (sweep_sections, training_sections, learned_pair_sections, leg_sections),
+)
+PAGES = {
+    "mesh": VerbPage(
+        "A mesh with named regions",
+        "Nodes, tetrahedra and regions, checked.",
+        MadeMesh,
+        (mesh_sections,),
+    ),
+    "reduce": VerbPage(
+        "A reduced part",
+        "Modes and sampled elements, with their measured errors.",
+        Reduction,
+        (reduction_sections, leg_sections),
+    ),
+    "compare": VerbPage(
+        "Reduced beside full",
+        "Modes beside the finite elements they stand for.",
+        Comparison,
+        (comparison_sections, leg_sections),
+    ),
+    "simulate": VerbPage(
+        "A robot walks", "One design under one gait.", SimulatedWalk, (leg_sections,)
+    ),
+    "baseline": VerbPage(
+        "The expert's gait",
+        "The expert's design under its gait at every phase.",
+        Baseline,
+        (sweep_sections, leg_sections),
+    ),
+    "coopt": _TRAINING,
+    "demo": _TRAINING,
+    "campaign": VerbPage(
+        "Many trainings", "How seeds and settings compare.", Campaign, (campaign_sections,)
+    ),
+    "search": VerbPage(
+        "Searched designs and gaits",
+        "Without a policy, to judge the learned ones.",
+        SearchFindings,
+        (searched_pair_sections, search_sections),
+    ),
+    "analyse": VerbPage(
+        "What learned robots do",
+        "Steps, tilt, loads and friction of the best pairs.",
+        Analysis,
+        (analysis_sections,),
+    ),
+    "evaluate": VerbPage(
+        "Learned pairs, walked again",
+        "The best pairs of a training, simulated anew.",
+        Evaluation,
+        (evaluation_sections, leg_sections),
+    ),
+    "bench": VerbPage(
+        "Speed of this machine",
+        "How fast robots are simulated.",
+        sections=(_bench_sections, _untyped_leg),
+    ),
+    "calibrate": VerbPage(
+        "The simulation, fitted",
+        "Parameters fitted to what was measured.",
+        FittedCalibration,
+        (calibration_sections,),
+    ),
+    "deploy": VerbPage(
+        "Trials on a rig",
+        "A gait driven through regulators, and what they sensed.",
+        DeployedGait,
+        (deployment_sections, leg_sections),
+    ),
+    "transfer": VerbPage(
+        "From simulation to reality",
+        "Trials beside the simulation.",
+        Transfer,
+        (transfer_sections, leg_sections),
+    ),
+    "fabricate": VerbPage(
+        "A robot to build",
+        "Moulds, hub, parts and tubes of a design.",
+        FabricatedRobot,
+        (fabrication_sections,),
+    ),
+    "exchange": VerbPage(
+        "A file of another program",
+        "What was read and what was written.",
+        ConvertedFile,
+        (conversion_sections,),
+    ),
+}
+"""How the run of each verb is shown."""
 
 _HEADLINE = {
     "best_distance_cm": ("distance of the best pair", "{:.1f} cm"),
@@ -69,59 +209,67 @@ _HEADLINE = {
 
 
 _SHOWN_ELSEWHERE = (
-    "bend", "calibration", "drawing", "node_error", "path_fit", "transfer_gaits",
+    "bend", "calibration", "drawing", "node_error", "path_fit", "tolerances", "transfer_gaits",
     "transfer_rewards",
 )  # fmt: skip
 """How the names of pictures end that other sections show."""
 
 
 @dataclass(frozen=True)
-class WrittenPage:
-    """A page and the figures beside it."""
+class RunPage:
+    """A run's page and the figures beside it."""
 
-    path: Path
-    figures: tuple[Path, ...]
+    page: str
+    page_bytes: int
+    figures: tuple[str, ...]
+    run: str
+    run_verb: str
+    wall_s: float
 
 
-def write_run_page(run: Run, path: Path, replay: ReplaySettings | None = None) -> WrittenPage:
+def write_run_page(run: FinishedRun, path: Path, replay: ReplaySettings | None = None) -> RunPage:
     """Write the page of a run.
 
     Args:
         run: The run.
         path: The HTML file; figures are written beside it.
         replay: How exact replays are.
+
+    Raises:
+        ArtefactError: Its summary is damaged, or of another version.
     """
+    start = time.monotonic()
     sheet = Sheet(path.parent, replay)
-    sections: list[Section] = [
-        *walk_sections(run, sheet),
-        *trial_sections(run, sheet),
-        *calibration_sections(run),
-        *sweep_sections(run, sheet),
-        *training_sections(run, sheet),
-        *pair_sections(run, sheet),
-        *evaluation_sections(run, sheet),
-        *search_sections(run, sheet),
-        *comparison_sections(run, sheet),
-        *making_sections(run, sheet),
+    shown = PAGES.get(run.verb, VerbPage(f"pneumorph {run.verb}", ""))
+    found = run.result(shown.result)
+    sections = [
+        *walk_sections(run.folder, sheet),
+        *(section for make in shown.sections for section in make(found, run, sheet)),
         *_picture_sections(run),
         _results_section(run),
-        *leg_sections(run, sheet),
         repeat_section(run),
     ]
-    verb = str(run.summary["verb"])
-    title, lead = _TITLES.get(verb, (f"pneumorph {verb}", ""))
-    page.write_page(path, title, f"{lead} {_where(run)}", _headline(run), sections, sheet.head)
-    return WrittenPage(path, tuple(sheet.files))
+    lead = f"{shown.lead} {_where(run)}"
+    page.write_page(path, shown.title, lead, _headline(run), sections, sheet.head)
+    return RunPage(
+        page=str(path),
+        page_bytes=path.stat().st_size,
+        figures=tuple(str(each) for each in sheet.files),
+        run=str(run.folder),
+        run_verb=run.verb,
+        wall_s=time.monotonic() - start,
+    )
 
 
-def _where(run: Run) -> str:
+def _where(run: FinishedRun) -> str:
     damping = run.summary.get("damping")
     return f"Run folder {run.folder}" + (f", {damping} damping." if damping else ".")
 
 
-def _headline(run: Run) -> str:
-    baseline = {key: value for key, value in run.source.items() if key.startswith("baseline_best")}
-    known = {**baseline, **run.summary}
+def _headline(run: FinishedRun) -> str:
+    learned = {} if run.source is None else run.source.summary
+    baseline = {key: value for key, value in learned.items() if key.startswith("baseline_best")}
+    known = {**baseline, **_plain_results(run)}
     return page.numbers(
         {
             name: pattern.format(known[key])
@@ -131,7 +279,18 @@ def _headline(run: Run) -> str:
     )
 
 
-def _picture_sections(run: Run) -> list[Section]:
+def _plain_results(run: FinishedRun) -> dict[str, str | int | float]:
+    """Plain values of the summary; a walk that did not come to its end has no distance."""
+    failed = run.summary.get("status", "completed") != "completed"
+    return {
+        name: value
+        for name, value in run.summary.items()
+        if isinstance(value, str | int | float) and not isinstance(value, bool)
+        if not (failed and name == "distance_cm")
+    }
+
+
+def _picture_sections(run: FinishedRun) -> list[Section]:
     """Return the figures that the verb itself saved and no other section shows."""
     pictures = [
         page.picture(path, path.stem.replace("_", " "))
@@ -141,11 +300,7 @@ def _picture_sections(run: Run) -> list[Section]:
     return [Section("Figures", page.side_by_side(*pictures))] if pictures else []
 
 
-def _results_section(run: Run) -> Section:
-    plain = [
-        (name.replace("_", " "), value)
-        for name, value in run.summary.items()
-        if isinstance(value, str | int | float) and not isinstance(value, bool)
-    ]
+def _results_section(run: FinishedRun) -> Section:
+    plain = [(name.replace("_", " "), value) for name, value in _plain_results(run).items()]
     notes = "".join(page.paragraph(note, "note") for note in run.summary.get("notes", []))
     return Section("Results", page.table(["what", "value"], plain) + notes)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from pneumorph.geometry.disk import DiskShape
-from pneumorph.report.style import DISK_COLOUR, regulator_colour
+from pneumorph.report.style import DISK_COLOUR, red_green_blue, regulator_colour
 from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
@@ -73,14 +74,13 @@ class Actor:
         regulators = tuple(regulator for _, regulator in Design.parse(design).legs)
         return cls(trajectory, label, regulators)
 
-    @property
-    def leg_points_mm(self) -> np.ndarray:
-        """Where the skin's nodes are, in its lane, (frame, point, 3)."""
-        nodes, skin = self.trajectory.node_positions_mm, self.trajectory.skin_triangles
-        assert nodes is not None
-        assert skin is not None
-        shown = nodes[:, :, np.unique(skin)].reshape(len(nodes), -1, 3)
-        return np.asarray(shown + np.array([0.0, self.lane_mm, 0.0]))
+    @cached_property
+    def skin(self) -> tuple[np.ndarray, np.ndarray]:
+        """World positions of the skin's nodes [mm], (frame, leg, node, 3), and its triangles."""
+        thin = self.trajectory.with_skin_only()
+        assert thin.node_positions_mm is not None
+        assert thin.skin_triangles is not None
+        return thin.node_positions_mm, thin.skin_triangles
 
     @property
     def end_s(self) -> float:
@@ -94,82 +94,61 @@ class Actor:
 
     def extent_mm(self) -> np.ndarray:
         """Return corners of boxes around all that it will be drawn with, (point, 3)."""
-        shown = self.leg_points_mm
-        low, high = np.nanmin(shown, axis=(0, 1)), np.nanmax(shown, axis=(0, 1))
+        lane = np.array([0.0, self.lane_mm, 0.0])
+        nodes = self.skin[0]
+        low, high = (end(nodes, axis=(0, 1, 2)) + lane for end in (np.nanmin, np.nanmax))
         high[2] = max(high[2], low[2] + 45.0)
         corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij"))
-        hub = self.trajectory.hub_position_mm[[0, -1]] + np.array([0.0, self.lane_mm, 0.0])
+        hub = self.trajectory.hub_position_mm[[0, -1]] + lane
         side = np.array([self.disk.top_radius_mm, 0.0, 0.0])
         return np.concatenate([corners.reshape(3, -1).T, hub - side, hub + side])
 
     def frame_at(self, time_s: float) -> int:
         """Return the last recorded frame at or before a time."""
         times = self.trajectory.time_s
-        later = int(np.searchsorted(times, time_s + 1e-9, side="right"))
-        return max(later - 1, 0)
+        return max(int(np.searchsorted(times, time_s + 1e-9, side="right")) - 1, 0)
 
     def corners(self, frame: int) -> np.ndarray:
         """Return all surface triangles in the world, legs first, (triangle, 3, 3) mm."""
-        nodes, skin = self.trajectory.node_positions_mm, self.trajectory.skin_triangles
-        assert nodes is not None
-        legs = nodes[frame][:, skin].reshape(-1, 3, 3)
-        disk = (
-            _disk_corners(self.disk) @ self.trajectory.hub_rotation[frame].T
-            + self.trajectory.hub_position_mm[frame]
-        )
+        nodes, triangles = self.skin
+        legs = nodes[frame][:, triangles].reshape(-1, 3, 3)
+        disk = _disk_corners(self.disk) @ self.trajectory.hub_rotation[frame].T
+        disk += self.trajectory.hub_position_mm[frame]
         return np.concatenate([legs, disk]) + np.array([0.0, self.lane_mm, 0.0])
 
     def colours(self, frame: int, colour_by: ColourBy = "regulator") -> np.ndarray:
         """Return the colour of each triangle of `corners`, (triangle, 3) in 0..1.
 
         A leg has its regulator's colour, pale where it is slack and full at 90 kPa, or the
-        pressure's colour from 0 to 90 kPa.
+        pressure's colour from 0 to 90 kPa in cividis, made for any colour vision.
         """
-        pressures = self.trajectory.regulated_kPa[frame]
-        skin = self.trajectory.skin_triangles
-        assert skin is not None
-        colours = []
-        for regulator in self.regulators:
-            inflated = np.clip(pressures[regulator - 1] / _FULL_COLOUR_KPA, 0.0, 1.0)
-            if colour_by == "pressure":
-                colour = pressure_colour(float(inflated))
-            else:
-                strength = _SLACK_TINT + (1.0 - _SLACK_TINT) * inflated
-                full = np.array(red_green_blue(regulator_colour(regulator)))
-                colour = 1.0 - strength * (1.0 - full)
-            colours.append(np.tile(colour, (len(skin), 1)))
+        import matplotlib
+
+        pressure = self.trajectory.regulated_kPa[frame][np.array(self.regulators) - 1]
+        inflated = np.clip(pressure / _FULL_COLOUR_KPA, 0.0, 1.0)
+        if colour_by == "pressure":
+            legs = matplotlib.colormaps["cividis"](inflated)[:, :3]
+        else:
+            full = [red_green_blue(regulator_colour(each)) for each in self.regulators]
+            strength = _SLACK_TINT + (1.0 - _SLACK_TINT) * inflated
+            legs = 1.0 - strength[:, None] * (1.0 - np.array(full))
         disk = np.tile(red_green_blue(DISK_COLOUR), (len(_disk_corners(self.disk)), 1))
-        return np.concatenate([*colours, disk])
+        return np.concatenate([np.repeat(legs, len(self.skin[1]), axis=0), disk])
 
 
 def _disk_corners(disk: DiskShape, segment_count: int = 40) -> np.ndarray:
-    """Return the surface of the disk as triangles with outward normals, (triangle, 3, 3) mm."""
+    """Return the surface of the disk as triangles with outward normals, (triangle, 3, 3) mm.
+
+    Its profile, from the middle of the bottom over the side to the middle of the top, is turned
+    about the axis. Triangles are as small as those of legs, among which they are sorted by depth.
+    """
+    share = np.linspace(0.0, 1.0, 8)
+    low, high, top = disk.bottom_radius_mm, disk.top_radius_mm, disk.top_centre_mm[2]
+    radius = np.concatenate([low * share, [(low + high) / 2], high * share[::-1]])
+    height = np.repeat([disk.bottom_mm, (disk.bottom_mm + top) / 2, top], [8, 1, 8])
     angle = 2 * np.pi * np.arange(segment_count + 1) / segment_count
     ring = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
-    bottom_centre = np.array([0.0, 0.0, disk.bottom_mm])
-    top_centre = np.array(disk.top_centre_mm)
-    low = disk.bottom_radius_mm * ring + bottom_centre
-    high = disk.top_radius_mm * ring + top_centre
-    top = np.broadcast_to(top_centre, (segment_count, 3))
-    bottom = np.broadcast_to(bottom_centre, (segment_count, 3))
-    return np.concatenate(
-        [
-            np.stack([low[:-1], low[1:], high[1:]], axis=1),
-            np.stack([low[:-1], high[1:], high[:-1]], axis=1),
-            np.stack([top, high[:-1], high[1:]], axis=1),
-            np.stack([bottom, low[1:], low[:-1]], axis=1),
-        ]
-    )
-
-
-def pressure_colour(share: float) -> np.ndarray:
-    """Return the colour of a share of the full pressure in 0..1: cividis, for any colour vision."""
-    import matplotlib
-
-    return np.array(matplotlib.colormaps["cividis"](share)[:3])
-
-
-def red_green_blue(colour: str) -> tuple[float, float, float]:
-    """Return red, green and blue in 0..1 of a colour written as ``#RRGGBB``."""
-    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return red, green, blue
+    points = radius[:, None, None] * ring + height[:, None, None] * np.array([0.0, 0.0, 1.0])
+    a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
+    corners = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)])
+    return corners.reshape(-1, 3, 3)

@@ -2,39 +2,41 @@
 
 from __future__ import annotations
 
-import json
+import numpy as np
 
 from pneumorph.report import page
+from pneumorph.report.learning_figures import learning_curves_figure, own_gaits_figure
 from pneumorph.report.page import Section
-from pneumorph.report.run import Run
-from pneumorph.report.search_figure import learning_curves_figure, own_gaits_figure
 from pneumorph.report.sheet import Sheet
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.search_findings import DesignsBestGait, SearchCurve, SearchFindings
 
 
-def search_sections(run: Run, sheet: Sheet) -> list[Section]:
+def search_sections(found: SearchFindings, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return what `pneumorph search` found."""
-    if run.summary["verb"] != "search":
-        return []
     sections = []
-    curve = json.loads((run.folder / "learning_curve.json").read_text())
-    if any(best is not None for best in curve["best_distance_cm"]):
-        label = str(run.summary["method"])
-        figure = learning_curves_figure({label: (curve["simulated_s"], curve["best_distance_cm"])})
+    curve = SearchCurve.read(run.folder)
+    if np.isfinite(curve.best_distance_cm).any():
+        figure = learning_curves_figure({found.method: (curve.simulated_s, curve.best_distance_cm)})
         caption = "Best distance so far against the simulated time of all robots."
         sections.append(Section("The search", sheet.drawn("learning_curve", figure, caption)))
-    rows = run.summary.get("designs") or []
-    if rows:
-        columns = {
-            "design": "design",
-            "why": "why",
-            "own gait (cm)": "distance_cm",
-            "gained in the last quarter (cm)": "late_gain_cm",
-            "shared policy (cm)": "policy_distance_cm",
-            "fine-tuned policy (cm)": "learned_distance_cm",
-        }
-        body = page.table(list(columns), [[r.get(c) for c in columns.values()] for r in rows])
-        if any(None not in (r["distance_cm"], r["policy_distance_cm"]) for r in rows):
-            caption = "Distance with a gait of its own over that with the shared policy."
-            body = sheet.drawn("own_gaits", own_gaits_figure(rows), caption) + body
-        sections.append(Section("Gaits of each design", body))
+    if found.designs:
+        sections.append(_gaits_section(found.designs, sheet))
     return sections
+
+
+def _gaits_section(rows: tuple[DesignsBestGait, ...], sheet: Sheet) -> Section:
+    header = [
+        "design", "why", "own gait (cm)", "gained in the last quarter (cm)", "shared policy (cm)",
+        "fine-tuned policy (cm)",
+    ]  # fmt: skip
+    table = [
+        (row.design, row.why, row.distance_cm, row.late_gain_cm, row.policy_distance_cm,
+         row.learned_distance_cm)
+        for row in rows
+    ]  # fmt: skip
+    body = page.table(header, table)
+    if any(None not in (row.distance_cm, row.policy_distance_cm) for row in rows):
+        caption = "Distance with a gait of its own over that with the shared policy."
+        body = sheet.drawn("own_gaits", own_gaits_figure(rows), caption) + body
+    return Section("Gaits of each design", body)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 REGULATOR_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -21,6 +22,10 @@ NEUTRAL_COLOUR = "#8A8F94"
 DISK_COLOUR = "#D9DCDF"
 INK_COLOUR = "#22272B"
 PATH_COLOURS = (LEARNED_COLOUR, BASELINE_COLOUR, "#CC79A7", "#56B4E9", "#009E73", NEUTRAL_COLOUR)
+LEG_LINES: tuple[Any, ...] = (
+    "-", (0, (5, 1.5)), (0, (1, 1)), (0, (4, 1, 1, 1)), (0, (6, 2, 2, 2)), (0, (2, 3)),
+)  # fmt: skip
+"""Styles of lines that tell legs of one regulator apart."""
 
 _STYLE: Any = {
     "figure.dpi": 110,
@@ -58,6 +63,11 @@ def regulator_colour(regulator: int) -> str:
     return REGULATOR_COLOURS[(regulator - 1) % len(REGULATOR_COLOURS)]
 
 
+def red_green_blue(colour: str) -> tuple[float, ...]:
+    """Return red, green and blue in 0..1 of a colour written as ``#RRGGBB``."""
+    return tuple(part / 255 for part in bytes.fromhex(colour[1:]))
+
+
 def white_between() -> list[Any]:
     """Path effects that keep a text readable over lines: a white rim around its letters."""
     from matplotlib.patheffects import withStroke
@@ -87,6 +97,28 @@ def new_figure(width_inch: float = 5.2, height_inch: float = 3.0) -> Figure:
     figure = Figure(figsize=(width_inch, height_inch))
     FigureCanvasAgg(figure)
     return figure
+
+
+def new_axes(width_inch: float = 5.2, height_inch: float = 3.0) -> tuple[Figure, Axes]:
+    """Return a figure as `new_figure` with one panel, and the panel."""
+    figure = new_figure(width_inch, height_inch)
+    return figure, figure.add_subplot()
+
+
+def zero_line(axes: Axes) -> None:
+    """Draw where nothing was travelled."""
+    axes.axhline(0.0, color=INK_COLOUR, linewidth=0.6)
+
+
+def legend_beside(axes: Axes) -> None:
+    """Write the legend to the right of a panel, where it hides nothing."""
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)
+
+
+def legend_above(axes: Axes) -> None:
+    """Write the legend in a row over the right end of a panel."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, fontsize=7,
+                borderaxespad=0.1)  # fmt: skip
 
 
 def save_figure(

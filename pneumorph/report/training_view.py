@@ -6,19 +6,17 @@ The page is drawn by a script from a snapshot in JSON, so that a running trainin
 from __future__ import annotations
 
 import html
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM
+from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM
 from pneumorph.report import page
-from pneumorph.report.entropy_figure import entropy_figure
+from pneumorph.report.learning_figures import entropy_figure, reward_figure
 from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.replay.page import player_script, replay_assets, script_json
 from pneumorph.report.replay.replay_data import replay_data
-from pneumorph.report.reward_figure import reward_figure
 
 if TYPE_CHECKING:
-    from pneumorph.coopt.snapshot import TrainingSnapshot
+    from pneumorph.learn.snapshot import TrainingSnapshot
     from pneumorph.report.scene import Actor
     from pneumorph.robot.design_space import DesignSpace
 
@@ -56,24 +54,16 @@ def training_view_page(title: str, data: dict[str, Any] | None) -> str:
         data: What `training_view_data` returned, for a page that stands alone; None for one that
             is told by server-sent events.
     """
-    style = files("pneumorph.report").joinpath("page.css").read_text(encoding="utf-8")
     begin = "listen()" if data is None else f"show({script_json(data)})"
-    return "\n".join(
-        [
-            "<!doctype html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            '<link rel="icon" href="data:,">',
-            f"<title>{html.escape(title)}</title><style>{style}</style>",
-            replay_assets(),
-            f"</head><body><main><h1>{html.escape(title)}</h1>",
-            '<p class="lead" id="status">Waiting for the training ...</p><div id="numbers"></div>',
-            '<div class="row" id="figures"></div>',
-            '<h2>The best designs so far</h2><div class="tiles" id="designs"></div>',
-            '<h2>The best robot</h2><div id="replay"></div>',
-            f"</main><script>\n{player_script('training.js')}\npneumorphTraining.{begin};</script></body></html>",
-        ]
-    )
+    body = f"""<main><h1>{html.escape(title)}</h1>
+<p class="lead" id="status">Waiting for the training ...</p><div id="numbers"></div>
+<div class="row" id="figures"></div>
+<h2>The best designs so far</h2><div class="tiles" id="designs"></div>
+<h2>The best robot</h2><div id="replay"></div>
+</main><script>
+{player_script("training.js")}
+pneumorphTraining.{begin};</script>"""
+    return page.document(title, page.page_style() + replay_assets(), body)
 
 
 def _status(snapshot: TrainingSnapshot) -> str:

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from pneumorph.report import page
-from pneumorph.report.cycle_figure import cycle_figure
-from pneumorph.report.distance_figure import distance_figure
 from pneumorph.report.frames_figure import frames_figure
 from pneumorph.report.page import Section
-from pneumorph.report.path_figure import path_figure
 from pneumorph.report.plan_view import plan_view_figure
-from pneumorph.report.pressure_figure import pressure_figure
-from pneumorph.report.run import Run
 from pneumorph.report.scene import Actor
 from pneumorph.report.sheet import Sheet
-from pneumorph.report.step_figure import path_of, step_figure
+from pneumorph.report.walk_figures import (
+    cycle_figure,
+    distance_figure,
+    path_figure,
+    pressure_figure,
+    step_figure,
+)
 from pneumorph.robot.design import Design
+from pneumorph.study.recorded_trajectories import recorded_trajectories
 from pneumorph.trajectory import Trajectory
 
 _CYCLE_S = 4.0
@@ -24,16 +27,33 @@ _CYCLE_S = 4.0
 _STILL_COUNT = 5
 
 
-def walk_sections(run: Run, sheet: Sheet) -> list[Section]:
-    """Return the sections of a run's trajectories, a group of robots after the other."""
+def walk_sections(folder: Path, sheet: Sheet) -> list[Section]:
+    """Return the sections of a run's trajectories, a group of robots after the other.
+
+    A robot that did not come to the end of its walk is replayed; it has no distance.
+    """
     sections = []
-    for group, trajectories in run.trajectories().items():
+    for group, trajectories in recorded_trajectories(folder).items():
         seen = {name: each for name, each in trajectories.items() if _can_be_drawn(each)}
         if seen:
             sections.append(_replay_section(group, seen, sheet))
-        sections.append(_distance_section(group, trajectories, sheet))
-        sections += _gait_sections(group, trajectories, sheet)
+        whole = {name: each for name, each in trajectories.items() if each.status == "completed"}
+        if len(whole) < len(trajectories):
+            sections.append(_failures_section(group, trajectories))
+        if whole:
+            sections.append(_distance_section(group, whole, sheet))
+            sections += _gait_sections(group, whole, sheet)
     return sections
+
+
+def _failures_section(group: str, trajectories: Mapping[str, Trajectory]) -> Section:
+    rows = [
+        (name, each.metadata["design"], each.status, float(each.time_s[-1]))
+        for name, each in trajectories.items()
+        if each.status != "completed"
+    ]
+    body = page.table(["robot", "design", "how its walk ended", "after (s)"], rows)
+    return Section(_titled("Robots without a distance", group), body)
 
 
 def _can_be_drawn(trajectory: Trajectory) -> bool:
@@ -111,7 +131,7 @@ def _gait_sections(
         return sections
     steps = sheet.drawn(
         _named("steps", group),
-        step_figure({name: path_of(each) for name, each in long_enough.items()}),
+        step_figure({name: (each.time_s, each.forward_cm) for name, each in long_enough.items()}),
         "Reward of every second, and below zero the furthest slide back within each 4 s.",
     )
     name, walked = next(iter(long_enough.items()))

@@ -9,6 +9,8 @@ import numpy as np
 
 MINIMUM_LEGS = 3
 """Fewest legs of a crawling design (paper, section III-B)."""
+BASELINE_DESIGN = "1.0.0.2.2.0.0.1"
+"""Two fore legs on regulator 1 and two hind legs on regulator 2 (paper, section IV)."""
 
 
 @dataclass(frozen=True, order=True)

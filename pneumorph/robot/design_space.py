@@ -9,11 +9,12 @@ from math import comb
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.robot.design import MINIMUM_LEGS, Design
 
 
 @dataclass(frozen=True)
-class DesignSpace:
+class DesignSpace(Checked):
     """Designs of a hub with ``N`` locations, ``M`` regulators and a range of legs.
 
     The defaults are the paper's (section III-B): 41202 assignments, of which 6972 remain once
@@ -27,18 +28,15 @@ class DesignSpace:
         canonical: Keep one design of those that differ only by the names of their regulators.
     """
 
-    location_count: int = 8
-    regulator_count: int = 3
-    minimum_legs: int = MINIMUM_LEGS
+    location_count: Count = 8
+    regulator_count: Count = 3
+    minimum_legs: CountOrNone = MINIMUM_LEGS
     maximum_legs: int = 6
     canonical: bool = True
 
     def __post_init__(self) -> None:
-        if self.location_count < 1:
-            raise ValueError(f"location_count is {self.location_count}, expected at least 1")
-        if self.regulator_count < 1:
-            raise ValueError(f"regulator_count is {self.regulator_count}, expected at least 1")
-        if not 0 <= self.minimum_legs <= self.maximum_legs <= self.location_count:
+        super().__post_init__()
+        if not self.minimum_legs <= self.maximum_legs <= self.location_count:
             raise ValueError(
                 f"legs from {self.minimum_legs} to {self.maximum_legs} on {self.location_count} "
                 "locations, expected 0 <= minimum_legs <= maximum_legs <= location_count"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -96,27 +95,3 @@ class Robot:
     hub: Hub
     mounts: tuple[Mount, ...]
     design: Design | None = None
-
-
-def robot_builder(part: ReducedPart, hub: Hub, poses: Sequence[Pose]) -> Callable[[Design], Robot]:
-    """Returns a function that turns a design into a robot: one and the same part at its poses.
-
-    Args:
-        part: The leg, reduced once.
-        hub: The hub.
-        poses: Pose of the leg at each location of the design.
-    """
-
-    def build(design: Design) -> Robot:
-        if design.location_count != len(poses):
-            raise ValueError(
-                f"design {design} has {design.location_count} locations, expected {len(poses)}: "
-                "the hub was made for that many"
-            )
-        mounts = tuple(
-            Mount(part, poses[location], (regulator - 1,) * part.cavity_count)
-            for location, regulator in design.legs
-        )
-        return Robot(hub, mounts, design)
-
-    return build

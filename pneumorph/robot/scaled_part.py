@@ -16,7 +16,7 @@ def scaled_part(
 
     Elastic forces are linear in the moduli. The stepper takes modes to be orthonormal in mass, so a
     heavier part has modes Phi / sqrt(m) and coordinates sqrt(m) alpha: the same motions, written in
-    other units.
+    other units. The mount's stiffness is the hub's: it stays as it is.
 
     Args:
         part: The reduced part.
@@ -38,7 +38,7 @@ def scaled_part(
         membrane_mode_gradient=part.membrane_mode_gradient / root,
         tetrahedron_material=part.tetrahedron_material.stiffer(modulus_factor),
         membrane_material=part.membrane_material.stiffer(modulus_factor),
-        linear_stiffness=part.linear_stiffness * modulus_factor / mass_factor,
+        linear_stiffness=part.linear_stiffness / mass_factor,
         cavity_volume_1=part.cavity_volume_1 / root,
         cavity_volume_2=part.cavity_volume_2 / root**2,
         cavity_volume_3=part.cavity_volume_3 / root**3,

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
-from pneumorph import _engine
-from pneumorph.machine import processor_count
+import pneumorph._engine as _engine
+from pneumorph.base.machine import processor_count
+from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.robot import Hub, Robot
-from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.simulation.reduced_state import ReducedState
+from pneumorph.simulation.stepper_settings import StepperSettings
 
 STAGES = ("elements", "inertia", "factorisation", "contact_setup", "friction", "integration")
 """What the stepper's time is spent on, in the order of a step."""
@@ -23,6 +26,8 @@ _PART_ARRAYS = (
     "first_moment", "first_moment_modes", "second_moment", "second_moment_modes",
     "second_moment_mode_pairs", "contact_points", "contact_modes",
 )  # fmt: skip
+
+_STATE = tuple(each.name for each in fields(ReducedState) if each.name != "memory")
 
 
 class RobotStatus(IntEnum):
@@ -42,20 +47,26 @@ class BatchedSimulator:
     """
 
     def __init__(
-        self, robots: Sequence[Robot], settings: SimulationSettings, thread_count: int = 0
+        self,
+        robots: Sequence[Robot],
+        physics: Physics | None = None,
+        stepper: StepperSettings | None = None,
+        thread_count: int = 0,
     ) -> None:
         """Put robots at rest in their initial pose, with no pressure.
 
         Args:
             robots: The robots; parts may be shared between them.
-            settings: Physics and numerics.
+            physics: What acts on them; None for the published physics.
+            stepper: How steps are computed; None for the usual numerics.
             thread_count: Threads to use; 0 takes every processor this process may run on.
 
         Raises:
             ValueError: No robot, an unknown regulator, or a part of too many modes or of a law that
                 the compiled stepper does not know.
         """
-        self.settings = settings
+        self.physics = physics or Physics()
+        self.stepper = stepper or StepperSettings()
         self.thread_count = thread_count or processor_count()
         self._parts: list[ReducedPart] = []
         self._batch: Any = None
@@ -78,9 +89,9 @@ class BatchedSimulator:
         if fresh or batch is None:
             batch = _engine.Batch(
                 [_part_arrays(part) for part in parts],
-                _engine_settings(self.settings),
-                self.settings.element_precision == "single",
-                self.settings.instruction_set,
+                _engine_settings(self.physics, self.stepper),
+                self.stepper.element_precision == "single",
+                self.stepper.instruction_set,
             )
         batch.set_robots(
             [
@@ -135,7 +146,7 @@ class BatchedSimulator:
             ValueError: Wrong shape, or a pressure that is negative or not finite.
         """
         command = np.ascontiguousarray(command_kPa, dtype=float)
-        shape = (len(self.robots), self.settings.regulator_count)
+        shape = (len(self.robots), self.physics.regulator_count)
         if command.shape != shape:
             raise ValueError(
                 f"command_kPa has shape {command.shape}, expected (robot, regulator) = {shape}"
@@ -197,6 +208,24 @@ class BatchedSimulator:
         """
         self._batch.set_memory(robot, memory)
 
+    def state(self, robot: int) -> ReducedState:
+        """The state of one robot, with its memory."""
+        hub, mounts = self.robots[robot].hub, self.robots[robot].mounts
+        points = len(hub.contact_points) + sum(len(m.part.contact_points) for m in mounts)
+        own = {"modes": len(mounts), "mode_rates": len(mounts), "impulses": points}
+        values = {name: self.read(name)[robot][: own.get(name)] for name in _STATE}
+        return ReducedState(**values, memory=self.memory(robot))
+
+    def set_state(self, robot: int, state: ReducedState) -> None:
+        """Let one robot go on from a state.
+
+        Raises:
+            ValueError: The state is of another robot, precision or instruction set.
+        """
+        for name in _STATE:
+            self.write(robot, name, getattr(state, name))
+        self.set_memory(robot, state.memory)
+
     @property
     def tracked_point_mm(self) -> np.ndarray:
         """World position of each hub's tracked point [mm], (robot, 3)."""
@@ -249,23 +278,23 @@ def _part_arrays(part: ReducedPart) -> dict[str, object]:
     return arrays
 
 
-def _engine_settings(settings: SimulationSettings) -> dict[str, Any]:
+def _engine_settings(physics: Physics, stepper: StepperSettings) -> dict[str, Any]:
     return {
-        "time_step": settings.time_step_s,
-        "gravity": settings.gravity_vector,
-        "mass_damping": settings.mass_damping_per_s,
-        "stiffness_damping": settings.stiffness_damping_s,
-        "published_damping": settings.damping == "published",
-        "edge_rotations": settings.damping == "published",
-        "friction": settings.friction,
-        "floor_height": settings.floor_height_mm,
-        "contact_margin": settings.contact_margin_mm,
-        "contact_tolerance": settings.contact_tolerance_mm_per_s,
-        "contact_sweeps": settings.contact_sweeps,
-        "pressure_rate": settings.pressure_rate_kPa_per_s,
-        "pressure_slope": settings.pressure_map.slope,
-        "pressure_intercept": settings.pressure_map.intercept_kPa,
-        "speed_limit": settings.speed_limit_mm_per_s,
-        "tangent_tolerance": settings.tangent_tolerance_mm_per_s,
-        "regulator_count": settings.regulator_count,
+        "time_step": physics.time_step_s,
+        "gravity": physics.gravity_vector,
+        "mass_damping": physics.mass_damping_per_s,
+        "stiffness_damping": physics.stiffness_damping_s,
+        "published_damping": physics.damping == "published",
+        "edge_rotations": physics.rotation == "edge",
+        "friction": physics.friction,
+        "floor_height": physics.floor_height_mm,
+        "contact_margin": stepper.contact_margin_mm,
+        "contact_tolerance": stepper.contact_tolerance_mm_per_s,
+        "contact_sweeps": stepper.contact_sweeps,
+        "pressure_rate": physics.pressure_rate_kPa_per_s,
+        "pressure_slope": physics.pressure_map.slope,
+        "pressure_intercept": physics.pressure_map.intercept_kPa,
+        "speed_limit": stepper.speed_limit_mm_per_s,
+        "tangent_tolerance": stepper.tangent_tolerance_mm_per_s,
+        "regulator_count": physics.regulator_count,
     }

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 
+from pneumorph.physics.physics import Physics
 from pneumorph.simulation.distribution import Distribution
-from pneumorph.simulation.simulation_settings import SimulationSettings
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class World:
     floor_slope_deg: float
     """How steeply the floor rises forward [degrees]."""
 
-    def applied_to(self, settings: SimulationSettings) -> SimulationSettings:
-        """Settings of this world; modulus and mass are the robots', the lag the command's."""
-        return replace(settings, friction=self.friction, floor_slope_deg=self.floor_slope_deg)
+    def applied_to(self, physics: Physics) -> Physics:
+        """Physics of this world; modulus and mass are the robots', the lag the command's."""
+        return replace(physics, friction=self.friction, floor_slope_deg=self.floor_slope_deg)
 
     def as_dict(self) -> dict[str, float]:
         """The numbers by name."""

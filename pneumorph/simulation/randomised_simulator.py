@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.robot import Hub, Mount, Robot
 from pneumorph.robot.scaled_part import scaled_hub, scaled_part
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation, World
-from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.simulation.stepper_settings import StepperSettings
 
 LAG_STEPS = 5
 """A lagging command is renewed after this many time steps."""
@@ -26,10 +27,11 @@ class RandomisedSimulator:
 
     Args:
         robots: The robots.
-        settings: Physics where nothing is drawn.
+        physics: Physics where nothing is drawn.
         randomisation: What to draw.
         seed: Of the draws.
         world_count: Worlds side by side.
+        stepper: How steps are computed.
         thread_count: Threads of the engine; 0 takes every processor.
 
     Raises:
@@ -39,16 +41,18 @@ class RandomisedSimulator:
     def __init__(
         self,
         robots: Sequence[Robot],
-        settings: SimulationSettings,
+        physics: Physics,
         randomisation: Randomisation,
         seed: int = 0,
         world_count: int = 8,
+        stepper: StepperSettings | None = None,
         thread_count: int = 0,
     ) -> None:
         if world_count < 1:
             raise ValueError(f"world_count is {world_count}, expected at least 1")
-        self._settings, self._randomisation = settings, randomisation
+        self._physics, self._randomisation = physics, randomisation
         self._seed, self._world_count, self._threads = seed, world_count, thread_count
+        self._stepper = stepper
         self._robots: Sequence[Robot] = robots
         self.redraw(0)
 
@@ -69,7 +73,11 @@ class RandomisedSimulator:
         ]
         self._groups = [
             simulator_in_world(
-                [robots[int(i)] for i in members], world, self._settings, self._threads
+                [robots[int(i)] for i in members],
+                world,
+                self._physics,
+                self._stepper,
+                self._threads,
             )
             for members, world in zip(self._members, self.worlds, strict=False)
         ]
@@ -140,7 +148,7 @@ class LaggingSimulator:
         moving = np.ones(len(command), bool) if active is None else np.asarray(active, bool)
         for begin in range(0, step_count, LAG_STEPS):
             count = min(LAG_STEPS, step_count - begin)
-            kept = math.exp(-count * self._simulator.settings.time_step_s / self._lag_s)
+            kept = math.exp(-count * self._simulator.physics.time_step_s / self._lag_s)
             new = command + (self._filtered - command) * kept
             self._filtered = np.where(moving[:, None], new, self._filtered)
             self._simulator.advance(self._filtered, count, active)
@@ -156,11 +164,15 @@ class LaggingSimulator:
         return self._simulator.status
 
     def _zero(self) -> np.ndarray:
-        return np.zeros((len(self._simulator.robots), self._simulator.settings.regulator_count))
+        return np.zeros((len(self._simulator.robots), self._simulator.physics.regulator_count))
 
 
 def simulator_in_world(
-    robots: Sequence[Robot], world: World, settings: SimulationSettings, thread_count: int = 0
+    robots: Sequence[Robot],
+    world: World,
+    physics: Physics,
+    stepper: StepperSettings | None = None,
+    thread_count: int = 0,
 ) -> LaggingSimulator:
     """A simulator of robots in a world; a part that robots share is scaled once."""
     parts: dict[int, ReducedPart] = {}
@@ -177,5 +189,5 @@ def simulator_in_world(
         hub = hubs.setdefault(id(robot.hub), scaled_hub(robot.hub, world.mass_factor))
         mounts = tuple(Mount(part_of(m), m.pose, m.regulators) for m in robot.mounts)
         scaled.append(Robot(hub, mounts, robot.design))
-    batch = BatchedSimulator(scaled, world.applied_to(settings), thread_count)
+    batch = BatchedSimulator(scaled, world.applied_to(physics), stepper, thread_count)
     return LaggingSimulator(batch, world.regulator_lag_s)

@@ -3,45 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from tqdm import trange
 
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.robot import Robot
-from pneumorph.settings import settings_to_dict
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
-from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.simulation.reduced_state import ReducedState
+from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.trajectory import Trajectory
-
-_STATE = ("position", "rotation", "velocity", "angular_velocity", "modes", "mode_rates",
-          "regulated", "impulses")  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class ReducedState:
-    """State of one reduced robot."""
-
-    position: np.ndarray
-    """Hub origin in the world [mm], (3,)."""
-    rotation: np.ndarray
-    """Hub frame to world, (3, 3)."""
-    velocity: np.ndarray
-    """Of the hub origin [mm/s], (3,)."""
-    angular_velocity: np.ndarray
-    """Of the hub, world axes [rad/s], (3,)."""
-    modes: np.ndarray
-    """Modal coordinates of each mount, padded with zeros, (mount, mode)."""
-    mode_rates: np.ndarray
-    """Their rates, (mount, mode)."""
-    regulated: np.ndarray
-    """Pressure of each regulator [real kPa], (regulator,)."""
-    impulses: np.ndarray
-    """Contact impulses of the last step [mN s], (contact point, 3); warm start of the next."""
-    memory: bytes = b""
-    """The legs' stiffness of the last step, as `BatchedSimulator.memory` has it; without it the
-    next step finds it afresh."""
 
 
 class ReducedRobot:
@@ -49,7 +22,8 @@ class ReducedRobot:
 
     Args:
         robot: Hub and mounted reduced parts.
-        settings: Physics and numerics.
+        physics: What acts on it; None for the published physics.
+        stepper: How steps are computed; None for the usual numerics.
         watch: Told every frame of a rollout that records nodes as soon as it is simulated, as a
             trajectory of that frame alone.
     """
@@ -57,22 +31,19 @@ class ReducedRobot:
     def __init__(
         self,
         robot: Robot,
-        settings: SimulationSettings | None = None,
+        physics: Physics | None = None,
+        stepper: StepperSettings | None = None,
         watch: Callable[[Trajectory], None] | None = None,
     ) -> None:
         self.robot = robot
         self._watch = watch
-        self.settings = settings or SimulationSettings()
-        self._simulator = BatchedSimulator([robot], self.settings, thread_count=1)
+        self._simulator = BatchedSimulator([robot], physics, stepper, thread_count=1)
+        self.physics = self._simulator.physics
 
     def initial_state(self) -> ReducedState:
         """At rest in the initial pose, no pressure."""
         self._simulator.reset()
-        return self._read()
-
-    def _read(self) -> ReducedState:
-        values = {name: self._simulator.read(name)[0] for name in _STATE}
-        return ReducedState(**values, memory=self._simulator.memory(0))
+        return self._simulator.state(0)
 
     def node_positions(self, state: ReducedState) -> np.ndarray:
         """World positions of every mount's nodes [mm], (mount, node, 3).
@@ -101,7 +72,7 @@ class ReducedRobot:
         """
         hub_count = len(self.robot.hub.contact_points)
         # the engine's rows are z, x, y
-        force = np.roll(state.impulses[hub_count:], -1, axis=1) / self.settings.time_step_s
+        force = np.roll(state.impulses[hub_count:], -1, axis=1) / self.physics.time_step_s
         velocity = []
         for mount, alpha, rate in zip(
             self.robot.mounts, state.modes, state.mode_rates, strict=True
@@ -144,12 +115,10 @@ class ReducedRobot:
             diverged, and it then ends with the last sound frame.
         """
         commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
-        time_step = self.settings.time_step_s
+        time_step = self.physics.time_step_s
         simulator = self._simulator
         simulator.reset()
-        for name in _STATE:
-            simulator.write(0, name, getattr(state, name))
-        simulator.set_memory(0, state.memory)
+        simulator.set_state(0, state)
         frames: dict[str, list[Any]] = {}
         same_skin = self.robot.mounts[0].part.skin if self.robot.mounts and record_nodes else None
 
@@ -161,7 +130,10 @@ class ReducedRobot:
                 metadata={
                     "model": "reduced",
                     "design": str(self.robot.design),
-                    "settings": settings_to_dict(self.settings),
+                    "settings": {
+                        **settings_to_dict(self.physics),
+                        **settings_to_dict(simulator.stepper),
+                    },
                     **(description or {}),
                 },
             )
@@ -199,6 +171,6 @@ class ReducedRobot:
             if simulator.status[0] != RobotStatus.RUNNING:
                 status = RobotStatus(simulator.status[0]).name.lower()
                 break
-            state = self._read()
+            state = simulator.state(0)
             record(start + len(chunk), state)
         return state, trajectory(frames, status)

@@ -6,6 +6,9 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
+from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
+from pneumorph.physics.physics import Physics
 from pneumorph.trajectory import Trajectory
 
 State = TypeVar("State")
@@ -13,6 +16,10 @@ State = TypeVar("State")
 
 class RobotModel(Protocol[State]):
     """What full-order and reduced robots have in common."""
+
+    @property
+    def physics(self) -> Physics:
+        """What acts on the robot."""
 
     def initial_state(self) -> State:
         """At rest in the initial pose, no pressure."""
@@ -32,35 +39,40 @@ class RobotModel(Protocol[State]):
 
 def rollout(
     model: RobotModel[State],
-    commands_kPa: np.ndarray,
+    commands_kPa: np.ndarray | OpenLoopGait,
     state: State | None = None,
     settling_steps: int = 15,
     record_every: int = 5,
     record_nodes: bool = True,
     description: dict[str, Any] | None = None,
     progress: bool = False,
+    highest_kPa: float = HIGHEST_COMMAND_KPA,
 ) -> tuple[State, Trajectory]:
     """Run a robot under commands, from a state or from its settled initial pose.
 
     Args:
         model: A full-order or a reduced robot.
-        commands_kPa: Real pressure asked for in every step [kPa], (step, regulator).
+        commands_kPa: Real pressure asked for in every step [kPa], (step, regulator), or a gait.
         state: Where to start; None lets the robot fall and settle first.
         settling_steps: Steps at zero pressure before the start, when no state is given.
         record_every: Steps between frames.
         record_nodes: Record every node's position.
         description: What else to note in the trajectory's metadata.
         progress: Show a progress bar with the time left.
+        highest_kPa: Highest command that is allowed [kPa]; a gait has a limit of its own.
 
     Returns:
         The state at the end, and the trajectory.
 
     Raises:
-        ValueError: A command is negative or not finite.
+        ValueError: A command is not finite, negative, or too high.
     """
+    if not isinstance(commands_kPa, np.ndarray):
+        physics = model.physics
+        highest_kPa = commands_kPa.maximum_pressure_kPa
+        commands_kPa = commands_of(commands_kPa, physics.time_step_s, physics.regulator_count)
     commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
-    if not np.all(np.isfinite(commands)) or np.any(commands < 0.0):
-        raise ValueError("commands_kPa must be finite and not negative; a regulator only inflates")
+    check_commands(commands, highest_kPa)
     if state is None:
         rest = np.zeros((settling_steps, commands.shape[1]))
         state, _ = model.rollout(

@@ -7,26 +7,26 @@ One file for each model, so that a run that was stopped goes on; then bend.json 
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import tyro
 from scipy.interpolate import PchipInterpolator
 
-from pneumorph.artefact import write_json
-from pneumorph.command.run_folder import finite
+from pneumorph.base.artefact import write_json
+from pneumorph.base.run_folder import finite, made_once
+from pneumorph.catalogue.paper_robot import paper_leg_mesh
 from pneumorph.fem.bend_curve import BendCurve, bend_curve
 from pneumorph.fem.material import LegMaterials, Material
 from pneumorph.fem.part_model import leg_model
-from pneumorph.fem.rotation import Rotation
 from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
 from pneumorph.geometry.quadratic import quadratic_mesh
-from pneumorph.presets import paper_leg_mesh
+from pneumorph.physics.physics import Rotation
 from pneumorph.report.style import figure_style, new_figure, save_figure
 
 if TYPE_CHECKING:
@@ -171,41 +171,32 @@ def bend_figure(curves: dict[str, dict[str, Any]], fitted: dict[str, Any]) -> Fi
     return figure
 
 
-def main() -> None:
-    """Bend every model's leg, say what each change does, and fit the map."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("runs/actuator_bend"))
-    folder = parser.parse_args().out
-    folder.mkdir(parents=True, exist_ok=True)
+def timed(model: Model) -> dict[str, Any]:
+    """One model's curve, and how long it took [s]."""
+    start = time.monotonic()
+    return asdict(bend(model)) | {"wall_s": time.monotonic() - start}
+
+
+def main(out: Path = Path("runs/actuator_bend")) -> None:
+    """Bend every model's leg, say what each change does, and fit the map.
+
+    Args:
+        out: Folder of a file for each model, bend.json and bend.png.
+    """
     curves = {}
     for name, model in MODELS.items():
-        path = folder / f"{name.replace(' ', '_').replace(',', '').replace('.', '')}.json"
-        if not path.exists():
-            print(name, flush=True)
-            start = time.monotonic()
-            curve = bend(model)
-            spent = {"wall_s": time.monotonic() - start}
-            write_json(path, {"name": name, **asdict(model), **asdict(curve), **spent})
-            print("  ", [round(each, 1) for each in curve.bend_deg], flush=True)
-        curves[name] = json.loads(path.read_text())
-        changed = [key for key, value in asdict(model).items() if curves[name][key] != value]
-        if changed:
-            raise ValueError(f"{path} has another {changed[0]} than now; choose another --out")
+        print(name, flush=True)
+        path = out / f"{name.replace(' ', '_').replace(',', '').replace('.', '')}.json"
+        curves[name] = made_once(path, partial(timed, model), name=name, **asdict(model))
         if not curves[name]["converged"]:
             print(f"{name} found no equilibrium above {curves[name]['pressure_kPa'][-1]:g} kPa")
     fitted = calibration(curves)
-    write_json(
-        folder / "bend.json",
-        {
-            "bend_deg": {name: curve["bend_deg"] for name, curve in curves.items()},
-            "pressure_kPa": {name: curve["pressure_kPa"] for name, curve in curves.items()},
-            "factors": finite(contributions(curves)),
-            "calibration": fitted,
-        },
-    )
-    save_figure(bend_figure(curves, fitted), folder / "bend.png", ("png",))
-    print(f"wrote {folder / 'bend.json'} and {folder / 'bend.png'}")
+    columns = ("bend_deg", "pressure_kPa")
+    content = {key: {name: curve[key] for name, curve in curves.items()} for key in columns}
+    content |= {"factors": finite(contributions(curves)), "calibration": fitted}
+    write_json(out / "bend.json", content)
+    save_figure(bend_figure(curves, fitted), out / "bend.png", ("png",))
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main, description=__doc__)

@@ -1,6 +1,6 @@
 """Is the answer good? Searches that share nothing with learning, with as much simulated time.
 
-    python reproduce/answer/run.py RUN [--steps gaits random genetic]
+    python reproduce/answer/run.py RUN
 
 `gaits` looks for the best gait of the expert's design, of L1 to L5 and of 30 random designs by
 CMA-ES; `random` and `genetic` search designs and gaits together with the run's own number of
@@ -10,60 +10,67 @@ that was searched for this run, now or earlier.
 
 from __future__ import annotations
 
-import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from pneumorph.artefact import write_json
-from pneumorph.command.learned_run import run_digest
-from pneumorph.command.learning_curve import learning_curve
-from pneumorph.command.run_folder import SUMMARY, finite, read_summary
-from pneumorph.command.run_once import run_once
-from pneumorph.command.search import CURVE_FILE
-from pneumorph.report.search_figure import learning_curves_figure, own_gaits_figure
+import tyro
+
+from pneumorph.base.artefact import write_json
+from pneumorph.base.result import result_from_dict
+from pneumorph.base.run_folder import SUMMARY, finite, read_summary
+from pneumorph.learn.search_run import CURVE_FILE
+from pneumorph.report.learning_figures import learning_curves_figure, own_gaits_figure
 from pneumorph.report.style import save_figure
+from pneumorph.run_once import run_once
+from pneumorph.study.finished_run import run_digest
+from pneumorph.study.learning_curve import learning_curve
+from pneumorph.study.search_findings import SearchFindings
 
 HERE = Path(__file__).parent
-METHODS = ("random", "genetic")
+METHODS: tuple[Literal["random", "genetic"], ...] = ("random", "genetic")
 
 
-def main() -> None:
-    """Search what is missing, compare and draw."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("run", type=Path, help="folder of the coopt run")
-    parser.add_argument("--out", type=Path, default=HERE)
-    parser.add_argument("--work", type=Path, default=Path("runs/answer"))
-    parser.add_argument("--steps", nargs="+", choices=("gaits", *METHODS),
-                        default=("gaits", *METHODS))  # fmt: skip
-    parser.add_argument("--gait-timesteps", type=int, help="less than the 960 gaits a design")
-    options = parser.parse_args()
-    learned = read_summary(options.run)
+def main(
+    run: tyro.conf.Positional[Path],
+    out: Path = HERE,
+    work: Path = Path("runs/answer"),
+    steps: tuple[Literal["gaits", "random", "genetic"], ...] = ("gaits", *METHODS),
+    gait_timesteps: int | None = None,
+) -> None:
+    """Search what is missing, compare and draw.
+
+    Args:
+        run: Folder of the coopt run.
+        out: Folder of answer.json and the figures.
+        work: Where the searches run.
+        steps: Which of them.
+        gait_timesteps: Less than the 960 gaits a design.
+    """
+    learned = read_summary(run)
     timesteps = learned["timesteps"] + learned["finetuning_timesteps"]
-    work = options.work / run_digest(options.run)
+    work = work / run_digest(run)
     result: dict[str, Any] = {
         "run": learned.get("made_by"),
         "timesteps": timesteps,
         "coopt": {name: learned[name] for name in ("best_design", "best_distance_cm")},
     }
-    shorter = () if options.gait_timesteps is None else ("--timesteps", options.gait_timesteps)
+    shorter = () if gait_timesteps is None else ("--timesteps", gait_timesteps)
 
     def searched(step: str, *flags: object) -> dict[str, Any] | None:
         """A search's summary; None where it is neither asked for nor finished."""
-        if step not in options.steps:
+        if step not in steps:
             return read_summary(work / step) if (work / step / SUMMARY).exists() else None
-        return run_once(work / step, "search", "--run", options.run, *flags)
+        return run_once(work / step, "search", "--run", run, *flags)
 
     gaits = searched("gaits", *shorter)
     if gaits is not None:
         result["gaits"] = {
-            name: gaits[name]
-            for name in ("designs", "policy_gaps_cm", "timesteps", "wall_s")
-        }  # fmt: skip
-        save_figure(own_gaits_figure(gaits["designs"]), options.out / "own_gaits.png", ("png",))
-    curves = {"learned together": learning_curve(options.run)}
+            name: gaits[name] for name in ("designs", "policy_gaps_cm", "timesteps", "wall_s")
+        }
+        found_gaits = result_from_dict(SearchFindings, gaits).designs or ()
+        save_figure(own_gaits_figure(found_gaits), out / "own_gaits.png", ("png",))
+    curves = {"learned together": learning_curve(run)}
     for method in METHODS:
         found = searched(method, "--method", method, "--timesteps", timesteps)
         if found is None:
@@ -76,10 +83,10 @@ def main() -> None:
                          "wall_s")
         }  # fmt: skip
     figure = learning_curves_figure(curves, learned["baseline_best_distance_cm"])
-    save_figure(figure, options.out / "learning_curves.png", ("png",))
-    write_json(options.out / "answer.json", finite(result))
-    print(f"wrote {options.out / 'answer.json'}")
+    save_figure(figure, out / "learning_curves.png", ("png",))
+    write_json(out / "answer.json", finite(result))
+    print(f"wrote {out / 'answer.json'}")
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main, description=__doc__)

@@ -7,19 +7,22 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
 from calculix_deck import CalculixSettings, calculix_deck
 from calculix_run import run_calculix
 
+from pneumorph.catalogue.paper_robot import leg_materials
 from pneumorph.fem.bend import end_face_bend_deg
-from pneumorph.fem.material import LegMaterials, Material, Membrane
+from pneumorph.fem.bend_curve import bend_curve
+from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rotation import Rotation
-from pneumorph.fem.static import StaticSettings, static_equilibrium
+from pneumorph.fem.static import StaticSettings
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.physics.physics import Rotation
 
 PAPER_LAW = "st_venant_kirchhoff"
 """Law of the paper layer in both codes: it hardly stretches, where all laws are one."""
+YEOH_RATIOS = (0.16, -0.017)
+"""C2 and C3 over C1 of Dragon Skin 30."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ LAW_PAIRS = (
     LawPair("st_venant_kirchhoff", "st_venant_kirchhoff"),
     LawPair("stable_neo_hookean", "stable_neo_hookean"),
     LawPair("calculix_neo_hooke", "calculix_neo_hooke"),
+    LawPair("yeoh", "yeoh"),
     # "edge": its tangent is not symmetric, and only so is it assembled in full.
     LawPair("calculix_corotational", "calculix_corotational", "edge"),
     LawPair("corotational", "calculix_corotational", "polar"),
@@ -79,13 +83,13 @@ class BendCurve:
 
 def silicone(law: str) -> Material:
     """The silicone of the paper in another law."""
-    material = LegMaterials().silicone
+    material = leg_materials("paper").silicone
     return Material(material.young_modulus_kPa, material.poisson_ratio, law)
 
 
 def paper_layer() -> Membrane:
     """The paper layer of the paper, in the law that both codes have."""
-    materials = LegMaterials()
+    materials = leg_materials("paper")
     paper = materials.paper
     return Membrane(
         "paper",
@@ -164,30 +168,12 @@ def our_bend(
         settings: Steps and tolerance.
     """
     membranes = (paper_layer(),) if with_paper else ()
-    part = PartModel(mesh, silicone(law), LegMaterials().mass_kg, membranes, "cavity")
-    held = mesh.node_set("inner_end_face")
-    positions: np.ndarray | None = None
-    reached, bends, iterations, before, message = [], [], 0, 0.0, ""
+    part = PartModel(mesh, silicone(law), leg_materials("paper").mass_kg, membranes, "cavity")
     start = time.perf_counter()
-    for pressure in pressures_kPa:
-        result = static_equilibrium(
-            part,
-            pressure,
-            held,
-            start=positions,
-            start_pressure_kPa=before,
-            rotation=rotation,
-            settings=settings,
-        )
-        iterations += result.iterations
-        if not result.converged:
-            message = f"no equilibrium beyond {result.pressure_kPa:g} kPa"
-            break
-        positions, before = result.positions, pressure
-        reached.append(pressure)
-        bends.append(end_face_bend_deg(mesh, positions))
+    found = bend_curve(part, pressures_kPa, rotation=rotation, settings=settings)
     wall = time.perf_counter() - start
-    return BendCurve(law, reached, bends, iterations, wall, message)
+    message = "" if found.converged else f"no equilibrium beyond {found.reached_kPa:g} kPa"
+    return BendCurve(law, found.pressure_kPa, found.bend_deg, found.iterations, wall, message)
 
 
 def relative_difference(ours: BendCurve, theirs: BendCurve) -> list[float]:

@@ -5,6 +5,7 @@ law of a Material        card                            the same law here
 =======================  ==============================  ========================================
 st_venant_kirchhoff      *ELASTIC with NLGEOM            pneumorph's own
 stable_neo_hookean       *HYPERFOAM, N=2                 pneumorph's own
+yeoh                     *HYPERELASTIC, YEOH             pneumorph's own, volume at every point
 calculix_neo_hooke       *HYPERELASTIC, NEO HOOKE        `CalculixNeoHooke`
 calculix_corotational    *USER MATERIAL, LIN_EL_COROT    `CalculixCorotational`
 =======================  ==============================  ========================================
@@ -44,6 +45,11 @@ def material_card(name: str, material: Material) -> tuple[str, str]:
     elif material.law == "calculix_neo_hooke":
         bulk = lame + 2.0 * mu / 3.0
         lines = f"*HYPERELASTIC, NEO HOOKE\n{_join(mu / 2.0, 2.0 / bulk)}"
+    elif material.law == "yeoh" and material.dilatation == "pointwise":
+        # sum_i C_i (I1 - 3)^i + sum_i (J - 1)^(2 i) / D_i; of the D only the first counts.
+        c1, bulk = mu / 2.0, lame + 2.0 * mu / 3.0
+        c2, c3 = c1 * material.yeoh_c2_over_c1, c1 * material.yeoh_c3_over_c1
+        lines = f"*HYPERELASTIC, YEOH\n{_join(c1, c2, c3, 2.0 / bulk, _NO_TERM, _NO_TERM)}"
     elif material.law == "calculix_corotational":
         name = f"LIN_EL_COROT_{name}"
         lines = f"*USER MATERIAL, CONSTANTS=2\n{_join(young, poisson)}"
@@ -55,9 +61,10 @@ def material_card(name: str, material: Material) -> tuple[str, str]:
         lines = f"*HYPERFOAM, N=2\n{_join(mu + bulk, 2.0, -bulk, 2.0, 1e12, 1.0)}"
     else:
         raise ValueError(
-            f"law must be st_venant_kirchhoff, stable_neo_hookean, calculix_neo_hooke or "
-            f"calculix_corotational to write it for CalculiX, got {material.law!r}; the nearest to "
-            "corotational is calculix_corotational"
+            "law must be st_venant_kirchhoff, stable_neo_hookean, yeoh (pointwise dilatation), "
+            f"calculix_neo_hooke or calculix_corotational to write it for CalculiX, got "
+            f"{material.law!r} with {material.dilatation} dilatation; the nearest to corotational "
+            "is calculix_corotational"
         )
     return name, f"*MATERIAL, NAME={name}\n{lines}"
 
@@ -96,6 +103,7 @@ def sheet_card(name: str, membrane: Membrane) -> tuple[str, float]:
 
 
 _THINNER, _SHEAR_ACROSS = 100.0, 1e-3
+_NO_TERM = 1e20  # a D so large that its term vanishes; zero would ask for a default
 
 
 def _join(*values: float) -> str:

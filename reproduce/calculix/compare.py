@@ -22,9 +22,9 @@ from bend_comparison import (
     relative_difference,
 )
 
-from pneumorph.artefact import write_json
+from pneumorph.base.artefact import write_json
+from pneumorph.catalogue.paper_robot import paper_leg_mesh
 from pneumorph.geometry.quadratic import quadratic_mesh
-from pneumorph.presets import paper_leg_mesh
 from pneumorph.report.style import (
     REGULATOR_COLOURS,
     figure_style,

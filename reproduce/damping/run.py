@@ -1,29 +1,33 @@
 """What the published damping does to a walk: two designs, two gaits, both dampings, full order.
 
-    python reproduce/damping/run.py --out runs/damping [--processes 2] [--duration-s 8]
+    python reproduce/damping/run.py --out runs/damping
 
 One file for each walk, so that a run that was stopped goes on; then damping.json and damping.png.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import tyro
 
-from pneumorph.artefact import write_json
+from pneumorph.base.artefact import write_json
+from pneumorph.base.executor import ExecutorSettings, run_tasks
+from pneumorph.base.run_folder import made_once
+from pneumorph.base.settings import load_settings
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.fem.false_moment import false_moment
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
-from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
-from pneumorph.gait.open_loop_gait import sample_commands
-from pneumorph.presets import paper_full_robot
+from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands
+from pneumorph.physics.physics import Damping
 from pneumorph.report.style import (
     BASELINE_COLOUR,
     LEARNED_COLOUR,
@@ -31,16 +35,16 @@ from pneumorph.report.style import (
     new_figure,
     save_figure,
 )
-from pneumorph.robot.design import Design
-from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.robot.design import BASELINE_DESIGN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).parent
+PUBLISHED = load_settings(RobotOptions, HERE.parent / "published.toml")
 DESIGNS = {"expert": BASELINE_DESIGN, "learned": "0.0.0.1.1.2.0.0"}
 GAITS = ("expert", "learned")
-DAMPINGS = ("published", "objective")
+DAMPINGS: tuple[Damping, ...] = ("published", "objective")
 SLIP_MM_PER_S = 1.0
 """A pressed point that moves faster along the floor slips."""
 
@@ -70,7 +74,7 @@ class Observer:
             # Share of the load that rests on points which slip, and of the friction that is used.
             slipping.append(float(impulse[speed > SLIP_MM_PER_S, 0].sum() / max(normal, 1e-12)))
             used = np.linalg.norm(impulse[:, 1:].sum(axis=0))
-            grip.append(float(used / max(robot.settings.friction * normal, 1e-12)))
+            grip.append(float(used / max(robot.physics.friction * normal, 1e-12)))
         self.series["slipping"].append(slipping)
         self.series["grip"].append(grip)
         moment = false_moment(robot, state)
@@ -78,49 +82,36 @@ class Observer:
         self.series["elasticity_Nmm"].append(float(np.linalg.norm(moment.elasticity)))
 
 
-def walk(arguments: tuple[str, str, str, float, Path]) -> None:
-    """Walk one design with one gait under one damping and save what happened."""
-    design, gait_name, damping, duration_s, folder = arguments
-    path = folder / f"{design}_{gait_name}_{damping}.json"
-    if path.exists():
-        there = json.loads(path.read_text())["duration_s"]
-        if there != duration_s:
-            raise ValueError(
-                f"{path} is of {there:g} s, expected {duration_s:g}; choose another --out"
-            )
-        return
-    gait = ExpertGait(phase_deg=110.0)
+def walk(duration_s: float, way: tuple[str, str, Damping]) -> dict[str, Any]:
+    """What happens while one design walks with one gait under one damping."""
+    design, gait_name, damping = way
+    gait: OpenLoopGait = ExpertGait(phase_deg=110.0)
     if gait_name == "learned":
         gait, _ = read_gait(HERE / "learned_gait.csv")
-    settings = SimulationSettings(damping=damping)
-    robot = paper_full_robot(Design.parse(DESIGNS[design]), settings)
-    commands = sample_commands(gait, settings.time_step_s, round(duration_s / settings.time_step_s))
+    physics = replace(PUBLISHED.physics, damping=damping)
+    robot = paper_robot(PUBLISHED.leg, physics).full(DESIGNS[design])
+    commands = sample_commands(gait, physics.time_step_s, round(duration_s / physics.time_step_s))
     observer = Observer(robot)
     _, trajectory = robot.rollout(
         robot.settled_state(), commands, record_nodes=False, observe=observer
     )
-    write_json(
-        path,
-        {
-            "design": DESIGNS[design],
-            "gait": gait_name,
-            "damping": damping,
-            "duration_s": duration_s,
-            "status": trajectory.status,
-            "distance_cm": trajectory.forward_distance_cm,
-            "contact": trajectory.metadata["contact"],
-            "weight_moment_Nmm": _weight_moment(robot),
-            **observer.series,
-        },
-    )
-    print(f"wrote {path}: {trajectory.forward_distance_cm:.2f} cm", flush=True)
+    return {
+        "design": DESIGNS[design],
+        "gait": gait_name,
+        "damping": damping,
+        "status": trajectory.status,
+        "distance_cm": trajectory.forward_distance_cm,
+        "contact": trajectory.metadata["contact"],
+        "weight_moment_Nmm": _weight_moment(robot),
+        **observer.series,
+    }
 
 
 def _weight_moment(robot: FullRobot) -> float:
     """Weight of a leg times its distance from the robot's axis, a scale for moments [N mm]."""
     leg = robot.legs[0]
     arm = np.linalg.norm(leg.initial_positions().mean(axis=0)[:2])
-    return float(1e-3 * leg.part.mass_kg * robot.settings.gravity_mm_per_s2 * arm)
+    return float(1e-3 * leg.part.mass_kg * robot.physics.gravity_mm_per_s2 * arm)
 
 
 def described(way: dict[str, Any]) -> dict[str, Any]:
@@ -148,7 +139,7 @@ def damping_figure(ways: dict[str, dict[str, Any]]) -> Figure:
     for column, (design, gait) in enumerate(product(DESIGNS, GAITS)):
         for damping, colour in zip(DAMPINGS, (BASELINE_COLOUR, LEARNED_COLOUR), strict=True):
             way = ways[f"{design}_{gait}_{damping}"]
-            time_s = 0.01 * np.arange(1, len(way["x_mm"]) + 1)
+            time_s = PUBLISHED.physics.time_step_s * np.arange(1, len(way["x_mm"]) + 1)
             travel = 0.1 * (np.array(way["x_mm"]) - way["x_mm"][0])
             axes[0, column].plot(time_s, travel, color=colour, label=damping)
             moment = np.array(way["damping_Nmm"])
@@ -161,28 +152,24 @@ def damping_figure(ways: dict[str, dict[str, Any]]) -> Figure:
     return figure
 
 
-def main() -> None:
-    """Walk everything, compare and draw."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("runs/damping"))
-    parser.add_argument("--processes", type=int, default=1)
-    parser.add_argument("--duration-s", type=float, default=8.0)
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    walks = [
-        (design, gait, damping, options.duration_s, options.out)
-        for design, gait, damping in product(DESIGNS, GAITS, DAMPINGS)
-    ]
-    with ProcessPoolExecutor(options.processes) as pool:
-        list(pool.map(walk, walks))
-    ways = {
-        "_".join(names): json.loads((options.out / f"{'_'.join(names)}.json").read_text())
-        for names in product(DESIGNS, GAITS, DAMPINGS)
-    }
-    write_json(options.out / "damping.json", {key: described(way) for key, way in ways.items()})
-    save_figure(damping_figure(ways), options.out / "damping.png", ("png",))
-    print(f"wrote {options.out / 'damping.json'} and {options.out / 'damping.png'}")
+def main(out: Path = Path("runs/damping"), processes: int = 1, duration_s: float = 8.0) -> None:
+    """Walk everything, compare and draw.
+
+    Args:
+        out: Folder of the walks, the summary and the figure.
+        processes: Walks side by side.
+        duration_s: Length of a walk [s].
+    """
+    files = {way: out / f"{'_'.join(way)}.json" for way in product(DESIGNS, GAITS, DAMPINGS)}
+    missing = [way for way, path in files.items() if not path.exists()]
+    made = run_tasks(walk, duration_s, missing, ExecutorSettings(process_count=processes))
+    for number, found in made:
+        write_json(files[missing[number]], {"duration_s": duration_s, **found})
+        print(f"{' '.join(missing[number])}: {found['distance_cm']:.2f} cm", flush=True)
+    ways = {path.stem: made_once(path, dict, duration_s=duration_s) for path in files.values()}
+    write_json(out / "damping.json", {key: described(way) for key, way in ways.items()})
+    save_figure(damping_figure(ways), out / "damping.png", ("png",))
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main, description=__doc__)

@@ -1,6 +1,6 @@
 """The gap explained: the best pairs found under each damping, walked under the other.
 
-    python reproduce/damping_gap/run.py [--published RUN] [--objective RUN]
+    python reproduce/damping_gap/run.py
 
 The published one is the run at the paper's scale that is kept. A run that is not there is trained
 with preset fast and resumed where it was stopped; what is kept of it is objective/. Then each one's
@@ -9,18 +9,19 @@ best five are analysed under both dampings: damping_gap.json and damping_gap.png
 
 from __future__ import annotations
 
-import argparse
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import tyro
 
-from pneumorph.artefact import write_json
-from pneumorph.command.kept_run import keep_run
-from pneumorph.command.learned_run import run_digest
-from pneumorph.command.run_folder import SUMMARY, finite, read_settings
-from pneumorph.command.run_once import run_once
+from pneumorph.base.artefact import write_json
+from pneumorph.base.run_folder import SUMMARY, finite
+from pneumorph.base.settings import load_settings, settings_to_dict
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.physics.physics import Damping
 from pneumorph.report.style import (
     BASELINE_COLOUR,
     INK_COLOUR,
@@ -29,22 +30,30 @@ from pneumorph.report.style import (
     new_figure,
     save_figure,
 )
+from pneumorph.run_once import run_once
+from pneumorph.study.finished_run import FinishedRun, run_digest
+from pneumorph.study.kept_run import keep_run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(os.path.relpath(Path(__file__).parent))
 PAPER_SCALE = HERE.parent / "paper_scale"
-DAMPINGS = ("published", "objective")
+PUBLISHED = load_settings(RobotOptions, HERE.parent / "published.toml")
+DAMPINGS: tuple[Damping, ...] = ("published", "objective")
 SURVIVES_WITHIN_CM = 1.0
 """The paper calls a distance within 1 cm of the simulated one a strong agreement (section VI-B)."""
 
 
-def analysed(run: Path, damping: str, folder: Path) -> dict[str, Any]:
-    """The best pairs of a run under a damping, all other physics as they were."""
-    robot = read_settings(run)["robot"]
-    robot["simulation"]["damping"] = damping
-    settings = write_json(folder.with_suffix(".json"), {"robot": robot})
+def damped(robot: RobotOptions, damping: Damping, file: Path) -> Path:
+    """Settings of a robot under a damping, all other physics as they are, as a file for verbs."""
+    chosen = replace(robot, physics=replace(robot.physics, damping=damping))
+    return write_json(file, {"robot": settings_to_dict(chosen)})
+
+
+def analysed(run: Path, damping: Damping, folder: Path) -> dict[str, Any]:
+    """The best pairs of a run under a damping."""
+    settings = damped(FinishedRun.read(run).robot, damping, folder.with_suffix(".json"))
     return run_once(folder, "analyse", run, "--afresh", "--settings", settings)
 
 
@@ -124,37 +133,37 @@ def gap_figure(rows: dict[str, list[dict[str, Any]]]) -> Figure:
     return figure
 
 
-def main() -> None:
-    """Train what is missing, walk, compare and draw."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    for damping, run in zip(DAMPINGS, (PAPER_SCALE, Path("runs/objective")), strict=True):
-        parser.add_argument(
-            f"--{damping}", type=Path, default=run, help=f"coopt run under {damping} damping"
-        )
-    parser.add_argument("--out", type=Path, default=HERE)
-    parser.add_argument("--work", type=Path, default=Path("runs/damping_gap"))
-    parser.add_argument("--seed", type=int, default=0, help="of a run that is trained")
-    options = parser.parse_args()
-    runs = {damping: Path(getattr(options, damping)) for damping in DAMPINGS}
+def main(
+    published: Path = PAPER_SCALE,
+    objective: Path = Path("runs/objective"),
+    out: Path = HERE,
+    work: Path = Path("runs/damping_gap"),
+    seed: int = 0,
+) -> None:
+    """Train what is missing, walk, compare and draw.
+
+    Args:
+        published: Coopt run under published damping.
+        objective: Coopt run under objective damping.
+        out: Folder of damping_gap.json and the figure.
+        work: Where the pairs walk.
+        seed: Of a run that is trained.
+    """
+    runs: dict[Damping, Path] = {"published": published, "objective": objective}
     for damping, run in runs.items():
         if not (run / SUMMARY).exists():
             run_once(
-                run, "coopt", "--preset", "fast", "--seed", options.seed, "--resume",
-                "--simulation.damping", damping,
+                run, "coopt", "--preset", "fast", "--seed", seed, "--resume",
+                "--settings", damped(PUBLISHED, damping, work / f"{damping}.json"),
             )  # fmt: skip
-        there = read_settings(run)["robot"]["simulation"]["damping"]
+        there = FinishedRun.read(run).robot.physics.damping
         if there != damping:
             raise SystemExit(f"{run} was trained with {there} damping, expected {damping}")
-    kept = options.out / "objective"
-    if options.objective.resolve() != kept.resolve():
-        keep_run(options.objective, kept)
+    if objective.resolve() != (out / "objective").resolve():
+        keep_run(objective, out / "objective")
     found = {
-        (trained, walked): analysed(
-            runs[trained], walked, options.work / run_digest(runs[trained]) / walked
-        )
-        for trained in DAMPINGS
+        (trained, walked): analysed(run, walked, work / run_digest(run) / walked)
+        for trained, run in runs.items()
         for walked in DAMPINGS
     }
     rows = {
@@ -165,10 +174,10 @@ def main() -> None:
         trained: {"surviving_count": sum(pair["survives"] for pair in pairs), "pairs": pairs}
         for trained, pairs in rows.items()
     }
-    write_json(options.out / "damping_gap.json", finite(content))
-    save_figure(gap_figure(rows), options.out / "damping_gap.png", ("png",))
-    print(f"wrote {options.out / 'damping_gap.json'}")
+    write_json(out / "damping_gap.json", finite(content))
+    save_figure(gap_figure(rows), out / "damping_gap.png", ("png",))
+    print(f"wrote {out / 'damping_gap.json'}")
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main, description=__doc__)

@@ -1,6 +1,6 @@
 """Do the engine's liberties change the answer? Distances against its converged reference settings.
 
-    python reproduce/engine/answer.py --out runs/engine-answer [--pairs 20] [--threads 2]
+    python reproduce/engine/answer.py --out runs/engine-answer
 
 Random designs of the paper's space, each with a random gait of 20 actions of one second, and the
 baseline walk 20 s: by default settings, by reference settings (double precision, a fresh stiffness
@@ -11,7 +11,6 @@ thread is timed. Writes answer.json and prints the tables of the README.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,20 +18,27 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import tyro
 
-from pneumorph.artefact import write_json
-from pneumorph.gait.expert_gait import BASELINE_DESIGN, ExpertGait
+from pneumorph.base.artefact import write_json
+from pneumorph.base.settings import load_settings
+from pneumorph.catalogue.paper_robot import paper_leg, paper_robot
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.held_gait import HeldGait
-from pneumorph.gait.open_loop_gait import OpenLoopGait, sample_commands
-from pneumorph.presets import load_default_leg, paper_robot_builder
-from pneumorph.reduction.reduced_part import ReducedPart
-from pneumorph.robot.design import Design
+from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands
+from pneumorph.physics.physics import Physics
+from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.robot import Robot
-from pneumorph.simulation import BatchedSimulator, SimulationSettings
+from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.stepper_settings import StepperSettings
 
 ACTION_S, ACTION_COUNT, SETTLING_S, MAXIMUM_KPA = 1.0, 20, 0.15, 90.0
-REFERENCE = SimulationSettings(
+PUBLISHED = load_settings(RobotOptions, Path(__file__).parent.parent / "published.toml")
+PHYSICS, DEFAULT = PUBLISHED.physics, StepperSettings()
+REFERENCE = StepperSettings(
     element_precision="double",
     tangent_tolerance_mm_per_s=0.0,
     contact_tolerance_mm_per_s=1e-8,
@@ -41,12 +47,15 @@ REFERENCE = SimulationSettings(
 TIME_STEPS_S = (0.005, 0.01, 0.02)
 HAIRS = (
     *(
-        replace(REFERENCE, **{name: getattr(REFERENCE, name) * (1.0 + change)})
+        (replace(PHYSICS, **{name: getattr(PHYSICS, name) * (1.0 + change)}), REFERENCE)
         for name in ("friction", "mass_damping_per_s", "time_step_s")
         for change in (-1e-3, -1e-4, 1e-4, 1e-3)
     ),
-    *(replace(REFERENCE, contact_tolerance_mm_per_s=tolerance) for tolerance in (1e-6, 1e-7)),
-    replace(REFERENCE, instruction_set="baseline"),
+    *(
+        (PHYSICS, replace(REFERENCE, contact_tolerance_mm_per_s=tolerance))
+        for tolerance in (1e-6, 1e-7)
+    ),
+    (PHYSICS, replace(REFERENCE, instruction_set="baseline")),
 )
 """Physics other by a thousandth at most, or other rounding, or another tolerance."""
 MARK_CM = 0.05
@@ -55,14 +64,15 @@ MARK_CM = 0.05
 def distances_cm(
     robots: Sequence[Robot],
     gaits: Sequence[OpenLoopGait],
-    settings: SimulationSettings,
+    physics: Physics,
+    stepper: StepperSettings,
     threads: int,
 ) -> tuple[np.ndarray, BatchedSimulator]:
     """Forward travel after settling [cm], (robot,), and the simulator at the end."""
-    step_s = settings.time_step_s
+    step_s = physics.time_step_s
     count = round(ACTION_S * ACTION_COUNT / step_s)
     commands = np.stack([sample_commands(gait, step_s, count) for gait in gaits], axis=1)
-    simulator = BatchedSimulator(robots, settings, threads)
+    simulator = BatchedSimulator(robots, physics, stepper, threads)
     simulator.advance(np.zeros(commands.shape[1:]), round(SETTLING_S / step_s))
     start = simulator.forward_position_mm
     simulator.clear_counters()
@@ -75,16 +85,16 @@ def distances_cm(
     return (simulator.forward_position_mm - start) / 10.0, simulator
 
 
-def times_real_time(leg: ReducedPart) -> dict[str, float]:
+def times_real_time(spec: RobotSpec) -> dict[str, float]:
     """How much faster than real time the baseline's four legs walk 20 s on one thread.
 
     By the clock, which other programs slow, and by the processor time that was used; best of five.
     """
-    robot = paper_robot_builder(leg)(Design.parse(BASELINE_DESIGN))
+    robot = spec.assembly(BASELINE_DESIGN)
     best = {"clock": 0.0, "processor_time": 0.0}
     for _ in range(5):
         clocks = time.perf_counter(), time.process_time()
-        distances_cm([robot], [ExpertGait()], SimulationSettings(), 1)
+        distances_cm([robot], [ExpertGait()], PHYSICS, DEFAULT, 1)
         for name, start, end in zip(
             best, clocks, (time.perf_counter(), time.process_time()), strict=True
         ):
@@ -92,29 +102,30 @@ def times_real_time(leg: ReducedPart) -> dict[str, float]:
     return best
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--pairs", type=int, default=20)
-    parser.add_argument("--threads", type=int, default=0)
-    parser.add_argument("--part", type=Path, help="reduced leg; by default the one that ships")
-    options = parser.parse_args()
-    leg = load_default_leg() if options.part is None else ReducedPart.load(options.part)
-    build, space = paper_robot_builder(leg), DesignSpace()
+def main(out: Path, pairs: int = 20, threads: int = 0, part: Path | None = None) -> None:
+    """Walk by all settings and compare.
+
+    Args:
+        out: Folder of answer.json.
+        pairs: Random designs, each with a random gait.
+        threads: Of the simulator; 0 takes every processor.
+        part: Reduced leg; by default the one that ships.
+    """
+    spec, space = paper_robot(paper_leg(PUBLISHED.leg, part), PHYSICS), DesignSpace()
     generator = np.random.default_rng(0)
-    drawn = generator.integers(len(space), size=options.pairs)
+    drawn = generator.integers(len(space), size=pairs)
     designs = [Design.parse(BASELINE_DESIGN), *(space[int(index)] for index in drawn)]
-    shape = (options.pairs, ACTION_COUNT, space.regulator_count)
+    shape = (pairs, ACTION_COUNT, space.regulator_count)
     held = generator.uniform(0.0, MAXIMUM_KPA, shape)
     gaits = [ExpertGait(), *(HeldGait.evenly(each, ACTION_S) for each in held)]
-    robots = [build(design) for design in designs]
+    robots = [spec.assembly(design) for design in designs]
 
-    reference, _ = distances_cm(robots, gaits, REFERENCE, options.threads)
+    reference, _ = distances_cm(robots, gaits, PHYSICS, REFERENCE, threads)
     by_step = {}
     counters = {}
     for step_s in TIME_STEPS_S:
-        settings = SimulationSettings(time_step_s=step_s)
-        by_step[step_s], simulator = distances_cm(robots, gaits, settings, options.threads)
+        physics = replace(PHYSICS, time_step_s=step_s)
+        by_step[step_s], simulator = distances_cm(robots, gaits, physics, DEFAULT, threads)
         steps = simulator.read("step_count").sum()
         counters[str(step_s)] = {
             "unconverged_share": float(simulator.read("unconverged_total").sum() / steps),
@@ -123,10 +134,7 @@ def main() -> None:
         }
     # How far the answer moves by itself.
     hair = np.max(
-        [
-            np.abs(distances_cm(robots, gaits, settings, options.threads)[0] - reference)
-            for settings in HAIRS
-        ],
+        [np.abs(distances_cm(robots, gaits, *hair, threads)[0] - reference) for hair in HAIRS],
         axis=0,
     )
     error = np.abs(by_step[0.01] - reference)
@@ -142,9 +150,9 @@ def main() -> None:
         f"largest difference {error[firm].max():.4f} cm",
         "by_time_step_cm": {str(step): value.tolist() for step, value in by_step.items()},
         "counters": counters,
-        "times_real_time_one_4_leg_robot_one_thread": times_real_time(leg),
+        "times_real_time_one_4_leg_robot_one_thread": times_real_time(spec),
     }
-    write_json(options.out / "answer.json", summary)
+    write_json(out / "answer.json", summary)
     print("| design | reference | 0.01 s | difference | a hair | 0.005 s | 0.02 s |")
     print("|---|---|---|---|---|---|---|")
     for row, design in enumerate(designs):
@@ -158,4 +166,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main, description=__doc__)

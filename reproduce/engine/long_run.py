@@ -1,6 +1,6 @@
 """Millions of robot steps over random designs and extreme gaits: how does each robot end?
 
-    python reproduce/engine/long_run.py --out runs/engine-long [--steps 10000000] [--threads 2]
+    python reproduce/engine/long_run.py --out runs/engine-long
 
 Batches of random designs of the paper's space. Each robot's regulators switch between 0 and 90 kPa,
 through every combination of them in a random order, each held for a random time of its own batch
@@ -10,34 +10,38 @@ Interrupted, it goes on from the batch it was at. Writes long_run.json.
 
 from __future__ import annotations
 
-import argparse
 import json
 import time
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tyro
 
-from pneumorph.artefact import write_json
-from pneumorph.presets import load_default_leg, paper_robot_builder
-from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.base.artefact import write_json
+from pneumorph.base.settings import load_settings
+from pneumorph.catalogue.paper_robot import paper_leg, paper_robot
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.physics.physics import Damping
 from pneumorph.robot.design_space import DesignSpace
-from pneumorph.simulation import BatchedSimulator, RobotStatus, SimulationSettings
+from pneumorph.simulation.batched_simulator import RobotStatus
 
+PUBLISHED = load_settings(RobotOptions, Path(__file__).parent.parent / "published.toml")
 ROBOTS, ROUNDS, HIGH_KPA = 96, 4, 90.0
 HOLD_STEPS = (2, 5, 10, 25, 50, 100, 200)
 QUANTITIES = ("position", "rotation", "velocity", "angular_velocity", "modes", "mode_rates",
               "impulses", "regulated")  # fmt: skip
 
 
-def run_batch(seed: int, leg: ReducedPart, damping: str, threads: int) -> dict[str, Any]:
+def run_batch(seed: int, spec: RobotSpec) -> dict[str, Any]:
     """One batch of robots through all combinations, `ROUNDS` times."""
     generator = np.random.default_rng(seed)
     space = DesignSpace()
-    build = paper_robot_builder(leg)
-    robots = [build(space[int(i)]) for i in generator.integers(len(space), size=ROBOTS)]
-    simulator = BatchedSimulator(robots, SimulationSettings(damping=damping), threads)  # type: ignore[arg-type]
+    drawn = generator.integers(len(space), size=ROBOTS)
+    simulator = spec.simulator([space[int(index)] for index in drawn])
     corners = HIGH_KPA * np.array(list(product((0.0, 1.0), repeat=space.regulator_count)))
     hold = int(generator.choice(HOLD_STEPS))
     for _ in range(ROUNDS):
@@ -55,16 +59,17 @@ def run_batch(seed: int, leg: ReducedPart, damping: str, threads: int) -> dict[s
     }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--steps", type=int, default=10_000_000)
-    parser.add_argument("--threads", type=int, default=0)
-    parser.add_argument("--part", type=Path, help="reduced leg; by default the one that ships")
-    options = parser.parse_args()
-    leg = load_default_leg() if options.part is None else ReducedPart.load(options.part)
-    path = options.out / "long_run.json"
-    options.out.mkdir(parents=True, exist_ok=True)
+def main(out: Path, steps: int = 10_000_000, threads: int = 0, part: Path | None = None) -> None:
+    """Walk batch after batch and count.
+
+    Args:
+        out: Folder of long_run.json.
+        steps: Robot steps in all.
+        threads: Of the simulator; 0 takes every processor.
+        part: Reduced leg; by default the one that ships.
+    """
+    leg = paper_leg(PUBLISHED.leg, part)
+    path = out / "long_run.json"
     total: dict[str, Any] = {
         "batches": 0,
         "steps": 0,
@@ -77,9 +82,11 @@ def main() -> None:
     if path.exists():
         total = json.loads(path.read_text())
     start, first = time.monotonic(), total["steps"]
-    while total["steps"] < options.steps:
+    while total["steps"] < steps:
         number = total["batches"]
-        batch = run_batch(number, leg, ("published", "objective")[number % 2], options.threads)
+        damping: Damping = ("published", "objective")[number % 2]
+        physics = replace(PUBLISHED.physics, damping=damping)
+        batch = run_batch(number, paper_robot(leg, physics, thread_count=threads))
         total["batches"] += 1
         total["steps"] += batch["steps"]
         for name, count in zip(total["statuses"], batch["statuses"], strict=True):
@@ -90,9 +97,9 @@ def main() -> None:
             total[name] = max(total[name], batch[name])
         write_json(path, total)
         spent = time.monotonic() - start
-        left = (options.steps - total["steps"]) * spent / max(total["steps"] - first, 1)
+        left = (steps - total["steps"]) * spent / max(total["steps"] - first, 1)
         print(f"{total['steps']} steps, {total['statuses']}, {left / 60:.0f} min left", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main, description=__doc__)

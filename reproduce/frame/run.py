@@ -1,6 +1,6 @@
 """A basis fixed in the world, as published, beside one in the hub's frame, for a turned robot.
 
-    python reproduce/frame/run.py --out runs/frame [--modes 24] [--hold-s 0.6]
+    python reproduce/frame/run.py --out runs/frame
 
 A full-order robot walks once (kept in walk.npz); turned about the vertical it is the same walk, for
 floor and gravity do not know directions. Writes frame.json and frame.png.
@@ -8,24 +8,27 @@ floor and gravity do not know directions. Writes frame.json and frame.png.
 
 from __future__ import annotations
 
-import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import tyro
 
-from pneumorph.artefact import load_artefact, save_artefact, write_json
+from pneumorph.base.artefact import load_artefact, save_artefact, write_json
+from pneumorph.base.settings import load_settings
+from pneumorph.catalogue.paper_robot import paper_hub, paper_leg
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose, rotation_about
-from pneumorph.presets import DISK_MASS_KG, disk_rim_points, paper_disk_mesh, paper_leg_model
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.pod import pod
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings, bend_snapshots
-from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings, walk_plan, walking_robot
+from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings, walk_plan
 from pneumorph.report.style import (
     BASELINE_COLOUR,
     LEARNED_COLOUR,
@@ -37,6 +40,7 @@ from pneumorph.report.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+PUBLISHED = load_settings(RobotOptions, Path(__file__).parent.parent / "published.toml")
 ANGLES_DEG = (0, 15, 30, 45, 60, 90, 135, 180)
 """How far the robot is turned about the vertical."""
 REPORTED_DEG = (0, 45, 90, 180)
@@ -66,9 +70,14 @@ def walked(part: PartModel, hold_s: float, path: Path) -> Motion:
     poses = [mounting.pose(location) for location in range(mounting.location_count)]
     plan = walk_plan(settings, 0, len(poses))
     if not path.exists():
-        disk = paper_disk_mesh()
-        hub = RigidHub(disk, DISK_MASS_KG, disk_rim_points(disk))
-        robot = walking_robot(part, hub, poses, settings, plan)
+        physics = replace(
+            PUBLISHED.physics,
+            regulator_count=len(plan.places),
+            pressure_map=PressureMap(1.0, 0.0),
+            pressure_rate_kPa_per_s=settings.pressure_rate_kPa_per_s,
+        )
+        mounts = [(part, poses[place], leg) for leg, place in enumerate(plan.places)]
+        robot = FullRobot(paper_hub().full("rigid"), mounts, physics)
         recorded: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         steps = 0
 
@@ -144,15 +153,16 @@ def published_modes(part: PartModel, displacement: np.ndarray, mode_count: int) 
     return np.hstack([translations, orthonormal_modes(part, left, mode_count - 3)])
 
 
-def main() -> None:
-    """Walk, make both bases, turn the robot, and draw."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("runs/frame"))
-    parser.add_argument("--modes", type=int, default=24)
-    parser.add_argument("--hold-s", type=float, default=0.6)
-    options = parser.parse_args()
-    part = paper_leg_model()
-    walk = walked(part, options.hold_s, options.out / "walk.npz")
+def main(out: Path = Path("runs/frame"), modes: int = 24, hold_s: float = 0.6) -> None:
+    """Walk, make both bases, turn the robot, and draw.
+
+    Args:
+        out: Folder of the walk, frame.json and the figure.
+        modes: Of each basis.
+        hold_s: How long a corner of the pressures is held [s].
+    """
+    part = paper_leg(PUBLISHED.leg).full
+    walk = walked(part, hold_s, out / "walk.npz")
     bend = bend_snapshots(part, StaticSnapshotSettings(bend_pressure_kPa=BEND_KPA, bend_count=10))
     pitch = RadialMounting().pose(0).rotation.T @ np.array([0.0, 0.0, 1.0])
     count = len(bend)
@@ -166,11 +176,9 @@ def main() -> None:
     hub_states = walk.nodes - part.rest_nodes
     world_states = turned_displacement(part, walk, 0.0)
     legs = np.arange(len(walk.nodes)) // 4 % 2 == 0
-    ours = orthonormal_modes(
-        part, np.concatenate([bend.displacement, hub_states[legs]]), options.modes
-    )
+    ours = orthonormal_modes(part, np.concatenate([bend.displacement, hub_states[legs]]), modes)
     published = published_modes(
-        part, np.concatenate([bend.displacement, world_states[legs]]), options.modes
+        part, np.concatenate([bend.displacement, world_states[legs]]), modes
     )
     our_error = node_error_mm(hub_states[~legs], ours)
     full_bend = end_face_bend_deg(part.mesh, bent.nodes[-1])
@@ -191,18 +199,18 @@ def main() -> None:
             }
         )
     content = {
-        "mode_count": options.modes,
+        "mode_count": modes,
         "state_count": len(walk.nodes),
         "mean_deformation_mm": float(np.linalg.norm(hub_states, axis=2).mean()),
         "largest_turn_of_hub_deg": max(_angle_deg(pose.rotation) for pose in walk.carried),
         "rows": rows,
     }
-    write_json(options.out / "frame.json", content)
-    save_figure(frame_figure(rows), options.out / "frame.png")
+    write_json(out / "frame.json", content)
+    save_figure(frame_figure(rows), out / "frame.png")
     for row in rows:
         if row["angle_deg"] in REPORTED_DEG:
             print("  ".join(f"{name} {value:.4g}" for name, value in row.items()))
-    print(f"wrote {options.out / 'frame.json'} and {options.out / 'frame.png'}")
+    print(f"wrote {out / 'frame.json'} and {out / 'frame.png'}")
 
 
 def _held_bend(
@@ -239,4 +247,4 @@ def frame_figure(rows: list[dict[str, float]]) -> Figure:
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main, description=__doc__)

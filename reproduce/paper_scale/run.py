@@ -1,6 +1,6 @@
 """The paper's experiment at its scale: what is kept of a training, and everything that follows it.
 
-    python reproduce/paper_scale/run.py [--steps analysis baseline reduced ...]
+    python reproduce/paper_scale/run.py
 
 works with what lies beside this file. After a training of one's own,
 
@@ -14,27 +14,31 @@ finished are not made again, and full-order robots go on where they were stopped
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
+import tyro
 
-from pneumorph.artefact import write_json
-from pneumorph.command.coopt import TRAINING_FOLDER
-from pneumorph.command.kept_run import keep_run
-from pneumorph.command.learned_run import run_digest
-from pneumorph.command.run_folder import SUMMARY, finite, read_settings, read_summary
-from pneumorph.command.run_once import run_once
-from pneumorph.coopt.metrics import HISTOGRAM_EDGES_CM, read_metrics
-from pneumorph.machine import describe_machine
-from pneumorph.provenance import source_commit
-from pneumorph.report.phase_figure import phase_figure
-from pneumorph.report.reward_figure import reward_figure
+from pneumorph.base.artefact import write_json
+from pneumorph.base.machine import describe_machine
+from pneumorph.base.provenance import source_commit
+from pneumorph.base.run_folder import (
+    SUMMARY,
+    TRAINING_FOLDER,
+    finite,
+    made_once,
+    read_settings,
+    read_summary,
+)
+from pneumorph.base.settings import load_settings, settings_to_dict
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM, read_metrics
+from pneumorph.report.learning_figures import phase_figure, reward_figure
 from pneumorph.report.style import (
     BASELINE_COLOUR,
     LEARNED_COLOUR,
@@ -44,11 +48,16 @@ from pneumorph.report.style import (
     save_figure,
 )
 from pneumorph.robot.design import Design
+from pneumorph.run_once import run_once
+from pneumorph.study.finished_run import FinishedRun, run_digest
+from pneumorph.study.kept_run import keep_run
+from pneumorph.study.training_run import TrainingResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(os.path.relpath(Path(__file__).parent))
+PUBLISHED = load_settings(RobotOptions, HERE.parent / "published.toml")
 
 
 class PaperScale:
@@ -75,8 +84,8 @@ class PaperScale:
 
     def walk(self, folder: str, *flags: object) -> dict[str, Any]:
         """Simulate one robot in the training's physics; one that diverges has no distance."""
-        robots = {"robot": read_settings(self.out)["robot"]}
-        settings = write_json(self.work / "robots.json", robots)
+        robot = settings_to_dict(FinishedRun.read(self.out).robot)
+        settings = write_json(self.work / "robots.json", {"robot": robot})
         try:
             return run_once(self.work / folder, "simulate", "--settings", settings, *flags)
         except RuntimeError:
@@ -93,15 +102,16 @@ class PaperScale:
         """
         if self.run is None:
             raise SystemExit("keep needs a finished training; give its folder by --run")
-        learned = keep_run(self.run, self.out)
+        keep_run(self.run, self.out)
+        learned = FinishedRun.read(self.out).result(TrainingResult)
         for earlier in ("full_order", "learned_leg"):  # of another training
             shutil.rmtree(self.out / earlier, ignore_errors=True)
         figure = reward_figure(
             read_metrics(self.out / TRAINING_FOLDER),
             HISTOGRAM_EDGES_CM,
-            learned["baseline_best_distance_cm"],
-            learned["best_distance_cm"],
-            learned["seen_pairs"][: len(learned["pairs"])],
+            learned.baseline_best_distance_cm,
+            learned.best_distance_cm,
+            learned.seen_pairs[: len(learned.pairs)],
         )
         save_figure(figure, self.out / "training.png", ("png",))
 
@@ -125,19 +135,10 @@ class PaperScale:
 
     def full_order(self, name: str, *gait: object) -> dict[str, Any]:
         """A walk of finite elements: ten minutes, so its summary is kept and not made again."""
-        return self.kept(
-            f"full_order/{name}.json", lambda: self.walk(f"full/{name}", "--model", "full", *gait)
+        return made_once(
+            self.out / f"full_order/{name}.json",
+            lambda: self.walk(f"full/{name}", "--model", "full", *gait),
         )
-
-    def kept(self, name: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """What a file among the kept ones says; made and kept where it is missing."""
-        path = self.out / name
-        if not path.exists():
-            found = make()
-            path.parent.mkdir(exist_ok=True)
-            write_json(path, finite(found))
-        summary: dict[str, Any] = json.loads(path.read_text())
-        return summary
 
     def reduced(self) -> list[dict[str, Any]]:
         """The best pairs in the reduced simulator."""
@@ -150,8 +151,8 @@ class PaperScale:
     def learned_leg(self) -> list[dict[str, Any]]:
         """The best pairs with a leg that was reduced from the walks of some of them."""
         return [
-            self.kept(
-                f"learned_leg/{gait.stem}.json",
+            made_once(
+                self.out / f"learned_leg/{gait.stem}.json",
                 lambda gait=gait: self.walk(
                     f"learned_leg/{gait.stem}", "--gait", gait, "--part", self.make_learned_leg()
                 ),
@@ -170,15 +171,17 @@ class PaperScale:
         Raises:
             SystemExit: The training's robots are others than those that `reduce` walks.
         """
-        robot = read_settings(self.out)["robot"]
-        if robot["leg"] != "paper" or robot["calibration"] is not None:
+        robot = FinishedRun.read(self.out).robot
+        if replace(robot.physics, damping=PUBLISHED.physics.damping) != PUBLISHED.physics or (
+            (robot.leg, robot.calibration) != (PUBLISHED.leg, None)
+        ):
             raise SystemExit(
-                "learned_leg needs a training with the paper's leg and pressure map, got leg "
-                f"{robot['leg']} and calibration {robot['calibration']}"
+                "learned_leg needs a training with the paper's leg and physics, but for the "
+                f"damping; got leg {robot.leg}, calibration {robot.calibration} and {robot.physics}"
             )
         found = run_once(
-            self.work / "leg", "reduce", "--preset", "learned",
-            "--walked.damping", robot["simulation"]["damping"],
+            self.work / "leg", "reduce", "--preset", "learned", "--leg", robot.leg,
+            "--hub", "soft", "--walked.damping", robot.physics.damping,
             "--walked.gaits", *self.learned_from(),
         )  # fmt: skip
         return str(found["part"])
@@ -265,28 +268,30 @@ def ratio(distance: float | None, baseline: float | None) -> float | None:
     return None if distance is None or not baseline or baseline <= 0.0 else distance / baseline
 
 
-def main() -> None:
-    """Make the steps that are asked for."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    follows = (
-        "analysis", "baseline", "reduced", "learned_leg", "mirror", "baseline_full", "full",
-        "summary",
-    )  # fmt: skip
-    steps = ("keep", *follows)
-    parser.add_argument("--run", type=Path, help="folder of a finished training to keep")
-    parser.add_argument("--out", type=Path, default=HERE)
-    parser.add_argument("--work", type=Path, default=Path("runs/paper_scale"))
-    parser.add_argument("--steps", nargs="+", choices=steps)
-    options = parser.parse_args()
-    todo = PaperScale(options.run, options.out, options.work)
-    for step in options.steps or (follows if options.run is None else steps):
+Step = Literal["keep", "analysis", "baseline", "reduced", "learned_leg", "mirror", "baseline_full",
+               "full", "summary"]  # fmt: skip
+
+
+def main(
+    run: Path | None = None,
+    out: Path = HERE,
+    work: Path = Path("runs/paper_scale"),
+    steps: tuple[Step, ...] = (),
+) -> None:
+    """Make the steps that are asked for.
+
+    Args:
+        run: Folder of a finished training to keep.
+        out: Where small files and figures are kept.
+        work: Where the steps run.
+        steps: Some of them alone.
+    """
+    todo = PaperScale(run, out, work)
+    for step in steps or get_args(Step)[run is None :]:
         print(f"{step} ...", flush=True)
         make: Callable[[], object] = getattr(todo, step)
         make()
-    print(f"wrote {options.out}")
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main, description=__doc__)

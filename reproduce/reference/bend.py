@@ -13,24 +13,23 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: BLAS threads would stall
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tyro
-from reference_case import TIME_STEP_S, read_columns
+from reference_case import PUBLISHED, TIME_STEP_S, read_columns
 from robot_variant import RobotVariant
 from tqdm import trange
 
-from pneumorph.artefact import write_json
+from pneumorph.base.artefact import write_json
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.body_equations import linearly_implicit_equations
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import static_equilibrium
-from pneumorph.settings import settings_to_dict
 
 HELD_S = 3.0
 
@@ -55,11 +54,11 @@ class BendOptions:
 
 def hold(part: PartModel, x: np.ndarray, v: np.ndarray, pressure_kPa: float) -> None:
     """Advance positions [mm] and velocities [mm/s], both (node, 3), in place by 3 s."""
-    settings = FullOrderSettings(time_step_s=TIME_STEP_S, gravity_mm_per_s2=0.0)
+    physics = replace(PUBLISHED.physics, gravity_mm_per_s2=0.0)
     held = part.mesh.node_set("inner_end_face")
     pattern = FrontPattern(part.assembly, held)
     for _ in trange(round(HELD_S / TIME_STEP_S), unit="step", desc=f"{pressure_kPa:g} kPa"):
-        data, right = linearly_implicit_equations(part, x, v, pressure_kPa, settings)
+        data, right = linearly_implicit_equations(part, x, v, pressure_kPa, physics)
         velocity = np.zeros(x.size)
         velocity[pattern.unknowns] = FrontalCholesky(pattern, data).solve(
             right[pattern.unknowns, None]

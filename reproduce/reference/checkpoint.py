@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pneumorph.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, save_artefact
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays

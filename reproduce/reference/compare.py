@@ -25,10 +25,10 @@ from reference_case import CASES, STEPS_PER_ROW, TIME_STEP_S, commands_kPa, read
 from robot_variant import RobotVariant
 from tqdm import trange
 
-from pneumorph.artefact import write_json
+from pneumorph.base.artefact import write_json
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
-from pneumorph.settings import settings_to_dict
 
 SETTLING_STEPS = 15
 STEPS_PER_CHECKPOINT = 100

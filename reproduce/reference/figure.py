@@ -17,7 +17,7 @@ import numpy as np
 import tyro
 from reference_case import CASES, read_columns
 
-from pneumorph.artefact import write_atomically, write_json
+from pneumorph.base.artefact import write_atomically, write_json
 from pneumorph.report.style import (
     BASELINE_COLOUR,
     LEARNED_COLOUR,

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.base.settings import load_settings
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.gait.expert_gait import ExpertGait
-from pneumorph.gait.open_loop_gait import sample_commands
-from pneumorph.pressure import PressureMap
+from pneumorph.physics.open_loop_gait import sample_commands
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import Design
 
-TIME_STEP_S = 0.01
+PUBLISHED = load_settings(RobotOptions, Path(__file__).parent.parent / "published.toml")
+TIME_STEP_S = PUBLISHED.physics.time_step_s
 STEPS_PER_ROW = 5
 """Every reference file has a row each 0.05 s."""
 
@@ -78,16 +80,15 @@ CASES = {
 CORNER_S, CORNER_KPA = 0.6, 350.0
 
 
-def case_settings(case: ReferenceCase, **numerics: Any) -> FullOrderSettings:
+def case_physics(case: ReferenceCase) -> Physics:
     """Published physics; simulated pressures without rate limit where the case has corners."""
     if not case.corners:
-        return FullOrderSettings(damping="published", **numerics)
-    return FullOrderSettings(
-        damping="published",
+        return PUBLISHED.physics
+    return replace(
+        PUBLISHED.physics,
         regulator_count=4,
         pressure_map=PressureMap(1.0, 0.0),
         pressure_rate_kPa_per_s=1e6,
-        **numerics,
     )
 
 

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from reference_case import ReferenceCase, case_settings
+from reference_case import PUBLISHED, ReferenceCase, case_physics
 
-from pneumorph.fem.full_order_settings import FrictionSolver
+from pneumorph.catalogue.paper_robot import (
+    disk_rim_points,
+    leg_materials,
+    paper_disk_mesh,
+    paper_hub,
+    paper_leg_mesh,
+)
+from pneumorph.fem.full_order_settings import FrictionSolver, FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.part_model import PartModel, disk_model, leg_model
+from pneumorph.fem.part_model import PartModel, leg_model
 from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.corner_order import EVEN_ORDERS, largest_face_first
 from pneumorph.geometry.disk import DiskShape
@@ -20,7 +27,6 @@ from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.netgen_mesher import MesherSettings, box, tetrahedralise
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.surface import boundary_triangles
-from pneumorph.presets import disk_rim_points, paper_disk_mesh, paper_leg_mesh
 
 TRACKED_POINT_MM = (0.63, -1.87, 44.92)
 """Mean of the three nodes that the reference follows, on the disk's top face at rest [mm]."""
@@ -55,21 +61,23 @@ class RobotVariant:
 
     def robot(self, case: ReferenceCase) -> FullRobot:
         """The full-order robot of a case, elastic disk and published damping."""
-        sweeps = {"contact_sweeps": 250, "contact_tolerance_mm_per_s": 1e-8}
-        numerics = sweeps if self.friction_solver == "gauss_seidel" else {}
-        part, disk = self.leg_part(), paper_disk_mesh()
-        rim = disk_rim_points(disk)
+        numerics = FullOrderSettings(friction_solver=self.friction_solver)
+        if self.friction_solver == "gauss_seidel":
+            numerics = replace(numerics, contact_sweeps=250, contact_tolerance_mm_per_s=1e-8)
+        part, disk = self.leg_part(), paper_hub().full("soft")
+        rim = disk_rim_points(paper_disk_mesh())
         if self.rim_corner_count:
             rim = _polygon(self.rim_corner_count)
         mounting = RadialMounting()
         return FullRobot(
-            SoftHub(disk_model(disk), rim),
+            SoftHub(disk.part, rim),
             [
                 (part, mounting.pose(location), regulator - 1)
                 for location, regulator in case.design.legs
             ],
-            case_settings(case, friction_solver=self.friction_solver, **numerics),
+            case_physics(case),
             tracked_point=np.array(TRACKED_POINT_MM),
+            numerics=numerics,
         )
 
     def leg_part(self) -> PartModel:
@@ -86,7 +94,7 @@ class RobotVariant:
             mesh = whole_leg_mesh(MesherSettings(self.size_mm, self.grading))
         else:
             mesh = paper_leg_mesh()
-        return leg_model(self._reordered(mesh))
+        return leg_model(self._reordered(mesh), leg_materials(PUBLISHED.leg))
 
     def _reordered(self, mesh: Mesh) -> Mesh:
         nodes, tetrahedra = mesh.nodes, mesh.tetrahedra

@@ -10,12 +10,17 @@ tolerances.png and `tolerance_grid` in its summary.json.
 
 from __future__ import annotations
 
-import argparse
 from itertools import product
 from pathlib import Path
 
-from pneumorph.command.run_once import run_once
+import tyro
 
+from pneumorph.base.artefact import write_json
+from pneumorph.base.settings import load_settings, settings_to_dict
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.run_once import run_once
+
+PUBLISHED = load_settings(RobotOptions, Path(__file__).parent.parent / "published.toml")
 MODES = (0.03, 0.018, 0.0126)
 ELEMENTS = (0.03, 0.012, 0.005)
 LIMITS = (
@@ -24,28 +29,32 @@ LIMITS = (
 )  # fmt: skip
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("source", type=Path, help="folder of a finished reduction")
-    parser.add_argument("--out", type=Path, required=True)
-    options = parser.parse_args()
-    snapshots = (options.source / "snapshots").resolve(strict=True)
+def main(source: tyro.conf.Positional[Path], out: Path) -> None:
+    """Reduce and compare.
+
+    Args:
+        source: Folder of a finished reduction.
+        out: Folder of the reductions and of their comparison.
+    """
+    snapshots = (source / "snapshots").resolve(strict=True)
     parts = []
     for modes, elements in product(MODES, ELEMENTS):
-        folder = options.out / f"{modes:g}_{elements:g}"
+        folder = out / f"{modes:g}_{elements:g}"
         folder.mkdir(parents=True, exist_ok=True)
         if not (folder / "snapshots").exists():
             (folder / "snapshots").symlink_to(snapshots)
         run_once(
-            folder, "reduce", "--preset", "paper", "--reduction.mode-tolerance", modes,
+            folder, "reduce", "--preset", "paper", "--leg", PUBLISHED.leg, "--hub", "soft",
+            "--reduction.mode-tolerance", modes,
             "--reduction.ecsw.hyperreduction-tolerance", elements, *LIMITS,
         )  # fmt: skip
         parts.append(folder / "leg.npz")
+    robot = write_json(out / "robot.json", {"robot": settings_to_dict(PUBLISHED)})
     run_once(
-        options.out / "compare", "compare", "--heldout-count", 0, "--floating-duration-s", 0,
-        "--timed-steps", 0, "--grid", *parts,
+        out / "compare", "compare", "--settings", robot, "--heldout-count", 0,
+        "--floating-duration-s", 0, "--timed-steps", 0, "--grid", *parts,
     )  # fmt: skip
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main, description=__doc__)

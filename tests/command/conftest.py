@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
-from synthetic_part import synthetic_reduced_part
+from helpers.box_mesh import box_mesh
+from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.geometry.mesh import Mesh
 

@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from dying_run import dies_once
-from run_json import run_json
+from helpers.dying_run import dies_once
+from helpers.run_json import run_json
 
+from pneumorph.base.executor import Backend, ExecutorSettings, run_tasks
+from pneumorph.base.settings import load_settings, settings_to_dict
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.cli import run
-from pneumorph.command.campaign import _seeded, run_one
-from pneumorph.command.coopt import CooptOptions
-from pneumorph.command.kept_run import keep_run
-from pneumorph.command.robots import Workshop
-from pneumorph.executor import Backend, ExecutorSettings, run_tasks
-from pneumorph.gait.expert_gait import BASELINE_DESIGN
 from pneumorph.gait.gait_file import read_gait
-from pneumorph.robot.design import Design
-from pneumorph.settings import load_settings
+from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.study import analysis
+from pneumorph.study.campaign import run_one
+from pneumorph.study.kept_run import keep_run
+from pneumorph.study.training_options import TrainingOptions
 from pneumorph.trajectory import Trajectory
 
 # Every stage, no result.
@@ -57,7 +57,7 @@ def test_evaluate_can_take_the_usual_physics_again(
     learned: Path, leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     settings = json.loads((learned / "settings.json").read_text())
-    settings["robot"]["simulation"]["friction"] = 0.1
+    settings["robot"]["physics"]["friction"] = 0.1
     (tmp_path / "run" / "training").mkdir(parents=True)
     for name in ("summary.json", "training/gaits"):
         (tmp_path / "run" / name).symlink_to(learned / name)
@@ -108,17 +108,17 @@ def test_analyse_goes_on_where_a_robot_diverges(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    recorded = Workshop.recorded
+    recorded = analysis.recorded_walk
 
-    def diverging(workshop: Workshop, *arguments: Any, **options: Any) -> Trajectory:
-        whole = recorded(workshop, *arguments, **options)
-        if arguments[0] == Design.parse(BASELINE_DESIGN):
+    def diverging(spec: RobotSpec, design: Design, *arguments: Any, **options: Any) -> Trajectory:
+        whole = recorded(spec, design, *arguments, **options)
+        if design == Design.parse(BASELINE_DESIGN):
             return whole
         names = [name for name, array in whole.arrays().items() if len(array) == len(whole.time_s)]
         start = {name: getattr(whole, name)[:2] for name in names}
         return replace(whole, status="diverged", **start)
 
-    monkeypatch.setattr(Workshop, "recorded", diverging)
+    monkeypatch.setattr(analysis, "recorded_walk", diverging)
     found = run_json(f"analyse {learned} --out {tmp_path}", capsys)
     assert [robot["status"] for robot in found["robots"]] == ["completed", "diverged", "diverged"]
     assert found["best_distance_cm"] is None
@@ -204,6 +204,10 @@ def test_a_run_that_lost_its_policy_is_refused_before_the_search(
     assert not (tmp_path / "search" / "search.jsonl").exists()
 
 
+def _seeded(base: TrainingOptions, seed: int) -> dict[str, Any]:
+    return settings_to_dict(replace(base, coopt=replace(base.coopt, seed=seed)))
+
+
 @pytest.mark.parametrize("backend", ["processes", "ray"])
 def test_a_campaigns_dead_worker_costs_its_own_run_nothing_but_time(
     backend: Backend, learned: Path, tmp_path: Path
@@ -211,7 +215,7 @@ def test_a_campaigns_dead_worker_costs_its_own_run_nothing_but_time(
     """A run in a process of its own dies once and ends as the run that did not."""
     if backend == "ray":
         pytest.importorskip("ray")
-    base = load_settings(CooptOptions, learned / "settings.json")
+    base = load_settings(TrainingOptions, learned / "settings.json")
     tasks = [("a", _seeded(base, 0))]
     settings = ExecutorSettings(backend, process_count=2)
     answers = list(run_tasks(dies_once, (str(tmp_path), None, 1), tasks, settings))
@@ -237,7 +241,7 @@ def test_a_campaigns_dead_worker_costs_its_own_run_nothing_but_time(
 def test_campaign_compares_seeds_and_variants(
     leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "slippery.toml").write_text("[robot.simulation]\nfriction = 0.3\n")
+    (tmp_path / "slippery.toml").write_text("[robot.physics]\nfriction = 0.3\n")
     (tmp_path / "usual.json").write_text("{}")
     found = run_json(
         f"campaign --preset fast --seeds 0 1 --part {leg} {_SHORT} --out {tmp_path / 'runs'} "
@@ -253,5 +257,5 @@ def test_campaign_compares_seeds_and_variants(
     assert usual["mean_best_distance_cm"] == pytest.approx((far["usual-0"] + far["usual-1"]) / 2)
     assert far["usual-0"] != far["slippery-0"]
     saved = json.loads((tmp_path / "runs" / "slippery-1" / "settings.json").read_text())
-    assert saved["robot"]["simulation"]["friction"] == 0.3
+    assert saved["robot"]["physics"]["friction"] == 0.3
     assert saved["coopt"]["seed"] == 1

@@ -6,11 +6,15 @@ import json
 from pathlib import Path
 
 import pytest
-from published_pairs import PAPER_PAIRS
-from run_json import run_json
+from helpers.published_pairs import PAPER_PAIRS
+from helpers.run_json import run_json
 
 from pneumorph.cli import run
+from pneumorph.command.deploy import DeployOptions
 from pneumorph.gait.gait_file import read_gait
+from pneumorph.hardware.bend_staircase import BendTestSettings
+from pneumorph.hardware.parameter_fit import ParameterFitSettings
+from pneumorph.study.deployed_gait import DeploymentSettings
 
 SHORT = "--expert.duration-s 1 --expert.period-s 1"
 
@@ -92,7 +96,7 @@ def test_dry_run_commands_nothing_and_prints_the_schedule(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     summary = run_json(f"deploy --dry-run {SHORT} --out {tmp_path / 'd'}", capsys)
-    assert "trials" not in summary
+    assert summary["trials"] == []
     assert "kPa" in summary["schedule"][1]
     assert len(summary["schedule"]) == summary["command_count"] + 1
     assert not list((tmp_path / "d").glob("trial_*"))
@@ -113,6 +117,28 @@ def test_a_calibration_moves_the_gaits_pressures(
     planned, _ = read_gait(tmp_path / "d" / "schedule.csv")
     # 4.0785 p - 20.361 = 8.157 q - 40.722  gives  q = (p + 4.9923) / 2.
     assert planned.held_kPa[0] == pytest.approx([22.496, 4.0, 0.0], abs=1e-3)
+
+
+def test_a_calibrated_gait_that_the_rig_cuts_off_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Half the slope takes twice the pressure: 4.0785 (60 kPa - 4.99) = 2 (q - 10)."""
+    lines = ["real_pressure_kPa,simulated_pressure_kPa"]
+    lines += [f"{p},{2.0 * p - 20.0 + 1e-6 * (p % 3)}" for p in range(10, 100, 10)]
+    (tmp_path / "pairs.csv").write_text("\n".join(lines) + "\n")
+    run(f"calibrate --pairs {tmp_path / 'pairs.csv'} --out {tmp_path / 'c'}".split())
+    gait = tmp_path / "gait.csv"
+    gait.write_text("time_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa\n0,60,4,0\n2,60,4,0\n")
+    file = tmp_path / "c" / "calibration.json"
+    summary = run_json(
+        f"deploy {gait} --dry-run --calibration {file} --out {tmp_path / 'd'}", capsys
+    )
+    assert summary["highest_meant_kPa"] == pytest.approx(
+        0.5 * (4.0785 * 60 - 20.361) + 10, abs=0.01
+    )
+    assert summary["cut_off_at_kPa"] == 95.0
+    planned, _ = read_gait(tmp_path / "d" / "schedule.csv", maximum_pressure_kPa=95.0)
+    assert planned.held_kPa.max() <= 95.0
 
 
 def test_a_calibration_with_a_modulus_changes_the_robot(
@@ -151,7 +177,16 @@ def test_gaits_are_exchanged(tmp_path: Path, capsys: pytest.CaptureFixture[str])
         ("deploy --rig none.toml", "none.toml does not exist"),
         ("deploy none.csv --dry-run", "none.csv does not exist"),
         ("deploy policy.npz --dry-run", "expected --design to name one"),
-        ("deploy --dry-run --expert.amplitude-kPa 48", "beyond the channel's hard limits"),
+        (
+            "deploy --dry-run --expert.amplitude-kPa 48",
+            "expected a finite number from 0 to 90",
+        ),
+        (
+            "deploy --dry-run --expert.amplitude-kPa 48 --expert.maximum-pressure-kPa 100",
+            "beyond the channel's hard limits",
+        ),
+        ("simulate --expert.amplitude-kPa 60", "a wave goes to twice its amplitude"),
+        ("baseline --gait.amplitude-kPa 60", "expected a finite number from 0 to 90"),
         ("transfer B=.", "holds no trials"),
         ("fabricate 1.0.1", "3 locations, expected 8"),
         ("fabricate 0.0.0.0.0.0.0.0", "has no legs"),
@@ -164,3 +199,14 @@ def test_bad_input_is_refused_in_one_line(
     command: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert message in _refused(f"{command} --out {tmp_path / 'run'}", capsys)
+
+
+def test_stairs_and_fits_that_cannot_be_are_refused() -> None:
+    with pytest.raises(ValueError, match="highest_kPa must be"):
+        BendTestSettings(highest_kPa=float("nan"))
+    with pytest.raises(ValueError, match=r"source is gait\.csv, expected none with --bend-test"):
+        DeployOptions(Path("gait.csv"), DeploymentSettings(bend_test=True))
+    with pytest.raises(ValueError, match="expected at most highest_kPa"):
+        BendTestSettings(step_kPa=100.0)
+    with pytest.raises(ValueError, match=r"samples_per_s must be positive, got 0\.0"):
+        ParameterFitSettings(samples_per_s=0.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from few_snapshots import FEW_SNAPSHOTS
+from helpers.few_snapshots import FEW_SNAPSHOTS
 
 from pneumorph.cli import run
 from pneumorph.geometry.mesh import Mesh
@@ -33,28 +33,6 @@ def test_a_mesh_of_ones_own_becomes_a_reduced_part(
     assert (tmp_path / "snapshots" / "bend.npz").stat().st_mtime_ns == before
     again = json.loads(capsys.readouterr().out)
     assert again["snapshot_wall_s"] == summary["snapshot_wall_s"]
-
-
-def test_greedy_search_adds_a_random_robot(
-    mesh_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    search = (
-        "--hub rigid --greedy.round-limit 1 --greedy.additions-per-round 1 --greedy.tolerance 1e-6 "
-        "--candidates.training-count 2 --candidates.heldout-count 1 --candidates.duration-s 1 "
-        "--candidates.state-count 2 --materials.silicone.young-modulus-kPa 20000"
-    )
-    command = f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} {search} --out {tmp_path} --json"
-    assert run(command.split()) == 0
-    summary = json.loads(capsys.readouterr().out)
-    assert not summary["greedy_converged"]
-    first, last = summary["greedy_rounds"]
-    assert len(first["chosen"]) == 1
-    assert last["chosen"] == []
-    assert last["snapshot_count"] == summary["snapshot_count"] > first["snapshot_count"]
-    written = [path.name for path in (tmp_path / "greedy").glob("greedy_*.npz")]
-    assert len(written) == 1
-    part = ReducedPart.load(summary["part"])
-    assert part.metadata["snapshots"]["sources"][-1] == f"greedy {first['chosen'][0]}"
 
 
 def test_given_gaits_are_walked_once_and_learned_from(

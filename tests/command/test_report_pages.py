@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from few_snapshots import FEW_SNAPSHOTS
-from published_pairs import PAPER_PAIRS
+from helpers.few_snapshots import FEW_SNAPSHOTS
+from helpers.published_pairs import PAPER_PAIRS
 
 from pneumorph.cli import run
 

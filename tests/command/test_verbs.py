@@ -7,10 +7,10 @@ import re
 from pathlib import Path
 
 import pytest
-from run_json import run_json
+from helpers.run_json import run_json
 
+from pneumorph.catalogue.paper_robot import data_folder
 from pneumorph.cli import run
-from pneumorph.presets import data_folder
 from pneumorph.trajectory import Trajectory
 
 # One period of the expert's gait and a training of a few dozen actions: every stage, no result.
@@ -65,7 +65,7 @@ def test_evaluate_repeats_the_distances(
     found = run_json(f"evaluate {learned} --out {tmp_path / 'e'}", capsys)
     assert len(found["pairs"]) == 2
     assert found["notes"] == []
-    icy = run_json(f"evaluate {learned} --simulation.friction 0.1 --out {tmp_path / 'i'}", capsys)
+    icy = run_json(f"evaluate {learned} --physics.friction 0.1 --out {tmp_path / 'i'}", capsys)
     assert icy["best_distance_cm"] != found["best_distance_cm"]
     assert "the run reported" in icy["notes"][0]
     for pair in found["pairs"]:
@@ -204,24 +204,6 @@ def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert bench["modes"] == 4
     assert set(bench) >= {"threads", "elements", "mean_contacts", "stage_seconds", "gemm_gflops",
                           "gemm_threads", "gemm_precision"}  # fmt: skip
-
-
-def test_bench_profiles_the_engine(
-    leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    flags = "--engine-profile.robots 1 2 --engine-profile.legs 3 --engine-profile.modes 2 4 8"
-    bench = run_json(
-        f"bench engine --profile --part {leg} --robot-count 2 --action-count 1 --threads 1 "
-        f"--engine-profile.batch 2 {flags} --out {tmp_path / 'p'}",
-        capsys,
-    )
-    measured = [(row["axis"], row["value"]) for row in bench["profile"]]
-    # The leg has 4 modes, so 8 are left out.
-    assert measured == [("robots", 1), ("robots", 2), ("legs", 3), ("modes", 2), ("modes", 4),
-                        ("threads", 1)]  # fmt: skip
-    assert all(row["stage_us"]["elements"] > 0 for row in bench["profile"])
-    assert bench["profile"][2]["mean_legs"] == 3
-    assert (tmp_path / "p" / "engine_profile.png").stat().st_size > 1000
 
 
 def test_bench_full_times_the_stages_of_a_step(

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from run_json import run_json
+from helpers.run_json import run_json
 
-from pneumorph.artefact import write_atomically
+from pneumorph.base.artefact import write_atomically
 from pneumorph.cli import run
 from pneumorph.hardware.marker_track import MarkerTrack, write_track
 from pneumorph.trajectory import Trajectory
@@ -96,7 +96,7 @@ def test_watch_tells_the_moment(learned: Path, capsys: pytest.CaptureFixture[str
     assert summary["design_entropy_target"] == 0.0
     # The checkpoint is older than the evaluation at the end, which may add to the pairs.
     assert summary["best_designs"][0]["distance_cm"] <= found["best_distance_cm"]
-    assert "page" not in summary
+    assert summary["page"] is None
 
 
 def test_watch_once_writes_a_page_that_stands_alone(

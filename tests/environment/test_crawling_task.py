@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumorph.environment.crawling_task import CrawlingTask, check_pressure
+from pneumorph.environment.crawling_task import CrawlingTask
 
 
 def test_actions_map_linearly_onto_0_to_90_kpa() -> None:
@@ -25,8 +25,6 @@ def test_actions_that_are_not_finite_or_out_of_range_are_refused(value: float) -
 def test_pressures_that_are_not_finite_or_out_of_range_are_refused(value: float) -> None:
     with pytest.raises(ValueError, match=r"pressure_kPa\[1\] is .* from 0 to 90"):
         CrawlingTask().action(np.array([0.0, value, 0.0]))
-    with pytest.raises(ValueError, match=r"pressure_kPa\[0\] is .* real ones in kPa"):
-        check_pressure(np.array([value]), 0.0, 90.0)
 
 
 def test_action_of_the_wrong_length_is_refused() -> None:
@@ -35,7 +33,7 @@ def test_action_of_the_wrong_length_is_refused() -> None:
 
 
 def test_impossible_tasks_are_refused() -> None:
-    with pytest.raises(ValueError, match="action_count is 0, expected at least 1"):
+    with pytest.raises(ValueError, match="action_count must be at least 1, got 0"):
         CrawlingTask(action_count=0)
     with pytest.raises(ValueError, match="minimum_pressure_kPa < maximum_pressure_kPa"):
         CrawlingTask(minimum_pressure_kPa=90.0)

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from held_leg import held_leg
+from helpers.held_leg import held_leg
 
-from pneumorph.artefact import ArtefactError
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.catalogue.paper_robot import load_default_leg, paper_leg_model
 from pneumorph.exchange.sofa_reduction import (
     in_hub_frame,
     read_sofa_reduction,
@@ -21,9 +22,8 @@ from pneumorph.exchange.sofa_reduction import (
 from pneumorph.exchange.sofa_scene import export_sofa_scene
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
-from pneumorph.presets import load_default_leg, paper_leg_model
+from pneumorph.reduction.modal_equilibrium import modal_equilibrium
 from pneumorph.reduction.reduced_part import ReducedPart
-from pneumorph.reduction.static_equilibrium import static_equilibrium
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def _counts(model: PartModel) -> dict[str, int]:
 
 
 def _bend(part: ReducedPart, model: PartModel) -> float:
-    return end_face_bend_deg(model.mesh, part.positions(static_equilibrium(part, 150.0).alpha))
+    return end_face_bend_deg(model.mesh, part.positions(modal_equilibrium(part, 150.0).alpha))
 
 
 def test_a_leg_reads_back_as_it_was(model: PartModel, leg: ReducedPart, tmp_path: Path) -> None:
@@ -193,7 +193,7 @@ def test_springs_on_the_written_modes_hold_the_leg_as_its_mount_does(
 def test_a_part_of_another_mesh_has_no_scene(
     model: PartModel, leg: ReducedPart, tmp_path: Path
 ) -> None:
-    from synthetic_part import synthetic_reduced_part
+    from helpers.synthetic_part import synthetic_reduced_part
 
     with pytest.raises(ArtefactError, match="this reduction was made from the mesh"):
         export_sofa_scene(tmp_path, synthetic_reduced_part(mode_count=4, cells=(4, 4, 4)), model)

@@ -11,6 +11,8 @@ import pytest
 
 occ = pytest.importorskip("netgen.occ")
 
+
+from pneumorph.catalogue.paper_robot import paper_leg_mesh  # noqa: E402
 from pneumorph.fabrication.hub import HubSettings, make_hub  # noqa: E402
 from pneumorph.fabrication.leg_mould import (  # noqa: E402
     LegMould,
@@ -25,13 +27,12 @@ from pneumorph.fabrication.solid import (  # noqa: E402
     mounted,
     surface_of,
     write_step,
-    write_stl,
 )
 from pneumorph.fabrication.wall_thickness import wall_thickness_mm  # noqa: E402
 from pneumorph.geometry.mounting import RadialMounting  # noqa: E402
 from pneumorph.geometry.netgen_mesher import box  # noqa: E402
 from pneumorph.geometry.pneunet import PneuNetShape  # noqa: E402
-from pneumorph.presets import paper_leg_mesh  # noqa: E402
+from pneumorph.geometry.surface import write_stl  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +135,7 @@ def test_files_read_back(mould: LegMould, tmp_path: Path) -> None:
     from netgen.occ import OCCGeometry
 
     surface = surface_of(mould.lower)
-    stl = meshio.read(write_stl(tmp_path / "lower.stl", surface))
+    stl = meshio.read(write_stl(tmp_path / "lower.stl", surface.nodes, surface.triangles))
     assert len(stl.cells_dict["triangle"]) == len(surface.triangles)
     np.testing.assert_allclose(stl.points.max(axis=0), surface.nodes.max(axis=0), rtol=1e-6)
     step = write_step(tmp_path / "lower.step", mould.lower)

@@ -4,11 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.coulomb import assert_coulomb
 
 from pneumorph.fem.contact_solve import solve_contacts
 from pneumorph.fem.friction_problem import FrictionProblem
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
+from pneumorph.physics.physics import Physics
 
 
 def random_problem(friction: float, contact_count: int = 30) -> FrictionProblem:
@@ -31,26 +33,6 @@ def walking_problem() -> tuple[FrictionProblem, np.ndarray]:
     return FrictionProblem(operator, free, 1.2), warm_start.reshape(-1, 3)
 
 
-def assert_coulomb(problem: FrictionProblem, impulses: np.ndarray, tolerance: float) -> None:
-    """Signorini's and Coulomb's laws, word by word, without the solver's own residual."""
-    velocity = (problem.operator @ impulses.ravel() + problem.free).reshape(-1, 3)
-    normal, tangent = impulses[:, 0], impulses[:, 1:]
-    length, speed = np.linalg.norm(tangent, axis=1), np.linalg.norm(velocity[:, 1:], axis=1)
-    assert normal.min() >= 0.0
-    assert velocity[:, 0].min() > -tolerance
-    assert np.abs(velocity[normal > 0.0, 0]).max() < tolerance
-    # The cone holds to rounding: impulses are put into it.
-    assert np.all(length <= problem.friction * normal * (1.0 + 1e-14))
-    if problem.friction == 0.0:
-        return
-    # What slips does so against its impulse: lambda_t |u_t| = -mu lambda_n u_t. Both sides are a
-    # velocity times an impulse, so the law's velocity is their difference over mu lambda_n.
-    slips = (speed > 10.0 * tolerance) & (normal > 0.0)
-    limit = problem.friction * normal[slips, None]
-    against = tangent[slips] * speed[slips, None] / limit + velocity[slips, 1:]
-    assert np.abs(against).max(initial=0.0) < tolerance
-
-
 @pytest.mark.parametrize("friction", [0.0, 0.3, 0.7])
 def test_newton_and_gauss_seidel_agree(friction):
     """W is positive definite and friction moderate, so there is one solution."""
@@ -64,7 +46,7 @@ def test_newton_and_gauss_seidel_agree(friction):
     # A velocity off by 1e-10 mm/s changes impulses by that over W's smallest eigenvalue of 0.5,
     # times the square root of 90 unknowns.
     np.testing.assert_allclose(newton.impulses, swept.impulses, atol=2e-8)
-    assert_coulomb(problem, newton.impulses, 1e-9)
+    assert_coulomb(problem.operator, problem.free, problem.friction, newton.impulses, 1e-9)
 
 
 def test_newton_solves_what_gauss_seidel_leaves_open():
@@ -75,7 +57,7 @@ def test_newton_solves_what_gauss_seidel_leaves_open():
     newton = problem.solution(problem.newton(start, 1e-9))
     assert newton.residual < 1e-9
     # Eight digits above the rounding of velocities of some 100 mm/s.
-    assert_coulomb(problem, newton.impulses, 1e-8)
+    assert_coulomb(problem.operator, problem.free, problem.friction, newton.impulses, 1e-8)
     speed = np.linalg.norm(newton.velocities[:, 1:], axis=1)
     assert 5 < np.count_nonzero(speed > 1e-6) < 40  # some slip, some stick
 
@@ -95,8 +77,8 @@ def test_a_wrong_solution_has_a_residual_in_velocity():
 def test_many_points_on_a_rigid_body(paper_box, friction):
     """Forty points and six freedoms: W is singular, impulses are determined in sum only."""
     hub, state = paper_box
-    settings = FullOrderSettings(friction=friction)
-    matrix, right = hub.system(state, settings)
+    physics, numerics = Physics(friction=friction), FullOrderSettings()
+    matrix, right = hub.system(state, physics)
     coupling = hub.point_map(state, hub.contact_points)
     frame = np.eye(3)[[2, 0, 1]]
     coupling = (frame @ coupling.reshape(-1, 3, 6)).reshape(-1, 6)
@@ -109,9 +91,10 @@ def test_many_points_on_a_rigid_body(paper_box, friction):
         np.zeros(3 * count),
         np.zeros(count),
         np.zeros((count, 3)),
-        settings,
+        physics,
+        numerics,
     )
-    assert solution.residual < settings.contact_tolerance_mm_per_s
+    assert solution.residual < numerics.contact_tolerance_mm_per_s
     # The points carry what gravity and the fall bring: linear momentum before and after.
     before = right[:3]
     after = matrix[:3] @ solution.hub_velocity
@@ -119,13 +102,13 @@ def test_many_points_on_a_rigid_body(paper_box, friction):
     np.testing.assert_allclose(before + total, after, atol=1e-9 * np.abs(before).max())
     lifted = (coupling @ solution.hub_velocity).reshape(-1, 3)
     np.testing.assert_allclose(solution.velocities, lifted, atol=1e-8)
-    assert lifted[:, 0].min() > -settings.contact_tolerance_mm_per_s
+    assert lifted[:, 0].min() > -numerics.contact_tolerance_mm_per_s
 
 
 @pytest.fixture
 def paper_box() -> tuple[RigidHub, RigidHubState]:
     """A box that falls, drifts and turns, forty points on its bottom."""
-    from box_mesh import box_mesh
+    from helpers.box_mesh import box_mesh
 
     points = np.random.default_rng(0).uniform(0.0, [16.0, 12.0, 0.0], (40, 3))
     hub = RigidHub(box_mesh((16.0, 12.0, 9.0), (2, 2, 2)), 0.03, points)
@@ -151,6 +134,7 @@ def test_sweeps_alone_can_be_asked_for():
         problem.free,
         np.zeros(count),
         warm_start,
+        Physics(),
         loosened,
     )
     expected = problem.sweep(warm_start, 1e-8, 250)

@@ -1,7 +1,7 @@
 import numpy as np
 import pneumorph._engine as engine
 import pytest
-from box_mesh import box_mesh
+from helpers.box_mesh import box_mesh
 
 from pneumorph.fem.assembly import Assembly
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern

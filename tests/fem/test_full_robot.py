@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
-from small_robot import small_leg, small_robot
+from helpers.small_robot import small_leg, small_robot
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.pressure import PressureMap
+from pneumorph.fem.hub_body import HubBody
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
 
 
 def test_rest_state_is_the_rest_shape_in_the_hub_frame():
@@ -20,6 +22,34 @@ def test_attachment_stays_in_the_hub_frame_while_the_robot_moves():
     for leg, x in zip(robot.legs, robot.leg_nodes_in_hub_frame(state), strict=True):
         nodes = leg.attachment
         np.testing.assert_allclose(x[nodes], leg.part.rest_nodes[nodes], atol=1e-9)
+
+
+class OwnHub:
+    """A hub of which no more can be seen than the protocol has."""
+
+    def __init__(self, hub):
+        self._hub = hub
+
+    def __getattr__(self, name):
+        if name.startswith("__") or name not in vars(HubBody):
+            raise AttributeError(name)
+        return getattr(self._hub, name)
+
+
+@pytest.mark.parametrize("integrator", ["linearly_implicit", "implicit_euler"])
+@pytest.mark.parametrize("soft", [False, True])
+def test_a_hub_of_ones_own_needs_no_more_than_the_protocol(soft, integrator):
+    numerics = FullOrderSettings(integrator=integrator)
+    robot = small_robot(soft=soft, numerics=numerics)
+    mounts = [(leg.part, leg.pose, leg.regulator) for leg in robot.legs]
+    own = FullRobot(
+        OwnHub(robot.hub), mounts, robot.physics, robot.tracked_point, numerics=numerics
+    )
+    commands = np.full((6, 2), 20.0)
+    walked = [each.rollout(each.initial_state(), commands)[1] for each in (robot, own)]
+    np.testing.assert_array_equal(walked[1].node_positions_mm, walked[0].node_positions_mm)
+    assert walked[1].metadata == walked[0].metadata
+    assert np.abs(np.diff(walked[0].node_positions_mm, axis=0)).max() > 0.1
 
 
 def test_rollout_records_what_it_is_asked_to():
@@ -56,13 +86,13 @@ def test_rollout_in_two_pieces_is_the_rollout_in_one():
 
 
 def test_divergence_is_a_status_not_an_exception():
-    settings = FullOrderSettings(
+    physics = Physics(
         floor_height_mm=0.0,
         regulator_count=2,
         pressure_map=PressureMap(1.0, 0.0),
         pressure_rate_kPa_per_s=1e9,
     )
-    robot = small_robot(settings)
+    robot = small_robot(physics)
     state, trajectory = robot.rollout(robot.initial_state(), np.full((50, 2), 1e7))
     assert trajectory.status == "diverged"
     assert np.all(np.isfinite(state.positions[0]))
@@ -80,28 +110,32 @@ def test_bad_input_is_refused():
     with pytest.raises(ValueError, match=r"regulator must be 0 \.\. 2, got 3"):
         FullRobot(robot.hub, [(small_leg(), robot.legs[0].pose, 3)])
     with pytest.raises(ValueError, match="time_step_s must be positive, got 0"):
-        FullOrderSettings(time_step_s=0.0)
+        Physics(time_step_s=0.0)
     with pytest.raises(ValueError, match="damping must be one of published, objective"):
-        FullOrderSettings(damping="none")
+        Physics(damping="none")
+    with pytest.raises(ValueError, match="newton_tolerance must be positive, got 0"):
+        FullOrderSettings(newton_tolerance=0.0)
+    with pytest.raises(ValueError, match="integrator must be one of linearly_implicit"):
+        FullOrderSettings(integrator="leapfrog")
 
 
 @pytest.mark.parametrize("soft", [False, True])
 @pytest.mark.parametrize("damping", ["published", "objective"])
 def test_condensed_step_solves_the_whole_system(soft, damping):
     """The step's equations put together densely, without any elimination, hold for its result."""
-    settings = FullOrderSettings(
+    physics = Physics(
         damping=damping,
         floor_height_mm=0.0,
         regulator_count=2,
     )
-    robot = small_robot(settings, soft)
+    robot = small_robot(physics, soft)
     command = np.array([25.0, 10.0])
     state, _ = robot.rollout(robot.initial_state(), np.tile(command, (25, 1)), record_nodes=False)
     new = robot.step(state, command)
     assert np.any(new.impulses[:, 0] > 0.0)
 
-    hub_count, h = robot.hub.unknown_count, settings.time_step_s
-    matrix, right = robot.hub.system(state.hub, settings)
+    hub_count, h = robot.hub.unknown_count, physics.time_step_s
+    matrix, right = robot.hub.system(state.hub, physics)
     right = right.copy()
     hub_map = robot.hub.point_map(state.hub, robot.hub.contact_points)
     start = len(state.impulses) - len(robot.hub.contact_points)
@@ -113,11 +147,11 @@ def test_condensed_step_solves_the_whole_system(soft, damping):
         stiffness = (
             part.stiffness(x) if damping == "published" else part.objective_stiffness(x)
         ).toarray()
-        own = settings.stiffness_factor * stiffness
-        own[np.diag_indices(len(own))] += settings.mass_factor * np.repeat(part.node_mass, 3)
-        pressure = settings.pressure_map.simulated(new.regulated_kPa[leg.regulator])
-        force = part.internal_force(x, settings.rotation) + part.pressure_force(x, float(pressure))
-        force[:, 2] -= part.node_mass * settings.gravity_mm_per_s2
+        own = physics.stiffness_factor * stiffness
+        own[np.diag_indices(len(own))] += physics.mass_factor * np.repeat(part.node_mass, 3)
+        pressure = physics.pressure_map.simulated(new.regulated_kPa[leg.regulator])
+        force = part.internal_force(x, physics.rotation) + part.pressure_force(x, float(pressure))
+        force[:, 2] -= part.node_mass * physics.gravity_mm_per_s2
         impulses = new.impulses[start : start + leg.contact_count][:, [1, 2, 0]]
         start += leg.contact_count
         load = part.node_mass[:, None] * state.velocities[number] + h * force
@@ -136,11 +170,11 @@ def test_condensed_step_solves_the_whole_system(soft, damping):
 
 def test_contact_law_holds_after_a_step():
     robot = small_robot()
-    settings = robot.settings
+    physics = robot.physics
     state, _ = robot.rollout(robot.initial_state(), np.tile([25.0, 0.0], (30, 1)))
     normal, tangent = state.impulses[:, 0], np.hypot(state.impulses[:, 1], state.impulses[:, 2])
     assert normal.min() >= 0.0
-    assert np.all(tangent <= settings.friction * normal + 1e-12)
+    assert np.all(tangent <= physics.friction * normal + 1e-12)
     heights = np.concatenate(
         [leg.contact_weights @ x[:, 2] for leg, x in zip(robot.legs, state.positions, strict=True)]
     )
@@ -156,8 +190,8 @@ def test_contact_forces_and_weight_change_the_momentum(soft):
     # (1 + a h) P_new = P_old + h (W + F): no internal force or damping has a resultant. The
     # solution of the step is exact to rounding of stiffness times displacement, about 1e-10 of W.
     robot = small_robot(soft=soft)
-    settings = robot.settings
-    h, damping = settings.time_step_s, settings.mass_damping_per_s
+    physics = robot.physics
+    h, damping = physics.time_step_s, physics.mass_damping_per_s
     states = [robot.settled_state(10)]
     states.append(robot.step(states[0], np.array([30.0, 0.0])))
     bodies = [robot.bodies(state) for state in states]
@@ -170,7 +204,7 @@ def test_contact_forces_and_weight_change_the_momentum(soft):
         momentum += robot.hub.mass_kg * np.array([state.hub.velocity[:3] for state in states])
     force, velocity = robot.leg_contacts(states[1])
     hub_force = np.roll(states[1].impulses[force.shape[0] * force.shape[1] :].sum(axis=0), -1) / h
-    weight = mass * np.array([0.0, 0.0, -settings.gravity_mm_per_s2])
+    weight = mass * np.array([0.0, 0.0, -physics.gravity_mm_per_s2])
     expected = momentum[0] + h * (weight + force.sum(axis=(0, 1)) + hub_force)
     np.testing.assert_allclose(
         (1.0 + damping * h) * momentum[1], expected, atol=1e-8 * h * abs(weight[2])

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.fem.floor import PlaneFloor
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.height_map import HeightMap, height_field
-from pneumorph.settings import settings_from_dict, settings_to_dict
 
 
 def cubic(x, y):
@@ -72,13 +71,12 @@ def test_a_grey_image_with_three_equal_colours_is_grey(tmp_path):
 def test_settings_name_the_map(tmp_path):
     np.save(tmp_path / "hills.npy", cubic(*grid()))
     map_of_hills = HeightMap(tmp_path / "hills.npy", mm_per_pixel=2.0)
-    settings = FullOrderSettings(floor_height_mm=-1.0, height_map=map_of_hills)
-    again = settings_from_dict(FullOrderSettings, settings_to_dict(settings))
-    assert again == settings
+    again = settings_from_dict(HeightMap, settings_to_dict(map_of_hills))
+    assert again == map_of_hills
     point = np.array([[4.0, 2.0, -1.0 + cubic(4.0, 2.0)]])
-    assert abs(again.floor().gap(point)[0]) < 1e-12
-    assert again.floor().description == "height map hills.npy"
-    assert FullOrderSettings().floor() == PlaneFloor(-12.797)
+    assert abs(again.floor(-1.0).gap(point)[0]) < 1e-12
+    assert again.floor(-1.0).description == "height map hills.npy"
+    assert HeightMap().floor(-12.797) == PlaneFloor(-12.797)
 
 
 def test_smoothing_rounds_a_step():

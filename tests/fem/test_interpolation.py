@@ -1,5 +1,5 @@
 import numpy as np
-from box_mesh import box_mesh
+from helpers.box_mesh import box_mesh
 
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.geometry.quadratic import quadratic_mesh

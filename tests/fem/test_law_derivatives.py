@@ -2,7 +2,15 @@
 
 import numpy as np
 import pytest
-from law_cases import LAWS, SHEET_LAWS, points, product, rotations, strained
+from helpers.law_cases import (
+    LAWS,
+    SHEET_LAWS,
+    case_material,
+    points,
+    product,
+    rotations,
+    strained,
+)
 
 from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.law import differentiated_stress
@@ -14,7 +22,7 @@ YOUNG = 100.0
 
 
 def law_of(name: str, dimension: int, poisson: float = 0.4):
-    return make_law(Material(YOUNG, poisson, name), dimension)
+    return make_law(case_material(name, YOUNG, poisson), dimension)
 
 
 @pytest.mark.parametrize(("name", "dimension"), LAWS)
@@ -62,7 +70,7 @@ def test_tangent_has_the_symmetry_of_a_potential(name, dimension):
 @pytest.mark.parametrize(("name", "dimension"), LAWS)
 def test_at_rest_it_is_hookes_law(name, dimension, poisson):
     """dP/dF at a rotation R: lambda R (x) R + mu (R R^T)_ij delta_ac + mu R_ic R_ja."""
-    material = Material(YOUNG, poisson, name)
+    material = case_material(name, YOUNG, poisson)
     lame_lambda, mu = material.lame_constants(dimension)
     law, turn = make_law(material, dimension), rotations(5)[:, :dimension]
     np.testing.assert_allclose(law.energy(turn), 0.0, atol=1e-12 * YOUNG)

@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
-from element_cases import ORDERS, irregular_box
-from law_cases import SHEET_LAWS
-from round_mesh import rounded
+from helpers.box_mesh import box_mesh
+from helpers.element_cases import ORDERS, irregular_box
+from helpers.law_cases import SHEET_LAWS
+from helpers.round_mesh import rounded
 
 from pneumorph.fem.law_registry import make_law
 from pneumorph.fem.material import Material

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
+from helpers.box_mesh import box_mesh
 
 from pneumorph.fem.part_model import node_mass
 from pneumorph.geometry.quadratic import quadratic_mesh

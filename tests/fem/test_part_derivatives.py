@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from element_cases import ORDERS, box_part, wobbled
-from law_cases import SOLID_LAWS
+from helpers.element_cases import ORDERS, box_part, wobbled
+from helpers.law_cases import SOLIDS
 
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.pose import rotation_about
 
 
-@pytest.fixture(scope="module", params=[(law, order) for law in SOLID_LAWS for order in ORDERS])
+@pytest.fixture(scope="module", params=[(law, order) for law in SOLIDS for order in ORDERS])
 def part(request) -> PartModel:
     return box_part(*request.param, hollow=True)
 

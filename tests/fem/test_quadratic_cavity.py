@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
-from round_mesh import rounded
-from surface_load import pressure_load
+from helpers.box_mesh import box_mesh
+from helpers.round_mesh import rounded
+from helpers.surface_load import pressure_load
 
 from pneumorph.fem.cavity import Cavity
 from pneumorph.geometry.quadratic import quadratic_mesh

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from small_robot import small_robot
+from helpers.small_robot import small_robot
 
-from pneumorph.artefact import ArtefactError
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.fem.floor import HeightField
 from pneumorph.fem.resumable_rollout import _identity, resumable_rollout
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays

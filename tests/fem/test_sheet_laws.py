@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from law_cases import SHEET_LAWS, strained
+from helpers.law_cases import SHEET_LAWS, strained
 from scipy.optimize import brentq
 
 from pneumorph.fem.law_registry import make_law

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneumorph.gait.expert_gait import ExpertGait
-from pneumorph.gait.open_loop_gait import sample_commands
+from pneumorph.physics.open_loop_gait import sample_commands
 
 
 def test_waves_follow_the_formula() -> None:

@@ -5,14 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.friction_margin import friction_margin
 from pneumorph.gait.held_gait import HeldGait
-from pneumorph.gait.open_loop_gait import sample_commands
-from pneumorph.presets import paper_robot_builder
-from pneumorph.robot.design import Design
+from pneumorph.physics.open_loop_gait import sample_commands
+from pneumorph.physics.physics import Physics
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import rollout
-from pneumorph.simulation.simulation_settings import SimulationSettings
 from pneumorph.trajectory import Trajectory
 
 
@@ -54,10 +53,10 @@ def test_shares_are_those_of_the_forces() -> None:
 
 
 def test_a_standing_robot_presses_with_its_weight_and_slips_nowhere() -> None:
-    settings = SimulationSettings()
-    robot = paper_robot_builder()(Design.parse("1.0.0.2.2.0.0.1"))
-    _, rest = rollout(ReducedRobot(robot, settings), np.zeros((300, 3)), record_every=10)
-    margin = friction_margin(rest, settings.friction)
+    physics = Physics()
+    robot = paper_robot().assembly("1.0.0.2.2.0.0.1")
+    _, rest = rollout(ReducedRobot(robot, physics), np.zeros((300, 3)), record_every=10)
+    margin = friction_margin(rest, physics.friction)
     weight_mN = (robot.hub.mass + sum(mount.part.mass for mount in robot.mounts)) * 9800.0
     # After 3 s the fall has died out; what is left of it, and the disk, carry less than 1 %.
     np.testing.assert_allclose(margin.load_mN[-1].sum(), weight_mN, rtol=0.01)
@@ -67,12 +66,12 @@ def test_a_standing_robot_presses_with_its_weight_and_slips_nowhere() -> None:
 
 
 def test_no_leg_uses_more_than_friction_can_give() -> None:
-    settings = SimulationSettings(friction=0.4)
-    robot = paper_robot_builder()(Design.parse("1.0.0.2.2.0.0.1"))
+    physics = Physics(friction=0.4)
+    robot = paper_robot().assembly("1.0.0.2.2.0.0.1")
     gait = HeldGait.evenly(np.array([[80.0, 0.0, 0.0], [80.0, 80.0, 0.0]]), 0.5)
-    commands = sample_commands(gait, settings.time_step_s, 100)
-    _, walked = rollout(ReducedRobot(robot, settings), commands, record_every=1)
-    margin = friction_margin(walked, settings.friction)
+    commands = sample_commands(gait, physics.time_step_s, 100)
+    _, walked = rollout(ReducedRobot(robot, physics), commands, record_every=1)
+    margin = friction_margin(walked, physics.friction)
     # Coulomb's law holds point by point, so their sum obeys it too, to the solver's tolerance and
     # the single precision of the recording.
     assert np.nanmax(margin.used_share) < 1.0 + 1e-4

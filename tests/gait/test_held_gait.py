@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneumorph.gait.held_gait import HeldGait
-from pneumorph.gait.open_loop_gait import sample_commands
+from pneumorph.physics.open_loop_gait import sample_commands
 
 
 def test_each_command_is_held_until_the_next() -> None:

@@ -43,7 +43,7 @@ def test_file_round_trip(sweep: PhaseSweep, tmp_path: Path) -> None:
 
 
 def test_settings_are_checked() -> None:
-    with pytest.raises(ValueError, match="a rising range and a positive step"):
+    with pytest.raises(ValueError, match="phase_step_deg must be positive, got 0"):
         PhaseSweepSettings(phase_step_deg=0.0)
     with pytest.raises(ValueError, match="to regulator 4, expected 1 to 3"):
         sweep_phases(

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from box_mesh import box_mesh
+from helpers.box_mesh import box_mesh
 
 from pneumorph.geometry.mesh import MeshError
 from pneumorph.geometry.mesh_file import read_mesh_file

@@ -2,7 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
+from helpers.box_mesh import box_mesh
 
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel

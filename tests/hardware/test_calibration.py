@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from published_pairs import PAPER_PAIRS
+from helpers.published_pairs import PAPER_PAIRS
 
-from pneumorph.artefact import ArtefactError
-from pneumorph.hardware.bend_test import BendCurve, equal_bend_pairs, read_bends, read_pairs
-from pneumorph.hardware.calibration import Calibration
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.hardware.bend_test import MonotoneBend, equal_bend_pairs, read_bends, read_pairs
 from pneumorph.hardware.line_fit import fit_line
 from pneumorph.hardware.measured_table import read_measured_table
-from pneumorph.pressure import PressureMap
-from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
 
 
 def test_the_papers_line_comes_out_of_its_pairs(tmp_path: Path) -> None:
@@ -42,9 +42,17 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     assert np.all(np.abs(held / 500 - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / 500))
 
 
+def test_a_curve_or_a_bend_that_is_not_a_number_is_refused() -> None:
+    with pytest.raises(ValueError, match="does not rise with the pressure"):
+        MonotoneBend(np.array([0.0, 10.0, 20.0]), np.array([0.0, np.nan, 9.0]))
+    curve = MonotoneBend(np.array([0.0, 100.0, 200.0]), np.array([0.0, 30.0, 50.0]))
+    with pytest.raises(ValueError, match="bend_deg nan is beyond the simulated leg's 0 to 50"):
+        curve.pressure(np.array([10.0, np.nan]))
+
+
 def test_equal_bends_are_found_on_a_known_curve() -> None:
     pressure = np.arange(0.0, 401.0, 10.0)
-    curve = BendCurve(pressure, 0.3 * pressure + 2e-4 * pressure**2)
+    curve = MonotoneBend(pressure, 0.3 * pressure + 2e-4 * pressure**2)
     real = np.array([5.0, 20.0, 50.0, 90.0])
     simulated = PressureMap(4.0, -25.0).simulated(real)
     bend = 0.3 * simulated + 2e-4 * simulated**2
@@ -56,7 +64,7 @@ def test_equal_bends_are_found_on_a_known_curve() -> None:
 
 
 def test_a_bend_beyond_the_simulated_leg_is_refused() -> None:
-    curve = BendCurve(np.array([0.0, 100.0]), np.array([0.0, 30.0]))
+    curve = MonotoneBend(np.array([0.0, 100.0]), np.array([0.0, 30.0]))
     with pytest.raises(ValueError, match="bend_deg 31 is beyond the simulated leg's 0 to 30"):
         curve.pressure(np.array([10.0, 31.0]))
 
@@ -89,12 +97,12 @@ def test_a_calibration_reads_back_and_is_applied(tmp_path: Path) -> None:
     read = Calibration.load(measured.save(tmp_path / "c.json"))
     assert read == measured
     assert read.digest() == measured.digest()
-    settings = read.applied_to(SimulationSettings())
-    assert settings.pressure_map == PressureMap(3.8, -18.0)
-    assert (settings.friction, settings.stiffness_damping_s) == (0.9, 0.08)
+    physics = read.applied_to(Physics())
+    assert physics.pressure_map == PressureMap(3.8, -18.0)
+    assert (physics.friction, physics.stiffness_damping_s) == (0.9, 0.08)
     # What was not measured stays.
-    partial = Calibration(PressureMap(3.8, -18.0)).applied_to(SimulationSettings())
-    assert partial.friction == SimulationSettings().friction
+    partial = Calibration(PressureMap(3.8, -18.0)).applied_to(Physics())
+    assert partial.friction == Physics().friction
 
 
 def test_what_is_no_calibration_is_refused(tmp_path: Path) -> None:

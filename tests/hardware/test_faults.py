@@ -20,8 +20,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scpi_instrument import ScpiInstrument
+from helpers.scpi_instrument import ScpiInstrument
 
+from pneumorph.base.settings import save_settings
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.analog_rig import AnalogRig
 from pneumorph.hardware.deployment import DeploymentReport, deploy
@@ -29,7 +30,6 @@ from pneumorph.hardware.deployment_log import DeploymentLog, read_log
 from pneumorph.hardware.driver import WallClock
 from pneumorph.hardware.rig import Channel, RigSettings, SafetySettings
 from pneumorph.hardware.schedule import plan_schedule
-from pneumorph.settings import save_settings
 
 pytest.importorskip("pyvisa_py")
 pytestmark = pytest.mark.alone
@@ -200,6 +200,21 @@ def test_process_killed_stopped_or_interrupted(
     else:
         _wait_for(record.exists, 5.0)
         assert json.loads(record.read_text())["vented"]
+
+
+def test_regulators_whose_zero_is_not_0_volts_begin_and_end_at_theirs(
+    supply: ScpiInstrument, tmp_path: Path
+) -> None:
+    """A reversed one inflates fully at 0 V, which is beyond its hard limits besides."""
+    reversed_ = Channel(-0.08, 9.0, lowest_volt=1.0)
+    rig = replace(_rig(supply), channels=(reversed_,) * 3)
+    with DeploymentLog(tmp_path / "log.csv", 3) as log:
+        gait = ExpertGait(period_s=2.0, duration_s=1.0)
+        report = deploy(plan_schedule(gait, rig), AnalogRig(rig), rig, log, WallClock())
+    assert report.completed
+    volts = np.array([v for _, v in supply.volts])
+    np.testing.assert_array_equal(volts[[0, -1]], 9.0)
+    assert volts.min() >= 1.0
 
 
 def test_hard_limits_are_refused_by_the_driver(supply: ScpiInstrument) -> None:

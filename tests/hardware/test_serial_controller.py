@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
+import select
 import threading
 
 import numpy as np
@@ -20,26 +21,36 @@ class _Controller:
     """Firmware: follows commands at once and senses what it was told."""
 
     def __init__(self, greeting: str = "pneumorph 3") -> None:
-        self._end, other = pty.openpty()
-        self.port = os.ttyname(other)
+        self._end, self._other = pty.openpty()
+        self.port = os.ttyname(self._other)
+        self.received: list[str] = []
         self.greeting = greeting
         self.pressure = "0.00,0.00,0.00"
         self.fault = ""
         self.vented = threading.Event()
-        threading.Thread(target=self._serve, daemon=True).start()
+        self._pulled = threading.Event()
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def unplug(self) -> None:
+        """Pull the cable: the port's other end is gone when this returns."""
+        self._pulled.set()
+        self._thread.join()
 
     def _serve(self) -> None:
         received = b""
-        while True:
-            try:
-                received += os.read(self._end, 1024)
-            except OSError:
-                return
+        while not self._pulled.is_set():
+            if not select.select([self._end], [], [], 0.02)[0]:
+                continue
+            received += os.read(self._end, 1024)
             while b"\n" in received:
                 line, received = received.split(b"\n", 1)
                 self._obey(line.decode())
+        os.close(self._end)
+        os.close(self._other)
 
     def _obey(self, line: str) -> None:
+        self.received.append(line)
         if line.startswith("P "):
             self.pressure = line[2:]
         if line == "Z":
@@ -92,6 +103,28 @@ def test_bad_answers_are_errors_and_venting_still_works(
     controller.vented.clear()
     driver.vent()
     assert controller.vented.wait(1.0)
+
+
+def test_hard_limits_are_refused_by_the_driver(controller: _Controller) -> None:
+    driver = _driver(controller)
+    driver.open()
+    with pytest.raises(ValueError, match="channel 3: pressure 96 kPa is beyond the channel's hard"):
+        driver.command(np.array([0.0, 0.0, 96.0]))
+    driver.sense()  # answered after whatever was sent before
+    assert not any(line.startswith("P") for line in controller.received)
+    driver.close()
+
+
+@pytest.mark.parametrize("ask", ["sense", "command", "vent"])
+def test_a_pulled_cable_is_a_lost_connection(ask: str, controller: _Controller) -> None:
+    """Whatever pyserial raises then: termios.error is no OSError."""
+    driver = _driver(controller)
+    driver.open()
+    controller.unplug()
+    arguments = [np.zeros(3)] if ask == "command" else []
+    with pytest.raises(DriverError, match=r"was not sent|is lost|did not answer"):
+        getattr(driver, ask)(*arguments)
+    driver.close()
 
 
 def test_a_stranger_is_refused() -> None:

@@ -16,6 +16,7 @@ from pneumorph.hardware.supply_9129b import Supply9129B
 pytest.importorskip("pyvisa_sim")
 LIBRARY = f"{Path(__file__).with_name('bk_9129b.yaml')}@sim"
 BUSY_S = 0.1
+ZERO_VOLTS = (0.0, 0.0, 0.0)
 
 
 class _BusyInstrument:
@@ -54,7 +55,7 @@ def busy(monkeypatch: pytest.MonkeyPatch) -> _BusyInstrument:
 @pytest.fixture
 def supply() -> Iterator[Supply9129B]:
     opened = Supply9129B("ASRL1::INSTR", LIBRARY, command_time_s=BUSY_S)
-    opened.open()
+    opened.open(ZERO_VOLTS)
     yield opened
     opened.close()
 
@@ -62,7 +63,7 @@ def supply() -> Iterator[Supply9129B]:
 def test_commands_arrive_at_a_slow_instrument(busy: _BusyInstrument) -> None:
     """Nothing is lost although the instrument is deaf for 0.1 s after each message."""
     supply = Supply9129B("ASRL1::INSTR", LIBRARY, command_time_s=BUSY_S)
-    supply.open()
+    supply.open(ZERO_VOLTS)
     for volts in ([1.0, 2.0, 3.0], [9.0, 0.5, 0.25], [4.5, 4.5, 4.5]):
         supply.set_volts(volts)
     assert supply._query("APP:VOLT?") == "4.500,4.500,4.500"
@@ -75,7 +76,7 @@ def test_a_driver_in_a_hurry_would_lose_commands(busy: _BusyInstrument) -> None:
     """The instrument of the test above does punish haste."""
     hasty = Supply9129B("ASRL1::INSTR", LIBRARY, command_time_s=0.0, reply_timeout_s=0.1)
     with pytest.raises(DriverError):
-        hasty.open()
+        hasty.open(ZERO_VOLTS)
     assert busy.lost
 
 
@@ -89,14 +90,14 @@ def test_an_error_of_the_supply_is_raised(supply: Supply9129B) -> None:
 def test_another_instrument_is_refused() -> None:
     other = Supply9129B("ASRL2::INSTR", LIBRARY, command_time_s=0.0)
     with pytest.raises(DriverError, match="is 'Some Other, 1234', expected a BK Precision 9129B"):
-        other.open()
+        other.open(ZERO_VOLTS)
 
 
 def test_nothing_at_the_resource() -> None:
     pytest.importorskip("pyvisa_py")
     absent = Supply9129B("TCPIP::127.0.0.1::1::SOCKET", "@py", command_time_s=0.0)
     with pytest.raises(DriverError, match=r"\*IDN\?.*refused"):
-        absent.open()
+        absent.open(ZERO_VOLTS)
 
 
 def test_zero_connects_by_itself() -> None:

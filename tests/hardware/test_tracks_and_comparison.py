@@ -73,6 +73,20 @@ def test_what_is_no_track_is_refused(tmp_path: Path) -> None:
         read_track(tmp_path / "b.csv", VideoSettings(marker="foot"))
 
 
+@pytest.mark.parametrize("times", [[0.0, np.nan, 2.0], [0.0, 1.0, np.inf], [0.0, 1.0, 1.0]])
+def test_times_that_do_not_rise_are_no_track(times: list[float]) -> None:
+    with pytest.raises(ValueError, match="must be finite and rise"):
+        MarkerTrack(np.array(times), np.zeros((3, 2)))
+
+
+def test_points_without_a_score_are_trusted_by_nobody(tmp_path: Path) -> None:
+    head = "track,frame_idx,instance.score,disk.x,disk.y,disk.score\n"
+    rows = ["t,0,0.9,1,1,0.9", "t,1,0.9,999,999,nan", "t,2,0.9,999,999,", "t,3,0.9,4,1,0.8"]
+    (tmp_path / "track.csv").write_text(head + "\n".join(rows) + "\n")
+    track = read_track(tmp_path / "track.csv")
+    np.testing.assert_allclose(track.position_mm[:, 0], [1.0, 4.0])
+
+
 def test_a_log_cut_off_in_a_row_reads_to_the_row_before(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     with DeploymentLog(path, 3, {"driver": "test"}) as log:

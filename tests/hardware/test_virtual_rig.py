@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from helpers.faulty_rig import Pusher
 
-from pneumorph.command.robots import FullOptions, RobotOptions, Workshop
-from pneumorph.command.virtual_reality import VirtualReality
+from pneumorph.catalogue.paper_robot import (
+    HYPERELASTIC_PRESSURE_MAP,
+    LegName,
+    paper_leg_mesh,
+    paper_robot,
+    pressure_map,
+)
+from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
+from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.bend_test import equal_bend_pairs, simulated_bend_curve
@@ -22,47 +30,30 @@ from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.schedule import plan_schedule
 from pneumorph.hardware.trial import Trial
 from pneumorph.hardware.virtual_rig import VirtualRig, VirtualRigSettings, draw_reality
-from pneumorph.presets import paper_leg_mesh
+from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.trajectory import Trajectory
+from pneumorph.study.path_simulator import path_simulator
+from pneumorph.study.virtual_reality import VirtualReality
 
 QUIET = VirtualRigSettings(
     regulator_noise_kPa=0.0, sensor_noise_kPa=0.0, marker_noise_mm=0.0, resolution_kPa=1e-6
 )
 
 
-@dataclass
-class _Pusher:
-    """A robot that moves one millimetre a step for each kPa of regulator 1."""
-
-    def initial_state(self) -> float:
-        return 0.0
-
-    def rollout(
-        self, state: float, commands_kPa: np.ndarray, record_every: int = 5, *_: Any, **__: Any
-    ) -> tuple[float, Trajectory]:
-        x = state + np.concatenate([[0.0], np.cumsum(commands_kPa[:, 0])])
-        x = x if record_every == 1 else x[[0, -1]]
-        count = len(x)
-        places = np.column_stack([x, np.zeros(count), np.zeros(count)])
-        return float(x[-1]), Trajectory(
-            np.arange(count) * 0.01, places, np.tile(np.eye(3), (count, 1, 1)), places,
-            np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count),
-        )  # fmt: skip
-
-
 def test_regulators_lag_within_their_rate() -> None:
     """First order: c (1 - exp(-t / lag)); and never faster than the rate."""
     slow = replace(RigSettings(), rate_kPa_per_s=1e6)
-    rig = VirtualRig(_Pusher(), slow, QUIET, lag_s=0.2, time_step_s=0.01)
+    rig = VirtualRig(Pusher(), slow, QUIET, lag_s=0.2, time_step_s=0.01)
     rig.open()
     rig.command(np.array([40.0, 20.0, 0.0]))
     rig.clock.wait_until(0.3)
     np.testing.assert_allclose(
         rig.sense(), np.array([40.0, 20.0, 0.0]) * (1.0 - np.exp(-1.5)), atol=1e-5
     )
-    fast = VirtualRig(_Pusher(), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
+    fast = VirtualRig(Pusher(), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
     fast.open()
     fast.command(np.array([90.0, 0.0, 0.0]))
     fast.clock.wait_until(0.2)
@@ -77,7 +68,7 @@ def test_regulators_lag_within_their_rate() -> None:
 
 def test_noise_and_quantisation_are_those_asked_for() -> None:
     settings = replace(QUIET, sensor_noise_kPa=0.5, resolution_kPa=0.25)
-    rig = VirtualRig(_Pusher(), RigSettings(), settings, lag_s=0.0, time_step_s=0.01)
+    rig = VirtualRig(Pusher(), RigSettings(), settings, lag_s=0.0, time_step_s=0.01)
     rig.open()
     readings = np.array([rig.sense() for _ in range(2000)])
     np.testing.assert_allclose(readings / 0.25, np.round(readings / 0.25))
@@ -86,26 +77,95 @@ def test_noise_and_quantisation_are_those_asked_for() -> None:
 
 
 def test_hard_limits_hold_on_the_virtual_rig() -> None:
-    rig = VirtualRig(_Pusher(), RigSettings(), QUIET, lag_s=0.1, time_step_s=0.01)
+    rig = VirtualRig(Pusher(), RigSettings(), QUIET, lag_s=0.1, time_step_s=0.01)
     with pytest.raises(ValueError, match="channel 1: pressure 120 kPa is beyond"):
         rig.command(np.array([120.0, 0.0, 0.0]))
 
 
 def test_a_reality_is_off_by_its_seed() -> None:
-    first = draw_reality(VirtualRigSettings(seed=1))
-    assert draw_reality(VirtualRigSettings(seed=1)) == first
-    assert draw_reality(VirtualRigSettings(seed=2)) != first
+    published = PressureMap()
+    first = draw_reality(VirtualRigSettings(seed=1), published)
+    assert draw_reality(VirtualRigSettings(seed=1), published) == first
+    assert draw_reality(VirtualRigSettings(seed=2), published) != first
+
+
+@pytest.mark.parametrize("name", ["paper", "hyperelastic"])
+def test_the_true_pressure_map_is_off_from_the_one_that_was_asked_for(name: LegName) -> None:
+    """As much real pressure as from the published line: where bending begins, and its slope."""
+    published, asked = PressureMap(), pressure_map(name)
+    for seed in range(5):
+        settings = VirtualRigSettings(seed=seed)
+        usual = draw_reality(settings, published).pressure_map
+        truth = draw_reality(settings, asked).pressure_map
+        assert truth.slope / asked.slope == pytest.approx(usual.slope / published.slope)
+        shift = (truth.intercept_kPa - asked.intercept_kPa) / asked.slope
+        usual_shift = (usual.intercept_kPa - published.intercept_kPa) / published.slope
+        assert shift == pytest.approx(usual_shift, abs=1e-12)
+        # A twentieth and 3 of 4.08 simulated kPa, three deviations at most: never another leg's.
+        assert 0.85 < truth.slope / asked.slope < 1.15
+        assert abs(shift) < 2.4
+
+
+NOTHING_OFF = replace(
+    QUIET,
+    reality=Randomisation("1.2", "1", "1", "0", "0"),
+    pressure_slope_factor="1",
+    pressure_intercept_kPa="-20.361",
+    bend_noise_deg=0.0,
+)
+
+
+@pytest.mark.parametrize("name", ["paper", "hyperelastic"])
+def test_where_nothing_is_off_the_true_leg_bends_as_the_one_asked_for(name: LegName) -> None:
+    spec = paper_robot(name)
+    real_kPa = np.array([10.0, 30.0, 40.0])
+    measured = VirtualReality(spec, NOTHING_OFF, "reduced").bend_test(real_kPa)
+    simulated_kPa = pressure_map(name).simulated(real_kPa)
+    curve = simulated_bend_curve(
+        spec.module.reduced, spec.module.full.mesh, float(simulated_kPa.max()) + 10.0
+    )
+    # The map is drawn as factor and shift, which rounds.
+    np.testing.assert_allclose(measured, curve.bend(simulated_kPa), rtol=1e-9)
+    # Both maps make their leg bend as the real one does, to some kPa of 40.
+    assert 20.0 < measured[-1] < 60.0
+
+
+def test_the_full_robot_behind_the_rig_is_the_one_asked_for() -> None:
+    """Mesh, elements, materials, pressure map, hub and solver, with what is off on top."""
+    full = FullOptions(hub="rigid", integrator="implicit_euler", contact_sweeps=99)
+    physics = Physics(pressure_map=HYPERELASTIC_PRESSURE_MAP)
+    spec = RobotOptions(leg="hyperelastic", full=full, physics=physics).spec()
+    settings = replace(NOTHING_OFF, reality=Randomisation("0.9", "1.1", "1.2", "0", "0"))
+    reality = VirtualReality(spec, settings, "full")
+    robot = reality.rig(Design.parse("1.0.0.2.2.0.0.1"), RigSettings(), 1).robot
+    assert isinstance(robot, FullRobot)
+    leg, asked = robot.legs[0].part, spec.module.full
+    assert leg.mesh.digest() == asked.mesh.digest()
+    assert leg.material == asked.material.stiffer(1.1)
+    assert leg.membranes[0].material == asked.membranes[0].material.stiffer(1.1)
+    assert leg.mass_kg == pytest.approx(1.2 * asked.mass_kg)
+    assert isinstance(robot.hub, RigidHub)
+    assert robot.numerics.integrator == "implicit_euler"
+    assert robot.numerics.contact_sweeps == 99
+    assert robot.physics.pressure_map.slope == HYPERELASTIC_PRESSURE_MAP.slope
+
+
+def test_a_bend_test_beyond_what_the_leg_can_do_is_refused() -> None:
+    spec = paper_robot()
+    soft = replace(NOTHING_OFF, reality=Randomisation("1.2", "0.15", "1", "0", "0"))
+    with pytest.raises(ValueError, match=r"no equilibrium above .* real kPa, the bend test goes"):
+        VirtualReality(spec, soft, "reduced").bend_test(np.array([20.0, 90.0]))
 
 
 def test_calibration_finds_the_rigs_pressure_map() -> None:
     """The bend depends on pressure over modulus, so the line found is the true one over the
     modulus's factor: intercept and slope lie in their intervals (95 % each; this seed's do)."""
-    workshop = Workshop(RobotOptions())
-    reality = VirtualReality(workshop, VirtualRigSettings(seed=3), "reduced")
+    spec = paper_robot()
+    reality = VirtualReality(spec, VirtualRigSettings(seed=3), "reduced")
     pressures = np.repeat(np.arange(10.0, 91.0, 10.0), 3)
     bends = reality.bend_test(pressures)
     # To 360 kPa in steps of 20: some hundredths of a degree from the finer curve.
-    curve = simulated_bend_curve(workshop.leg, paper_leg_mesh(), 380.0, 20.0)
+    curve = simulated_bend_curve(spec.module.reduced, paper_leg_mesh(), 380.0, 20.0)
     pairs = equal_bend_pairs(pressures, bends, curve)
     line = fit_line(pairs.real_kPa, pairs.simulated_kPa)
     truth, factor = reality.reality.pressure_map, reality.reality.world.modulus_factor
@@ -116,11 +176,11 @@ def test_calibration_finds_the_rigs_pressure_map() -> None:
 
 def test_the_full_robot_behind_the_rig_moves(tmp_path: Path) -> None:
     """Finite elements for a fifth of a second: the whole path, not a result."""
-    workshop = Workshop(RobotOptions(full=FullOptions(hub="rigid")))
+    spec = paper_robot(hub_model="rigid")
     design = Design.parse("1.0.0.0.1.0.1.0")
     rig = RigSettings()
     settings = VirtualRigSettings(settling_steps=2)
-    driver = VirtualReality(workshop, settings, "full").rig(design, rig, 1)
+    driver = VirtualReality(spec, settings, "full").rig(design, rig, 1)
     gait = HeldGait(np.zeros(1), np.array([[40.0, 0.0, 0.0]]), 0.2)
     schedule = plan_schedule(gait, rig)
     with DeploymentLog(tmp_path / "log.csv", 3) as log:
@@ -137,10 +197,7 @@ def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
     truth must lie in the 95 % intervals widened twice, for two parameters of one seed whose errors
     are not normal: legs stick and slip.
     """
-    from pneumorph.command.calibrate import _path_simulator
-    from pneumorph.hardware.calibration import Calibration
-
-    workshop = Workshop(RobotOptions())
+    spec = paper_robot()
     design = Design.parse("1.0.0.2.2.0.0.1")
     settings = VirtualRigSettings(
         seed=4,
@@ -148,7 +205,7 @@ def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
         friction_between_trials=0.0,
     )
     rig = replace(RigSettings(), sample_interval_s=0.05)
-    virtual = VirtualReality(workshop, settings, "reduced")
+    virtual = VirtualReality(spec, settings, "reduced")
     driver = virtual.rig(design, rig, 1)
     with DeploymentLog(tmp_path / "log.csv", 3) as log:
         deploy(
@@ -159,7 +216,7 @@ def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
     known = Calibration(virtual.reality.pressure_map)
     fitted = fit_parameters(
         [trial],
-        _path_simulator(workshop, design, known),
+        path_simulator(spec, design, known),
         {"modulus_factor": 1.0, "friction": 1.2, "stiffness_damping_s": 0.1},
         0.01,
         ParameterFitSettings(names=("modulus_factor", "friction"), scan_count=3),

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
-from linear_solution import linear_solution, relative_error
-from surface_load import traction_load
+from helpers.box_mesh import box_mesh
+from helpers.linear_solution import linear_solution, relative_error
+from helpers.surface_load import traction_load
 
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
+from helpers.box_mesh import box_mesh
 
+from pneumorph.fem.element_stiffness import rotated_stiffness_entries
 from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticSettings, static_equilibrium
@@ -124,9 +125,12 @@ def test_group_matrices_add_up_to_the_sparse_matrix(body):
     x = wobbled(body)
     total = np.zeros((x.size, x.size))
     for group in body.element_groups:
-        for nodes, matrix in zip(group.connectivity, group.stiffness(x), strict=True):
+        triangles = rotated_stiffness_entries(group, x).T
+        for nodes, triangle in zip(group.connectivity, triangles, strict=True):
             unknowns = (3 * nodes[:, None] + np.arange(3)).ravel()
-            total[np.ix_(unknowns, unknowns)] += matrix
+            matrix = np.zeros((len(unknowns), len(unknowns)))
+            matrix[np.triu_indices(len(unknowns))] = triangle
+            total[np.ix_(unknowns, unknowns)] += matrix + np.triu(matrix, 1).T
     np.testing.assert_allclose(body.stiffness(x).toarray(), total, atol=1e-9)
 
 

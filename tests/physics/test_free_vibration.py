@@ -5,16 +5,16 @@ nu = 0, so that the axial mode is exact in three dimensions: pi / L sqrt(E / rho
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
+from helpers.box_mesh import box_mesh
 from scipy.integrate import simpson
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.soft_hub import SoftHub, SoftHubState
 from pneumorph.geometry.quadratic import quadratic_mesh
+from pneumorph.physics.physics import Physics
 
 YOUNG, DENSITY, LENGTH = 1000.0, 1e-6, 6.0
 AXIAL = np.pi / LENGTH * np.sqrt(YOUNG / DENSITY)
@@ -116,7 +116,7 @@ def oscillation(damping: str, step: float) -> tuple[float, float, float]:
     """Decay [1/s] and frequency [rad/s] of the axial mode in 40 steps; its undamped frequency."""
     part, along = axial_bar(1, True)
     frequency, mode = mode_like(part, along * [1.0, 0.0, 0.0], AXIAL)
-    settings = FullOrderSettings(
+    physics = Physics(
         time_step_s=step,
         damping=damping,
         mass_damping_per_s=ALPHA,
@@ -130,7 +130,7 @@ def oscillation(damping: str, step: float) -> tuple[float, float, float]:
     records = []
     for _ in range(40):
         records.append(mode @ (mass * (state.positions - part.rest_nodes).ravel()) / amplitude)
-        matrix, right = body.system(state, settings)
+        matrix, right = body.system(state, physics)
         state = body.advance(state, np.linalg.solve(matrix, right), step)
     # A damped oscillation has q_2 = s q_1 - d q_0 with roots exp((-decay +- i omega) h).
     q = np.array(records)

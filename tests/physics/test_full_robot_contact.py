@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
+from helpers.box_mesh import box_mesh
 
 from pneumorph.fem.floor import Floor, HeightField
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -17,6 +17,7 @@ from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
 from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.physics.physics import Physics
 
 GRAVITY = 9800.0
 MASS = 0.03 + 2 * 0.02
@@ -37,10 +38,14 @@ def block(floor: Floor | None = None, **changes: object) -> FullRobot:
     bottom = middle.nodes[middle.nodes[:, 2] < 1e-9]
     place = Pose(np.eye(3), np.array([8.0, -6.0, 0.0]))
     mounts = [(part, Pose(rotation_about("z", angle)).compose(place), 0) for angle in (0.0, 180.0)]
-    settings = FullOrderSettings(
-        **({"floor_height_mm": 0.0, "regulator_count": 1, "mass_damping_per_s": 0.0} | changes)
-    )
-    return FullRobot(RigidHub(middle, 0.03, bottom), mounts, settings, floor=floor)
+    numerical = {each.name for each in dataclasses.fields(FullOrderSettings)}
+    numerics = FullOrderSettings(**{k: v for k, v in changes.items() if k in numerical})
+    physics = Physics(
+        **({"floor_height_mm": 0.0, "regulator_count": 1, "mass_damping_per_s": 0.0}
+           | {k: v for k, v in changes.items() if k not in numerical})
+    )  # fmt: skip
+    hub = RigidHub(middle, 0.03, bottom)
+    return FullRobot(hub, mounts, physics, floor=floor, numerics=numerics)
 
 
 def placed(robot: FullRobot, rotation=None, offset=(0.0, 0.0, 0.0), velocity=(0.0, 0.0, 0.0)):
@@ -84,7 +89,7 @@ def total_impulse(robot: FullRobot, state: FullRobotState) -> np.ndarray:
 def test_the_floor_carries_the_weight(slope):
     robot = block(floor_slope_deg=slope)
     state = run(robot, robot.initial_state(), 60)[-1]
-    expected = -0.01 * MASS * robot.settings.gravity_vector
+    expected = -0.01 * MASS * robot.physics.gravity_vector
     # The block settles by d = 2.5e-4 mm under its weight, relaxing by 1 / (1 + h / beta) a step,
     # beta 0.1 s: after 60 steps m d h / beta^2 / 1.1^60 = 6e-8 mN s are not yet carried.
     np.testing.assert_allclose(total_impulse(robot, state), expected, atol=1e-7)

@@ -2,20 +2,20 @@
 
 import numpy as np
 import pytest
-from small_robot import small_robot
+from helpers.small_robot import small_robot
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_model import leg_model
 from pneumorph.fem.rigid_hub import RigidHub, rotation_of
 from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.physics.physics import Physics
 
 
 @pytest.mark.parametrize("soft", [False, True])
 def test_free_fall(soft):
     """Every point falls alike, along a gravity that leans: (1 + alpha h) v_new = v + h g."""
-    settings = FullOrderSettings(floor_height_mm=-1e6, floor_slope_deg=20.0, regulator_count=2)
-    robot = small_robot(settings, soft)
+    physics = Physics(floor_height_mm=-1e6, floor_slope_deg=20.0, regulator_count=2)
+    robot = small_robot(physics, soft)
     state = robot.initial_state()
     speed, fallen = np.zeros(3), np.zeros(3)
     slope = np.radians(20.0)
@@ -47,8 +47,8 @@ def test_mirror_image_robots_walk_mirror_image_paths(leg_mesh):
         mesh = type(leg_mesh)(hub_nodes, [[0, 1, 2, 4]])
         hub = RigidHub(mesh, 0.075)
         mounts = [(leg, mounting.pose(place), number) for number, place in enumerate(places)]
-        settings = FullOrderSettings(regulator_count=2)
-        robot = FullRobot(hub, mounts, settings, np.array([0.0, 0.0, 45.0]))
+        physics = Physics(regulator_count=2)
+        robot = FullRobot(hub, mounts, physics, np.array([0.0, 0.0, 45.0]))
         state, path = robot.rollout(
             robot.initial_state(), np.tile([60.0, 0.0], (10, 1)), 5, record_nodes=False
         )

@@ -5,7 +5,7 @@ The closed forms hold to rounding: 1e-12 of stresses of about E.
 
 import numpy as np
 import pytest
-from law_cases import LAWS, SOLID_LAWS, points
+from helpers.law_cases import LAWS, SOLID_LAWS, case_material, points
 from scipy.optimize import brentq
 
 from pneumorph.fem.law import Law
@@ -14,7 +14,7 @@ from pneumorph.fem.material import Material
 
 YOUNG, POISSON = 100.0, 0.4
 STRETCHES = np.array([0.7, 0.9, 1.0, 1.2, 1.5])
-CLOSED_FORMS = [case for case in LAWS if case[0] != "isochoric_neo_hookean"]
+CLOSED_FORMS = [case for case in LAWS if case[0] not in ("isochoric_neo_hookean", "yeoh")]
 
 
 def uniaxial(name: str, stretch: float, poisson: float = POISSON) -> tuple[float, float]:
@@ -105,7 +105,7 @@ def test_rubber_becomes_incompressible(name, stretch):
 @pytest.mark.parametrize("name", SOLID_LAWS)
 def test_small_strain_is_hookes(name):
     """Tension and shear of 1e-6: E and mu to the strain's own size."""
-    material = Material(YOUNG, POISSON, name)
+    material = case_material(name, YOUNG, POISSON)
     law, strain = make_law(material, 3), 1e-6
     pulled = np.diag([1.0 + strain, 1.0 - POISSON * strain, 1.0 - POISSON * strain])
     sheared = np.eye(3)

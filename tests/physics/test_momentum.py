@@ -7,12 +7,12 @@ changes no moment of M v'. So both momenta are kept exactly, whatever the step.
 
 import numpy as np
 import pytest
-from element_cases import ORDERS, box_part, wobbled
-from law_cases import SOLID_LAWS
+from helpers.element_cases import ORDERS, box_part, wobbled
+from helpers.law_cases import SOLIDS
 
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.soft_hub import SoftHub, SoftHubState
+from pneumorph.physics.physics import Physics
 
 STEP = 0.002
 STEPS = 25
@@ -26,7 +26,7 @@ def momenta(part: PartModel, state: SoftHubState) -> tuple[np.ndarray, np.ndarra
 
 def drift(part: PartModel, damping: str) -> tuple[float, float]:
     """Change of both momenta in 25 steps of 2 ms, relative to what they are at the start."""
-    settings = FullOrderSettings(
+    physics = Physics(
         time_step_s=STEP, damping=damping, mass_damping_per_s=0.0, gravity_mm_per_s2=0.0
     )
     body = SoftHub(part)
@@ -35,7 +35,7 @@ def drift(part: PartModel, damping: str) -> tuple[float, float]:
     state = SoftHubState(start, spin.ravel())
     before = momenta(part, state)
     for _ in range(STEPS):
-        matrix, right = body.system(state, settings)
+        matrix, right = body.system(state, physics)
         state = body.advance(state, np.linalg.solve(matrix, right), STEP)
     assert np.abs(state.positions - start).max() > 0.5
     changes = [
@@ -46,7 +46,7 @@ def drift(part: PartModel, damping: str) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("law", SOLID_LAWS)
+@pytest.mark.parametrize("law", SOLIDS)
 def test_objective_damping_keeps_both_momenta(law, order):
     linear, angular = drift(box_part(law, order), "objective")
     # Rounding of each solve, 1e-16 times the condition of M + h (h + beta) K, up to 1e4.
@@ -54,7 +54,7 @@ def test_objective_damping_keeps_both_momenta(law, order):
     assert angular < 1e-10
 
 
-@pytest.mark.parametrize("law", SOLID_LAWS)
+@pytest.mark.parametrize("law", SOLIDS)
 def test_published_damping_takes_a_stressed_bodys_spin(law):
     """Its K is blind to translations alone."""
     linear, angular = drift(box_part(law, "quadratic"), "published")

@@ -5,23 +5,27 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pneumorph.comparison.bend_error import compare_bend
-from pneumorph.geometry.pose import rotation_about
-from pneumorph.presets import (
-    full_leg,
+from pneumorph.catalogue.paper_robot import (
     hyperelastic_leg_mesh,
     load_default_leg,
-    paper_full_robot,
+    paper_leg,
     paper_leg_mesh,
     paper_leg_model,
-    paper_robot_builder,
+    paper_robot,
 )
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.geometry.pose import rotation_about
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
-from pneumorph.simulation import BatchedSimulator, RobotStatus, SimulationSettings
+from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
+from pneumorph.simulation.stepper_settings import StepperSettings
+from pneumorph.study.bend_error import compare_bend
 
-BUILD = paper_robot_builder()
+BUILD = paper_robot().assembly
 COMMANDS = np.array([[90.0, 0.0, 20.0], [60.0, 90.0, 0.0], [0.0, 70.0, 90.0], [0.0, 0.0, 0.0]])
-TIGHT = {"contact_tolerance_mm_per_s": 1e-6, "contact_sweeps": 5000}
+TIGHT = StepperSettings(
+    contact_tolerance_mm_per_s=1e-6, contact_sweeps=5000, element_precision="double"
+)
 
 
 def walk(simulator: BatchedSimulator, seconds_each: float = 0.6) -> np.ndarray:
@@ -49,8 +53,7 @@ def test_mirror_image_designs_walk_mirror_image_paths(damping):
     order in which Gauss-Seidel visits the contacts differ."""
     designs = [Design.parse(text) for text in ("1.0.2.2.2.3.0.1", "1.0.0.2.3.0.0.0")]
     robots = [BUILD(each) for design in designs for each in (design, design.mirror())]
-    settings = SimulationSettings(damping=damping, element_precision="double", **TIGHT)
-    path = walk(BatchedSimulator(robots, settings))
+    path = walk(BatchedSimulator(robots, Physics(damping=damping), TIGHT))
     difference = path[:, ::2] - path[:, 1::2] * [1.0, -1.0, 1.0]
     travelled = np.abs(path - path[0]).max()
     assert travelled > 5.0
@@ -62,11 +65,10 @@ def test_mirror_image_designs_walk_mirror_image_paths(damping):
 def test_a_turned_robot_walks_the_turned_path():
     """Modes live in the hub's frame: a robot that starts turned by any yaw keeps its shape."""
     robot = BUILD(Design.parse("1.0.2.2.2.3.0.1"))
-    settings = SimulationSettings(element_precision="double", **TIGHT)
-    straight = walk(BatchedSimulator([robot], settings))[:, 0]
+    straight = walk(BatchedSimulator([robot], stepper=TIGHT))[:, 0]
     for yaw in (90.0, 180.0, 211.0):
         turn = rotation_about("z", yaw)
-        simulator = BatchedSimulator([robot], settings)
+        simulator = BatchedSimulator([robot], stepper=TIGHT)
         simulator.write(0, "rotation", turn)
         path = walk(simulator)[:, 0]
         # The friction cone is round, so only rounding and the solver's tolerance differ.
@@ -76,10 +78,10 @@ def test_a_turned_robot_walks_the_turned_path():
 def test_a_released_robot_comes_to_rest_and_to_its_shape():
     """No gravity, no floor, no pressure: damping takes all energy of deformation."""
     robot = BUILD(Design.parse("1.0.0.2.2.0.0.1"))
-    settings = SimulationSettings(
+    physics = Physics(
         gravity_mm_per_s2=0.0, floor_height_mm=-1e6, damping="objective", mass_damping_per_s=0.0
     )
-    simulator = BatchedSimulator([robot], settings)
+    simulator = BatchedSimulator([robot], physics)
     simulator.advance(np.array([[40.0, 40.0, 0.0]]), 100)
     assert np.abs(simulator.read("modes")).max() > 1.0
     simulator.advance(np.zeros((1, 3)), 400)
@@ -92,7 +94,7 @@ def test_a_released_robot_comes_to_rest_and_to_its_shape():
 
 def test_no_point_of_a_walking_robot_sinks_into_the_floor():
     robots = [BUILD(Design.parse(text)) for text in ("1.0.2.2.2.3.0.1", "1.0.0.2.2.0.0.1")]
-    simulator = BatchedSimulator(robots, SimulationSettings())
+    simulator = BatchedSimulator(robots)
     simulator.advance(np.zeros((2, 3)), 15)
     simulator.clear_counters()
     walk(simulator)
@@ -102,12 +104,14 @@ def test_no_point_of_a_walking_robot_sinks_into_the_floor():
 
 
 def test_the_full_robot_stands_on_the_slope_of_the_reduced_one():
-    settings = SimulationSettings(floor_slope_deg=10.0)
-    robot = paper_full_robot(
-        Design.parse("1.0.0.2.2.0.0.1"), settings, "rigid", friction_solver="gauss_seidel"
+    spec = paper_robot(
+        physics=Physics(floor_slope_deg=10.0),
+        hub_model="rigid",
+        full_order=FullOrderSettings(friction_solver="gauss_seidel"),
     )
-    np.testing.assert_array_equal(robot.settings.gravity_vector, settings.gravity_vector)
-    assert robot.settings.friction_solver == "gauss_seidel"
+    full, reduced = spec.full("1.0.0.2.2.0.0.1"), spec.reduced("1.0.0.2.2.0.0.1")
+    assert full.physics == reduced.physics == spec.physics
+    assert full.numerics.friction_solver == "gauss_seidel"
 
 
 def test_the_leg_that_ships_bends_like_its_full_model():
@@ -120,5 +124,7 @@ def test_the_leg_that_ships_bends_like_its_full_model():
 
 def test_the_hyperelastic_leg_that_ships_bends_like_its_full_model():
     """Its report has 5.5 % at worst; 21.7 degrees here."""
-    measured = compare_bend(full_leg("hyperelastic"), load_default_leg("hyperelastic"), (19.0,))
+    measured = compare_bend(
+        paper_leg("hyperelastic").full, load_default_leg("hyperelastic"), (19.0,)
+    )
     assert measured.error_percent < 5.5

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from element_cases import ORDERS, irregular_box
-from law_cases import SHEET_LAWS, SOLID_LAWS
-from surface_load import traction_load
+from helpers.element_cases import ORDERS, irregular_box
+from helpers.law_cases import SHEET_LAWS, SOLIDS, case_material
+from helpers.surface_load import traction_load
 
 from pneumorph.fem.cavity import Cavity
 from pneumorph.fem.law_registry import make_law
@@ -35,9 +35,9 @@ def assert_patch(part: PartModel, noise: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("law", SOLID_LAWS)
+@pytest.mark.parametrize("law", SOLIDS)
 def test_solid(law, order):
-    part = PartModel(irregular_box(order), Material(100.0, 0.4, law), 0.1)
+    part = PartModel(irregular_box(order), case_material(law), 0.1)
     noise = np.random.default_rng(1).uniform(-0.05, 0.05, part.rest_nodes.shape)
     assert_patch(part, noise)
 
@@ -53,10 +53,10 @@ def test_sheet(law, order):
 
 
 @pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("law", SOLID_LAWS)
+@pytest.mark.parametrize("law", SOLIDS)
 def test_even_pressure_all_round_makes_an_even_stress(law, order):
     """At F = s I the surface load p dV/dx with p = -P(s) / s^2 balances every node exactly."""
-    mesh, stretch, material = irregular_box(order), 0.9, Material(100.0, 0.4, law)
+    mesh, stretch, material = irregular_box(order), 0.9, case_material(law)
     part = PartModel(mesh, material, 0.1)
     x = stretch * mesh.nodes
     pressure = -make_law(material, 3).stress(stretch * np.eye(3)[:, :, None])[0, 0, 0] / stretch**2

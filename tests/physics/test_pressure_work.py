@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from element_cases import box_part
+from helpers.element_cases import box_part
 
 from pneumorph.fem.static import StaticSettings, static_equilibrium
 

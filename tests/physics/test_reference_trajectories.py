@@ -10,11 +10,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.paper_robot import paper_leg_model, paper_robot
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.full_robot import FullRobot, FullRobotState
 from pneumorph.fem.static import StaticSettings, static_equilibrium
-from pneumorph.presets import paper_full_robot, paper_leg_model
-from pneumorph.robot.design import Design
 
 REFERENCE_BEND_DEG = {20.0: 8.2107, 80.0: 31.8922}
 """Turn of the free end face by simulated pressure [kPa]; the other end face is held."""
@@ -55,7 +54,7 @@ def test_bend_of_a_held_leg():
 
 
 def test_settled_pose_of_the_baseline():
-    robot = paper_full_robot(Design.parse("1.0.0.2.2.0.0.1"))
+    robot = paper_robot().full("1.0.0.2.2.0.0.1")
     height, pitch, roll = pose(robot, robot.settled_state()) - SETTLED_BASELINE
     assert abs(height) < 0.3  # shipped mesh -0.11, gmsh -0.04; half the viscosity costs 0.4 mm
     assert np.hypot(pitch, roll) < 0.1  # its meshes are not mirror symmetric: 0.01 degrees
@@ -67,7 +66,7 @@ def test_two_legs_lift_the_robot_as_the_reference_does():
     Legs of other meshes and a disk of 16 corners instead of 20 change height, pitch and roll by up
     to 0.1 mm, 0.2 and 0.1 degrees here; half the viscosity changes them by 0.4 mm and 0.5 degrees.
     """
-    robot = paper_full_robot(Design.parse("1.0.2.0.0.0.0.0"))
+    robot = paper_robot().full("1.0.2.0.0.0.0.0")
     state = robot.settled_state()
     command = np.array([90.0, 0.0, 0.0])
     for step in range(31):

@@ -1,4 +1,4 @@
-"""A thick rubber balloon: finite inflation of a neo-Hookean spherical shell.
+"""A thick rubber balloon: finite inflation of a spherical shell of neo-Hookean and Yeoh's rubber.
 
 An octant with its three planes of symmetry, quadratic tetrahedra. The reference is the radial
 equation of equilibrium, dP_r/dR + 2 (P_r - P_t) / R = 0, solved as a boundary value problem.
@@ -6,14 +6,19 @@ equation of equilibrium, dP_r/dR + 2 (P_r - P_t) / R = 0, solved as a boundary v
 
 import numpy as np
 import pytest
-from round_mesh import round_sector, symmetry_unknowns
-from scipy.integrate import solve_bvp
+from helpers.law_cases import points
+from helpers.round_mesh import round_sector, symmetry_unknowns
+from scipy.integrate import solve_bvp, solve_ivp
+from scipy.optimize import brentq
 from scipy.sparse.linalg import splu
 
 from pneumorph.fem.assembly import Assembly
 from pneumorph.fem.cavity import Cavity
+from pneumorph.fem.law import Law
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.yeoh import Yeoh
+from pneumorph.fem.yeoh_constants import yeoh_material
 
 INNER, OUTER, YOUNG = 1.0, 2.0, 100.0
 
@@ -57,14 +62,42 @@ def inner_radius(pressure: float, material: Material) -> float:
     return float(solution.y[0, 0])
 
 
-def inflated(part: PartModel, bore: Cavity, pressure: float) -> np.ndarray:
-    """Newton's method in three load steps on the unknowns that symmetry leaves free."""
+def shell_pressure(law: Law, inner_stretch: float) -> float:
+    """Pressure that inflates a shell of any law to a hoop stretch of its bore, by shooting.
+
+    From the bore outward dr/dR = s and dP_r/dR = -2 (P_r - P_t) / R, s(P_r, r / R) by the law; the
+    radial stress at the bore is sought that leaves none outside.
+    """
+
+    def stress(radial: float, hoop: float) -> np.ndarray:
+        return law.stress(points(np.diag([radial, hoop, hoop])))[:, :, 0]
+
+    def rates(place: float, state: np.ndarray) -> list[float]:
+        hoop, radial_stress = state[0] / place, state[1]
+        kept = hoop**-2
+        radial = brentq(
+            lambda s: stress(s, hoop)[0, 0] - radial_stress, 0.9 * kept, 1.1 * kept, xtol=1e-14
+        )
+        return [radial, -2.0 * (radial_stress - stress(radial, hoop)[1, 1]) / place]
+
+    def outside(radial_stress: float) -> float:
+        start = [INNER * inner_stretch, radial_stress]
+        return solve_ivp(rates, (INNER, OUTER), start, rtol=1e-9, atol=1e-9).y[1, -1]
+
+    found = brentq(outside, -1000.0, 0.0, xtol=1e-9)
+    return -found / inner_stretch**2
+
+
+def inflated(
+    part: PartModel, bore: Cavity, pressure: float, shares: tuple[float, ...] = (0.4, 0.75, 1.0)
+) -> np.ndarray:
+    """Newton's method in load steps on the unknowns that symmetry leaves free."""
     fixed = symmetry_unknowns(part.mesh)
     free = np.setdiff1d(np.arange(3 * part.node_count), fixed)
     follower = Assembly(part.node_count, [bore.triangles])
     rows, columns = np.triu_indices(9)
     x = part.rest_nodes.copy()
-    for load in pressure * np.array([0.4, 0.75, 1.0]):
+    for load in pressure * np.array(shares):
         for _ in range(12):
             residual = (part.internal_force(x, "polar") + load * bore.gradient(x)).ravel()[free]
             if np.linalg.norm(residual) < 1e-9 * pressure:
@@ -107,3 +140,31 @@ def test_inflated_shell():
     # through the wall errs by 6 %, two by 1.1 %, three by 0.4 % (measured), so 2.5 and 2.75.
     assert errors[1] < 0.02
     assert np.log2(errors[0] / errors[1]) > 2.0
+
+
+def test_shooting_finds_the_closed_form_of_incompressible_rubber():
+    """C2 = C3 = 0 is neo-Hookean: the pressure tends to the closed form in proportion to mu / K."""
+    c1 = 20.0
+    exact = incompressible_pressure(1.5, 2.0 * c1)
+    errors = [
+        shell_pressure(Yeoh(yeoh_material(c1, bulk_over_shear=ratio), 3), 1.5) / exact - 1.0
+        for ratio in (1e3, 1e4)
+    ]
+    assert abs(errors[0]) < 5e-3
+    assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.05)
+
+
+def test_inflated_shell_of_nearly_incompressible_silicone():
+    """Yeoh's Dragon Skin 30 at K / mu = 200, one and two elements through the wall."""
+    material, stretch = yeoh_material(86.6, 13.8, -1.47, bulk_over_shear=200.0), 1.5
+    pressure = shell_pressure(Yeoh(material, 3), stretch)
+    errors = []
+    for cells in (2, 4):
+        mesh = round_sector(cells, 3, quadratic=True)
+        part = PartModel(mesh, material, 0.1)
+        triangles = mesh.surface_connectivity("inner")
+        x = inflated(part, Cavity.of_surface(triangles), pressure, tuple(np.linspace(0.1, 1.0, 10)))
+        radius = np.linalg.norm(x[np.unique(triangles)], axis=1).mean()
+        errors.append((radius - INNER * stretch) / (INNER * (stretch - 1.0)))
+    # Where four points hold the volume, one element misses 6 to 7 % (above, and at this K).
+    assert np.abs(errors).max() < 0.01, errors

@@ -4,17 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_robot import small_robot
+from helpers.small_robot import small_robot
 
 from pneumorph.fem.floor import HeightField
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.time_integration import StepError
-from pneumorph.pressure import PressureMap
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
 
 INTEGRATORS = ("linearly_implicit", "implicit_euler")
-FLYING = FullOrderSettings(
+FLYING = Physics(
     floor_height_mm=-1e6,
     regulator_count=2,
     mass_damping_per_s=0.0,
@@ -24,12 +25,13 @@ FLYING = FullOrderSettings(
     pressure_map=PressureMap(1.0, 0.0),
     damping="objective",
 )
+IMPLICIT = FullOrderSettings(integrator="implicit_euler")
 PRESSURE = np.array([20.0, 10.0])
 
 
-def flown(settings: FullOrderSettings, duration_s: float, soft: bool = True) -> FullRobotState:
-    robot = small_robot(settings, soft)
-    commands = np.tile(PRESSURE, (round(duration_s / settings.time_step_s), 1))
+def flown(physics: Physics, integrator: str, duration_s: float) -> FullRobotState:
+    robot = small_robot(physics, soft=True, numerics=FullOrderSettings(integrator=integrator))
+    commands = np.tile(PRESSURE, (round(duration_s / physics.time_step_s), 1))
     state, trajectory = robot.rollout(robot.initial_state(), commands, 1000, record_nodes=False)
     assert trajectory.status == "completed"
     return state
@@ -43,22 +45,23 @@ def test_first_order_convergence(integrator, damping):
     With the limit extrapolated from the two finest runs (Richardson), the errors of 4 and 2 ms
     would be as 2 to 1 but for terms of second order, some 5 % here.
     """
-    base = replace(FLYING, integrator=integrator, damping=damping)
+    base = replace(FLYING, damping=damping)
     ends = [
-        flown(replace(base, time_step_s=step), 0.016).positions[0] for step in (4e-3, 2e-3, 1e-3)
+        flown(replace(base, time_step_s=step), integrator, 0.016).positions[0]
+        for step in (4e-3, 2e-3, 1e-3)
     ]
     limit = 2.0 * ends[2] - ends[1]
     coarse, fine = (np.linalg.norm(end - limit) for end in ends[:2])
     assert coarse / fine == pytest.approx(2.0, rel=0.1)
     other = INTEGRATORS[1 - INTEGRATORS.index(integrator)]
-    swapped = flown(replace(base, time_step_s=1e-3, integrator=other), 0.016).positions[0]
+    swapped = flown(replace(base, time_step_s=1e-3), other, 0.016).positions[0]
     assert np.linalg.norm(swapped - limit) < fine
 
 
 def gravitational(robot: FullRobot, state: FullRobotState) -> float:
     """Energy of height [mJ]."""
     height = sum(float(part.node_mass @ x[:, 2]) for part, x, _ in robot.bodies(state))
-    return 1e-3 * robot.settings.gravity_mm_per_s2 * height
+    return 1e-3 * robot.physics.gravity_mm_per_s2 * height
 
 
 def energy(robot: FullRobot, state: FullRobotState) -> float:
@@ -71,7 +74,7 @@ def energy(robot: FullRobot, state: FullRobotState) -> float:
 
 def dissipated(robot: FullRobot, state: FullRobotState) -> float:
     """Power lost to damping of mass and stiffness [mW]."""
-    alpha, beta = robot.settings.mass_damping_per_s, robot.settings.stiffness_damping_s
+    alpha, beta = robot.physics.mass_damping_per_s, robot.physics.stiffness_damping_s
     return 1e-3 * sum(
         alpha * float(part.node_mass @ np.sum(v**2, axis=1))
         + beta * float(v.ravel() @ (part.objective_stiffness(x) @ v.ravel()))
@@ -89,7 +92,8 @@ def test_work_is_stored_or_dissipated(integrator):
     losses = []
     heavy = replace(FLYING, gravity_mm_per_s2=2000.0, mass_damping_per_s=3.0)
     for step in (2e-3, 1e-3):
-        robot = small_robot(replace(heavy, integrator=integrator, time_step_s=step), soft=True)
+        numerics = FullOrderSettings(integrator=integrator)
+        robot = small_robot(replace(heavy, time_step_s=step), soft=True, numerics=numerics)
         lost, work = 0.0, 0.0
         state = robot.initial_state()
         height = gravitational(robot, state)
@@ -150,8 +154,7 @@ def test_implicit_euler_keeps_angular_momentum_to_first_order():
     lost is of first order, and linear momentum is kept."""
     lost = []
     for step, count in ((1e-2, 10), (5e-3, 20)):
-        settings = replace(FLYING, integrator="implicit_euler", time_step_s=step)
-        robot = small_robot(settings, soft=True)
+        robot = small_robot(replace(FLYING, time_step_s=step), soft=True, numerics=IMPLICIT)
         state = spinning(robot)
         before = momenta(robot, state)
         for _ in range(count):
@@ -164,8 +167,7 @@ def test_implicit_euler_keeps_angular_momentum_to_first_order():
 
 def test_implicit_euler_starts_from_a_deformed_body_at_rest():
     """No gravity, no pressure, no velocity: only elastic forces are at work."""
-    settings = replace(FLYING, integrator="implicit_euler", time_step_s=1e-3)
-    robot = small_robot(settings, soft=False)
+    robot = small_robot(replace(FLYING, time_step_s=1e-3), soft=False, numerics=IMPLICIT)
     state = robot.initial_state()
     bent = []
     for leg, x in zip(robot.legs, state.positions, strict=True):
@@ -179,17 +181,16 @@ def test_implicit_euler_starts_from_a_deformed_body_at_rest():
 
 def test_a_halved_step_reports_its_worst_part_and_all_its_impulses():
     """On the floor, and halved by force: the impulses of the parts carry the weight of both."""
-    settings = FullOrderSettings(floor_height_mm=0.0, regulator_count=2)
-    robot = small_robot(settings)
+    robot = small_robot(Physics(floor_height_mm=0.0, regulator_count=2))
     state, _ = robot.rollout(robot.initial_state(), np.zeros((150, 2)), record_nodes=False)
     calls = []
     undivided = robot._undivided
 
-    def failing_first(state, command, settings):
-        calls.append(settings.time_step_s)
+    def failing_first(state, command, physics):
+        calls.append(physics.time_step_s)
         if len(calls) == 1:
             raise StepError("for the test")
-        new = undivided(state, command, settings)
+        new = undivided(state, command, physics)
         return replace(new, contact_residual=5.0) if len(calls) == 2 else new
 
     robot._undivided = failing_first
@@ -204,8 +205,7 @@ def test_a_floor_without_height_ends_the_run():
     def pit(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return np.where(np.abs(x) < 5.0, 0.0, np.nan) + 0.0 * y
 
-    settings = FullOrderSettings(regulator_count=2)
-    robot = small_robot(settings)
+    robot = small_robot(Physics(regulator_count=2))
     robot.floor = HeightField(pit)
     _, trajectory = robot.rollout(robot.initial_state(), np.zeros((5, 2)), record_nodes=False)
     assert trajectory.status == "diverged"
@@ -219,8 +219,8 @@ def test_settled_shape_does_not_depend_on_the_step(integrator):
     """Pressure is a force in equilibrium with elasticity: no step length enters."""
     ends = []
     for step in (1e-2, 2.5e-3):
-        settings = replace(FLYING, integrator=integrator, time_step_s=step, stiffness_damping_s=0.1)
-        robot = small_robot(settings, soft=False)
+        physics = replace(FLYING, time_step_s=step, stiffness_damping_s=0.1)
+        robot = small_robot(physics, numerics=FullOrderSettings(integrator=integrator))
         commands = np.tile(PRESSURE, (round(1.0 / step), 1))
         state, _ = robot.rollout(robot.initial_state(), commands, 10000, record_nodes=False)
         x = robot.leg_nodes_in_hub_frame(state)[0]
@@ -233,14 +233,14 @@ def test_settled_shape_does_not_depend_on_the_step(integrator):
 
 def test_a_step_that_fails_is_halved_and_reported():
     """A sudden 60 kPa takes 15 Newton iterations at 10 ms and 8 at 2.5 ms: allow 10."""
-    few = replace(FLYING, integrator="implicit_euler", time_step_s=0.01, newton_iterations=10)
+    few = replace(IMPLICIT, newton_iterations=10)
     command = 3.0 * PRESSURE
-    robot = small_robot(few, soft=False)
+    robot = small_robot(replace(FLYING, time_step_s=0.01), numerics=few)
     start = robot.initial_state()
     halved = robot.step(start, command)
     assert halved.substeps == 4
     # The parts are the steps of a robot that moves by them.
-    fine = small_robot(replace(few, time_step_s=0.0025), soft=False)
+    fine = small_robot(replace(FLYING, time_step_s=0.0025), numerics=few)
     state = start
     for _ in range(4):
         state = fine.step(state, command)
@@ -248,7 +248,7 @@ def test_a_step_that_fails_is_halved_and_reported():
     _, trajectory = robot.rollout(start, command[None], record_nodes=False)
     assert trajectory.metadata["steps"]["halved"] == 1
 
-    robot = small_robot(replace(few, step_halvings=1), soft=False)
+    robot = small_robot(replace(FLYING, time_step_s=0.01), numerics=replace(few, step_halvings=1))
     with pytest.raises(StepError, match=r"a step of 0\.005 s failed, 1 times halved: Newton's"):
         robot.step(start, command)
     state, trajectory = robot.rollout(start, command[None], record_nodes=False)

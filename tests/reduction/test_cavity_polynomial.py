@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from synthetic_part import synthetic_part, synthetic_reduced_part
+from helpers.synthetic_part import synthetic_part, synthetic_reduced_part
 
 from pneumorph.fem.cavity import Cavity
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial

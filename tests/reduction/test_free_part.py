@@ -6,13 +6,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from small_robot import small_leg
+from helpers.small_robot import small_leg
 
+from pneumorph.catalogue.paper_robot import disk_rim_points, paper_disk_mesh
 from pneumorph.fem.material import DiskMaterials, Material
 from pneumorph.fem.part_model import disk_model
 from pneumorph.fem.soft_hub import SoftHub, SoftHubState
 from pneumorph.geometry.pose import Pose, rotation_about
-from pneumorph.presets import disk_rim_points, paper_disk_mesh
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.free_part import hub_deformation, hub_snapshots
 from pneumorph.reduction.reduce import ReductionSettings, reduce_part
@@ -71,13 +71,13 @@ def test_a_soft_disk_is_reduced_like_a_leg(snapshots: Snapshots) -> None:
 
 
 def test_legs_of_other_parts_are_not_mixed() -> None:
-    from pneumorph.fem.full_order_settings import FullOrderSettings
     from pneumorph.fem.full_robot import FullRobot
+    from pneumorph.physics.physics import Physics
     from pneumorph.reduction.leg_recorder import LegRecorder
 
     legs = [(small_leg(), LEG_PLACES[0], 0), (small_leg(), LEG_PLACES[1], 1)]
     with pytest.raises(ValueError, match="must all be one part"):
-        LegRecorder(FullRobot(HUB, legs, FullOrderSettings(regulator_count=2)))
+        LegRecorder(FullRobot(HUB, legs, Physics(regulator_count=2)))
 
 
 def test_a_part_with_a_cavity_still_needs_its_bending(snapshots: Snapshots) -> None:

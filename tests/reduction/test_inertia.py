@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from synthetic_part import synthetic_part, synthetic_reduced_part
+from helpers.synthetic_part import synthetic_part, synthetic_reduced_part
 
 PART = synthetic_part()
 REDUCED = synthetic_reduced_part(6)

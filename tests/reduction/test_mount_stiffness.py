@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
-from synthetic_part import synthetic_part, vibration_modes
+from helpers.box_mesh import box_mesh
+from helpers.synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel

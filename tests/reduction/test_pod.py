@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sparse
-from synthetic_part import synthetic_part, vibration_modes
+from helpers.synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.reduction.pod import MIRROR, pod, project, truncation_error
 

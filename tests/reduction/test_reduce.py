@@ -6,12 +6,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from synthetic_part import synthetic_part
+from helpers.synthetic_part import synthetic_part
 
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.ecsw import EcswSettings
-from pneumorph.reduction.errors import bend_curve, force_errors
+from pneumorph.reduction.errors import force_errors, reduced_bend
 from pneumorph.reduction.reduce import ReductionSettings, reduce_part
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshots import Snapshots
@@ -88,7 +88,9 @@ def test_few_modes_and_elements_bend_nearly_as_the_full_model(model, reduction):
 def test_report_is_what_one_measures(model, snapshots, reduction):
     part, report = reduction
     bend = snapshots.of("bend")
-    curve = bend_curve(part, model.mesh, snapshots.displacement[bend], snapshots.pressure_kPa[bend])
+    curve = reduced_bend(
+        part, model.mesh, snapshots.displacement[bend], snapshots.pressure_kPa[bend]
+    )
     assert curve.worst_percent == pytest.approx(report.bend_error_percent)
     last = model.rest_nodes + snapshots.displacement[bend[-1]]
     assert curve.full_deg[-1] == pytest.approx(end_face_bend_deg(model.mesh, last))

@@ -8,13 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthetic_part import synthetic_part, synthetic_reduced_part, vibration_modes
+from helpers.element_cases import box_part
+from helpers.law_cases import MEAN
+from helpers.synthetic_part import synthetic_part, synthetic_reduced_part, vibration_modes
 
-from pneumorph.artefact import ArtefactError, save_artefact
+from pneumorph.base.artefact import ArtefactError, save_artefact
 from pneumorph.fem.material import Material
 from pneumorph.reduction.assemble import assemble_reduced_part
+from pneumorph.reduction.modal_equilibrium import modal_equilibrium
 from pneumorph.reduction.reduced_part import FORMAT_VERSION, ReducedPart
-from pneumorph.reduction.static_equilibrium import static_equilibrium
 
 PART = synthetic_part()
 MODE_COUNT = 8
@@ -58,9 +60,9 @@ def test_modes_are_mass_orthonormal_and_vanish_at_the_attachment():
 
 
 def test_equilibrium_at_rest_is_rest_and_small_pressures_bend_in_proportion():
-    assert np.abs(static_equilibrium(REDUCED, 0.0).alpha).max() < 1e-12  # rounding
-    small = static_equilibrium(REDUCED, 1e-3)
-    twice = static_equilibrium(REDUCED, 2e-3)
+    assert np.abs(modal_equilibrium(REDUCED, 0.0).alpha).max() < 1e-12  # rounding
+    small = modal_equilibrium(REDUCED, 1e-3)
+    twice = modal_equilibrium(REDUCED, 2e-3)
     assert small.converged
     assert twice.converged
     # The curvature of the response changes this by the order of the displacement, 1e-4 mm of 1 mm.
@@ -69,11 +71,11 @@ def test_equilibrium_at_rest_is_rest_and_small_pressures_bend_in_proportion():
 
 def test_equilibrium_refuses_a_pressure_that_is_not_finite():
     with pytest.raises(ValueError, match="pressure_kPa must be finite"):
-        static_equilibrium(REDUCED, np.nan)
+        modal_equilibrium(REDUCED, np.nan)
 
 
 def test_equilibrium_reports_that_it_did_not_converge():
-    result = static_equilibrium(REDUCED, 50.0, iteration_limit=1)
+    result = modal_equilibrium(REDUCED, 50.0, iteration_limit=1)
     assert not result.converged
     assert result.iterations == 1
 
@@ -159,3 +161,10 @@ def test_modes_of_another_mesh_are_refused():
     other = vibration_modes(synthetic_part((6, 4, 4)), 2)
     with pytest.raises(ValueError, match="modes must have shape"):
         assemble_reduced_part(PART, other)
+
+
+@pytest.mark.parametrize("law", ["yeoh", "stable_neo_hookean" + MEAN])
+def test_solids_that_a_reduced_part_cannot_keep_are_refused(law):
+    part = box_part(law, "quadratic")
+    with pytest.raises(ValueError, match="it can only be computed with as finite elements"):
+        assemble_reduced_part(part, np.zeros((part.node_count, 3, 1)))

@@ -2,9 +2,14 @@
 
 import numpy as np
 import pytest
-from element_cases import ORDERS
-from law_cases import SHEET_LAWS
-from synthetic_part import synthetic_mesh, synthetic_part, synthetic_reduced_part, vibration_modes
+from helpers.element_cases import ORDERS
+from helpers.law_cases import SHEET_LAWS
+from helpers.synthetic_part import (
+    synthetic_mesh,
+    synthetic_part,
+    synthetic_reduced_part,
+    vibration_modes,
+)
 
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel

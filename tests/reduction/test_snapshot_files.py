@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sparse
-from synthetic_part import synthetic_part, vibration_modes
+from helpers.synthetic_part import synthetic_part, vibration_modes
 
-from pneumorph.artefact import ArtefactError
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.reduction.compressed_snapshots import SnapshotCompressor
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.reduce import ReductionSettings, reduce_part

@@ -6,11 +6,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from box_mesh import box_mesh
-from synthetic_part import synthetic_part
+from helpers.box_mesh import box_mesh
+from helpers.synthetic_part import synthetic_part
 
-from pneumorph.artefact import ArtefactError
-from pneumorph.executor import ExecutorSettings
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.executor import ExecutorSettings
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose, rotation_about

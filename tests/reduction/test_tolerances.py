@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from synthetic_part import synthetic_part, vibration_modes
+from helpers.synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.ecsw import EcswSettings, ecsw

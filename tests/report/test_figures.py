@@ -7,15 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneumorph.report.bend_figure import bend_figure
-from pneumorph.report.distance_figure import distance_figure
-from pneumorph.report.entropy_figure import entropy_figure
-from pneumorph.report.path_figure import path_figure
-from pneumorph.report.phase_figure import phase_figure
+from pneumorph.report.learning_figures import entropy_figure, phase_figure, reward_figure
 from pneumorph.report.plan_view import plan_view_figure
-from pneumorph.report.pressure_figure import pressure_figure
-from pneumorph.report.reward_figure import reward_figure
+from pneumorph.report.reduction_figures import bend_figure
 from pneumorph.report.style import regulator_colour, save_figure
+from pneumorph.report.walk_figures import distance_figure, path_figure, pressure_figure
 
 
 def test_distance_is_in_centimetres_from_the_start(make_trajectory) -> None:

@@ -13,9 +13,9 @@ from pneumorph.report.film import FilmSettings, side_by_side, write_film, write_
 from pneumorph.report.frame_painter import FramePainter
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.scene import Actor
-from pneumorph.report.skin import with_skin_only
 
 SMALL = FilmSettings(width=240, frames_per_second=5)
+FROM_ABOVE = FilmSettings(width=480, azimuth_deg=0.0, elevation_deg=90.0)
 
 
 def test_mp4_has_the_length_of_the_trajectory(make_trajectory, tmp_path: Path) -> None:
@@ -35,8 +35,8 @@ def test_mp4_has_the_length_of_the_trajectory(make_trajectory, tmp_path: Path) -
 
 def test_the_robot_moves_by_its_distance_at_the_scale_of_the_film(make_trajectory) -> None:
     actor = Actor.of(make_trajectory(speed_mm_per_s=20.0), "a")
-    painter = FramePainter([actor], 480, azimuth_deg=0.0, elevation_deg=89.0)
-    first, last = painter.paint(0.0), painter.paint(2.0)
+    painter = FramePainter([actor], FROM_ABOVE)
+    first, last = np.asarray(painter.paint(0.0)), np.asarray(painter.paint(2.0))
 
     def left_edge(image: np.ndarray) -> int:
         # Legs are coloured, floor and disk and captions are grey.
@@ -47,11 +47,34 @@ def test_the_robot_moves_by_its_distance_at_the_scale_of_the_film(make_trajector
     assert moved_mm == pytest.approx(40.0, abs=1.5 / painter.pixels_per_mm)  # one pixel each end
 
 
+@pytest.mark.parametrize("upper", [0, 1])
+def test_the_nearer_of_two_boxes_is_seen(make_trajectory, upper: int) -> None:
+    """From above, whichever leg comes first; areas are those of the boxes at the film's scale."""
+    trajectory = make_trajectory()
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    boxes = [corners * [50, 40, 10] + [200, 0, 10], corners * [20, 20, 10] + [200, 0, 60]]
+    legs = np.array([boxes[leg == upper] for leg in (0, 1)], dtype=np.float32)
+    nodes = np.tile(legs, (21, 1, 1, 1))
+    actor = Actor(replace(trajectory, node_positions_mm=nodes), "a", (1, 2))
+    painter = FramePainter([actor], FROM_ABOVE, captions=False)
+    red, _, blue = np.moveaxis(np.asarray(painter.paint(1.0)).astype(int), 2, 0)
+    seen = [(blue - red > 40).sum(), (red - blue > 40).sum()]  # regulator 1 is blue, 2 orange
+    area_mm2 = {upper: 40 * 40, 1 - upper: 100 * 80 - 40 * 40}
+    for leg in (0, 1):
+        # The outlines of both boxes are at most 360 + 160 mm long and may be a pixel off.
+        assert seen[leg] / painter.pixels_per_mm**2 == pytest.approx(
+            area_mm2[leg], abs=520 / painter.pixels_per_mm
+        )
+
+
 def test_the_path_is_drawn_up_to_now(make_trajectory) -> None:
     actor = Actor.of(make_trajectory(speed_mm_per_s=60.0), "a")
-    painter = FramePainter([actor, replace(actor, lane_mm=600.0)], 480, 0.0, 89.0)
+    painter = FramePainter([actor, replace(actor, lane_mm=600.0)], FROM_ABOVE)
     way = np.array([0, 114, 178])  # the colour of the first robot's path; no leg has it
-    dark = [(np.abs(painter.paint(t).astype(int) - way).max(axis=2) < 3).sum() for t in (0.0, 2.0)]
+    dark = [
+        (np.abs(np.asarray(painter.paint(t)).astype(int) - way).max(axis=2) < 3).sum()
+        for t in (0.0, 2.0)
+    ]
     assert dark[1] > dark[0]
 
 
@@ -60,13 +83,13 @@ def test_a_measured_robot_moves_by_its_path(make_trajectory, tmp_path: Path) -> 
     time_s = np.linspace(0.0, 3.0, 31)
     path = np.column_stack([20.0 * time_s, 0.0 * time_s])
     marker = MarkerActor(time_s, path, np.zeros((31, 1)), np.zeros((31, 1)), "real")
-    painter = FramePainter([marker], 480, azimuth_deg=0.0, elevation_deg=60.0)
+    painter = FramePainter([marker], replace(FROM_ABOVE, elevation_deg=60.0))
 
     def right_edge(image: np.ndarray) -> int:
         red, green, blue = np.moveaxis(image.astype(int), 2, 0)
         return int(np.flatnonzero(((red - blue > 60) & (red > green + 20)).any(axis=0))[-1])
 
-    moved = right_edge(painter.paint(3.0)) - right_edge(painter.paint(0.0))
+    moved = right_edge(np.asarray(painter.paint(3.0))) - right_edge(np.asarray(painter.paint(0.0)))
     assert moved / painter.pixels_per_mm == pytest.approx(60.0, abs=1.5 / painter.pixels_per_mm)
     both = side_by_side([Actor.of(make_trajectory(), "simulated"), marker])
     with Image.open(write_film(tmp_path / "f.gif", both, SMALL)) as film:
@@ -93,9 +116,9 @@ def test_a_trajectory_of_the_skin_alone_gives_the_same_picture(make_trajectory) 
     whole = make_trajectory()
     nodes = np.concatenate([np.full((21, 4, 1, 3), 7e3), whole.node_positions_mm], axis=2)
     inside = replace(whole, node_positions_mm=nodes, skin_triangles=whole.skin_triangles + 1)
-    thin = with_skin_only(inside)
+    thin = inside.with_skin_only()
     assert thin.node_positions_mm.shape == whole.node_positions_mm.shape
-    pictures = [FramePainter([Actor.of(t, "a")], 240).paint(1.0) for t in (inside, thin)]
+    pictures = [FramePainter([Actor.of(t, "a")], SMALL).paint(1.0) for t in (inside, thin)]
     assert np.array_equal(*pictures)
 
 
@@ -113,5 +136,7 @@ def test_what_cannot_be_drawn_is_refused(make_trajectory, tmp_path: Path) -> Non
         write_film(tmp_path / "f.avi", [Actor.of(trajectory, "a")])
     with pytest.raises(ValueError, match="at least one robot"):
         FramePainter([])
-    with pytest.raises(ValueError, match="speed is 0"):
+    with pytest.raises(ValueError, match="speed must be positive, got 0"):
         FilmSettings(speed=0)
+    with pytest.raises(ValueError, match="elevation_deg must be above 0 and at most 90, got 0"):
+        FilmSettings(elevation_deg=0)  # a buried viewer

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from pneumorph.report import page
-from pneumorph.report.bend_figure import bend_figure
+from pneumorph.report.reduction_figures import bend_figure
 
 
 def test_page_needs_nothing_from_outside(tmp_path: Path) -> None:

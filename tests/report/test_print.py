@@ -3,35 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.paper_robot import paper_leg_mesh, paper_robot
 from pneumorph.gait.expert_gait import ExpertGait
-from pneumorph.gait.open_loop_gait import sample_commands
-from pneumorph.presets import paper_leg_mesh, paper_robot_builder
-from pneumorph.report.bend_figure import bend_figure
-from pneumorph.report.cycle_figure import cycle_figure, tilt_deg
-from pneumorph.report.distance_figure import distance_figure
+from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.report.frames_figure import frames_figure
+from pneumorph.report.learning_figures import phase_figure, reward_figure
 from pneumorph.report.mesh_figure import mesh_figure
 from pneumorph.report.pairs_figure import Pair, pairs_figure
-from pneumorph.report.path_figure import path_figure
-from pneumorph.report.phase_figure import phase_figure
 from pneumorph.report.plan_view import plan_view_figure
-from pneumorph.report.pressure_figure import pressure_figure
-from pneumorph.report.reward_figure import reward_figure
-from pneumorph.report.robustness_figure import robustness_figure
+from pneumorph.report.reduction_figures import bend_figure, stage_figure, tolerance_figure
+from pneumorph.report.robustness_figures import robustness_figure
 from pneumorph.report.scene import Actor
-from pneumorph.report.stage_figure import stage_figure
-from pneumorph.report.step_figure import path_of, step_figure
 from pneumorph.report.style import REGULATOR_COLOURS, figure_style, save_figure
-from pneumorph.report.tolerance_figure import tolerance_figure
+from pneumorph.report.walk_figures import (
+    cycle_figure,
+    distance_figure,
+    path_figure,
+    pressure_figure,
+    step_figure,
+)
 from pneumorph.robot.design import Design
-from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import rollout
+from pneumorph.study.reduction_grid import GridPoint
+from pneumorph.study.robustness import robustness
+from pneumorph.study.training_run import LearnedPair
 from pneumorph.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -48,26 +50,26 @@ SMALLEST_POINTS = 6.0
 def walked() -> Trajectory:
     """A cycle of the expert's gait by the reduced robot that ships."""
     commands = sample_commands(ExpertGait(phase_deg=60), 0.01, 400)
-    robot = ReducedRobot(paper_robot_builder()(DESIGN))
+    robot = paper_robot().reduced(DESIGN)
     return rollout(robot, np.asarray(commands), record_every=20, settling_steps=15)[1]
 
 
-def grid() -> list[dict[str, Any]]:
-    """Nine reductions, one of which diverged."""
+def grid() -> list[GridPoint]:
+    """Nine reductions, the robots of the first of which diverged."""
     found = []
     for mode in (0.01, 0.0032, 0.001):
         for element in (0.01, 0.0032, 0.001):
             found.append(
-                {
-                    "mode_tolerance": mode,
-                    "hyperreduction_tolerance": element,
-                    "mode_count": round(5 / mode**0.3),
-                    "element_count": round(20 / element**0.4),
-                    "mean_node_error_mm": 100 * mode + 10 * element,
-                    "s_per_step": 1e-5 / mode**0.4,
-                }
+                GridPoint(
+                    part=f"{mode}_{element}/leg.npz",
+                    mode_tolerance=mode,
+                    hyperreduction_tolerance=element,
+                    mode_count=round(5 / mode**0.3),
+                    element_count=round(20 / element**0.4),
+                    mean_node_error_mm=100 * mode + 10 * element if found else float("nan"),
+                    s_per_step=1e-5 / mode**0.4,
+                )
             )
-    found[0]["mean_node_error_mm"] = None
     return found
 
 
@@ -83,17 +85,12 @@ def metrics() -> list[dict[str, Any]]:
     ]
 
 
-PAIRS = [
-    {"design": str(DESIGN), "distance_cm": 3.0 - 0.4 * n, "timestep": 100 * n} for n in range(3)
-]
-WORLDS = {
-    "worlds": [{"distances_cm": [2.0 + 0.1 * n, None if n == 2 else 1.0]} for n in range(4)],
-    "pairs": [
-        {"label": f"L{n}", "mean_distance_cm": 2.0, "tenth_percentile_cm": 1.0,
-         "nominal_distance_cm": 2.5}
-        for n in (1, 2)
-    ],
-}  # fmt: skip
+PAIRS = [LearnedPair(str(DESIGN), 3.0 - 0.4 * n, "policy", 100 * n) for n in range(3)]
+WORLDS = robustness(
+    ["L1", "L2"],
+    np.array([2.5, 2.5]),
+    np.array([[2.0 + 0.1 * n, np.nan if n == 2 else 1.0] for n in range(4)]),
+)
 
 FIGURES: dict[str, Callable[[Trajectory], Figure]] = {
     "bend": lambda _: bend_figure([0, 100], [0, 30], [0, 31]),
@@ -111,7 +108,7 @@ FIGURES: dict[str, Callable[[Trajectory], Figure]] = {
     "reward": lambda _: reward_figure(metrics(), [-1.0, 0.0, 4.0], 1.5, 3.0, PAIRS),
     "robustness": lambda _: robustness_figure(WORLDS),
     "stage": lambda _: stage_figure({"assembly": 1.5, "contact_setup": 0.25}),
-    "step": lambda t: step_figure({"learned": path_of(t), "expert": path_of(t)}),
+    "step": lambda t: step_figure(dict.fromkeys(("learned", "expert"), (t.time_s, t.forward_cm))),
     "tolerance": lambda _: tolerance_figure(grid(), (0.0032, 0.001)),
 }
 
@@ -186,7 +183,7 @@ def _cielab(linear: np.ndarray) -> np.ndarray:
 
 
 def test_steps_add_up_to_the_distance_and_slides_are_below_zero(walked: Trajectory) -> None:
-    time_s, forward_cm = path_of(walked)
+    time_s, forward_cm = walked.time_s, walked.forward_cm
     axes = step_figure({"expert": (time_s, forward_cm)}).axes[0]
     heights = [bar.get_height() for bar in axes.patches]
     assert len(heights) == 4
@@ -197,7 +194,7 @@ def test_steps_add_up_to_the_distance_and_slides_are_below_zero(walked: Trajecto
         step_figure({"expert": (time_s, forward_cm)}, cycle_s=9.0)
 
 
-def test_tilt_of_known_rotations() -> None:
+def test_tilt_of_known_rotations(walked: Trajectory) -> None:
     roll, pitch, yaw = np.radians([20.0, 10.0, 70.0])
     about_x = np.array(
         [[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]]
@@ -206,9 +203,11 @@ def test_tilt_of_known_rotations() -> None:
         [[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]]
     )
     about_z = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
-    rolled, pitched = tilt_deg(np.stack([about_z @ about_x, about_z @ about_y]))
-    assert rolled == pytest.approx([20.0, 0.0], abs=1e-12)
-    assert pitched == pytest.approx([0.0, 10.0], abs=1e-12)
+    turned = np.array(walked.hub_rotation)
+    turned[:2] = about_z @ about_x, about_z @ about_y
+    rolled, pitched = replace(walked, hub_rotation=turned).tilt_deg
+    assert rolled[:2] == pytest.approx([20.0, 0.0], abs=1e-12)
+    assert pitched[:2] == pytest.approx([0.0, 10.0], abs=1e-12)
 
 
 def test_the_cycle_shows_what_the_floor_bears(walked: Trajectory) -> None:
@@ -220,7 +219,7 @@ def test_the_cycle_shows_what_the_floor_bears(walked: Trajectory) -> None:
     # Sums of tens of numbers in single precision, in another order.
     borne = walked.contact_force_mN[..., 2].sum(axis=(1, 2)) / 1e3
     np.testing.assert_allclose(loads, borne, rtol=1e-5)
-    with pytest.raises(ValueError, match="expected at least a cycle of 9 s"):
+    with pytest.raises(ValueError, match="expected at least one period of 9 s"):
         cycle_figure(walked, 9.0)
 
 

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from pneumorph.report.run import Run
+from pneumorph.base.result import result_to_dict
+from pneumorph.report.run_page import write_run_page
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.recorded_trajectories import recorded_trajectories
+from pneumorph.study.simulated_walk import SimulatedWalk
 
 
 def test_trajectories_are_grouped_by_what_they_are_compared_with(
@@ -17,7 +23,7 @@ def test_trajectories_are_grouped_by_what_they_are_compared_with(
                  "trajectory_full_L1", "trajectory_full_L2"):  # fmt: skip
         make_trajectory().save(tmp_path / f"{name}.npz")
     np.savez(tmp_path / "phase_sweep.npz", a=1)  # no trajectory
-    groups = Run(tmp_path, {}, {}).trajectories()
+    groups = recorded_trajectories(tmp_path)
     assert {group: list(robots) for group, robots in groups.items()} == {
         "": ["learned", "expert", "L1", "L2"],
         "six leg": ["full", "reduced"],
@@ -26,7 +32,40 @@ def test_trajectories_are_grouped_by_what_they_are_compared_with(
 
 def test_the_run_it_looks_at_is_read_where_it_still_is(tmp_path: Path) -> None:
     (tmp_path / "summary.json").write_text(json.dumps({"baseline_best_distance_cm": 0.5}))
-    here = Run(tmp_path, {"run": str(tmp_path)}, {})
-    assert here.source["baseline_best_distance_cm"] == 0.5
-    assert Run(tmp_path, {"run": str(tmp_path / "gone")}, {}).source == {}
-    assert Run(tmp_path, {}, {}).source == {}
+    (tmp_path / "settings.json").write_text("{}")
+    here = FinishedRun(tmp_path, {"run": str(tmp_path)}, {})
+    assert here.source is not None
+    assert here.source.summary["baseline_best_distance_cm"] == 0.5
+    assert FinishedRun(tmp_path, {"run": str(tmp_path / "gone")}, {}).source is None
+    assert FinishedRun(tmp_path, {}, {}).source is None
+
+
+def test_a_robot_that_diverged_has_no_distance_on_a_page(make_trajectory, tmp_path: Path) -> None:
+    """Its last sound frame may be metres away: a number of the solver, not of a robot."""
+    exploded = replace(make_trajectory(speed_mm_per_s=-2564.5), status="diverged")
+    assert exploded.forward_distance_cm == pytest.approx(-512.9)
+    assert exploded.distance_cm is None
+    path = exploded.save(tmp_path / "trajectory.npz")
+    found = SimulatedWalk(
+        status="diverged",
+        design=exploded.metadata["design"],
+        model="reduced",
+        distance_cm=exploded.distance_cm,
+        simulated_s=2.0,
+        mean_contact_count=12.0,
+        trajectory=str(path),
+        damping="published",
+        simulation_wall_s=1.0,
+        wall_s=1.0,
+    )
+    assert next(iter(result_to_dict(found))) == "status"
+    (tmp_path / "settings.json").write_text("{}")
+    for earlier in ({}, {"distance_cm": -512.9}):  # what an earlier version wrote
+        summary = {"verb": "simulate", **result_to_dict(found), **earlier}
+        (tmp_path / "summary.json").write_text(json.dumps(summary))
+        page = write_run_page(FinishedRun.read(tmp_path), tmp_path / "report" / "page.html")
+        text = Path(page.page).read_text()
+        assert "512.9" not in text
+        assert "<h2>Robots without a distance" in text
+        assert "diverged" in text
+        assert "<h2>Distance and path" not in text

@@ -6,21 +6,26 @@ import importlib.util
 import json
 import shlex
 import sys
+from dataclasses import fields
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
-from synthetic_part import synthetic_reduced_part
+import tyro
+from helpers.synthetic_part import synthetic_reduced_part
 
+from pneumorph.base.run_folder import read_summary
+from pneumorph.base.settings import load_settings, read_settings_file
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run
-from pneumorph.command.kept_run import keep_run
-from pneumorph.command.learned_run import read_learned_run, run_digest
-from pneumorph.command.learning_curve import learning_curve
-from pneumorph.command.robots import RobotOptions
-from pneumorph.command.run_folder import read_summary
-from pneumorph.command.run_once import run_once
-from pneumorph.coopt.policy_file import load_policy
+from pneumorph.learn.policy_file import load_policy
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.run_once import run_once
+from pneumorph.study.finished_run import FinishedRun, run_digest
+from pneumorph.study.kept_run import keep_run
+from pneumorph.study.learning_curve import learning_curve
 
 REPRODUCE = Path(__file__).parent.parent.parent / "reproduce"
 _SHORT = (
@@ -44,7 +49,7 @@ def script(name: str) -> ModuleType:
 
 def call(name: str, monkeypatch: pytest.MonkeyPatch, *arguments: object) -> None:
     monkeypatch.setattr(sys, "argv", ["run.py", *map(str, arguments)])
-    script(name).main()
+    tyro.cli(script(name).main)
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +65,7 @@ def runs(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]
     for damping in ("published", "objective"):
         run_once(
             folder / damping, "coopt", "--preset", "fast", "--part", leg,
-            "--simulation.damping", damping, *_SHORT.split(),
+            "--physics.damping", damping, *_SHORT.split(),
         )  # fmt: skip
     return {damping: folder / damping for damping in ("published", "objective")}
 
@@ -71,6 +76,16 @@ def finished(folder: Path, content: dict[str, Any], *arguments: object) -> None:
     command = shlex.join(["pneumorph", *map(str, arguments), "--out", str(folder)])
     summary = {"verb": arguments[0], "made_by": {"command": command}, **content}
     (folder / "summary.json").write_text(json.dumps(summary))
+
+
+def test_the_published_physics_is_named_in_full() -> None:
+    """Every field: one that is left out would follow the package's default wherever that goes."""
+    named = read_settings_file(REPRODUCE / "published.toml")
+    assert set(named["physics"]) == {each.name for each in fields(Physics)}
+    assert set(named["physics"]["pressure_map"]) == {each.name for each in fields(PressureMap)}
+    assert named["leg"] == "paper"
+    published = load_settings(RobotOptions, REPRODUCE / "published.toml")
+    assert published.spec().physics == published.physics
 
 
 def test_everything_after_the_paper_scale_training(
@@ -93,7 +108,8 @@ def test_everything_after_the_paper_scale_training(
     finished(
         learned_folder / "paper_scale" / run_digest(tmp_path) / "leg",
         {"part": str(finer.save(tmp_path / "finer.npz"))},
-        "reduce", "--preset", "learned", "--walked.damping", "published", "--walked.gaits", *gaits,
+        "reduce", "--preset", "learned", "--leg", "paper", "--hub", "soft",
+        "--walked.damping", "published", "--walked.gaits", *gaits,
     )  # fmt: skip
     call("paper_scale", monkeypatch, *kept_folder)
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -118,8 +134,8 @@ def test_everything_after_the_paper_scale_training(
     assert "processors" in summary["made_by"]["machine"]
     assert summary["settings"]["coopt"]["seed"] == 0
     # What is kept is a run: every verb that takes one takes it.
-    again = read_learned_run(tmp_path, RobotOptions())
-    assert [pair["distance_cm"] for pair in again.pairs] == pytest.approx(
+    again = FinishedRun.read(tmp_path)
+    assert [pair.distance_cm for pair in again.pairs()] == pytest.approx(
         [pair["distance_cm"] for pair in learned["pairs"]], abs=1e-9
     )
     kept = {path.name for path in tmp_path.iterdir()}
@@ -174,8 +190,8 @@ def test_each_runs_pairs_under_the_other_damping(
             assert row["survives"] == close
             for name in ("own_front_slipping_share", "other_front_slipping_share"):
                 assert 0.0 <= row[name] <= 1.0
-    kept = read_learned_run(tmp_path / "objective", RobotOptions())
-    assert kept.robot.simulation.damping == "objective"
+    kept = FinishedRun.read(tmp_path / "objective")
+    assert kept.robot.physics.damping == "objective"
     with pytest.raises(SystemExit, match="was trained with objective damping"):
         call("damping_gap", monkeypatch, f"--published={runs['objective']}", *arguments[1:])
 
@@ -185,7 +201,7 @@ def test_seeds_of_the_fast_preset_beside_the_full_run(
 ) -> None:
     call(
         "fast_schedule", monkeypatch, "--full", runs["published"], "--seeds", 0, 1,
-        "--runs", tmp_path / "runs", "--out", tmp_path, "--part", leg, *_SHORT.split(),
+        "--runs", tmp_path / "runs", "--out", tmp_path, f"--flags=--part {leg} {_SHORT}",
     )  # fmt: skip
     found = json.loads((tmp_path / "fast.json").read_text())
     learned = read_summary(runs["published"])
@@ -197,8 +213,8 @@ def test_seeds_of_the_fast_preset_beside_the_full_run(
     assert second["behind_cm"] == learned["best_distance_cm"] - second["best_distance_cm"]
     assert found["reached_count"] == first["reached"] + second["reached"]
     for row in (first, second):
-        kept = read_learned_run(tmp_path / f"seed_{row['seed']}", RobotOptions())
-        assert kept.pairs[0]["distance_cm"] == row["best_distance_cm"]
+        kept = FinishedRun.read(tmp_path / f"seed_{row['seed']}")
+        assert kept.pairs()[0].distance_cm == row["best_distance_cm"]
         policy, _, _ = load_policy(kept.folder / "training" / "policy.npz")
         assert policy.action_size == kept.task.regulator_count
 
@@ -231,7 +247,7 @@ def test_kept_runs_have_a_page(kept: str, tmp_path: Path) -> None:
 def test_keeping_a_run_in_its_own_folder_is_refused(runs: dict[str, Path]) -> None:
     with pytest.raises(ValueError, match="is the run itself"):
         keep_run(runs["published"], runs["published"])
-    assert read_learned_run(runs["published"], RobotOptions()).gaits
+    assert FinishedRun.read(runs["published"]).pairs()
 
 
 def test_a_learning_curve_ends_with_the_finetuned_best(runs: dict[str, Path]) -> None:

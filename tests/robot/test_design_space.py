@@ -86,5 +86,5 @@ def test_designs_outside_the_space_are_refused(text: str, message: str) -> None:
 def test_impossible_spaces_are_refused() -> None:
     with pytest.raises(ValueError, match="minimum_legs <= maximum_legs"):
         DesignSpace(minimum_legs=5, maximum_legs=4)
-    with pytest.raises(ValueError, match="regulator_count is 0"):
+    with pytest.raises(ValueError, match="regulator_count must be at least 1, got 0"):
         DesignSpace(regulator_count=0)

@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from crawlers import GAIT, SETTINGS, crawlers, march
+from helpers.crawlers import GAIT, PHYSICS, STEPPER, crawlers, march
 
-from pneumorph.simulation import BatchedSimulator, RobotStatus
+from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import rollout
 
 
 def test_a_robot_is_the_same_bits_in_any_batch_and_with_any_threads():
-    settings = replace(SETTINGS, element_precision="single")
+    stepper = replace(STEPPER, element_precision="single")
     robots = crawlers()
-    together = march(BatchedSimulator(robots * 4, settings, thread_count=3))
+    together = march(BatchedSimulator(robots * 4, PHYSICS, stepper, thread_count=3))
     for index, robot in enumerate(robots):
-        alone = march(BatchedSimulator([robot], settings, thread_count=1))
+        alone = march(BatchedSimulator([robot], PHYSICS, stepper, thread_count=1))
         for name, value in alone.items():
             for copy in range(index, 12, 3):
                 same = together[name][copy][: value.shape[1]]
@@ -26,9 +26,9 @@ def test_a_robot_is_the_same_bits_in_any_batch_and_with_any_threads():
 
 def test_rollout_of_one_robot_equals_the_batch():
     robot = crawlers()[2]
-    model = ReducedRobot(robot, SETTINGS)
+    model = ReducedRobot(robot, PHYSICS, STEPPER)
     _, trajectory = rollout(model, np.repeat(GAIT, 20, axis=0), settling_steps=0, record_every=10)
-    batch = march(BatchedSimulator([robot], SETTINGS, 1))
+    batch = march(BatchedSimulator([robot], PHYSICS, STEPPER, 1))
     assert np.array_equal(trajectory.hub_position_mm[-1], batch["position"][0])
     assert trajectory.node_positions_mm.shape[:2] == (17, 4)
     assert trajectory.status == "completed"
@@ -36,8 +36,8 @@ def test_rollout_of_one_robot_equals_the_batch():
 
 def test_a_diverging_robot_stops_alone_and_stays_finite():
     robots = crawlers()
-    healthy = march(BatchedSimulator(robots, SETTINGS, 2))
-    simulator = BatchedSimulator(robots, SETTINGS, 2)
+    healthy = march(BatchedSimulator(robots, PHYSICS, STEPPER, 2))
+    simulator = BatchedSimulator(robots, PHYSICS, STEPPER, 2)
     simulator.write(1, "velocity", np.array([0.0, 0.0, 1e9]))
     for command in GAIT:
         simulator.advance(np.tile(command, (3, 1)), 20)
@@ -49,7 +49,7 @@ def test_a_diverging_robot_stops_alone_and_stays_finite():
 
 
 def test_inactive_robots_stand_still():
-    simulator = BatchedSimulator(crawlers(), SETTINGS, 1)
+    simulator = BatchedSimulator(crawlers(), PHYSICS, STEPPER, 1)
     simulator.advance(np.full((3, 2), 5.0), 10, active=np.array([True, False, True]))
     assert np.array_equal(simulator.read("position")[1], np.zeros(3))
     assert np.all(simulator.read("step_count") == [10, 0, 10])

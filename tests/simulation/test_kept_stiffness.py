@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from crawlers import FRESH, GAIT, PART, SETTINGS, crawlers, march
-from dense_step import GRAVITY, dense_step, dense_system, falling_robot, state_of, velocities
-from synthetic_part import synthetic_reduced_part
+from helpers.crawlers import FRESH, GAIT, PART, PHYSICS, STEPPER, crawlers, march
+from helpers.one_leg import COMMAND, motion_of, thrown
+from helpers.synthetic_part import synthetic_reduced_part
 
-from pneumorph.simulation import BatchedSimulator
+from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.reference_step import step_equations, step_system, unknowns_of
 
 
 def mounted(mode_count):
@@ -26,96 +27,86 @@ def mounted(mode_count):
     ("mode_count", "instruction_set"),
     [(6, "best"), (6, "avx2"), (6, "baseline"), (14, "best"), (20, "best"), (30, "best")],
 )
-def test_steps_with_a_kept_stiffness_equal_dense_linear_algebra(
+def test_steps_with_a_kept_stiffness_equal_the_reference(
     damping, precision, mode_count, instruction_set
 ):
     """Steps two and three keep the first's stiffness and predict what it lacks."""
     part = mounted(mode_count)
-    simulator, settings, (alpha, rates, velocity) = falling_robot(
+    simulator = thrown(
         part,
-        0.3,
+        motion_of(part, 0.3),
         damping=damping,
         element_precision=precision,
         instruction_set=instruction_set,
         tangent_tolerance_mm_per_s=1e6,
     )
-    command, count = np.array([[0.0, 20.0]]), part.mode_count
-    pressure = settings.pressure_map.simulated(20.0)
-    kept = dense_system(part, alpha, velocity, rates, pressure, settings)[1]
-    simulator.advance(command, 1)
+    robot, physics = simulator.robots[0], simulator.physics
+    pressure = physics.pressure_map.simulated(COMMAND)
+    kept = step_system(robot, physics, simulator.state(0), pressure).stiffness
+    simulator.advance(COMMAND[None], 1)
     last_lack = np.zeros(len(kept))
     for _ in range(2):
-        rotation = simulator.read("rotation")[0]
-        old = velocities(simulator, count, rotation)
-        mass, stiffness, force = dense_system(
-            part,
-            simulator.read("modes")[0, 0, :count],
-            old[:6],
-            old[6:],
-            pressure,
-            settings,
-            rotation.T @ GRAVITY,
-        )
-        lack = (stiffness - kept) @ old
-        predicted = force - (settings.time_step_s + settings.stiffness_damping_s) * (
-            2.0 * lack - last_lack
-        )
-        expected = dense_step(mass, kept, predicted, old[:6], old[6:], settings)
-        simulator.advance(command, 1)
-        got = velocities(simulator, count, rotation)
-        # As for a fresh step: modes of single precision; rounding of strains of 1e-2, their rates.
-        tolerance = 1e-6 if precision == "double" else 1e-4
+        before = simulator.state(0)
+        old = unknowns_of(robot, before)
+        system = step_system(robot, physics, before, pressure)
+        lack = (system.stiffness - kept) @ old
+        stale = replace(system, stiffness=kept)
+        damped = physics.time_step_s + physics.stiffness_damping_s  # s / h of (25)
+        predicted = replace(stale, force=system.force - damped * (2.0 * lack - last_lack))
+        expected = np.linalg.solve(*step_equations(predicted, old, physics))
+        simulator.advance(COMMAND[None], 1)
+        after = replace(simulator.state(0), rotation=before.rotation)
+        got = unknowns_of(robot, after)
+        # As for a fresh step: sums in double precision; strains of 1e-2, rounded, and their rates.
+        tolerance = 1e-11 if precision == "double" else 1e-4
         assert np.abs(got - expected).max() < tolerance * np.abs(expected).max()
         # The prediction is seen: without it the velocities differ by more than three tolerances.
-        ignored = dense_step(mass, kept, force, old[:6], old[6:], settings)
-        assert np.abs(ignored - expected).max() > 3 * tolerance * np.abs(expected).max()
+        ignored = np.linalg.solve(*step_equations(stale, old, physics))
+        assert np.abs(ignored - expected).max() > 3e-4 * np.abs(expected).max()
         last_lack = lack
     assert simulator.read("tangent_total")[0] == 1
 
 
-def lag_of_step_two(part, state):
+def lag_of_step_two(part, motion):
     """Modal velocities that the lack of the first step's stiffness is worth in the second, by dense
     matrices, and the velocities at its start; a robot without floor under objective damping."""
-    simulator, settings, (alpha, rates, velocity) = falling_robot(
-        part, 0.3, state, damping="objective"
-    )
-    h, count = settings.time_step_s, part.mode_count
-    scale = h * (h + settings.stiffness_damping_s)
-    kept = dense_system(part, alpha, velocity, rates, 0.0, settings)[1][6:, 6:]
-    simulator.advance(np.zeros((1, 2)), 1)
-    old = velocities(simulator, count)
-    place = simulator.read("modes")[0, 0, :count]
-    stiffness = dense_system(part, place, old[:6], old[6:], 0.0, settings)[1][6:, 6:]
-    block = (1.0 + settings.mass_damping_per_s * h) * np.eye(count) + scale * kept
-    return np.linalg.solve(block, scale * (stiffness - kept) @ old[6:]), old[6:]
+    simulator = thrown(part, motion, damping="objective")
+    robot, physics = simulator.robots[0], simulator.physics
+    h, rest = physics.time_step_s, np.zeros(2)
+    scale = h * (h + physics.stiffness_damping_s)
+    kept = step_system(robot, physics, simulator.state(0), rest).stiffness[6:, 6:]
+    simulator.advance(rest[None], 1)
+    now = simulator.state(0)
+    rates = unknowns_of(robot, now)[6:]
+    stiffness = step_system(robot, physics, now, rest).stiffness[6:, 6:]
+    block = (1.0 + physics.mass_damping_per_s * h) * np.eye(len(rates)) + scale * kept
+    return np.linalg.solve(block, scale * (stiffness - kept) @ rates), rates
 
 
-def fresh_in_two_steps(part, state, tolerance):
-    simulator, _, _ = falling_robot(
-        part, 0.3, state, damping="objective", tangent_tolerance_mm_per_s=tolerance
-    )
+def fresh_in_two_steps(part, motion, tolerance):
+    simulator = thrown(part, motion, damping="objective", tangent_tolerance_mm_per_s=tolerance)
     simulator.advance(np.zeros((1, 2)), 2)
     return simulator.read("tangent_total")[0]
 
 
 def test_a_stiffness_is_kept_up_to_the_tolerance():
     part = mounted(6)
-    lag, rates = lag_of_step_two(part, None)
+    motion = motion_of(part, 0.3)
+    lag, rates = lag_of_step_two(part, motion)
     assert np.linalg.norm(lag) < 0.3 * np.linalg.norm(rates)  # the other limit is far
     change = np.linalg.norm(lag) / np.sqrt(part.mass)
-    assert fresh_in_two_steps(part, None, 1.01 * change) == 1
-    assert fresh_in_two_steps(part, None, 0.99 * change) == 2
+    assert fresh_in_two_steps(part, motion, 1.01 * change) == 1
+    assert fresh_in_two_steps(part, motion, 0.99 * change) == 2
 
 
 def test_a_stiffness_that_has_changed_along_the_motion_is_not_kept():
     """Whatever the tolerance: with a stale stiffness velocities would grow from step to step."""
-    alpha, rates, velocity = state_of(PART, 0.3)
     ratios = []
     for speed in (1.0, 1000.0):
-        state = (alpha, speed * rates, velocity)
-        lag, moving = lag_of_step_two(PART, state)
+        motion = motion_of(PART, 0.3, speed)
+        lag, moving = lag_of_step_two(PART, motion)
         ratios.append(np.linalg.norm(lag) / np.linalg.norm(moving))
-        assert fresh_in_two_steps(PART, state, 1e9) == (1 if ratios[-1] < 0.3 else 2)
+        assert fresh_in_two_steps(PART, motion, 1e9) == (1 if ratios[-1] < 0.3 else 2)
     assert ratios[0] < 0.3 < ratios[1]
 
 
@@ -127,8 +118,8 @@ def test_paths_with_a_kept_stiffness_stay_by_those_with_fresh_ones():
     legs = sum(len(robot.mounts) for robot in crawlers())
     shares = []
     for tolerance in (0.01, 0.1):
-        settings = replace(SETTINGS, tangent_tolerance_mm_per_s=tolerance)
-        simulators = [BatchedSimulator(crawlers(), each, 1) for each in (FRESH, settings)]
+        keeping = replace(STEPPER, tangent_tolerance_mm_per_s=tolerance)
+        simulators = [BatchedSimulator(crawlers(), PHYSICS, each, 1) for each in (FRESH, keeping)]
         for command in GAIT:
             for simulator in simulators:
                 simulator.advance(np.tile(command, (3, 1)), 20)
@@ -141,14 +132,14 @@ def test_paths_with_a_kept_stiffness_stay_by_those_with_fresh_ones():
 
 def test_what_was_kept_is_forgotten_with_the_state_it_was_kept_of():
     """After a reset or a new state a robot walks as if it had never walked before."""
-    once = BatchedSimulator(crawlers(), SETTINGS, 1)
+    once = BatchedSimulator(crawlers(), PHYSICS, STEPPER, 1)
     first = march(once)
     once.reset()
     for name, value in march(once).items():
         assert np.array_equal(value, first[name]), name
     # The state of one robot, written into another simulator and into its own.
     robot = crawlers()[2]
-    walked, other = (BatchedSimulator([robot], SETTINGS, 1) for _ in range(2))
+    walked, other = (BatchedSimulator([robot], PHYSICS, STEPPER, 1) for _ in range(2))
     march(walked)
     simulator_state = ("position", "rotation", "velocity", "angular_velocity", "regulated",
                        "impulses", "modes", "mode_rates")  # fmt: skip

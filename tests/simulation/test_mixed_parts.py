@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from synthetic_part import synthetic_reduced_part
+from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.robot import Hub, Mount, Robot
 from pneumorph.simulation.reduced_robot import ReducedRobot
-from pneumorph.simulation.simulation_settings import SimulationSettings
+from pneumorph.simulation.stepper_settings import StepperSettings
 
 EIGHT, SIXTEEN = (synthetic_reduced_part(count, (6, 4, 4)) for count in (8, 16))
 POSES = [
@@ -17,7 +18,8 @@ POSES = [
     for yaw in (0.0, 180.0)
 ]
 # Nothing to touch: contacts are solved to a tolerance, free motion to rounding.
-SETTINGS = SimulationSettings(element_precision="double", regulator_count=2, floor_height_mm=-1e5)
+PHYSICS = Physics(regulator_count=2, floor_height_mm=-1e5)
+STEPPER = StepperSettings(element_precision="double")
 # So heavy that no leg notices the other.
 ANCHOR = Hub(1e9, np.zeros(3), 1e12 * np.eye(3), np.zeros(3))
 COMMANDS = np.tile([12.0, 20.0], (40, 1))
@@ -28,7 +30,7 @@ def bent(parts, hub=ANCHOR):
         Mount(part, pose, (number,))
         for number, (part, pose) in enumerate(zip(parts, POSES, strict=True))
     )
-    robot = ReducedRobot(Robot(hub, mounts), SETTINGS)
+    robot = ReducedRobot(Robot(hub, mounts), PHYSICS, STEPPER)
     state, trajectory = robot.rollout(
         robot.initial_state(), COMMANDS, record_every=40, record_nodes=False
     )
@@ -52,7 +54,7 @@ def test_the_order_of_unlike_legs_does_not_matter():
     mounts = [Mount(EIGHT, POSES[0], (0,)), Mount(SIXTEEN, POSES[1], (1,))]
     states = []
     for order in ((0, 1), (1, 0)):
-        robot = ReducedRobot(Robot(light, tuple(mounts[n] for n in order)), SETTINGS)
+        robot = ReducedRobot(Robot(light, tuple(mounts[n] for n in order)), PHYSICS, STEPPER)
         state, _ = robot.rollout(robot.initial_state(), COMMANDS, 40, record_nodes=False)
         states.append((state.position, state.modes[list(order)]))
     assert np.abs(states[0][1]).max() > 1e-3

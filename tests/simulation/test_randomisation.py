@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.presets import paper_robot_builder
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator, simulator_in_world
-from pneumorph.simulation.simulation_settings import SimulationSettings
 
 DESIGN = Design.parse("1.0.0.2.2.0.0.1")
 AS_IS = World(1.2, 1.0, 1.0, 0.0, 0.0)
@@ -78,10 +78,12 @@ def _walked(simulator: object, steps: int = 60) -> np.ndarray:
 
 
 def test_the_world_as_it_is_changes_no_bit() -> None:
-    robot = paper_robot_builder()(DESIGN)
-    settings = SimulationSettings()
-    plain = _walked(BatchedSimulator([robot], settings, 1))
-    np.testing.assert_array_equal(_walked(simulator_in_world([robot], AS_IS, settings, 1)), plain)
+    robot = paper_robot().assembly(DESIGN)
+    physics = Physics()
+    plain = _walked(BatchedSimulator([robot], physics, thread_count=1))
+    np.testing.assert_array_equal(
+        _walked(simulator_in_world([robot], AS_IS, physics, thread_count=1)), plain
+    )
 
 
 @pytest.mark.parametrize(
@@ -96,19 +98,19 @@ def test_the_world_as_it_is_changes_no_bit() -> None:
     ids=lambda change: next(iter(change)),
 )
 def test_every_quantity_of_a_world_matters(change: dict[str, float]) -> None:
-    robot = paper_robot_builder()(DESIGN)
-    settings = SimulationSettings()
-    plain = _walked(simulator_in_world([robot], AS_IS, settings, 1))
-    other = _walked(simulator_in_world([robot], replace(AS_IS, **change), settings, 1))
+    robot = paper_robot().assembly(DESIGN)
+    physics = Physics()
+    plain = _walked(simulator_in_world([robot], AS_IS, physics, thread_count=1))
+    other = _walked(simulator_in_world([robot], replace(AS_IS, **change), physics, thread_count=1))
     assert abs(other[0] - plain[0]) > 0.01
 
 
 def test_lagging_regulators_follow_a_first_order_filter() -> None:
     """After a time t of one command c the pressure is c (1 - exp(-t / lag)), the rate allowing."""
-    robot = paper_robot_builder()(DESIGN)
+    robot = paper_robot().assembly(DESIGN)
     lag, steps = 0.3, 60
     simulator = simulator_in_world(
-        [robot], replace(AS_IS, regulator_lag_s=lag), SimulationSettings(), 1
+        [robot], replace(AS_IS, regulator_lag_s=lag), Physics(), thread_count=1
     )
     simulator.advance(np.array([[10.0, 20.0, 0.0]]), steps)
     regulated = simulator._simulator.read("regulated")[0]
@@ -118,10 +120,9 @@ def test_lagging_regulators_follow_a_first_order_filter() -> None:
 
 
 def test_robots_live_in_their_worlds_and_draws_repeat() -> None:
-    build = paper_robot_builder()
-    robots = [build(DESIGN) for _ in range(4)]
-    settings = SimulationSettings()
-    simulator = RandomisedSimulator(robots, settings, Randomisation(), seed=5, world_count=2)
+    robots = [paper_robot().assembly(DESIGN) for _ in range(4)]
+    physics = Physics()
+    simulator = RandomisedSimulator(robots, physics, Randomisation(), seed=5, world_count=2)
     command = np.tile([60.0, 0.0, 0.0], (4, 1))
 
     def positions(number: int) -> np.ndarray:
@@ -142,9 +143,9 @@ def test_the_environment_redraws_by_its_seed_alone() -> None:
     task = CrawlingTask(action_count=2, action_step_count=20)
 
     def make(robots: object) -> RandomisedSimulator:
-        return RandomisedSimulator(robots, SimulationSettings(), Randomisation(), 0, 2)  # type: ignore[arg-type]
+        return RandomisedSimulator(robots, Physics(), Randomisation(), 0, 2)  # type: ignore[arg-type]
 
-    environment = CrawlingEnvironment([DESIGN] * 2, paper_robot_builder(), make, task)
+    environment = CrawlingEnvironment([DESIGN] * 2, paper_robot().assembly, make, task)
 
     def rewards(seed: int) -> np.ndarray:
         environment.reset(seed=seed, options={"designs": [DESIGN] * 2})
@@ -156,9 +157,9 @@ def test_the_environment_redraws_by_its_seed_alone() -> None:
 
 
 def test_constant_worlds_are_the_plain_simulator() -> None:
-    robots = [paper_robot_builder()(DESIGN)]
-    settings = SimulationSettings()
-    randomised = RandomisedSimulator(robots, settings, CONSTANT, world_count=3)
+    robots = [paper_robot().assembly(DESIGN)]
+    physics = Physics()
+    randomised = RandomisedSimulator(robots, physics, CONSTANT, world_count=3)
     np.testing.assert_array_equal(
-        _walked(randomised), _walked(BatchedSimulator(robots, settings, 1))
+        _walked(randomised), _walked(BatchedSimulator(robots, physics, thread_count=1))
     )

@@ -6,17 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from crawlers import PART, SETTINGS, crawlers, march
-from dense_step import HUB, POSE
+from helpers.crawlers import PART, PHYSICS, STEPPER, crawlers, march
+from helpers.one_leg import HUB, POSE
 
 from pneumorph.fem.material import Material
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.robot import Mount, Robot
-from pneumorph.simulation import BatchedSimulator, SimulationSettings
+from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.stepper_settings import StepperSettings
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -1.0])
 def test_bad_pressures_are_refused(bad):
-    simulator = BatchedSimulator(crawlers()[:1], SETTINGS, 1)
+    simulator = BatchedSimulator(crawlers()[:1], PHYSICS, STEPPER, 1)
     with pytest.raises(ValueError, match="finite and not negative"):
         simulator.advance(np.array([[1.0, bad]]), 1)
 
@@ -24,11 +26,11 @@ def test_bad_pressures_are_refused(bad):
 def test_a_law_that_the_engine_does_not_know_is_refused():
     other = replace(PART, tetrahedron_material=Material(1160.0, 0.2, "isochoric_neo_hookean"))
     with pytest.raises(ValueError, match="to be stepped, got 'isochoric_neo_hookean'"):
-        BatchedSimulator([Robot(HUB, (Mount(other, POSE, (1,)),))], SETTINGS, 1)
+        BatchedSimulator([Robot(HUB, (Mount(other, POSE, (1,)),))], PHYSICS, STEPPER, 1)
 
 
 def test_refused_robots_leave_the_old_ones_running():
-    simulator = BatchedSimulator(crawlers(), SETTINGS, 1)
+    simulator = BatchedSimulator(crawlers(), PHYSICS, STEPPER, 1)
     with pytest.raises(ValueError, match="unknown regulator 2"):
         simulator.set_robots([*crawlers()[:2], Robot(HUB, (Mount(PART, POSE, (2,)),))])
     assert len(march(simulator)["position"]) == 3
@@ -36,14 +38,18 @@ def test_refused_robots_leave_the_old_ones_running():
 
 def test_bad_robots_and_settings_are_refused():
     with pytest.raises(ValueError, match="unknown regulator 2"):
-        BatchedSimulator([Robot(HUB, (Mount(PART, POSE, (2,)),))], SETTINGS, 1)
+        BatchedSimulator([Robot(HUB, (Mount(PART, POSE, (2,)),))], PHYSICS, STEPPER, 1)
     with pytest.raises(ValueError, match="one regulator for each cavity"):
         Mount(PART, POSE, (0, 1))
     with pytest.raises(ValueError, match="expected at least one robot"):
-        BatchedSimulator([], SETTINGS, 1)
+        BatchedSimulator([], PHYSICS, STEPPER, 1)
     with pytest.raises(ValueError, match="damping must be one of published, objective"):
-        SimulationSettings(damping="publishd")
+        Physics(damping="publishd")
     with pytest.raises(ValueError, match="time_step_s must be positive"):
-        SimulationSettings(time_step_s=0.0)
+        Physics(time_step_s=0.0)
     with pytest.raises(ValueError, match="friction must be finite"):
-        SimulationSettings(friction=float("nan"))
+        Physics(friction=float("nan"))
+    with pytest.raises(ValueError, match="element_precision must be one of single, double"):
+        StepperSettings(element_precision="half")
+    with pytest.raises(ValueError, match="contact_sweeps must be positive"):
+        StepperSettings(contact_sweeps=0)

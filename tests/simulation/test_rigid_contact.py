@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.robot import Hub, Robot
-from pneumorph.simulation import BatchedSimulator, RobotStatus, SimulationSettings
+from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
+from pneumorph.simulation.stepper_settings import StepperSettings
 
 GRAVITY = 9800.0
 HALF = np.array([20.0, 15.0, 5.0])
@@ -20,19 +22,16 @@ def block() -> Robot:
     return Robot(Hub(MASS, np.zeros(3), second, np.zeros(3), corners), ())
 
 
-def settings(**changes) -> SimulationSettings:
-    fields = {
-        "floor_height_mm": -HALF[2],
-        "mass_damping_per_s": 0.0,
-        "contact_tolerance_mm_per_s": 1e-7,
-        "contact_sweeps": 2000,
-        "regulator_count": 1,
-    }
-    return SimulationSettings(**(fields | changes))
+STEPPER = StepperSettings(contact_tolerance_mm_per_s=1e-7, contact_sweeps=2000)
 
 
-def run(simulation: SimulationSettings, steps: int, velocity=(0.0, 0.0, 0.0)) -> BatchedSimulator:
-    simulator = BatchedSimulator([block()], simulation, thread_count=1)
+def physics(**changes) -> Physics:
+    fields = {"floor_height_mm": -HALF[2], "mass_damping_per_s": 0.0, "regulator_count": 1}
+    return Physics(**(fields | changes))
+
+
+def run(world: Physics, steps: int, velocity=(0.0, 0.0, 0.0)) -> BatchedSimulator:
+    simulator = BatchedSimulator([block()], world, STEPPER, thread_count=1)
     simulator.write(0, "velocity", np.array(velocity))
     simulator.advance(np.zeros((1, 1)), steps)
     assert simulator.status[0] == RobotStatus.RUNNING
@@ -40,7 +39,7 @@ def run(simulation: SimulationSettings, steps: int, velocity=(0.0, 0.0, 0.0)) ->
 
 
 def test_normal_impulses_carry_the_weight():
-    simulator = run(settings(), 50)
+    simulator = run(physics(), 50)
     impulse = simulator.read("impulses")[0]
     # At rest each step's impulse balances gravity's; the solver's tolerance of 1e-7 mm/s times the
     # mass bounds the rest.
@@ -52,7 +51,7 @@ def test_normal_impulses_carry_the_weight():
 @pytest.mark.parametrize("friction", [0.3, 1.2])
 def test_block_sticks_just_under_the_friction_angle_without_creep(friction):
     slope = np.degrees(np.arctan(friction * 0.98))
-    simulator = run(settings(friction=friction, floor_slope_deg=slope), 20)
+    simulator = run(physics(friction=friction, floor_slope_deg=slope), 20)
     before = simulator.tracked_point_mm[0]
     simulator.advance(np.zeros((1, 1)), 500)
     # Sticking is exact but for the solver's tolerance of 1e-7 mm/s; 5 s of it stay far below the
@@ -63,9 +62,9 @@ def test_block_sticks_just_under_the_friction_angle_without_creep(friction):
 @pytest.mark.parametrize("friction", [0.3, 0.8])
 def test_block_slides_over_the_friction_angle_with_the_difference(friction):
     slope = np.arctan(friction * 1.1)
-    simulation = settings(friction=friction, floor_slope_deg=float(np.degrees(slope)))
-    steps, h = 40, simulation.time_step_s
-    simulator = run(simulation, steps)
+    world = physics(friction=friction, floor_slope_deg=float(np.degrees(slope)))
+    steps, h = 40, world.time_step_s
+    simulator = run(world, steps)
     acceleration = GRAVITY * (np.sin(slope) - friction * np.cos(slope))
     # Implicit Euler: x = sum of h * (k h a), k = 1..n.
     expected = -acceleration * h * h * steps * (steps + 1) / 2.0
@@ -74,7 +73,7 @@ def test_block_slides_over_the_friction_angle_with_the_difference(friction):
 
 def test_sliding_block_stops_after_v_squared_over_two_mu_g():
     friction, speed = 0.4, 400.0
-    simulator = run(settings(friction=friction), 100, velocity=(speed, 0.0, 0.0))
+    simulator = run(physics(friction=friction), 100, velocity=(speed, 0.0, 0.0))
     exact = speed**2 / (2.0 * friction * GRAVITY)
     # First order in time: the last step's share is at most v h / 2.
     assert abs(simulator.tracked_point_mm[0, 0] - exact) < speed * 0.01 / 2.0
@@ -84,28 +83,28 @@ def test_sliding_block_stops_after_v_squared_over_two_mu_g():
 def test_friction_opposes_oblique_sliding():
     """The cone is round: the deceleration is mu g along the velocity, whatever its direction."""
     direction = np.array([np.cos(0.7), np.sin(0.7), 0.0])
-    simulator = run(settings(friction=0.5), 4, velocity=300.0 * direction)
+    simulator = run(physics(friction=0.5), 4, velocity=300.0 * direction)
     velocity = simulator.read("velocity")[0]
     expected = (300.0 - 4 * 0.01 * 0.5 * GRAVITY) * direction
     assert np.abs(velocity - expected).max() < 1e-4
 
 
 def test_block_dropped_on_the_floor_does_not_pass_through():
-    simulation = settings(floor_height_mm=-HALF[2] - 30.0)
-    simulator = run(simulation, 200)
+    world = physics(floor_height_mm=-HALF[2] - 30.0)
+    simulator = run(world, 200)
     assert simulator.read("worst_penetration")[0] < 1e-4
     assert simulator.read("position")[0, 2] == pytest.approx(-30.0, abs=1e-4)
 
 
 def test_free_fall_is_implicit_eulers():
-    simulator = run(settings(floor_height_mm=-1e6), 30)
+    simulator = run(physics(floor_height_mm=-1e6), 30)
     expected = -GRAVITY * 0.01**2 * 30 * 31 / 2.0
     assert simulator.read("position")[0, 2] == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_free_hub_turns_at_constant_speed():
     simulator = BatchedSimulator(
-        [block()], settings(floor_height_mm=-1e6, gravity_mm_per_s2=0.0), thread_count=1
+        [block()], physics(floor_height_mm=-1e6, gravity_mm_per_s2=0.0), STEPPER, thread_count=1
     )
     simulator.write(0, "angular_velocity", np.array([0.0, 0.0, 2.0]))
     simulator.advance(np.zeros((1, 1)), 100)

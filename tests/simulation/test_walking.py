@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from crawlers import FRESH, GAIT, PART, SETTINGS, crawlers, march
-from dense_step import HUB
-from synthetic_part import synthetic_reduced_part
+from helpers.crawlers import FRESH, GAIT, PART, PHYSICS, STEPPER, crawlers, march
+from helpers.one_leg import HUB
+from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.fem.corotational import law_with_rotation
 from pneumorph.geometry.pose import Pose, rotation_about
-from pneumorph.pressure import rate_limit
+from pneumorph.physics.pressure import rate_limit
 from pneumorph.robot.robot import Mount, Robot
-from pneumorph.simulation import BatchedSimulator
+from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import rollout
 
@@ -26,8 +26,8 @@ def test_mirror_image_robots_walk_mirror_image_paths():
     changes no velocity by more than 1e-9 mm/s; its slowest error is some 1e4 sweeps long, so 160
     steps of 0.01 s may differ by up to about 1e-3 mm. They travel millimetres.
     """
-    settings = replace(SETTINGS, contact_tolerance_mm_per_s=1e-9, contact_sweeps=3000)
-    state = march(BatchedSimulator(crawlers()[:2], settings, thread_count=1))
+    stepper = replace(STEPPER, contact_tolerance_mm_per_s=1e-9, contact_sweeps=3000)
+    state = march(BatchedSimulator(crawlers()[:2], PHYSICS, stepper, thread_count=1))
     left, right = state["position"]
     assert np.abs(left - right * [1.0, -1.0, 1.0]).max() < 1e-3
     assert np.abs(left).max() > 0.1  # it moved at all
@@ -35,16 +35,16 @@ def test_mirror_image_robots_walk_mirror_image_paths():
 
 def test_every_step_obeys_the_contact_law():
     """Points that carry load end the step on the floor, within the cone; none ends below it."""
-    simulator = BatchedSimulator(crawlers(), SETTINGS, 1)
+    simulator = BatchedSimulator(crawlers(), PHYSICS, STEPPER, 1)
     for command in GAIT:
         for _ in range(20):
             simulator.advance(np.tile(command, (3, 1)), 1)
             impulses = simulator.read("impulses")
             normal, tangent = impulses[..., 0], np.linalg.norm(impulses[..., 1:], axis=-1)
             assert np.all(normal >= 0.0)
-            assert np.all(tangent <= SETTINGS.friction * normal * (1.0 + 1e-12))
+            assert np.all(tangent <= PHYSICS.friction * normal * (1.0 + 1e-12))
     assert simulator.read("unconverged_total").sum() == 0
-    assert simulator.read("worst_residual").max() <= SETTINGS.contact_tolerance_mm_per_s
+    assert simulator.read("worst_residual").max() <= STEPPER.contact_tolerance_mm_per_s
     assert simulator.read("contact_total").min() > 160  # they were on the floor
     # The step's floor law is linear in the velocities: a turn W over h = 0.01 s leaves it by half
     # of (W h)^2 times a lever of 150 mm, 0.03 mm at 2 rad/s.
@@ -56,15 +56,15 @@ def test_contact_forces_carry_a_resting_robot_as_pressed_points_stand_still():
     part = synthetic_reduced_part(mode_count=6, cells=(6, 4, 4))
     poses = [Pose(rotation_about("z", angle), np.zeros(3)) for angle in (0.0, 120.0, 240.0)]
     robot = Robot(HUB, tuple(Mount(part, pose, (0,)) for pose in poses))
-    settings = replace(SETTINGS, floor_height_mm=-30.0, contact_sweeps=1000)
-    reduced = ReducedRobot(robot, settings)
+    physics = replace(PHYSICS, floor_height_mm=-30.0)
+    reduced = ReducedRobot(robot, physics, replace(STEPPER, contact_sweeps=1000))
     _, trajectory = rollout(reduced, np.zeros((400, 2)), record_every=400)
     weight = (3 * part.mass + HUB.mass) * 9800.0
     force = trajectory.contact_force_mN[-1]
     np.testing.assert_allclose(force.sum(axis=(0, 1)), [0.0, 0.0, weight], atol=1e-3 * weight)
     speed = np.abs(trajectory.contact_velocity_mm_per_s[-1])
     assert np.any(force[..., 2] > 0.0)
-    assert speed.max() < 1e-3 * 9800.0 * settings.time_step_s
+    assert speed.max() < 1e-3 * 9800.0 * physics.time_step_s
 
 
 def test_a_settling_robot_loses_energy():
@@ -74,10 +74,10 @@ def test_a_settling_robot_loses_energy():
     0.01 rad, so energies of motion are good to a percent of the largest of them.
     """
     robot = crawlers()[2]
-    settings = replace(SETTINGS, damping="objective", floor_height_mm=-25.0)  # it falls first
-    simulator = BatchedSimulator([robot], settings, 1)
+    physics = replace(PHYSICS, damping="objective", floor_height_mm=-25.0)  # it falls first
+    simulator = BatchedSimulator([robot], physics, STEPPER, 1)
     node_mass = PART.mass / len(PART.rest_nodes)
-    gravity, h = settings.gravity_mm_per_s2, settings.time_step_s
+    gravity, h = physics.gravity_mm_per_s2, physics.time_step_s
     stored, kinetic, before = [], [], None
     for _ in range(120):
         simulator.advance(np.zeros((1, 2)), 1)
@@ -108,7 +108,7 @@ def test_a_settling_robot_loses_energy():
 
 
 def test_pressure_moves_no_faster_than_its_rate():
-    simulator = BatchedSimulator(crawlers()[:1], SETTINGS, 1)
+    simulator = BatchedSimulator(crawlers()[:1], PHYSICS, STEPPER, 1)
     expected = np.zeros(2)
     for command in ([40.0, 1.0], [0.0, 30.0]):
         simulator.advance(np.array([command]), 7)
@@ -118,8 +118,9 @@ def test_pressure_moves_no_faster_than_its_rate():
 
 
 def test_single_precision_elements_stay_within_their_rounding():
-    single = march(BatchedSimulator(crawlers(), replace(FRESH, element_precision="single"), 1))
-    double = march(BatchedSimulator(crawlers(), FRESH, 1))
+    single_precision = replace(FRESH, element_precision="single")
+    single = march(BatchedSimulator(crawlers(), PHYSICS, single_precision, 1))
+    double = march(BatchedSimulator(crawlers(), PHYSICS, FRESH, 1))
     # Float strains of 1e-7 over strains of 1e-2 leave 1e-5 of motions of a few mm, amplified by
     # stick and slip: ten times that.
     assert np.abs(single["position"] - double["position"]).max() < 1e-3

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.artefact import write_atomically
 from pneumorph.report.explorer.scored_designs import ScoredDesigns
 from pneumorph.report.film import side_by_side
+from pneumorph.report.page import document, write_html
 from pneumorph.report.plan_view import (
     DISK_RADIUS_MM,
     HALF_WIDTH_MM,
@@ -48,20 +48,12 @@ def write_explorer(
     data = explorer_data(scored, command, replay)
     assets = replay_assets() if data["replay"] else ""
     style, script = (folder.joinpath(f"explorer.{suffix}").read_text() for suffix in ("css", "js"))
-    body = folder.joinpath("explorer.html").read_text()
-    content = "\n".join(
-        [
-            "<!doctype html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            '<link rel="icon" href="data:,">',
-            f"<title>{html.escape(title)}</title>{assets}<style>{style}</style></head><body>",
-            f"<header><h1>{html.escape(title)}</h1><p>{html.escape(scored.meaning)}</p></header>",
-            body,
-            f"<script>\nconst explorerData = {script_json(data)};\n{script}</script></body></html>",
-        ]
-    ).encode()
-    return write_atomically(path, lambda stream: stream.write(content))
+    body = f"""<header><h1>{html.escape(title)}</h1><p>{html.escape(scored.meaning)}</p></header>
+{folder.joinpath("explorer.html").read_text()}
+<script>
+const explorerData = {script_json(data)};
+{script}</script>"""
+    return write_html(path, document(title, f"{assets}<style>{style}</style>", body))
 
 
 def explorer_data(scored: ScoredDesigns, command: str, replay: ReplaySettings) -> dict[str, Any]:

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from pneumorph.coopt.checkpoint import load_checkpoint
-from pneumorph.coopt.design_distribution import gibbs
-from pneumorph.report.run import Run
+from pneumorph.learn.checkpoint import load_checkpoint
+from pneumorph.learn.design_distribution import gibbs
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
-from pneumorph.settings import settings_from_dict
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.recorded_trajectories import recorded_trajectories
 from pneumorph.trajectory import Trajectory
 
 
@@ -53,7 +52,7 @@ def unscored(space: DesignSpace) -> ScoredDesigns:
     return ScoredDesigns(space, np.full(len(space), np.nan))
 
 
-def scored_by_training(run: Run) -> ScoredDesigns:
+def scored_by_training(run: FinishedRun) -> ScoredDesigns:
     """Return the designs of a coopt run with the distribution of its newest checkpoint.
 
     A score of exactly zero is that of a design which was never tried, or failed, and becomes NaN.
@@ -63,7 +62,7 @@ def scored_by_training(run: Run) -> ScoredDesigns:
         ArtefactError: Its checkpoints cannot be read.
         ValueError: Its space is not that of its settings.
     """
-    space = settings_from_dict(DesignSpace, run.settings["coopt"]["space"])
+    space = run.structured("coopt.space", DesignSpace)
     arrays = load_checkpoint(run.folder / "training").arrays
     scores = arrays["distribution/scores"]
     beta = float(arrays["distribution/inverse_temperature"])
@@ -71,32 +70,43 @@ def scored_by_training(run: Run) -> ScoredDesigns:
         space,
         np.where(scores == 0.0, np.nan, scores),
         gibbs(scores, beta),
-        _pairs(space, run.summary),
+        _pairs(space, run),
         meaning="Score: newest distance in training; none where a design was not tried or failed.",
     )
 
 
-def scored_by_evaluation(run: Run, space: DesignSpace) -> ScoredDesigns:
+def scored_by_evaluation(run: FinishedRun, space: DesignSpace) -> ScoredDesigns:
     """Return a space with the distances of an evaluation's pairs.
 
     Raises:
         ValueError: A pair's design is not in the space.
     """
-    pairs = _pairs(space, run.summary)
+    pairs = _pairs(space, run)
     score_cm = np.full(len(space), np.nan)
     for index, (_, distance) in pairs.items():
         score_cm[index] = distance
-    meaning = f"Score: distance of the pairs of {run.folder}, {run.summary['model']} model."
+    model = run.of_summary("model", str)
+    meaning = f"Score: distance of the pairs of {run.folder}, {model} model."
     return ScoredDesigns(space, score_cm, None, pairs, meaning=meaning)
 
 
-def _pairs(space: DesignSpace, summary: Mapping[str, Any]) -> dict[int, tuple[str, float]]:
+@dataclass(frozen=True)
+class _Pair:
+    design: str
+    distance_cm: float
+
+
+@dataclass(frozen=True)
+class _BestPairs:
+    """What a training and an evaluation both say."""
+
+    pairs: tuple[_Pair, ...]
+
+
+def _pairs(space: DesignSpace, run: FinishedRun) -> dict[int, tuple[str, float]]:
     return {
-        space.index(Design.parse(pair["design"])): (
-            f"L{rank}",
-            float("nan") if pair["distance_cm"] is None else float(pair["distance_cm"]),
-        )
-        for rank, pair in enumerate(summary.get("pairs") or [], start=1)
+        space.index(Design.parse(pair.design)): (f"L{rank}", pair.distance_cm)
+        for rank, pair in enumerate(run.result(_BestPairs).pairs, start=1)
     }
 
 
@@ -109,7 +119,7 @@ def recorded_walks(
     """
     found: dict[int, list[tuple[str, Trajectory]]] = {}
     for folder in folders:
-        for group in Run(folder, {}, {}).trajectories().values():
+        for group in recorded_trajectories(folder).values():
             for label, trajectory in group.items():
                 name = trajectory.metadata.get("design")
                 if trajectory.node_positions_mm is None or not isinstance(name, str):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import TracebackType
+from typing import Annotated
 
+from pneumorph.base.checked import Bounds, Checked, NotNegative
 from pneumorph.report.replay.live_server import LivePage
 from pneumorph.report.replay.page import page_of, player_script
 from pneumorph.report.replay.replay_data import live_data, live_frame
@@ -13,20 +14,14 @@ from pneumorph.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class LiveSettings:
+class LiveSettings(Checked):
     """The page of a running simulation."""
 
-    port: int = 0
+    port: Annotated[int, Bounds(0, 65535)] = 0
     """Port of 127.0.0.1; 0 takes a free one."""
-    linger_s: float = 120.0
+    linger_s: NotNegative = 120.0
     """How long the page may still be opened when the simulation has ended [s]; the wait is over as
     soon as a page has got every frame, which it then keeps."""
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.port < 65536:
-            raise ValueError(f"port is {self.port}, expected 0 to 65535")
-        if not self.linger_s >= 0.0:
-            raise ValueError(f"linger_s is {self.linger_s}, expected 0 or more")
 
 
 class LiveReplay:
@@ -77,10 +72,5 @@ class LiveReplay:
     def __enter__(self) -> LiveReplay:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._page.close()

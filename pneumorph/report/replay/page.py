@@ -9,18 +9,19 @@ nicegui (three.js inside a web framework), trimesh (three.js inside a zipped tem
 
 from __future__ import annotations
 
-import html
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from pneumorph.artefact import write_atomically
+from pneumorph.report.film import side_by_side
 from pneumorph.report.marker_actor import TRIAD_COLOURS, MarkerActor
+from pneumorph.report.page import document, write_html
 from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
 from pneumorph.report.scene import Actor
 from pneumorph.report.style import DISK_COLOUR, INK_COLOUR, PATH_COLOURS, REGULATOR_COLOURS
+from pneumorph.trajectory import Trajectory
 
 _SCRIPTS = ("motion.js", "stage.js", "time_line.js", "player.js")
 _THREE = ("static", "r130", "three.min.js")
@@ -43,13 +44,26 @@ def write_replay(
     Raises:
         ValueError: No robot, or one whose positions are not finite.
     """
-    return write_page_file(path, page_of(title, replay_fragment(actors, settings)))
+    return write_html(path, page_of(title, replay_fragment(actors, settings)))
 
 
-def write_page_file(path: Path | str, page: str) -> Path:
-    """Write the HTML of a page."""
-    content = page.encode()
-    return write_atomically(path, lambda stream: stream.write(content))
+def write_side_by_side(path: Path, walks: Mapping[str, Path], title: str) -> Path | None:
+    """Write a page that replays recorded walks, each robot in a lane of its own.
+
+    Args:
+        path: The HTML file.
+        walks: Trajectory files by what to write beside each; missing ones, and those of legs
+            without a skin, are left out.
+        title: Of the page.
+
+    Returns:
+        The page, or None where there is nothing to show.
+    """
+    found = {label: Trajectory.load(file) for label, file in walks.items() if file.exists()}
+    actors = [
+        Actor.of(walk, label) for label, walk in found.items() if walk.skin_triangles is not None
+    ]
+    return write_replay(path, side_by_side(actors), title=title) if actors else None
 
 
 def replay_fragment(
@@ -98,17 +112,7 @@ def replay_assets() -> str:
 
 def page_of(title: str, body: str) -> str:
     """Return a whole page that fills the window with a player."""
-    return "\n".join(
-        [
-            "<!doctype html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            '<link rel="icon" href="data:,">',
-            f"<title>{html.escape(title)}</title>",
-            replay_assets(),
-            f'</head><body class="pneumorph-replay-page">{body}</body></html>',
-        ]
-    )
+    return document(title, replay_assets(), body, "pneumorph-replay-page")
 
 
 def player_script(name: str) -> str:

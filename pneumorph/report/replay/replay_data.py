@@ -9,11 +9,12 @@ from __future__ import annotations
 import base64
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.leg_modes import LegModes, leg_modes
 from pneumorph.report.scene import Actor
@@ -24,22 +25,16 @@ FORMAT_VERSION = 1
 
 
 @dataclass(frozen=True)
-class ReplaySettings:
+class ReplaySettings(Checked):
     """How exact, and so how large, a replay is."""
 
-    tolerance_mm: float = 0.01
+    tolerance_mm: Positive = 0.01
     """How far a leg's node may be off [mm], in each coordinate. Reduced robots come out exact to
     single precision, because their own modes are found; finite elements need fewer modes for
     more."""
-    frame_interval_s: float = 0.0
+    frame_interval_s: NotNegative = 0.0
     """Shortest time between frames that are kept [s]; the player moves smoothly between frames. 0
     keeps every frame of the trajectory."""
-
-    def __post_init__(self) -> None:
-        if not self.tolerance_mm > 0.0:
-            raise ValueError(f"tolerance_mm is {self.tolerance_mm}, expected above 0")
-        if not self.frame_interval_s >= 0.0:
-            raise ValueError(f"frame_interval_s is {self.frame_interval_s}, expected 0 or more")
 
 
 def replay_data(
@@ -60,26 +55,26 @@ def replay_data(
     if not actors:
         raise ValueError("a replay needs at least one robot, got none")
     settings = settings or ReplaySettings()
-    shapes: dict[str, list[np.ndarray]] = {}
-    skins: dict[str, np.ndarray] = {}
+    of_mesh: dict[str, list[Actor]] = {}
     for actor in actors:
         if isinstance(actor, Actor):
-            key = _mesh_key(actor)
-            shapes.setdefault(key, []).append(_shapes(actor, _kept(actor, settings)))
-            skins[key] = _skin(actor)[1]
-    bases = {key: leg_modes(of_mesh, settings.tolerance_mm) for key, of_mesh in shapes.items()}
-    places = {key: place for place, key in enumerate(bases)}
+            of_mesh.setdefault(_mesh_key(actor), []).append(actor)
+    keys, groups = list(of_mesh), of_mesh.values()
+    bases = [
+        leg_modes([_shapes(each, _kept(each, settings)) for each in group], settings.tolerance_mm)
+        for group in groups
+    ]
     robots = []
     for actor in actors:
         if isinstance(actor, MarkerActor):
             robots.append(_measured(actor))
         else:
-            key = _mesh_key(actor)
-            robots.append(_simulated(actor, places[key], bases[key], settings))
+            place = keys.index(_mesh_key(actor))
+            robots.append(_simulated(actor, place, bases[place], settings))
     return {
         "format": FORMAT,
         "version": FORMAT_VERSION,
-        "bases": [_basis(bases[key], skins[key]) for key in bases],
+        "bases": [_basis(b, group[0].skin[1]) for b, group in zip(bases, groups, strict=True)],
         "robots": robots,
     }
 
@@ -91,7 +86,7 @@ def live_data(actor: Actor, frame: int = 0) -> dict[str, Any]:
         actor: A robot with at least one recorded frame.
         frame: Its first frame to show.
     """
-    nodes, triangles = _skin(actor)
+    nodes, triangles = actor.skin
     basis = {"node_count": nodes.shape[2], "mode_count": 0, "triangles": array(triangles, "<u4")}
     robot = {
         **_described(actor),
@@ -105,11 +100,10 @@ def live_data(actor: Actor, frame: int = 0) -> dict[str, Any]:
 
 def live_frame(actor: Actor, frame: int) -> dict[str, Any]:
     """Return one frame of a robot for the player: positions as they are, in single precision."""
-    nodes, _ = _skin(actor)
     return {
         "robot": 0,
         **_motion(actor, np.array([frame])),
-        "positions_mm": array(nodes[frame], "<f4"),
+        "positions_mm": array(actor.skin[0][frame], "<f4"),
     }
 
 
@@ -154,7 +148,7 @@ def _measured(actor: MarkerActor) -> dict[str, Any]:
 
 def _described(actor: Actor) -> dict[str, Any]:
     """What is known of a simulated robot before it moves."""
-    trajectory, disk = actor.trajectory, actor.disk
+    trajectory = actor.trajectory
     return {
         "kind": "simulated",
         "label": actor.label,
@@ -165,12 +159,7 @@ def _described(actor: Actor) -> dict[str, Any]:
         "regulators": list(actor.regulators),
         "regulator_count": trajectory.commanded_kPa.shape[1],
         "floor_mm": _floor_mm(trajectory.metadata),
-        "disk": {
-            "bottom_radius_mm": disk.bottom_radius_mm,
-            "top_radius_mm": disk.top_radius_mm,
-            "height_mm": disk.height_mm,
-            "bottom_mm": disk.bottom_mm,
-        },
+        "disk": asdict(actor.disk),
     }
 
 
@@ -204,34 +193,22 @@ def _basis(basis: LegModes, triangles: np.ndarray) -> dict[str, Any]:
 def _kept(actor: Actor, settings: ReplaySettings) -> np.ndarray:
     """Return the frames to keep, the last one always among them."""
     times = actor.trajectory.time_s
-    kept, last = [], -np.inf
-    for frame, time_s in enumerate(times):
-        if time_s - last >= settings.frame_interval_s - 1e-9:
+    kept = [0]
+    for frame, time_s in enumerate(times[1:], start=1):
+        if time_s - times[kept[-1]] >= settings.frame_interval_s - 1e-9:
             kept.append(frame)
-            last = time_s
-    if kept[-1] != len(times) - 1:
-        kept.append(len(times) - 1)
-    return np.array(kept)
-
-
-def _skin(actor: Actor) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions of the skin's nodes (frame, leg, node, 3) and triangles of them."""
-    nodes, skin = actor.trajectory.node_positions_mm, actor.trajectory.skin_triangles
-    assert nodes is not None
-    assert skin is not None
-    shown, renumbered = np.unique(skin, return_inverse=True)
-    return nodes[:, :, shown], renumbered.reshape(skin.shape)
+    return np.union1d(kept, [len(times) - 1])
 
 
 def _mesh_key(actor: Actor) -> str:
-    nodes, triangles = _skin(actor)
+    nodes, triangles = actor.skin
     return f"{nodes.shape[2]} {hashlib.sha256(triangles.astype('<u4').tobytes()).hexdigest()}"
 
 
 def _shapes(actor: Actor, kept: np.ndarray) -> np.ndarray:
     """Return legs in the hub's frame, turned to location 0, (frame x leg, 3 node)."""
     trajectory = actor.trajectory
-    nodes = _skin(actor)[0][kept] - trajectory.hub_position_mm[kept, None, None]
+    nodes = actor.skin[0][kept] - trajectory.hub_position_mm[kept, None, None]
     turn = _turns(actor)
     cosine, sine, zero = np.cos(turn), np.sin(turn), np.zeros_like(turn)
     # Rows of R^T of a turn about z.

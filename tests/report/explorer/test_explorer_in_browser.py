@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.expert_gait import ExpertGait
-from pneumorph.gait.open_loop_gait import sample_commands
-from pneumorph.presets import paper_robot_builder
+from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.report.explorer.page import write_explorer
 from pneumorph.report.explorer.scored_designs import ScoredDesigns, unscored
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
-from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import rollout
 from pneumorph.trajectory import Trajectory
 
@@ -31,7 +30,7 @@ SPACE = DesignSpace()
 @pytest.fixture(scope="module")
 def walked() -> Trajectory:
     commands = sample_commands(ExpertGait(phase_deg=60), 0.01, 60)
-    robot = ReducedRobot(paper_robot_builder()(Design.parse(EXPERT)))
+    robot = paper_robot().reduced(EXPERT)
     description = {"design": EXPERT}
     return rollout(robot, np.asarray(commands), record_every=20, description=description)[1]
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pneumorph.coopt.checkpoint import save_checkpoint
-from pneumorph.coopt.design_distribution import gibbs
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.learn.checkpoint import save_checkpoint
+from pneumorph.learn.design_distribution import gibbs
 from pneumorph.report.explorer.scored_designs import (
     ScoredDesigns,
     recorded_walks,
@@ -16,10 +17,9 @@ from pneumorph.report.explorer.scored_designs import (
     scored_by_training,
     unscored,
 )
-from pneumorph.report.run import Run
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
-from pneumorph.settings import settings_to_dict
+from pneumorph.study.finished_run import FinishedRun
 
 SPACE = DesignSpace(location_count=4, regulator_count=2, maximum_legs=4)
 PAIRS = [{"design": "1.2.1.2", "distance_cm": 3.5}, {"design": "0.1.1.2", "distance_cm": None}]
@@ -29,7 +29,7 @@ def test_a_training_gives_scores_probabilities_and_pairs(tmp_path: Path) -> None
     scores = np.arange(SPACE.size, dtype=float)
     arrays = {"distribution/scores": scores, "distribution/inverse_temperature": np.array(0.5)}
     save_checkpoint(tmp_path / "training", arrays, {})
-    run = Run(tmp_path, {"pairs": PAIRS}, {"coopt": {"space": settings_to_dict(SPACE)}})
+    run = FinishedRun(tmp_path, {"pairs": PAIRS}, {"coopt": {"space": settings_to_dict(SPACE)}})
     scored = scored_by_training(run)
     assert scored.space == SPACE
     assert np.isnan(scored.score_cm[0])  # never tried, or failed
@@ -45,7 +45,7 @@ def test_scores_of_another_space_are_refused(tmp_path: Path) -> None:
 
 
 def test_an_evaluation_scores_its_pairs_alone() -> None:
-    run = Run(Path("runs/e"), {"pairs": PAIRS, "model": "reduced"}, {})
+    run = FinishedRun(Path("runs/e"), {"pairs": PAIRS, "model": "reduced"}, {})
     scored = scored_by_evaluation(run, SPACE)
     assert np.flatnonzero(np.isfinite(scored.score_cm)) == [SPACE.index(Design.parse("1.2.1.2"))]
     assert scored.probability is None

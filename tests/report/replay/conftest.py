@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.expert_gait import ExpertGait
-from pneumorph.gait.open_loop_gait import sample_commands
-from pneumorph.presets import paper_robot_builder
-from pneumorph.robot.design import Design
-from pneumorph.simulation.reduced_robot import ReducedRobot
+from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.simulation.rollout import rollout
 from pneumorph.trajectory import Trajectory
 
@@ -18,5 +16,5 @@ from pneumorph.trajectory import Trajectory
 def crawl() -> Trajectory:
     """1.5 s of the expert's gait from the moment the hind legs move, 16 frames."""
     commands = sample_commands(ExpertGait(phase_deg=60), 0.01, 150)
-    robot = ReducedRobot(paper_robot_builder()(Design.parse("1.0.0.2.2.0.0.1")))
+    robot = paper_robot().reduced("1.0.0.2.2.0.0.1")
     return rollout(robot, np.asarray(commands), record_every=10)[1]

@@ -97,7 +97,7 @@ def test_other_names_other_paths_and_a_taken_port_are_refused() -> None:
         assert other.getresponse().status == 404
         with pytest.raises(OSError, match="in use"):
             LivePage("", urlsplit(live.address).port or 0)
-    with pytest.raises(ValueError, match="port is 70000"):
+    with pytest.raises(ValueError, match="port must be at least 0 and at most 65535, got 70000"):
         LiveSettings(port=70000)
-    with pytest.raises(ValueError, match="linger_s is -1"):
+    with pytest.raises(ValueError, match="linger_s must be at least 0, got -1"):
         LiveSettings(linger_s=-1)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.presets import load_default_leg
+from pneumorph.catalogue.paper_robot import load_default_leg
 from pneumorph.report.film import side_by_side
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.page import replay_fragment, script_json
@@ -74,9 +74,9 @@ def test_a_measured_robot_is_its_path(crawl: Trajectory) -> None:
 def test_what_cannot_be_replayed_is_refused(crawl: Trajectory) -> None:
     with pytest.raises(ValueError, match="at least one robot"):
         replay_data([])
-    with pytest.raises(ValueError, match="tolerance_mm is -1"):
+    with pytest.raises(ValueError, match="tolerance_mm must be positive, got -1"):
         ReplaySettings(tolerance_mm=-1)
-    with pytest.raises(ValueError, match="frame_interval_s is -1"):
+    with pytest.raises(ValueError, match="frame_interval_s must be at least 0, got -1"):
         ReplaySettings(frame_interval_s=-1)
     nodes = np.array(crawl.node_positions_mm)
     nodes[3] = np.nan

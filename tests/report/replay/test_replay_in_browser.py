@@ -17,7 +17,6 @@ from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.page import page_of, replay_assets, write_replay
 from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
 from pneumorph.report.scene import Actor
-from pneumorph.report.skin import with_skin_only
 from pneumorph.trajectory import Trajectory
 
 SETTINGS = ReplaySettings(tolerance_mm=2e-4)
@@ -44,7 +43,7 @@ def shown(page: Any, robot: int = 0) -> np.ndarray:
 
 
 def recorded(trajectory: Trajectory) -> np.ndarray:
-    nodes = with_skin_only(trajectory).node_positions_mm
+    nodes = trajectory.with_skin_only().node_positions_mm
     assert nodes is not None
     return nodes
 
@@ -157,7 +156,7 @@ def test_six_legs_for_20_s_are_small_and_drawn_30_times_a_second(
     arrays = {name: value[frame] for name, value in crawl.arrays().items()
               if name not in ("skin_triangles", "node_positions_mm")}  # fmt: skip
     nodes = recorded(crawl)[frame][:, [0, 1, 2, 3, 0, 1]]
-    skin = with_skin_only(crawl).skin_triangles
+    skin = crawl.with_skin_only().skin_triangles
     long = replace(
         crawl,
         **{**arrays, "time_s": 0.1 * np.arange(201)},

@@ -136,6 +136,9 @@ const pneumorphMotion = (() => {
       }
     }
 
+    // Whether it came to the end of its walk: one that diverged has travelled no distance.
+    get sound() { return (this.robot.status || "completed") === "completed"; }
+
     // Forward travel of the tracked point since the first frame [cm], now or in a frame.
     distance(frame) {
       if (!this.time.length) return 0;

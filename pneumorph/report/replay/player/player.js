@@ -250,8 +250,11 @@ const pneumorphReplay = (() => {
       slider.value = this.duration > 0 ? this.time / this.duration : 0;
       slider.setAttribute("aria-valuetext", `${this.time.toFixed(2)} seconds`);
       if (this.stage) {
-        this.stage.actors.forEach((actor, i) => write(
-          actor.label, `${actor.motion.robot.label}\n${(Math.round(10 * this.distance(i)) / 10 + 0).toFixed(1)} cm`));
+        this.stage.actors.forEach((actor, i) => {
+          const far = `${(Math.round(10 * this.distance(i)) / 10 + 0).toFixed(1)} cm`;
+          const robot = actor.motion.robot;
+          write(actor.label, `${robot.label}\n${actor.motion.sound ? far : robot.status}`);
+        });
       }
     }
 

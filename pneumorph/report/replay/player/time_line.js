@@ -72,7 +72,7 @@ const pneumorphTimeLine = (() => {
     distances(pen, top, bottom) {
       let low = 0, high = 1;
       for (const motion of this.motions) {
-        motion.time.forEach((_, i) => {
+        if (motion.sound) motion.time.forEach((_, i) => {
           const d = motion.distance(i);
           low = Math.min(low, d);
           high = Math.max(high, d);
@@ -80,6 +80,7 @@ const pneumorphTimeLine = (() => {
       }
       const y = this.axis(pen, top, bottom, low, high, "distance (cm)");
       this.motions.forEach((motion, index) => {
+        if (!motion.sound) return;
         pen.strokeStyle = pneumorphStage.pathColour(index, this.motions.length);
         this.curve(pen, motion.time, (i) => y(motion.distance(i)), 1.8, []);
       });

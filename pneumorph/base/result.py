@@ -1,0 +1,109 @@
+"""Typed results of studies: frozen dataclasses that are saved as JSON and read back equal.
+
+A result is what a study returns, what a verb's ``summary.json`` holds, and what a section of a page
+takes. JSON has no NaN: a number that is not finite is written as null and read as NaN.
+
+A class may add numbers that follow from its fields (``derived``, a method that returns them by
+name). They are written for those who read the file and passed over when it is read back.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import cattrs
+import numpy as np
+
+from pneumorph.base.artefact import UNITS, ArtefactError, write_json
+from pneumorph.base.settings import exactly
+
+Result = TypeVar("Result")
+
+
+def result_to_dict(result: Any) -> dict[str, Any]:
+    """Return a result as JSON values: arrays and tuples become lists, paths text, NaN null."""
+    content: dict[str, Any] = _converter().unstructure(result)
+    derived = result.derived() if hasattr(result, "derived") else {}
+    finite: dict[str, Any] = _finite({**content, **derived})
+    return finite
+
+
+def result_from_dict(kind: type[Result], content: Mapping[str, Any]) -> Result:
+    """Return a result of a class from JSON values; keys that the class has not are passed over.
+
+    Raises:
+        ArtefactError: A field is missing or of the wrong type.
+    """
+    try:
+        return _converter().structure(content, kind)
+    except cattrs.BaseValidationError as error:
+        reasons = "; ".join(cattrs.transform_error(error))
+        raise ArtefactError(f"it is no {kind.__name__}: {reasons}") from error
+
+
+def save_result(path: Path | str, result: Any) -> Path:
+    """Write a result as JSON with its kind and units."""
+    header = {"kind": type(result).__name__, "units": UNITS}
+    return write_json(path, {**header, **result_to_dict(result)})
+
+
+def load_result(kind: type[Result], path: Path | str) -> Result:
+    """Read what `save_result` wrote.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ArtefactError: It is not JSON, of another kind, or damaged.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"{kind.__name__} file {path} does not exist")
+    try:
+        content = json.loads(path.read_text())
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ArtefactError(f"{path} is not valid JSON ({error}); it is truncated") from error
+    if not isinstance(content, dict) or content.get("kind") != kind.__name__:
+        found = content.get("kind") if isinstance(content, dict) else type(content).__name__
+        raise ArtefactError(f"{path} holds a {found}, expected a {kind.__name__}")
+    try:
+        return result_from_dict(kind, content)
+    except ArtefactError as error:
+        raise ArtefactError(f"{path} cannot be read: {error}") from error
+
+
+def _converter() -> cattrs.Converter:
+    converter = cattrs.Converter()
+    converter.register_unstructure_hook(Path, str)
+    converter.register_unstructure_hook(np.ndarray, lambda value: value.tolist())
+    converter.register_structure_hook(Path, lambda value, _: Path(value))
+    converter.register_structure_hook(np.ndarray, lambda value, _: np.array(_known(value)))
+    # cattrs would turn 2.7 into the integer 2 and any number into a text.
+    for kind, allowed in ((bool, (bool,)), (int, (int,)), (str, (str,))):
+        converter.register_structure_hook(
+            kind, lambda value, _, allowed=allowed: exactly(value, allowed)
+        )
+    converter.register_structure_hook(
+        float, lambda value, _: math.nan if value is None else float(exactly(value, (int, float)))
+    )
+    converter.register_structure_hook(Any, lambda value, _: value)
+    return converter
+
+
+def _known(value: Any) -> Any:
+    """A list of numbers with NaN where there is null."""
+    if isinstance(value, list):
+        return [_known(item) for item in value]
+    return math.nan if value is None else value
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,180 @@
+"""The folder of one run: what was asked, what came out, and every file it made."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import json
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.artefact import ArtefactError, write_json
+from pneumorph.base.progress import Progress
+
+SUMMARY = "summary.json"
+SETTINGS = "settings.json"
+TRAINING_FOLDER = "training"
+
+
+class RunFolder:
+    """A folder that a verb writes into, with a progress display.
+
+    Args:
+        path: The folder; made with the first file.
+        verb: Name of the verb.
+        progress: Where the verb says how far it is.
+        provenance: What made the run, for its summary and its page.
+        summary_only: Whether the caller wants the summary alone, and no page served meanwhile.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        verb: str,
+        progress: Progress | None = None,
+        provenance: Mapping[str, Any] | None = None,
+        summary_only: bool = False,
+    ) -> None:
+        self.path = path
+        self.verb = verb
+        self.summary_only = summary_only
+        self.progress = progress or Progress(quiet=True)
+        self.provenance = {} if provenance is None else {"made_by": dict(provenance)}
+
+    def __truediv__(self, name: str) -> Path:
+        """Return the path of a file of this run; the folder it is in exists."""
+        target = self.path / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        return target
+
+    def refuse_other_verb(self) -> None:
+        """Keep a verb from writing over another's run.
+
+        Raises:
+            ValueError: The folder holds the summary of another verb.
+        """
+        if not (self.path / SUMMARY).exists():
+            return
+        other = read_summary(self.path).get("verb")
+        if other != self.verb and {other, self.verb} != {"coopt", "demo"}:  # a demo is a coopt run
+            raise ValueError(
+                f"{self.path} holds a run of `pneumorph {other}`, expected a folder of its own for "
+                f"`{self.verb}`; choose another --out"
+            )
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Hold the folder, so that no second process writes into it.
+
+        The kernel lets go of it when this process ends, however it does. Where the file system
+        knows no locks of folders, such as NFS, nothing is held.
+
+        Raises:
+            ValueError: Another process holds it.
+        """
+        self.path.mkdir(parents=True, exist_ok=True)
+        held = os.open(self.path, os.O_RDONLY)
+        try:
+            try:
+                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                if error.errno == errno.EWOULDBLOCK:
+                    raise ValueError(
+                        f"{self.path} is being written by another process, expected a "
+                        "folder of its own for each; wait for that process, or choose another --out"
+                    ) from None
+            yield
+        finally:
+            os.close(held)
+
+    def save_settings(self, content: dict[str, Any]) -> Path:
+        """Write the resolved settings."""
+        return write_json(self / SETTINGS, content)
+
+    def save_summary(self, content: dict[str, Any]) -> Path:
+        """Write the summary and the verb that made it; numbers that are not finite become null."""
+        head = {"verb": self.verb, **self.provenance}
+        return write_json(self / SUMMARY, {**head, **finite(content)})
+
+    def remove_if_only_settings(self) -> None:
+        """Remove the folder of a run that failed before it made anything."""
+        if [file.name for file in self.path.iterdir()] == [SETTINGS]:
+            (self.path / SETTINGS).unlink()
+            self.path.rmdir()
+
+
+def default_folder(verb: str) -> Path:
+    """Return runs/VERB-TIME, with a number behind it where that exists already."""
+    name = f"{verb}-{time.strftime('%Y%m%d-%H%M%S')}"
+    path, number = Path("runs") / name, 2
+    while path.exists():
+        path, number = Path("runs") / f"{name}-{number}", number + 1
+    return path
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """Return the summary of an earlier run.
+
+    Raises:
+        ArtefactError: The folder holds no summary: the run did not finish or is no run.
+    """
+    return _read(folder, SUMMARY)
+
+
+def read_settings(folder: Path) -> dict[str, Any]:
+    """Return the resolved settings of an earlier run; raises as `read_summary`."""
+    return _read(folder, SETTINGS)
+
+
+def _read(folder: Path, name: str) -> dict[str, Any]:
+    path = folder / name
+    if not path.exists():
+        raise ArtefactError(
+            f"{folder} holds no {name}; it is not the folder of a finished pneumorph run"
+        )
+    try:
+        content = json.loads(path.read_text())
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ArtefactError(f"{path} is not valid JSON ({error}); it is truncated") from error
+    if not isinstance(content, dict):
+        raise ArtefactError(f"{path} holds a {type(content).__name__}, expected a table of values")
+    return content
+
+
+def made_once(path: Path, make: Callable[[], Mapping[str, Any]], **made_of: Any) -> dict[str, Any]:
+    """Return what a JSON file holds; make and write it where it is missing.
+
+    Args:
+        path: The file.
+        make: Makes its content, JSON values; numbers that are not finite become null.
+        made_of: What the content depends on, JSON values; kept in the file beside it.
+
+    Raises:
+        ValueError: The file was made of something else.
+    """
+    if not path.exists():
+        write_json(path, finite({**made_of, **make()}))
+    content: dict[str, Any] = json.loads(path.read_text())
+    for name, wanted in json.loads(json.dumps(made_of)).items():
+        if content.get(name) != wanted:
+            raise ValueError(
+                f"{path} was made with {name} {content.get(name)}, expected {wanted}; choose "
+                "another folder"
+            )
+    return content
+
+
+def finite(value: Any) -> Any:
+    """Return ``value`` with every number that is not finite replaced by None: JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

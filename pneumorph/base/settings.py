@@ -1,0 +1,254 @@
+"""Settings between frozen dataclasses and JSON or TOML files.
+
+Every option of the program is a field of a frozen dataclass beside the code it configures. A run
+folder holds the resolved settings as JSON, and a file in either format can replace some of them:
+keys that no dataclass has are refused, because a misspelt option that is silently ignored costs a
+night of training.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from types import UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import cattrs
+from cattrs.strategies import configure_union_passthrough
+
+from pneumorph.base.artefact import write_json
+
+Settings = TypeVar("Settings")
+
+
+def check_numbers(
+    settings: Any, positive: Sequence[str], non_negative: Sequence[str], finite: Sequence[str]
+) -> None:
+    """Check numeric fields of a settings dataclass; all named ones must be finite.
+
+    Args:
+        settings: The settings.
+        positive: Fields that must be above zero.
+        non_negative: Fields that must not be below zero.
+        finite: Fields of any sign.
+
+    Raises:
+        ValueError: A field breaks its rule; names it, what was expected and its value.
+    """
+    for name in (*positive, *non_negative, *finite):
+        value = getattr(settings, name)
+        if not math.isfinite(value):
+            raise ValueError(f"{name} must be finite, got {value}")
+        if (name in positive and value <= 0) or (name in non_negative and value < 0):
+            kind = "positive" if name in positive else "not negative"
+            raise ValueError(f"{name} must be {kind}, got {value}")
+
+
+def check_least(settings: Any, **least: float) -> None:
+    """Check fields of a settings dataclass against their least values.
+
+    Raises:
+        ValueError: A field is below; None counts as not given.
+    """
+    for name, value in least.items():
+        given = getattr(settings, name)
+        if given is not None and not given >= value:
+            raise ValueError(f"{name} is {given}, expected at least {value:g}")
+
+
+def check_choices(settings: Any, choices: Mapping[str, Sequence[str]]) -> None:
+    """Check fields of a settings dataclass that name one of a few things.
+
+    Args:
+        settings: The settings.
+        choices: What each field may be.
+
+    Raises:
+        ValueError: A field is none of its choices.
+    """
+    for name, known in choices.items():
+        value = getattr(settings, name)
+        if value not in known:
+            raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}")
+
+
+def settings_to_dict(settings: Any) -> dict[str, Any]:
+    """Return a settings dataclass as nested dictionaries of JSON values (tuples become lists)."""
+    content: dict[str, Any] = json.loads(json.dumps(_converter().unstructure(settings)))
+    return content
+
+
+def settings_from_dict(
+    kind: type[Settings], content: Mapping[str, Any], default: Settings | None = None
+) -> Settings:
+    """Return settings of class ``kind`` with the values of ``content``.
+
+    Args:
+        kind: The frozen dataclass.
+        content: Nested dictionaries; keys left out keep the value of ``default``.
+        default: Settings to start from; None stands for the defaults of ``kind``.
+
+    Raises:
+        ValueError: A key that no field has, or a value of the wrong type or range.
+    """
+    content = upgraded(kind, content)
+    _refuse_unknown_keys(kind, content, "")
+    merged: Any = content if default is None else laid_over(settings_to_dict(default), content)
+    try:
+        return _converter().structure(merged, kind)
+    except cattrs.BaseValidationError as error:
+        reasons = "; ".join(_reasons(error, ""))
+        raise ValueError(f"{kind.__name__} cannot be read: {reasons}") from error
+
+
+def upgraded(kind: Any, content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings that an earlier version wrote as they are called now.
+
+    A settings class whose names have changed says how with a class method ``upgraded``. Settings of
+    a group whose flags have no prefix may stand beside it, as the flags do: earlier versions had no
+    such group.
+    """
+    now = dict(kind.upgraded(content) if hasattr(kind, "upgraded") else content)
+    hints = get_type_hints(kind, include_extras=True)
+    for name, hint in hints.items():
+        marks = getattr(hint, "__metadata__", ())
+        if any(getattr(mark, "name", None) == "" for mark in marks):
+            group = get_type_hints(dataclass_of(hint))
+            beside = {key: now.pop(key) for key in set(now) & set(group) - set(hints)}
+            if beside:
+                now[name] = {**beside, **now.get(name, {})}
+    for name, value in now.items():
+        inner = dataclass_of(hints[name]) if name in hints else None
+        if inner is not None and isinstance(value, Mapping):
+            now[name] = upgraded(inner, value)
+    return now
+
+
+def save_settings(path: Path | str, settings: Any) -> Path:
+    """Write settings as JSON; `load_settings` reads them back equal."""
+    return write_json(path, settings_to_dict(settings))
+
+
+def read_settings_file(path: Path | str) -> dict[str, Any]:
+    """Read a ``.json`` or ``.toml`` file as nested dictionaries.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: Not JSON or TOML, or no table.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"settings file {path} does not exist")
+    try:
+        text = path.read_text()
+        content = tomllib.loads(text) if path.suffix == ".toml" else json.loads(text)
+    except (tomllib.TOMLDecodeError, json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"settings file {path} is not valid {path.suffix[1:]}: {error}") from error
+    if not isinstance(content, dict):
+        raise ValueError(
+            f"settings file {path} holds a {type(content).__name__}, expected a table of settings"
+        )
+    return content
+
+
+def load_settings(
+    kind: type[Settings], path: Path | str, default: Settings | None = None
+) -> Settings:
+    """Read settings of class ``kind`` from a ``.json`` or ``.toml`` file.
+
+    Args:
+        kind: The frozen dataclass.
+        path: The file; keys left out keep the value of ``default``.
+        default: Settings to start from; None stands for the defaults of ``kind``.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: Not JSON or TOML, an unknown key, or a value of the wrong type.
+    """
+    content = read_settings_file(path)
+    try:
+        return settings_from_dict(kind, content, default)
+    except ValueError as error:
+        raise ValueError(f"settings file {path}: {error}") from error
+
+
+def _refuse_unknown_keys(kind: Any, content: Mapping[str, Any], prefix: str) -> None:
+    """Raise for the first key that has no field, with its whole path and its closest neighbour."""
+    hints = get_type_hints(kind)
+    names = [field.name for field in fields(kind)]
+    for key, value in content.items():
+        if key not in names:
+            close = difflib.get_close_matches(key, names, n=1)
+            hint = f"did you mean {close[0]}?" if close else f"it has {', '.join(names)}"
+            raise ValueError(f"unknown setting {prefix}{key} of {kind.__name__}: {hint}")
+        nested = dataclass_of(hints[key])
+        if nested is not None and isinstance(value, Mapping):
+            _refuse_unknown_keys(nested, value, f"{prefix}{key}.")
+
+
+def dataclass_of(hint: Any) -> Any | None:
+    """Return the dataclass of an annotation such as ``Part`` or ``Part | None``."""
+    if isinstance(hint, type) and is_dataclass(hint):
+        return hint
+    if get_origin(hint) in (Union, UnionType):
+        return next((arg for arg in get_args(hint) if is_dataclass(arg)), None)
+    if hasattr(hint, "__metadata__"):
+        return dataclass_of(get_args(hint)[0])
+    return None
+
+
+def laid_over(default: dict[str, Any], content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``default`` with the values of ``content`` laid over it, table by table."""
+    result = dict(default)
+    for key, value in content.items():
+        below = result.get(key)
+        if isinstance(value, Mapping) and isinstance(below, dict):
+            result[key] = laid_over(below, value)
+        else:
+            result[key] = value
+    return result
+
+
+def _converter() -> cattrs.Converter:
+    converter = cattrs.Converter(forbid_extra_keys=True)
+    converter.register_unstructure_hook(Path, str)
+    converter.register_structure_hook(Path, lambda value, _: Path(exactly(value, str)))
+    # cattrs would turn 2.7 into the integer 2 and any text into True: only exact types may pass.
+    converter.register_structure_hook(bool, lambda value, _: exactly(value, bool))
+    converter.register_structure_hook(int, lambda value, _: exactly(value, int))
+    converter.register_structure_hook(str, lambda value, _: exactly(value, str))
+    converter.register_structure_hook(float, lambda value, _: float(exactly(value, (int, float))))
+    configure_union_passthrough(bool | int | float | str | None, converter)
+    return converter
+
+
+def exactly(value: Any, kinds: type | tuple[type, ...]) -> Any:
+    """Return a value of one of the types themselves; a bool is no int.
+
+    Raises:
+        ValueError: It is of another type.
+    """
+    allowed = kinds if isinstance(kinds, tuple) else (kinds,)
+    if type(value) not in allowed:
+        names = " or ".join(kind.__name__ for kind in allowed)
+        raise ValueError(f"expected {names}, got {value!r}")
+    return value
+
+
+def _reasons(error: BaseException, prefix: str) -> list[str]:
+    """Return one line for each leaf of a cattrs error, with the path of the setting."""
+    if not isinstance(error, cattrs.BaseValidationError):
+        return [f"{prefix or 'settings'}: {error}"]
+    reasons: list[str] = []
+    for inner in error.exceptions:
+        name = ""
+        for note in getattr(inner, "__notes__", []):
+            name = str(getattr(note, "name", getattr(note, "index", "")))
+        path = f"{prefix}.{name}" if prefix and name else prefix or name
+        reasons += _reasons(inner, path)
+    return reasons

@@ -1,0 +1,132 @@
+"""Calls of one function in other processes: of this machine, of a Ray cluster, or of Ray here."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import chdir, contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+Function = Callable[[Any, Any], Any]
+
+# Two BLAS threads in each of two workers stall each other on shared cores.
+_ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Where calls run."""
+
+    begin: Callable[[Any], Future[Any]]
+    """Calls the function with a task, in a worker whose death is that of this call alone."""
+    count: int
+    """Calls at the same time."""
+    deaths: tuple[type[Exception], ...]
+    """What a call raises whose worker died."""
+
+
+@contextmanager
+def process_workers(function: Function, shared: Any, count: int) -> Iterator[Workers]:
+    """Processes of this machine; those at work when this ends are ended."""
+    # Spawned, for a forked child would inherit the locks of BLAS and JAX threads.
+    spawn = multiprocessing.get_context("spawn")
+    ours, theirs = multiprocessing.Pipe()
+
+    def begin(task: Any) -> Future[Any]:
+        # A process for each call: one pool would break with its first worker, whosesoever task.
+        pool = ProcessPoolExecutor(1, spawn, _live_with, (theirs,))
+        before = dict(os.environ)
+        os.environ.update(_ONE_THREAD)
+        try:
+            return pool.submit(function, shared, task)
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
+            pool.shutdown(wait=False)
+
+    with ours, theirs:
+        yield Workers(begin, count, (BrokenProcessPool,))
+
+
+def _live_with(life: Connection) -> None:
+    """End this process when the pipe's other end is closed: its work would be nobody's.
+
+    That is when nobody waits for results any more, or when the parent is gone, however it died.
+    """
+
+    def end() -> None:
+        life.poll(None)
+        os._exit(1)
+
+    threading.Thread(target=end, daemon=True).start()
+
+
+@contextmanager
+def ray_workers(
+    function: Function, shared: Any, count: int | None, address: str | None
+) -> Iterator[Workers]:
+    """Tasks of Ray, as `connected` finds it; with no `count` as many as it has processors."""
+    with connected(count, address) as ray:
+        # Attempts are the caller's: Ray would retry for ever a task that runs out of memory.
+        call, reference = ray.remote(max_retries=0)(_call_in), ray.put(shared)
+        errors = ray.exceptions
+        yield Workers(
+            lambda task: call.remote(Path.cwd(), function, reference, task).future(),
+            count or int(ray.cluster_resources().get("CPU", 1)),
+            (
+                errors.WorkerCrashedError,
+                errors.OutOfMemoryError,
+                errors.NodeDiedError,
+                errors.ObjectLostError,
+            ),
+        )
+
+
+def _call_in(folder: Path, function: Function, shared: Any, task: Any) -> Any:
+    """Call from the caller's folder, which its relative paths mean; workers begin elsewhere."""
+    with chdir(folder if folder.is_dir() else Path.cwd()):
+        return function(shared, task)
+
+
+@contextmanager
+def connected(count: int | None, address: str | None) -> Iterator[Any]:
+    """The module ray, joined to the cluster at an address or, without one, started here.
+
+    One that runs in this process already is used, and goes on running.
+
+    Raises:
+        ModuleNotFoundError: Ray is not installed.
+    """
+    os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+    try:
+        import ray
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "the backend ray needs the extra ray: pip install 'pneumorph[ray]'"
+        ) from error
+    if ray.is_initialized():
+        yield ray
+        return
+    # Workers of this machine find every module that this process finds.
+    modules = {} if address else {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    ray.init(
+        address=address,
+        num_cpus=None if address else count,
+        include_dashboard=None if address else False,
+        log_to_driver=False,
+        logging_level=logging.WARNING,
+        runtime_env={"env_vars": _ONE_THREAD | modules},
+    )
+    try:
+        yield ray
+    finally:
+        ray.shutdown()

@@ -1,0 +1,74 @@
+"""What can be mounted at a site of a robot, reduced and as finite elements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from pneumorph.fem.part_model import PartModel
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.scaled_part import scaled_part
+
+
+@dataclass(frozen=True, eq=False)
+class Module:
+    """A part, such as a leg, in both models; each is made when it is first asked for.
+
+    Attributes:
+        name: What it is called in summaries.
+        make_reduced: Makes or reads the reduced part.
+        make_full: Makes the finite elements, given factors on all Young's moduli and on the mass.
+        modulus_factor: Young's moduli of this module over those it was made with.
+        mass_factor: Mass of this module over that it was made with.
+    """
+
+    name: str
+    make_reduced: Callable[[], ReducedPart]
+    make_full: Callable[[float, float], PartModel]
+    modulus_factor: float = 1.0
+    mass_factor: float = 1.0
+
+    @classmethod
+    def of_full(cls, name: str, part: PartModel) -> Module:
+        """A module that is known as finite elements alone."""
+
+        def missing() -> ReducedPart:
+            raise ValueError(f"{name} has not been reduced; it walks as finite elements only")
+
+        return cls(name, missing, lambda *_: part)
+
+    @cached_property
+    def reduced(self) -> ReducedPart:
+        """The reduced part."""
+        part = self.make_reduced()
+        as_made = self.modulus_factor == self.mass_factor == 1.0
+        return part if as_made else scaled_part(part, self.modulus_factor, self.mass_factor)
+
+    @cached_property
+    def full(self) -> PartModel:
+        """The finite elements."""
+        return self.make_full(self.modulus_factor, self.mass_factor)
+
+    def scaled(self, modulus_factor: float = 1.0, mass_factor: float = 1.0) -> Module:
+        """The same module of a stiffer or heavier material."""
+        if modulus_factor == mass_factor == 1.0:
+            return self
+        return replace(
+            self,
+            modulus_factor=self.modulus_factor * modulus_factor,
+            mass_factor=self.mass_factor * mass_factor,
+        )
+
+    def check_reduction(self) -> None:
+        """Refuse a reduced part that does not stand for the finite elements.
+
+        Raises:
+            ArtefactError: It was made from another mesh or material.
+        """
+        self.reduced.check_model(self.full)
+
+    def describe(self) -> dict[str, Any]:
+        """Size, provenance and measured errors of the reduced part, for a summary."""
+        return self.reduced.describe(self.name)

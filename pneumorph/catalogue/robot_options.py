@@ -1,0 +1,148 @@
+"""Which robot, in which physics: what a verb asks for, and the specification it stands for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.hub_spec import HubModel
+from pneumorph.catalogue.paper_robot import LegName, paper_leg, paper_robot, pressure_map
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.full_order_settings import FrictionSolver, FullOrderSettings, Integrator
+from pneumorph.fem.height_map import HeightMap
+from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.simulation.stepper_settings import StepperSettings
+
+OLDER_GROUP = "simulation"
+"""What `physics` and `stepper` were called when they were one group of settings."""
+
+
+def current_flag(argument: str) -> str:
+    """An argument of the command line with a flag of an earlier version as it is called now."""
+    start = f"--{OLDER_GROUP}."
+    if not argument.startswith(start):
+        return argument
+    name = argument.removeprefix(start).split("=", 1)[0].replace("-", "_")
+    numerics = {each.name for each in fields(StepperSettings)}
+    return argument.replace(start, "--stepper." if name in numerics else "--physics.", 1)
+
+
+@dataclass(frozen=True)
+class FullOptions:
+    """Robots of finite elements."""
+
+    hub: HubModel = "soft"
+    """Disk as finite elements, or a rigid one."""
+    integrator: Integrator = "linearly_implicit"
+    """One linear solve a step as published, or implicit Euler converged by Newton's method."""
+    friction_solver: FrictionSolver = "newton"
+    """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
+    contact_sweeps: int = 2000
+    """Most Gauss-Seidel sweeps of a contact solve; the published experiment made 250."""
+    height_map: HeightMap = field(default_factory=HeightMap)
+    """Floor that is no plane."""
+    mesh: Path | None = None
+    """Mesh of the legs, as `pneumorph mesh` writes it; by default the one that ships."""
+
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """The leg and the physics."""
+
+    leg: LegName = "paper"
+    """`paper`: the published material, linear elements. `hyperelastic`: the silicone's own
+    stiffness, quadratic neo-Hookean elements; in place of the published pressure map it has its
+    own."""
+    part: Path | None = None
+    """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
+    threads: int = 0
+    """Threads of the engine; 0 takes every processor."""
+    full: FullOptions = field(default_factory=FullOptions)
+    calibration: Path | None = None
+    """Calibration file, as `pneumorph calibrate` writes it; by default the paper's line."""
+    physics: Physics = field(default_factory=Physics)
+    stepper: StepperSettings = field(default_factory=StepperSettings)
+
+    def __post_init__(self) -> None:
+        if self.threads < 0:
+            raise ValueError(f"threads is {self.threads}, expected 0 for every processor, or more")
+
+    @classmethod
+    def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Settings of an earlier version as they are called now.
+
+        One group `simulation` held what is physics and stepper now; a run of the hyperelastic leg
+        kept the published pressure map in its settings and used the leg's own.
+        """
+        now = dict(content)
+        older = now.pop(OLDER_GROUP, {})
+        if not older:
+            return now
+        numerics = {each.name for each in fields(StepperSettings)}
+        if older.get("pressure_map") == settings_to_dict(PressureMap()):
+            older = {**older, **cls.implied({"leg": now.get("leg", cls.leg)})["physics"]}
+        for group, chosen in (
+            ("physics", {k: v for k, v in older.items() if k not in numerics}),
+            ("stepper", {k: v for k, v in older.items() if k in numerics}),
+        ):
+            if chosen:
+                now[group] = {**chosen, **now.get(group, {})}
+        return now
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Settings that a choice of leg brings with it where they are not set themselves."""
+        if "leg" not in content:
+            return {}
+        leg: LegName = content["leg"]
+        return {"physics": {"pressure_map": settings_to_dict(pressure_map(leg))}}
+
+    def spec(self) -> RobotSpec:
+        """The robot asked for, calibrated if a calibration was given.
+
+        Raises:
+            FileNotFoundError: The calibration file is missing.
+            ArtefactError: It cannot be read.
+            ValueError: It is given together with a pressure map.
+        """
+        full = self.full
+        spec = paper_robot(
+            paper_leg(self.leg, self.part, full.mesh),
+            self.physics,
+            stepper=self.stepper,
+            full_order=FullOrderSettings(
+                integrator=full.integrator,
+                friction_solver=full.friction_solver,
+                contact_sweeps=full.contact_sweeps,
+            ),
+            hub_model=full.hub,
+            height_map=full.height_map,
+            thread_count=self.threads,
+        )
+        if self.calibration is None:
+            return spec
+        if self.physics.pressure_map != pressure_map(self.leg):
+            raise ValueError(
+                f"both a calibration file ({self.calibration}) and physics.pressure_map were "
+                "given, expected one of them"
+            )
+        return spec.calibrated(Calibration.load(self.calibration))
+
+    def refuse_full_options(self) -> None:
+        """Refuse options of finite elements where reduced robots walk.
+
+        Raises:
+            ValueError: One of them is not the usual one.
+        """
+        usual, asked = (settings_to_dict(each) for each in (FullOptions(), self.full))
+        changed = [name for name in usual if usual[name] != asked[name]]
+        if changed:
+            raise ValueError(
+                f"full.{changed[0]} is {asked[changed[0]]!r}, expected {usual[changed[0]]!r} with "
+                "--model reduced: it is an option of finite elements"
+            )

@@ -1,1 +1,0 @@
-"""Reduced models beside the full ones they stand for."""

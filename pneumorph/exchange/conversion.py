@@ -1,0 +1,117 @@
+"""A gait or a reduced leg, read in one format and written in another program's, or back."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from pneumorph.base.checked import Checked, Count, Positive
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.paper_robot import paper_leg, paper_leg_mesh
+from pneumorph.exchange.sofa_reduction import read_sofa_reduction, reduced_part_of
+from pneumorph.exchange.sofa_scene import export_sofa_scene
+from pneumorph.exchange.sorotraj import read_sorotraj, write_sorotraj
+from pneumorph.fem.part_model import leg_model
+from pneumorph.gait.gait_file import read_gait, write_gait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.gait.interpolated_gait import InterpolatedGait
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.physics.physics import Physics
+
+SHIPPED = "shipped"
+"""Stands for the leg that ships, in place of a file."""
+GAIT_FILE = "gait.csv"
+
+
+@dataclass(frozen=True)
+class ConversionSettings(Checked):
+    """What to write, and what the numbers of the file that is read mean."""
+
+    to: Literal["csv", "sorotraj", "sofa", "part"] = "sorotraj"
+    """What to write."""
+    kPa_per_unit: Positive = 1.0
+    """What one unit of a sorotraj file is [kPa]; 6.894757 for psi."""
+    repetitions: Count = 1
+    """How often a sorotraj file's main part is run."""
+    hold_s: Positive = 0.1
+    """Straight lines become commands that are held for so long in a CSV file [s]."""
+    mesh: Path | None = None
+    """Mesh that a reduction belongs to; by default the shipped leg's."""
+    physics: Physics = field(default_factory=Physics)
+
+
+@dataclass(frozen=True)
+class ConvertedFile:
+    """What was written; what the file is not of stays None."""
+
+    to: str
+    wall_s: float
+    gait: str | None = None
+    """File of the gait."""
+    duration_s: float | None = None
+    regulator_count: int | None = None
+    scene: str | None = None
+    """File of the SOFA scene."""
+    part: str | None = None
+    """File of the reduced leg."""
+    torn_attachment: float | None = None
+    """Share of the modes' motion at the attachment that is not rigid, in a reduction by SOFA."""
+    leg: dict[str, Any] | None = None
+    """The reduced leg."""
+
+
+def convert(source: str, settings: ConversionSettings, folder: RunFolder) -> ConvertedFile:
+    """Read one format and write another.
+
+    Args:
+        source: Gait file, reduced leg (npz), ``shipped``, or the folder of a reduction by the
+            plugin ModelOrderReduction.
+        settings: What to write.
+        folder: Receives ``gait.csv``, ``gait.yaml``, ``scene.py`` with its files, or ``part.npz``.
+
+    Raises:
+        FileNotFoundError: No such source.
+        ValueError: The source is damaged, or does not belong to the mesh.
+    """
+    start = time.monotonic()
+    write = _gait if settings.to in ("csv", "sorotraj") else _leg
+    written = write(source, settings, folder)
+    return ConvertedFile(settings.to, time.monotonic() - start, **written)
+
+
+def _leg(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[str, Any]:
+    # What any such leg is compared with: the paper's materials, whatever its file says of them.
+    model = leg_model(paper_leg_mesh() if settings.mesh is None else Mesh.load(settings.mesh))
+    if settings.to == "sofa":
+        leg = paper_leg(part=None if source == SHIPPED else Path(source))
+        scene = export_sofa_scene(folder.path, leg.reduced, model, settings.physics)
+        return {"scene": str(scene), "leg": leg.describe()}
+    part = reduced_part_of(read_sofa_reduction(Path(source)), model)
+    path = part.save(folder / "part.npz")
+    return {
+        "part": str(path),
+        "torn_attachment": part.metadata["torn_attachment"],
+        "leg": paper_leg(part=path).describe(),
+    }
+
+
+def _gait(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[str, Any]:
+    path, comments = Path(source), dict[str, str]()
+    if path.suffix in (".yaml", ".yml"):
+        gait: HeldGait | InterpolatedGait = read_sorotraj(
+            path, settings.kPa_per_unit, settings.repetitions
+        )
+    else:
+        gait, comments = read_gait(path)
+    if settings.to == "sorotraj":
+        written = write_sorotraj(folder / "gait.yaml", gait, comments)
+    else:
+        held = gait.held(settings.hold_s) if isinstance(gait, InterpolatedGait) else gait
+        written = write_gait(folder / GAIT_FILE, held, comments)
+    return {
+        "gait": str(written),
+        "duration_s": gait.duration_s,
+        "regulator_count": gait.regulator_count,
+    }

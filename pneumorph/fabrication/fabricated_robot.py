@@ -1,0 +1,199 @@
+"""Everything that a workshop needs to build a design: solids, parts and tubes, made and checked."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.artefact import write_atomically
+from pneumorph.base.checked import Checked, Positive
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.paper_robot import paper_leg_mesh
+from pneumorph.fabrication.hub import HubSettings, make_hub
+from pneumorph.fabrication.leg_mould import MouldSettings, check_leg_mould, make_leg_mould
+from pneumorph.fabrication.parts_list import (
+    Part,
+    TubeRun,
+    WorkshopSettings,
+    parts_csv,
+    parts_list,
+    tube_plan,
+    tubes_csv,
+)
+from pneumorph.fabrication.solid import FabricationError, surface_of, write_step
+from pneumorph.fabrication.wall_thickness import wall_thickness_mm
+from pneumorph.geometry.disk import DiskShape
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.geometry.surface import write_stl
+from pneumorph.robot.design import Design
+
+
+@dataclass(frozen=True)
+class FabricationSettings(Checked):
+    """Shapes of the parts, and how they are made."""
+
+    mesh: Path | None = None
+    """Mesh of the simulated leg, to compare volumes with; by default the shipped one."""
+    surface_size_mm: Positive = 8.0
+    """Largest triangle of the STL files [mm]."""
+    leg: PneuNetShape = field(default_factory=PneuNetShape)
+    disk: DiskShape = field(default_factory=DiskShape)
+    mounting: RadialMounting = field(default_factory=RadialMounting)
+    mould: MouldSettings = field(default_factory=MouldSettings)
+    hub: HubSettings = field(default_factory=HubSettings)
+    workshop: WorkshopSettings = field(default_factory=WorkshopSettings)
+
+
+@dataclass(frozen=True)
+class FabricatedSolid:
+    """A solid to print or to mill: its files, volume and thinnest wall."""
+
+    step: str
+    stl: str
+    volume_mm3: float
+    surface_volume_mm3: float
+    """Volume inside the triangles of the STL file [mm^3]."""
+    triangle_count: int
+    thinnest_wall_mm: float | None
+    """None where no wall has an opposite side."""
+
+
+@dataclass(frozen=True)
+class FabricatedRobot:
+    """Volumes, masses and checks of what a design is built from."""
+
+    design: str
+    leg_count: int
+    cast_volume_mm3: float
+    mesh_volume_mm3: float
+    cast_volume_error_percent: float
+    undercut_mm3: dict[str, float]
+    """Volume in the way when each part of the mould is taken off."""
+    watertight: bool
+    silicone_ml: float
+    silicone_g: float
+    leg_mass_g: float
+    solids: dict[str, FabricatedSolid]
+    parts: tuple[Part, ...]
+    tubes: tuple[TubeRun, ...]
+    wall_s: float
+    drawing: str | None = None
+    """The assembly drawing, once it is drawn."""
+
+
+def fabricate(
+    design: Design | str, settings: FabricationSettings, folder: RunFolder
+) -> FabricatedRobot:
+    """Make, check and write mould, core, hub and leg, the parts list and the tube plan.
+
+    Args:
+        design: The design.
+        settings: Shapes and how they are made.
+        folder: Receives ``mould_upper``, ``mould_lower``, ``core``, ``hub`` and ``leg`` (.step,
+            .stl), ``parts.csv`` and ``tubes.csv``.
+
+    Raises:
+        ValueError: The design has no legs, or does not fit the hub's sockets.
+        FabricationError: A wall is too thin, a surface not closed, or the mould does not come off.
+    """
+    start = time.monotonic()
+    design = _fitting(design, settings.mounting)
+    mesh = paper_leg_mesh() if settings.mesh is None else Mesh.load(settings.mesh)
+    folder.progress.stage("making the mould")
+    mould = make_leg_mould(settings.leg, settings.mould)
+    checks = check_leg_mould(mould, settings.leg, float(mesh.volumes.sum()))
+    folder.progress.stage("making the hub")
+    hub = make_hub(settings.disk, settings.leg, settings.mounting, settings.hub)
+    solids = {
+        "mould_upper": (mould.upper, settings.mould.smallest_wall_mm),
+        "mould_lower": (mould.lower, settings.mould.smallest_wall_mm),
+        "core": (mould.core, settings.mould.smallest_wall_mm),
+        "hub": (hub, settings.hub.smallest_wall_mm),
+        "leg": (mould.body + mould.plate, settings.mould.smallest_silicone_mm),
+    }
+    folder.progress.stage("writing and checking surfaces")
+    made = {}
+    for number, (name, (solid, smallest)) in enumerate(solids.items(), start=1):
+        made[name] = _written(name, solid, smallest, settings.surface_size_mm, folder)
+        folder.progress(number, len(solids), name)
+    tubes = tube_plan(
+        design, settings.mounting, _channel_length_mm(settings.mounting), settings.workshop
+    )
+    parts = parts_list(
+        design,
+        settings.leg,
+        mould.cast_volume_mm3,
+        made["hub"].volume_mm3,
+        {n: made[n].volume_mm3 for n in ("mould_upper", "mould_lower", "core")},
+        tubes,
+        settings.workshop,
+    )
+    write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
+    write_atomically(folder / "tubes.csv", lambda stream: stream.write(tubes_csv(tubes).encode()))
+    return FabricatedRobot(
+        design=str(design),
+        leg_count=design.leg_count,
+        **checks,
+        watertight=True,  # surface_of raises otherwise
+        silicone_ml=_known(parts[1].volume_ml),
+        silicone_g=_known(parts[1].mass_g),
+        leg_mass_g=_known(parts[0].mass_g),
+        solids=made,
+        parts=tuple(parts),
+        tubes=tuple(tubes),
+        wall_s=time.monotonic() - start,
+    )
+
+
+def _known(value: float | None) -> float:
+    assert value is not None  # legs and silicone are weighed
+    return value
+
+
+def _fitting(design: Design | str, mounting: RadialMounting) -> Design:
+    design = Design.parse(str(design))
+    if design.location_count != mounting.location_count:
+        raise ValueError(
+            f"design {design} has {design.location_count} locations, expected "
+            f"{mounting.location_count} as the hub has sockets"
+        )
+    if design.leg_count == 0:
+        raise ValueError(f"design {design} has no legs, expected at least one")
+    return design
+
+
+def _written(
+    name: str, solid: Any, smallest_mm: float, size_mm: float, folder: RunFolder
+) -> FabricatedSolid:
+    """Write a solid and check its surface and its walls."""
+    surface = surface_of(solid, size_mm)  # raises unless it is watertight
+    thickness = wall_thickness_mm(surface)
+    place = int(np.argmin(thickness))
+    thinnest = float(thickness[place])
+    if thinnest < smallest_mm - 1e-6:
+        middle = surface.nodes[surface.triangles[place]].mean(axis=0)
+        raise FabricationError(
+            f"{name} has a wall of {thinnest:.2f} mm at ({', '.join(f'{v:.1f}' for v in middle)}) "
+            f"mm, expected {smallest_mm:g} mm or more"
+        )
+    step = write_step(folder / f"{name}.step", solid)
+    stl = write_stl(folder / f"{name}.stl", surface.nodes, surface.triangles)
+    return FabricatedSolid(
+        step=str(step),
+        stl=str(stl),
+        volume_mm3=float(sum(each.mass for each in solid.solids)),
+        surface_volume_mm3=surface.volume_mm3,
+        triangle_count=len(surface.triangles),
+        thinnest_wall_mm=thinnest if np.isfinite(thinnest) else None,
+    )
+
+
+def _channel_length_mm(mounting: RadialMounting) -> float:
+    """From a socket's face to the hub's middle along the pitched channel [mm]."""
+    return mounting.hub_radius_mm / float(np.cos(np.radians(mounting.pitch_deg)))

@@ -1,0 +1,156 @@
+"""The body of a full-order robot: legs of finite elements tied to a hub, above a floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Generic
+
+import numpy as np
+
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.base.stage_clock import StageClock
+from pneumorph.fem.floor import Floor, PlaneFloor
+from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.hub_body import Body, HubBody, HubState
+from pneumorph.fem.mounted_leg import MountedLeg
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.trial_step import TrialStep
+from pneumorph.geometry.pose import Pose
+from pneumorph.physics.physics import Physics
+
+
+class RobotBody(Generic[HubState]):
+    """Legs of finite elements tied to a hub, above a floor: all that stays while the robot moves.
+
+    Args:
+        hub: What carries the legs.
+        mounts: Part, pose in the robot's frame and regulator (counted from 0) of each leg.
+        physics: What acts on it.
+        numerics: How its steps are computed.
+        tracked_point: Point of the hub's frame whose travel is rewarded [mm], (3,); the frame's
+            origin by default.
+        floor: What it stands on; by default the plane of the physics.
+
+    Raises:
+        ValueError: No legs, or a regulator that does not exist.
+    """
+
+    def __init__(
+        self,
+        hub: HubBody[HubState],
+        mounts: Sequence[tuple[PartModel, Pose, int]],
+        physics: Physics | None = None,
+        tracked_point: np.ndarray | None = None,
+        floor: Floor | None = None,
+        numerics: FullOrderSettings | None = None,
+    ) -> None:
+        self.hub = hub
+        self.physics = physics or Physics()
+        self.numerics = numerics or FullOrderSettings()
+        self.floor = floor or PlaneFloor(self.physics.floor_height_mm)
+        if not mounts:
+            raise ValueError("mounts is empty: a robot needs at least one leg")
+        self.legs = tuple(MountedLeg(*mount) for mount in mounts)
+        for leg in self.legs:
+            if not 0 <= leg.regulator < self.physics.regulator_count:
+                raise ValueError(
+                    f"regulator must be 0 .. {self.physics.regulator_count - 1}, got "
+                    f"{leg.regulator}; regulators are counted from 0"
+                )
+        self.tracked_point: np.ndarray = np.array(
+            (0.0, 0.0, 0.0) if tracked_point is None else tracked_point, dtype=float
+        )
+        self.clock = StageClock()
+        """Time spent in ``assembly``, ``factorisation``, ``elimination`` and ``friction``."""
+        counts = [leg.contact_count for leg in self.legs]
+        self._contact_starts: np.ndarray = np.concatenate([[0], np.cumsum(counts)])
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Physics and numerics by name, for what is saved of a rollout."""
+        return {**settings_to_dict(self.physics), **settings_to_dict(self.numerics)}
+
+    @property
+    def contact_point_count(self) -> int:
+        """All contact points: the legs', then the hub's."""
+        return int(self._contact_starts[-1]) + len(self.hub.contact_points)
+
+    def initial_state(self) -> FullRobotState[HubState]:
+        """At rest in the initial pose, no pressure."""
+        return FullRobotState(
+            hub=self.hub.initial_state(),
+            positions=tuple(leg.initial_positions() for leg in self.legs),
+            velocities=tuple(np.zeros_like(leg.part.rest_nodes) for leg in self.legs),
+            regulated_kPa=np.zeros(self.physics.regulator_count),
+            impulses=np.zeros((self.contact_point_count, 3)),
+            contact_velocities=np.zeros((self.contact_point_count, 3)),
+            pressure_work_mJ=np.zeros(len(self.legs)),
+        )
+
+    def tracked_point_mm(self, state: FullRobotState[HubState]) -> np.ndarray:
+        """World position of the point whose travel is rewarded [mm], (3,)."""
+        position: np.ndarray = self.hub.point_positions(state.hub, self.tracked_point[None])[0]
+        return position
+
+    def leg_nodes_in_hub_frame(self, state: FullRobotState[HubState]) -> tuple[np.ndarray, ...]:
+        """Nodes of each leg in its own frame, carried by the hub [mm], each (node, 3).
+
+        At rest they are the part's rest nodes; the attachment nodes stay there on a rigid hub.
+        """
+        rotation, position = self.hub.frame(state.hub)
+        carried = Pose(rotation, position).inverse()
+        return tuple(
+            leg.pose.inverse().apply(carried.apply(x))
+            for leg, x in zip(self.legs, state.positions, strict=True)
+        )
+
+    def contact_positions(
+        self, state: FullRobotState[HubState] | TrialStep[HubState]
+    ) -> tuple[np.ndarray, ...]:
+        """Where the contact points of each leg, and last the hub's, are [mm], each (point, 3)."""
+        legs = (leg.contact_weights @ x for leg, x in zip(self.legs, state.positions, strict=True))
+        return (*legs, self.hub.point_positions(state.hub, self.hub.contact_points))
+
+    def leg_contacts(self, state: FullRobotState[HubState]) -> tuple[np.ndarray, np.ndarray]:
+        """Forces on the legs' contact points and the velocities of those that carry one.
+
+        Returns:
+            Force in the last step [mN] and velocity after it [mm/s], world axes, both (leg, point,
+            3) for legs that are all the same part.
+        """
+        positions = np.concatenate(self.contact_positions(state)[:-1])
+        count, shape = len(positions), (len(self.legs), -1, 3)
+        frames = self.floor.frames(positions)
+        impulses, velocities = state.impulses[:count], state.contact_velocities[:count]
+        force = np.einsum("pra,pr->pa", frames, impulses) / self.physics.time_step_s
+        velocity = np.einsum("pra,pr->pa", frames, velocities)
+        pressed = impulses[:, :1] > 0.0
+        return force.reshape(shape), np.where(pressed, velocity, 0.0).reshape(shape)
+
+    def bodies(self, state: FullRobotState[HubState]) -> list[Body]:
+        """Every body of finite elements, legs first and then those of the hub."""
+        legs = zip(self.legs, state.positions, state.velocities, strict=True)
+        return [*((leg.part, x, v) for leg, x, v in legs), *self.hub.bodies(state.hub)]
+
+    def contact_numbers(self, points: Sequence[np.ndarray]) -> np.ndarray:
+        """Numbers among all contact points of the given ones of each body, (contact,)."""
+        numbers: np.ndarray = np.concatenate(
+            [start + each for start, each in zip(self._contact_starts, points, strict=True)]
+        )
+        return numbers
+
+    def points_near(self, state: FullRobotState[HubState], time_step_s: float) -> list[np.ndarray]:
+        """Points of each body that could reach the floor within a step of this length [s]."""
+        velocities = [
+            leg.contact_weights @ v for leg, v in zip(self.legs, state.velocities, strict=True)
+        ]
+        hub_map = self.hub.point_map(state.hub, self.hub.contact_points)
+        velocities.append((hub_map @ state.hub.velocity).reshape(-1, 3))
+        near = []
+        for position, velocity in zip(self.contact_positions(state), velocities, strict=True):
+            normal = self.floor.frames(position)[:, 0]
+            speed = np.einsum("pa,pa->p", normal, velocity)
+            coming = self.floor.gap(position) + time_step_s * np.minimum(speed, 0.0)
+            near.append(np.flatnonzero(coming < self.numerics.contact_margin_mm))
+        return near

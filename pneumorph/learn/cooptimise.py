@@ -1,0 +1,270 @@
+"""A whole co-optimisation run in a folder: train, checkpoint, evaluate, write what was found."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.artefact import write_json
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
+from pneumorph.gait.gait_file import write_gait
+from pneumorph.gait.walk import Progress
+from pneumorph.learn.checkpoint import has_checkpoint, load_checkpoint, save_checkpoint
+from pneumorph.learn.design_gait_pair import DesignGaitPair
+from pneumorph.learn.finetuning import FINETUNED_FOLDER, finetune
+from pneumorph.learn.metrics import MetricsLog, read_metrics
+from pneumorph.learn.policy_file import save_policy
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.learn.training import STAGES, Training
+
+SETTINGS_FILE = "settings.json"
+SUMMARY_FILE = "summary.json"
+POLICY_FILE = "policy.npz"
+GAIT_FOLDER = "gaits"
+
+
+def cooptimise(
+    build_robot: RobotBuilder,
+    make_simulator: SimulatorFactory,
+    settings: CooptSettings,
+    folder: Path | str,
+    *,
+    time_step_s: float = 0.01,
+    provenance: Mapping[str, Any] | None = None,
+    resume: bool = False,
+    wandb_project: str | None = None,
+    progress: Progress | None = None,
+    say: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
+    """Run co-optimisation to its end, or go on with a run that was stopped.
+
+    The folder receives ``settings.json``, ``metrics.jsonl``, ``tensorboard/``, the two newest
+    checkpoints, and at the end ``policy.npz``, ``finetuned/DESIGN.npz`` for the finalists,
+    ``gaits/L1.csv`` ... for the best pairs and ``summary.json``.
+
+    The best pairs are those of the finalists' policies without noise; where nothing was
+    fine-tuned, the best that were seen in training or in an evaluation.
+
+    Args:
+        build_robot: Turns a design into a robot of the simulator.
+        make_simulator: Makes the simulator of a list of robots.
+        settings: All options; a resumed run must have those it began with.
+        folder: The run folder.
+        time_step_s: The simulator's time step [s].
+        provenance: What else a resumed run must have in common with its beginning, such as the
+            physics and the leg; JSON values.
+        resume: Go on from the folder's newest checkpoint; begin anew if there is none.
+        wandb_project: Project of Weights & Biases to log to as well.
+        progress: Told (timesteps done, timesteps in all, message).
+        say: Told where a resumed run goes on and what was lost.
+
+    Returns:
+        The summary, as in ``summary.json``.
+
+    Raises:
+        ValueError: The folder holds a run already and ``resume`` is off, or that run had other
+            settings.
+    """
+    folder = Path(folder)
+    if has_checkpoint(folder) and not resume:
+        raise ValueError(
+            f"{folder} holds a training run already, expected an empty folder; resume it, or "
+            "choose another folder"
+        )
+    training = Training(build_robot, make_simulator, settings)
+    earlier_s = 0.0
+    remarks: list[str] = []
+    if has_checkpoint(folder):
+        earlier_s, remarks = _restore(training, folder, provenance or {})
+    else:
+        remarks = _lost(folder, 0)
+        # Policies of a training whose checkpoints are gone are not this one's.
+        shutil.rmtree(folder / FINETUNED_FOLDER, ignore_errors=True)
+        write_json(folder / SETTINGS_FILE, settings_to_dict(settings))
+    if say is not None:
+        for remark in remarks:
+            say(remark)
+    started = time.perf_counter() - earlier_s
+    log = MetricsLog(folder, training.timestep, wandb_project)
+    try:
+        _train(training, folder, log, started, remarks, provenance or {}, progress)
+    finally:
+        log.close()
+    if progress is not None:
+        progress(training.timestep, training.timestep, "evaluating the best designs")
+    evaluated = training.evaluate()
+    found = _time_spent(training, time.perf_counter() - started)
+    save_policy(
+        folder / POLICY_FILE,
+        training.state.policy,
+        settings,
+        timestep=training.timestep,
+        time_step_s=time_step_s,
+    )
+    seen = pairs = training.best.pairs
+    if settings.finetuning.timesteps:
+        finetuned = finetune(training, folder, evaluated, time_step_s, progress)
+        pairs = finetuned.pairs[: settings.kept_pair_count]
+        found |= {
+            "finetuning_timesteps": finetuned.timesteps,
+            "finetuning_wall_s": finetuned.wall_s,
+        }
+    action_s = settings.task.action_step_count * time_step_s
+    for rank, pair in enumerate(pairs, start=1):
+        comments = {
+            "design": str(training.space[pair.design]),
+            "distance_cm": f"{pair.distance_cm:.3f}",
+            "source": pair.source,
+        }
+        write_gait(
+            folder / GAIT_FOLDER / f"L{rank}.csv", pair.gait(action_s, settings.task), comments
+        )
+    summary = {**_summary(training, pairs, seen, evaluated), **found, "remarks": remarks}
+    write_json(folder / SUMMARY_FILE, summary)
+    return summary
+
+
+def _restore(
+    training: Training, folder: Path, provenance: Mapping[str, Any]
+) -> tuple[float, list[str]]:
+    """Take over the newest checkpoint; return the seconds spent before it, and remarks."""
+    checkpoint = load_checkpoint(folder)
+    # Read as settings: one that is newer than the checkpoint had its default.
+    theirs = settings_from_dict(CooptSettings, checkpoint.metadata["settings"])
+    changed = _differences(settings_to_dict(theirs), settings_to_dict(training.settings), "")
+    changed += _differences(checkpoint.metadata["provenance"], _as_json(provenance), "")
+    if changed:
+        raise ValueError(
+            f"{folder} was trained with other settings ({'; '.join(changed)}), expected the same; "
+            "resume with the settings in its settings.json, or choose another folder"
+        )
+    training.restore(checkpoint.arrays, checkpoint.metadata)
+    remarks = list(checkpoint.metadata["remarks"])
+    if checkpoint.remark is not None:
+        remarks.append(checkpoint.remark)
+    remarks += _lost(folder, training.timestep) or [f"resumed at timestep {training.timestep}"]
+    return float(checkpoint.metadata["wall_s"]), remarks
+
+
+def _lost(folder: Path, timestep: int) -> list[str]:
+    """A remark where the metrics go on after the timestep that training goes on from."""
+    lost = max((line["timestep"] for line in read_metrics(folder)), default=timestep) - timestep
+    if lost <= 0:
+        return []
+    how = f"resumed at timestep {timestep}" if timestep else "began again"
+    return [f"{how}: {lost} timesteps after the last checkpoint were lost and are made again"]
+
+
+def _as_json(values: Mapping[str, Any]) -> dict[str, Any]:
+    # As they come back from a checkpoint: tuples are lists there.
+    copy: dict[str, Any] = json.loads(json.dumps(values))
+    return copy
+
+
+def _differences(theirs: Any, ours: Any, name: str) -> list[str]:
+    """What two nested settings differ in, one line each."""
+    if isinstance(theirs, Mapping) and isinstance(ours, Mapping):
+        names = sorted({*theirs, *ours})
+        return [
+            line
+            for key in names
+            for line in _differences(theirs.get(key), ours.get(key), f"{name}.{key}".lstrip("."))
+        ]
+    return [] if theirs == ours else [f"{name} {theirs!r}, now {ours!r}"]
+
+
+def _train(
+    training: Training,
+    folder: Path,
+    log: MetricsLog,
+    started: float,
+    remarks: list[str],
+    provenance: Mapping[str, Any],
+    progress: Progress | None,
+) -> None:
+    settings = training.settings
+    total = settings.training_timesteps
+    write = training.clock.timed("log", log.write)
+    save = training.clock.timed("log", save_checkpoint)
+    saved = training.timestep
+    while not training.is_finished:
+        before = training.timestep
+        metrics = training.run_round()
+        if _passed(settings.evaluation_interval_timesteps, before, training.timestep):
+            evaluated = training.evaluate()
+            if evaluated:
+                metrics["evaluated_distance_cm"] = evaluated[0].distance_cm
+        wall_s = time.perf_counter() - started
+        write({**metrics, "wall_s": wall_s})
+        # Before the round that would go beyond the interval: no more than it is ever lost.
+        after_next = training.timestep + settings.timesteps_per_round - saved
+        if training.is_finished or after_next > settings.checkpoint_interval_timesteps:
+            metadata = {
+                **training.metadata(),
+                "settings": settings_to_dict(settings),
+                "provenance": _as_json(provenance),
+                "wall_s": wall_s,
+                "remarks": remarks,
+            }
+            save(folder, training.arrays(), metadata)
+            saved = training.timestep
+        if progress is not None:
+            best = training.best.best_distance_cm
+            message = "training" if best is None else f"training, best {best:.1f} cm"
+            progress(training.timestep, total, message)
+
+
+def _passed(interval: int, before: int, after: int) -> bool:
+    """Whether a multiple of the interval lies in (before, after]; an interval of 0 has none."""
+    return interval > 0 and after // interval > before // interval
+
+
+def _time_spent(training: Training, wall_s: float) -> dict[str, Any]:
+    """Where the wall time of training went."""
+    spent = {f"{stage}_s": training.clock.seconds[stage] for stage in STAGES}
+    return {
+        "wall_s": wall_s,
+        **spent,
+        "other_s": wall_s - sum(spent.values()),
+        "learn_and_log_share": (spent["learn_s"] + spent["log_s"]) / wall_s,
+    }
+
+
+def _summary(
+    training: Training,
+    pairs: Sequence[DesignGaitPair],
+    seen: Sequence[DesignGaitPair],
+    evaluated: Sequence[DesignGaitPair],
+) -> dict[str, Any]:
+    ranked = [
+        {**_described(training, pair), "gait": f"{GAIT_FOLDER}/L{rank}.csv"}
+        for rank, pair in enumerate(pairs, start=1)
+    ]
+    best = ranked[0] if ranked else dict.fromkeys(("design", "distance_cm", "gait", "source"))
+    policy_best = evaluated[0] if evaluated else None
+    return {
+        **{f"best_{name}": best[name] for name in ("design", "distance_cm", "gait", "source")},
+        "policy_best_design": str(training.space[policy_best.design]) if policy_best else None,
+        "policy_best_distance_cm": policy_best.distance_cm if policy_best else None,
+        "pairs": ranked,
+        "seen_pairs": [_described(training, pair) for pair in seen],
+        "timesteps": training.timestep,
+        "finetuning_timesteps": 0,
+        "update_count": training.update_count,
+        "failed_episode_count": training.failure_count,
+        "seed": training.settings.seed,
+    }
+
+
+def _described(training: Training, pair: DesignGaitPair) -> dict[str, Any]:
+    return {
+        "design": str(training.space[pair.design]),
+        "distance_cm": pair.distance_cm,
+        "source": pair.source,
+        "timestep": pair.timestep,
+    }

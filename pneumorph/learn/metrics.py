@@ -1,0 +1,98 @@
+"""Metrics of training: a line of JSON for each round, and the same numbers for TensorBoard and,
+where asked for, Weights & Biases."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.artefact import write_atomically
+from pneumorph.learn.weights_and_biases import open_wandb
+
+METRICS_FILE = "metrics.jsonl"
+TENSORBOARD_FOLDER = "tensorboard"
+
+HISTOGRAM_EDGES_CM = tuple(np.arange(-5.0, 30.01, 0.5).tolist())
+"""Bins of the histogram of scores [cm]; scores beyond the ends count in the last bins."""
+
+
+class MetricsLog:
+    """Writes the metrics of a run, and goes on where a resumed run left off."""
+
+    def __init__(
+        self, folder: Path | str, timestep: int = 0, wandb_project: str | None = None
+    ) -> None:
+        """Open the log of a run folder.
+
+        Args:
+            folder: The run folder.
+            timestep: Timestep training goes on from; later lines are forgotten, because training
+                makes them again.
+            wandb_project: Project of Weights & Biases to log to as well.
+        """
+        from tensorboardX import SummaryWriter
+
+        folder = Path(folder)
+        self.path = folder / METRICS_FILE
+        kept = [line for line in read_metrics(folder) if line["timestep"] <= timestep]
+        text = "".join(json.dumps(line) + "\n" for line in kept)
+        write_atomically(self.path, lambda stream: stream.write(text.encode()))
+        self._file = self.path.open("a", encoding="utf-8")
+        self._board = SummaryWriter(
+            str(folder / TENSORBOARD_FOLDER), purge_step=timestep + 1 if timestep else None
+        )
+        self._wandb = open_wandb(folder, wandb_project, timestep) if wandb_project else None
+
+    def write(self, metrics: Mapping[str, Any]) -> None:
+        """Write one round; ``metrics["timestep"]`` places it. Lists go to the file alone."""
+        self._file.write(json.dumps(dict(metrics), allow_nan=False) + "\n")
+        self._file.flush()
+        numbers = {
+            name: value
+            for name, value in metrics.items()
+            if name != "timestep" and isinstance(value, int | float)
+        }
+        for name, value in numbers.items():
+            self._board.add_scalar(name, value, metrics["timestep"])
+        if self._wandb is not None:
+            self._wandb.log(numbers, step=metrics["timestep"])
+
+    def close(self) -> None:
+        """Close everything."""
+        self._file.close()
+        self._board.close()
+        if self._wandb is not None:
+            self._wandb.finish()
+
+
+def read_metrics(folder: Path | str) -> list[dict[str, Any]]:
+    """Read the metrics of a run folder, a dictionary for each round.
+
+    A last line that a kill cut short is left out.
+    """
+    path = Path(folder) / METRICS_FILE
+    if not path.exists():
+        return []
+    rounds = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            rounds.append(json.loads(line))
+        except json.JSONDecodeError:
+            break
+    return rounds
+
+
+def score_histogram(scores: np.ndarray, probabilities: np.ndarray) -> list[float]:
+    """Share of the design distribution in each bin of score (paper, figure 7).
+
+    Args:
+        scores: Score of each design [cm], shape (design,).
+        probabilities: Probability of each design, shape (design,).
+    """
+    edges = np.array(HISTOGRAM_EDGES_CM)
+    inside = np.clip(scores, edges[0], np.nextafter(edges[-1], 0.0))
+    return [float(share) for share in np.histogram(inside, edges, weights=probabilities)[0]]

@@ -1,0 +1,101 @@
+"""The most recent transitions of all designs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.learn.sac import Batch
+
+FIELDS = ("state", "design", "action", "reward", "next_state", "terminal")
+
+
+class ReplayBuffer:
+    """A ring of transitions; the design is kept as its index and told in one-hot form on drawing.
+
+    A design takes 4 bytes that way instead of 128, which is most of an observation.
+    """
+
+    def __init__(
+        self, capacity: int, state_size: int, action_size: int, design_features: np.ndarray
+    ) -> None:
+        """Make an empty buffer.
+
+        Args:
+            capacity: Transitions kept.
+            state_size: Numbers of an observation that come before the design's.
+            action_size: Numbers of an action.
+            design_features: What an observation says of each design, shape (design, feature).
+        """
+        if capacity < 1:
+            raise ValueError(f"capacity is {capacity}, expected at least 1")
+        self.capacity = capacity
+        self._features = np.asarray(design_features, dtype=np.float32)
+        self._arrays = {
+            "state": np.zeros((capacity, state_size), np.float32),
+            "design": np.zeros(capacity, np.int32),
+            "action": np.zeros((capacity, action_size), np.float32),
+            "reward": np.zeros(capacity, np.float32),
+            "next_state": np.zeros((capacity, state_size), np.float32),
+            "terminal": np.zeros(capacity, np.float32),
+        }
+        self.added_count = 0
+
+    def __len__(self) -> int:
+        """Number of transitions held."""
+        return min(self.added_count, self.capacity)
+
+    def add(
+        self,
+        *,
+        state: np.ndarray,
+        design: np.ndarray,
+        action: np.ndarray,
+        reward: np.ndarray,
+        next_state: np.ndarray,
+        terminal: np.ndarray,
+    ) -> None:
+        """Add transitions, shape (n, ...) each; the oldest make room.
+
+        Raises:
+            ValueError: A reward is not finite.
+        """
+        if not np.isfinite(reward).all():
+            raise ValueError(
+                f"reward holds {reward[~np.isfinite(reward)][0]}, expected finite ones"
+            )
+        count = len(design)
+        places = (self.added_count + np.arange(count)) % self.capacity
+        for name, values in zip(
+            FIELDS, (state, design, action, reward, next_state, terminal), strict=True
+        ):
+            self._arrays[name][places] = values
+        self.added_count += count
+
+    def sample(self, update_count: int, batch_size: int, rng: np.random.Generator) -> Batch:
+        """Draw batches uniformly with replacement, fields of shape (update, batch, ...)."""
+        if not len(self):
+            raise ValueError("the replay buffer is empty, expected transitions to draw from")
+        places = rng.integers(len(self), size=(update_count, batch_size))
+        drawn = {name: values[places] for name, values in self._arrays.items()}
+        features = self._features[drawn["design"]]
+        return Batch(
+            observation=jnp.asarray(np.concatenate([drawn["state"], features], axis=-1)),
+            action=jnp.asarray(drawn["action"]),
+            reward=jnp.asarray(drawn["reward"]),
+            next_observation=jnp.asarray(np.concatenate([drawn["next_state"], features], axis=-1)),
+            terminal=jnp.asarray(drawn["terminal"]),
+        )
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Everything held, for a checkpoint."""
+        held = {name: values[: len(self)] for name, values in self._arrays.items()}
+        return {**held, "added_count": np.array(self.added_count)}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Take over what `arrays` gave; later draws are the same as without the detour."""
+        self.added_count = int(arrays["added_count"])
+        for name in FIELDS:
+            self._arrays[name][: len(self)] = arrays[name]

@@ -1,0 +1,162 @@
+"""Every option of co-optimisation, with the preset of the paper and a quick one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from pneumorph.base.checked import Checked, Count, CountOrNone
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.learn.design_distribution import EntropySchedule
+from pneumorph.learn.sac import SacSettings
+from pneumorph.robot.design_space import DesignSpace
+
+
+@dataclass(frozen=True)
+class FinetuningSettings(Checked):
+    """Learning on the best designs alone after training (the paper tells no numbers of it)."""
+
+    finalist_count: Count = 8
+    """Designs that the policy is fine-tuned for, each from the end of training."""
+    timesteps: CountOrNone = 19_200
+    """Actions of all robots for each finalist, rounded up to whole episodes; 0 for none."""
+    updates_per_vector_step: Count = 16
+    """Learner's updates after each action of all robots together."""
+
+    def round_count(self, timesteps_per_round: int) -> int:
+        """Episodes of every robot for each finalist."""
+        return math.ceil(self.timesteps / timesteps_per_round)
+
+
+@dataclass(frozen=True)
+class CooptSettings(Checked):
+    """Co-optimisation of design and gait; the defaults are the paper's experiment."""
+
+    seed: CountOrNone = 0
+    """Seed of every random number."""
+    environment_count: Count = 96
+    """Robots simulated side by side (paper, appendix A)."""
+    total_timesteps: Count = 1_000_000
+    """Actions of all robots together, rounded up to whole episodes (paper, appendix A)."""
+    space: DesignSpace = field(default_factory=DesignSpace)
+    """Designs to choose from."""
+    task: CrawlingTask = field(default_factory=CrawlingTask)
+    """What the robots are asked to do."""
+    sac: SacSettings = field(default_factory=SacSettings)
+    """Hyperparameters of the learner."""
+    schedule: EntropySchedule = field(default_factory=EntropySchedule)
+    """How the design distribution narrows."""
+    finetuning: FinetuningSettings = field(default_factory=FinetuningSettings)
+    """What follows training, for the best designs."""
+    buffer_size: Count = 100_000
+    """Transitions kept for learning (paper, appendix A)."""
+    learning_start_timestep: Count = 10_000
+    """Timestep of the first update; actions are uniform until then (paper, appendix A)."""
+    updates: CountOrNone = 1
+    """Learner's updates for each of what ``update_every`` names (paper, appendix A)."""
+    update_every: Literal["vector_step", "timestep"] = "vector_step"
+    """The two readings of the paper's "timesteps per SAC update: 1": one update for each action of
+    all robots together (the authors' experiment), or one for each action of each robot."""
+    mirror_transitions: bool = False
+    """Whether each transition and return also counts for the mirror image of its design, which
+    walks the mirrored path as far forward (not in the paper)."""
+    expected_scores: bool = False
+    """Whether the score of a design is at least what the critic expects of it once the entropy
+    falls. The published score is the newest return, which says nothing of designs that never walked
+    and little of those that walked when the policy knew less (not in the paper)."""
+    checkpoint_interval_timesteps: Count = 50_000
+    """Most timesteps between checkpoints, the most that a killed run loses; at least a round."""
+    evaluation_interval_timesteps: CountOrNone = 0
+    """Timesteps between deterministic evaluations; 0 for one at the end only."""
+    evaluated_design_count: Count = 96
+    """Designs of highest score that an evaluation walks with the deterministic policy."""
+    kept_pair_count: Count = 5
+    """Best design-gait pairs reported; a design and its mirror image count as one."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.space.regulator_count != self.task.regulator_count:
+            raise ValueError(
+                f"the design space has {self.space.regulator_count} regulators and the task "
+                f"{self.task.regulator_count}, expected the same number"
+            )
+
+    @property
+    def updates_per_vector_step(self) -> int:
+        """Learner's updates after each action of all robots together."""
+        return self.updates * (self.environment_count if self.update_every == "timestep" else 1)
+
+    @property
+    def timesteps_per_round(self) -> int:
+        """Actions of all robots in one episode each."""
+        return self.environment_count * self.task.action_count
+
+    @property
+    def round_count(self) -> int:
+        """Episodes of every robot until the end of training."""
+        return math.ceil(self.total_timesteps / self.timesteps_per_round)
+
+    @property
+    def training_timesteps(self) -> int:
+        """Timesteps at the end of training: `total_timesteps` in whole rounds."""
+        return self.round_count * self.timesteps_per_round
+
+    @property
+    def finalist_timesteps(self) -> int:
+        """Timesteps of fine-tuning for each finalist, in whole rounds."""
+        return self.finetuning.round_count(self.timesteps_per_round) * self.timesteps_per_round
+
+
+def paper_settings(seed: int = 0) -> CooptSettings:
+    """The paper's experiment: one million timesteps."""
+    return CooptSettings(seed=seed)
+
+
+def quick_settings(seed: int = 0) -> CooptSettings:
+    """A search of a few minutes: fewer timesteps, each used for more learning.
+
+    Robots of three or four legs only, many updates per action, a short warm-up and use of the
+    mirror symmetry; the algorithm is the paper's.
+    """
+    return CooptSettings(
+        seed=seed,
+        total_timesteps=20_000,
+        space=DesignSpace(maximum_legs=4),
+        task=CrawlingTask(time_limit_is_terminal=False),
+        # The temperature falls by a fixed share per update; few updates must begin near its end.
+        sac=SacSettings(batch_size=256, initial_temperature=0.02),
+        schedule=EntropySchedule(decay_start_timestep=4_000, decay_end_timestep=18_000),
+        finetuning=FinetuningSettings(timesteps=0),
+        learning_start_timestep=2_000,
+        updates=16,
+        mirror_transitions=True,
+        checkpoint_interval_timesteps=5_000,
+    )
+
+
+def fast_settings(seed: int = 0) -> CooptSettings:
+    """All 6972 designs in a quarter of the paper's timesteps, fine-tuning included.
+
+    What saves timesteps: eight updates for each action of all robots (16 thousand in all, one and a
+    half times the paper's), the mirror image of every transition, bootstrapping at the time limit,
+    of which the observation says nothing, and the critic's opinion of designs: when the entropy
+    begins to fall two of five never walked, and most others when the policy knew little. The
+    entropy falls no further than to seven designs; fine-tuning sees to the best of them. The buffer
+    holds mirror images too and so reaches as far back as the paper's.
+    """
+    return CooptSettings(
+        seed=seed,
+        total_timesteps=205_000,
+        task=CrawlingTask(time_limit_is_terminal=False),
+        schedule=EntropySchedule(
+            decay_start_timestep=60_000, decay_end_timestep=205_000, final_entropy=2.0
+        ),
+        finetuning=FinetuningSettings(finalist_count=5, timesteps=7_680),
+        buffer_size=200_000,
+        learning_start_timestep=4_000,
+        updates=8,
+        mirror_transitions=True,
+        expected_scores=True,
+        checkpoint_interval_timesteps=10_000,
+    )

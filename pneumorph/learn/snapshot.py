@@ -1,0 +1,88 @@
+"""What can be known of a training from its folder, finished or still being written."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.artefact import ArtefactError, load_artefact
+from pneumorph.learn.checkpoint import KIND, NEWEST, PREVIOUS, VERSION
+from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
+from pneumorph.learn.metrics import METRICS_FILE, read_metrics
+from pneumorph.learn.settings import CooptSettings
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingSnapshot:
+    """A training at one moment.
+
+    Attributes:
+        metrics: A dictionary for each round so far.
+        pairs: The best pairs of the newest checkpoint, the furthest first; empty before the first.
+        pairs_timestep: Timestep of that checkpoint; None before the first.
+        timesteps: Timesteps when the training is finished.
+        last_round_s_ago: Time since the last round was written [s]; None before the first.
+    """
+
+    metrics: list[dict[str, Any]]
+    pairs: list[DesignGaitPair]
+    pairs_timestep: int | None
+    timesteps: int
+    last_round_s_ago: float | None
+
+    @property
+    def timestep(self) -> int:
+        """Timestep of the last round; 0 before the first."""
+        return int(self.metrics[-1]["timestep"]) if self.metrics else 0
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the last round has been made."""
+        return self.timestep >= self.timesteps
+
+
+def training_snapshot(folder: Path | str, settings: CooptSettings) -> TrainingSnapshot:
+    """Read the folder of a training without changing it.
+
+    Args:
+        folder: The folder that `cooptimise` writes; it need not exist yet.
+        settings: The training's settings.
+
+    Raises:
+        ArtefactError: None of its checkpoints can be read.
+    """
+    folder = Path(folder)
+    pairs, timestep = _pairs(folder, settings)
+    file = folder / METRICS_FILE
+    return TrainingSnapshot(
+        metrics=read_metrics(folder),
+        pairs=pairs,
+        pairs_timestep=timestep,
+        timesteps=settings.training_timesteps,
+        last_round_s_ago=time.time() - file.stat().st_mtime if file.exists() else None,
+    )
+
+
+def _pairs(folder: Path, settings: CooptSettings) -> tuple[list[DesignGaitPair], int | None]:
+    """Return the pairs of the newest readable checkpoint, and its timestep."""
+    failure = None
+    for name in (NEWEST, PREVIOUS):
+        try:
+            arrays, metadata = load_artefact(folder / name, KIND, VERSION)
+        except FileNotFoundError:
+            continue  # none yet, or this very moment the newest becomes the previous
+        except ArtefactError as error:
+            failure = error
+            continue
+        best = BestPairs(settings.space, settings.kept_pair_count)
+        best.restore(
+            {key.removeprefix("best/"): np.array(v) for key, v in arrays.items() if "best/" in key}
+        )
+        return best.pairs, int(metadata["timestep"])
+    if failure is not None:
+        raise failure
+    return [], None

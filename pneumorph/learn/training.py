@@ -1,0 +1,355 @@
+"""Joint optimisation of design and control (paper, algorithm 1)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.stage_clock import StageClock
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.crawling_simulator import RUNNING, RobotBuilder, SimulatorFactory
+from pneumorph.gait.walk import Progress
+from pneumorph.learn.design_distribution import DesignDistribution
+from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
+from pneumorph.learn.evaluation import evaluate_policy
+from pneumorph.learn.metrics import score_histogram
+from pneumorph.learn.mirror import MirrorImage
+from pneumorph.learn.replay_buffer import ReplayBuffer
+from pneumorph.learn.sac import Sac
+from pneumorph.learn.settings import CooptSettings
+
+STAGES = ("simulate", "learn", "log", "evaluate")
+"""Where a training's time goes: the robots, drawing actions and updating the networks, metrics and
+checkpoints, deterministic evaluations."""
+
+
+class Training:
+    """The state of co-optimisation, advanced by rounds of one episode per robot.
+
+    Between rounds every robot stands at the start of an episode, so what `arrays` and `metadata`
+    give is all there is: no simulator state needs saving for a run to go on to the same bits.
+    """
+
+    def __init__(
+        self, build_robot: RobotBuilder, make_simulator: SimulatorFactory, settings: CooptSettings
+    ) -> None:
+        """Initialise policy, values and a uniform design distribution (algorithm 1, line 1).
+
+        Args:
+            build_robot: Turns a design into a robot of the simulator.
+            make_simulator: Makes the simulator of a list of robots.
+            settings: Everything else.
+        """
+        self.settings = settings
+        self.space = settings.space
+        count = settings.environment_count
+        self.environment = CrawlingEnvironment(
+            [self.space[place % len(self.space)] for place in range(count)],
+            build_robot,
+            make_simulator,
+            settings.task,
+        )
+        self._state_size = settings.task.state_size
+        features = self.space.one_hot
+        self.learner = Sac(
+            self._state_size + features.shape[1], settings.task.regulator_count, settings.sac
+        )
+        self.state = self.learner.initial_state(settings.seed)
+        self.buffer = ReplayBuffer(
+            settings.buffer_size, self._state_size, settings.task.regulator_count, features
+        )
+        self.distribution = DesignDistribution(len(self.space), settings.schedule)
+        self.best = BestPairs(self.space, settings.kept_pair_count)
+        # Designs whose newest episode failed.
+        self._failing = np.zeros(len(self.space), dtype=bool)
+        self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
+        self._rng = np.random.default_rng(settings.seed)
+        self.timestep = 0
+        self.update_count = 0
+        self.failure_count = 0
+        self.clock = StageClock()
+        self._reset = self.clock.timed("simulate", self.environment.reset)
+        self._step = self.clock.timed("simulate", self.environment.step)
+        # Drawing actions waits for the updates before it: both are learning.
+        self._act = self.clock.timed("learn", self._actions)
+        self._learn = self.clock.timed("learn", self._updates)
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the last round has been made."""
+        return self.timestep >= self.settings.training_timesteps
+
+    def run_round(self) -> dict[str, Any]:
+        """Draw designs, let each walk one episode, learn meanwhile, and update the distribution.
+
+        Returns:
+            Metrics of the round.
+        """
+        # Algorithm 1, line 3.
+        designs = self.distribution.sample(self.settings.environment_count, self._rng)
+        returns, failed, losses = self.walk_and_learn(
+            designs, self.settings.updates_per_vector_step
+        )
+        self._update_distribution(designs, returns, failed)
+        return self._metrics(returns, failed, losses)
+
+    def walk_and_learn(
+        self, designs: np.ndarray, update_count: int
+    ) -> tuple[np.ndarray, np.ndarray, list[dict[str, jax.Array]]]:
+        """Let each robot walk an episode with a design's index, and learn after each action.
+
+        Args:
+            designs: Index of each robot's design, shape (robot,).
+            update_count: Updates of the learner after each action of all robots together.
+
+        Returns:
+            Return of each robot [cm] (robot,), whether its simulation failed (robot,), and the
+            learner's metrics after each action.
+        """
+        observation, _ = self._reset(
+            # Where physics are drawn, a resumed run sees those that it would have seen.
+            seed=self.timestep,
+            options={"designs": [self.space[int(index)] for index in designs]},
+        )
+        returns = np.zeros(len(designs))
+        ended, failed = np.zeros((2, len(designs)), dtype=bool)
+        commands, losses = [], []
+        for _ in range(self.settings.task.action_count):
+            # Line 4: control the designs, and add the transitions to the replay buffer.
+            action = self._act(observation)
+            next_observation, reward, terminated, truncated, info = self._step(action)
+            self._store(designs, observation, action, reward, next_observation, terminated, info)
+            returns += np.where(ended, 0.0, reward)
+            failed |= ~ended & (info["status"] != RUNNING)
+            ended |= terminated | truncated
+            commands.append(info["command_kPa"])
+            observation = next_observation
+            self.timestep += len(designs)
+            # Line 5.
+            loss = self._learn(update_count)
+            if loss:
+                losses.append(loss)
+        self._note_pairs(designs, returns, failed, np.array(commands))
+        return returns, failed, losses
+
+    def _actions(self, observation: np.ndarray) -> np.ndarray:
+        """Actions from the policy, or uniform ones until learning starts."""
+        if self.timestep < self.settings.learning_start_timestep:
+            shape = (len(observation), self.settings.task.regulator_count)
+            return self._rng.uniform(-1.0, 1.0, shape).astype(np.float32)
+        self.state, action = self.learner.sample_actions(self.state, observation)
+        return action
+
+    def _store(
+        self,
+        designs: np.ndarray,
+        observation: np.ndarray,
+        action: np.ndarray,
+        reward: np.ndarray,
+        next_observation: np.ndarray,
+        terminated: np.ndarray,
+        info: Mapping[str, Any],
+    ) -> None:
+        state, next_state = observation[:, : self._state_size], next_observation.copy()
+        # Where an episode ended the observation is the next one's first already.
+        for robot in np.flatnonzero(info.get("_final_obs", np.zeros(len(designs), dtype=bool))):
+            next_state[robot] = info["final_obs"][robot]
+        next_state = next_state[:, : self._state_size]
+        self.buffer.add(
+            state=state,
+            design=designs,
+            action=action,
+            reward=reward,
+            next_state=next_state,
+            terminal=terminated,
+        )
+        if self._mirror is not None:
+            self.buffer.add(
+                state=self._mirror.actions(designs, state),
+                design=self._mirror.designs(designs),
+                action=self._mirror.actions(designs, action),
+                reward=reward,
+                next_state=self._mirror.actions(designs, next_state),
+                terminal=terminated,
+            )
+
+    def _updates(self, count: int) -> dict[str, jax.Array]:
+        if count == 0 or self.timestep < self.settings.learning_start_timestep:
+            return {}
+        batches = self.buffer.sample(count, self.settings.sac.batch_size, self._rng)
+        self.state, metrics = self.learner.update(self.state, batches)
+        self.update_count += count
+        return metrics
+
+    def _note_pairs(
+        self, designs: np.ndarray, returns: np.ndarray, failed: np.ndarray, commands: np.ndarray
+    ) -> None:
+        self.best.offer(
+            DesignGaitPair(
+                int(designs[robot]),
+                commands[:, robot],
+                float(returns[robot]),
+                "exploration",
+                self.timestep,
+            )
+            for robot in np.flatnonzero(~failed)
+            if self.best.is_worth_keeping(float(returns[robot]))
+        )
+
+    def _update_distribution(
+        self, designs: np.ndarray, returns: np.ndarray, failed: np.ndarray
+    ) -> None:
+        """Lines 6 to 9 of algorithm 1."""
+        # Travel before a failure is no reason to come back to a design.
+        returns = np.where(failed, np.minimum(returns, 0.0), returns)
+        if self._mirror is not None:
+            images = self._mirror.designs(designs)
+            self.distribution.record(images, returns)
+            self._failing[images] = failed
+        self.distribution.record(designs, returns)
+        self._failing[designs] = failed
+        if (
+            self.settings.expected_scores
+            and self.timestep >= self.settings.schedule.decay_start_timestep
+        ):
+            expected = self.expected_returns(designs, returns)
+            # The critic learns from the steps before a failure, and knows nothing of it.
+            expected[self._failing] = -np.inf
+            self.distribution.raise_scores(expected)
+        self.failure_count += int(failed.sum())
+        self.distribution.follow_schedule(self.timestep)
+
+    def expected_returns(self, designs: np.ndarray, returns: np.ndarray) -> np.ndarray:
+        """Return what the critic expects of every design [cm], shape (design,).
+
+        Its values are discounted and count entropy as well: they are scaled so that those of the
+        designs that just walked add up to their returns.
+
+        Args:
+            designs: Index of each design that walked, shape (n,).
+            returns: Their returns [cm], shape (n,).
+        """
+        features = self.space.one_hot
+        # Every episode begins with no action to remember.
+        start = np.zeros((len(features), self._state_size), np.float32)
+        observation = np.concatenate([start, features.astype(np.float32)], axis=1)
+        values = self.learner.values(self.state, observation).astype(float)
+        walked, travelled = values[designs].sum(), returns.sum()
+        if walked <= 0.0 or travelled <= 0.0:
+            return np.full(len(values), -np.inf)
+        return values * (travelled / walked)
+
+    def _metrics(
+        self, returns: np.ndarray, failed: np.ndarray, losses: list[dict[str, jax.Array]]
+    ) -> dict[str, Any]:
+        distribution = self.distribution
+        learning = {
+            name: float(np.mean([loss[name] for loss in losses]))
+            for name in (losses[0] if losses else ())
+        }
+        return {
+            "timestep": self.timestep,
+            "return_mean_cm": float(returns.mean()),
+            "return_maximum_cm": float(returns.max()),
+            "best_distance_cm": self.best.best_distance_cm,
+            "failed_count": int(failed.sum()),
+            "design_entropy": distribution.entropy,
+            "design_entropy_target": distribution.target_entropy(self.timestep),
+            "inverse_temperature": distribution.inverse_temperature,
+            "expected_score_cm": float(distribution.probabilities @ distribution.scores),
+            "highest_score_cm": float(distribution.scores.max()),
+            "update_count": self.update_count,
+            **learning,
+            **{f"{stage}_s": self.clock.seconds[stage] for stage in STAGES},
+            "score_histogram": score_histogram(distribution.scores, distribution.probabilities),
+        }
+
+    def evaluate(self, progress: Progress | None = None) -> list[DesignGaitPair]:
+        """Walk the designs of highest score with the deterministic policy and keep good pairs.
+
+        Returns:
+            The pairs walked, the furthest first.
+        """
+        order = np.argsort(-self.distribution.scores, kind="stable")
+        pairs = self.clock.timed("evaluate", evaluate_policy)(
+            self.environment,
+            self.space,
+            self.state.policy,
+            self.learner,
+            order[: self.settings.evaluated_design_count],
+            timestep=self.timestep,
+            progress=progress,
+        )
+        self.best.offer(pairs)
+        return sorted(pairs, key=lambda pair: pair.distance_cm, reverse=True)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays of the state, for a checkpoint."""
+        leaves = jax.tree.leaves(eqx.filter(self.state, eqx.is_array))
+        return {
+            **{f"sac/{number}": np.asarray(leaf) for number, leaf in enumerate(leaves)},
+            **{f"buffer/{name}": value for name, value in self.buffer.arrays().items()},
+            **{f"best/{name}": value for name, value in self.best.arrays().items()},
+            "distribution/scores": self.distribution.scores,
+            "distribution/failing": self._failing,
+            "distribution/inverse_temperature": np.array(self.distribution.inverse_temperature),
+        }
+
+    def metadata(self) -> dict[str, Any]:
+        """All numbers of the state that are not arrays, for a checkpoint."""
+        return {
+            "timestep": self.timestep,
+            "update_count": self.update_count,
+            "failure_count": self.failure_count,
+            "seconds": dict(self.clock.seconds),
+            "random_state": json.dumps(self._rng.bit_generator.state),
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> None:
+        """Take over what `arrays` and `metadata` gave.
+
+        Raises:
+            ArtefactError: The networks of the checkpoint have other shapes.
+        """
+        dynamic, static = eqx.partition(self.state, eqx.is_array)
+        old, structure = jax.tree.flatten(dynamic)
+        new = [arrays.get(f"sac/{number}") for number in range(len(old))]
+        for number, (ours, theirs) in enumerate(zip(old, new, strict=True)):
+            if theirs is None or ours.shape != theirs.shape:
+                raise ArtefactError(
+                    f"array sac/{number} of the checkpoint has shape "
+                    f"{None if theirs is None else theirs.shape}, expected {ours.shape}; its "
+                    "networks were made with other settings"
+                )
+        # A copy in JAX's own memory: the learner reuses the memory it is given.
+        leaves = [jnp.array(leaf) for leaf in new]
+        self.state = eqx.combine(jax.tree.unflatten(structure, leaves), static)
+        self.buffer.restore(_below(arrays, "buffer/"))
+        self.best.restore(_below(arrays, "best/"))
+        self.distribution.scores = np.array(arrays["distribution/scores"])
+        # Checkpoints of an earlier version do not tell.
+        self._failing = np.array(
+            arrays.get("distribution/failing", np.zeros(len(self.space), bool))
+        )
+        self.distribution.set_inverse_temperature(float(arrays["distribution/inverse_temperature"]))
+        self.timestep = int(metadata["timestep"])
+        self.update_count = int(metadata["update_count"])
+        self.failure_count = int(metadata["failure_count"])
+        self.clock.clear()
+        self.clock.seconds.update(metadata["seconds"])
+        self._rng.bit_generator.state = json.loads(metadata["random_state"])
+
+
+def _below(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {
+        name.removeprefix(prefix): value
+        for name, value in arrays.items()
+        if name.startswith(prefix)
+    }

@@ -1,0 +1,1 @@
+"""What is simulated, whatever the model: supply of pressure, calibration."""

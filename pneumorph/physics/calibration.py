@@ -1,0 +1,147 @@
+"""The calibration file: what was measured of the real robot and goes back into simulation.
+
+It is JSON of the kind ``Calibration``: the map of real to simulated pressure and, where they were
+fitted, the leg's modulus, the damping and the friction, each with its 95 % confidence interval.
+Simulation, training and deployment read it, and every summary says which one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.artefact import UNITS, ArtefactError, write_json
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
+
+FORMAT_VERSION = 1
+
+PUBLISHED = "the published line"
+"""How summaries name the pressure map of the paper, which is used without a calibration file."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Measured parameters of one real robot; None stands for "not measured".
+
+    Raises:
+        ValueError: A parameter is not positive or not finite.
+    """
+
+    pressure_map: PressureMap = field(default_factory=PressureMap)
+    """Real to simulated pressure."""
+    modulus_factor: float | None = None
+    """Young's moduli of silicone and paper over those of the model."""
+    stiffness_damping_s: float | None = None
+    """Rayleigh stiffness coefficient [s]."""
+    friction: float | None = None
+    """Coulomb friction coefficient."""
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """95 % confidence interval of each fitted parameter by name."""
+    fit: Mapping[str, Any] = field(default_factory=dict)
+    """Figures of fit: ``r_squared``, ``rms`` ... of each fit by name."""
+    source: Mapping[str, Any] = field(default_factory=dict)
+    """What was measured, and with which leg the simulated side was computed."""
+    path: Path | None = field(default=None, compare=False)
+    """The file it was read from."""
+
+    def __post_init__(self) -> None:
+        for name in ("modulus_factor", "stiffness_damping_s", "friction"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} must be positive and finite, got {value}")
+
+    def applied_to(self, physics: Physics) -> Physics:
+        """Physics with everything that was measured in place; the modulus is the leg's."""
+        measured = {
+            name: getattr(self, name)
+            for name in ("stiffness_damping_s", "friction")
+            if getattr(self, name) is not None
+        }
+        return replace(physics, pressure_map=self.pressure_map, **measured)
+
+    def content(self) -> dict[str, Any]:
+        """As saved, without the format's header."""
+        return {
+            "slope": self.pressure_map.slope,
+            "intercept_kPa": self.pressure_map.intercept_kPa,
+            "modulus_factor": self.modulus_factor,
+            "stiffness_damping_s": self.stiffness_damping_s,
+            "friction": self.friction,
+            "confidence_intervals_95": {name: list(pair) for name, pair in self.intervals.items()},
+            "fit": dict(self.fit),
+            "source": dict(self.source),
+        }
+
+    def digest(self) -> str:
+        """Hash of the parameters, in hexadecimal; names the calibration in summaries."""
+        names = ("slope", "intercept_kPa", "modulus_factor", "stiffness_damping_s", "friction")
+        content = self.content()
+        text = json.dumps({name: content[name] for name in names}, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def save(self, path: Path | str) -> Path:
+        """Write the calibration as JSON."""
+        header = {"kind": "Calibration", "format_version": FORMAT_VERSION, "units": UNITS}
+        return write_json(path, {**header, **self.content()})
+
+    @classmethod
+    def load(cls, path: Path | str) -> Calibration:
+        """Read a calibration.
+
+        Raises:
+            FileNotFoundError: No such file.
+            ArtefactError: Not a calibration, of another version, or with a value out of range.
+        """
+        path = Path(path)
+        if not path.exists():
+            raise FileNotFoundError(f"calibration file {path} does not exist")
+        try:
+            content = json.loads(path.read_text())
+            if content.get("kind") != "Calibration":
+                raise ValueError(f"it holds a {content.get('kind')}, expected a Calibration")
+            if content.get("format_version") != FORMAT_VERSION:
+                raise ValueError(
+                    f"it has format version {content.get('format_version')}, this pneumorph reads "
+                    f"version {FORMAT_VERSION}"
+                )
+            return cls(
+                PressureMap(float(content["slope"]), float(content["intercept_kPa"])),
+                content["modulus_factor"],
+                content["stiffness_damping_s"],
+                content["friction"],
+                intervals={k: (v[0], v[1]) for k, v in content["confidence_intervals_95"].items()},
+                fit=content["fit"],
+                source=content["source"],
+                path=path,
+            )
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise ArtefactError(f"calibration file {path} cannot be read: {error}") from error
+
+
+def describe_calibration(
+    calibration: Calibration | None, pressure_map: PressureMap
+) -> dict[str, Any]:
+    """What a summary says of the calibration it was made with."""
+    usual = PUBLISHED if pressure_map == PressureMap() else "the run's own settings"
+    read = calibration is not None and calibration.path is not None
+    described: dict[str, Any] = {
+        "file": str(calibration.path) if calibration is not None and read else usual,
+        "slope": pressure_map.slope,
+        "intercept_kPa": pressure_map.intercept_kPa,
+    }
+    if calibration is not None:
+        described |= {
+            "digest": calibration.digest(),
+            **{
+                name: value
+                for name in ("modulus_factor", "stiffness_damping_s", "friction")
+                if (value := getattr(calibration, name)) is not None
+            },
+        }
+    return described

@@ -1,0 +1,111 @@
+"""Static equilibrium of a reduced part held at its attachment, by Newton with load steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.physics.physics import Rotation
+from pneumorph.reduction.reduced_part import ReducedPart
+
+
+@dataclass(frozen=True)
+class ModalEquilibrium:
+    """Where the forces on a part balance, and how the search ended."""
+
+    alpha: np.ndarray
+    """Modal coordinates, (mode,)."""
+    converged: bool
+    iterations: int
+    relative_residual: float
+    """Norm of the unbalanced force over that of the largest applied one."""
+
+
+def modal_equilibrium(
+    part: ReducedPart,
+    pressure_kPa: np.ndarray | float,
+    *,
+    external: np.ndarray | None = None,
+    start: np.ndarray | None = None,
+    rotation: Rotation = "edge",
+    tolerance: float = 1e-9,
+    iteration_limit: int = 200,
+) -> ModalEquilibrium:
+    """Find alpha with internal_force(alpha) + sum_c p_c dV_c/dalpha + external = 0.
+
+    Newton's method with the exact tangent, taken by central differences of the (cheap) reduced
+    force so that the change of the elements' rotations is included. A tangent is kept for as long
+    as a step with it lowers the residual tenfold, and steps are limited in length, which also
+    serves as continuation.
+
+    Args:
+        part: The reduced part.
+        pressure_kPa: Pressure of each cavity, (cavity,) or one number for all.
+        external: Further constant generalised force, (mode,).
+        start: Modal coordinates to start from, zero by default.
+        rotation: Where the elements take their rotation from.
+        tolerance: Relative residual to reach.
+        iteration_limit: Newton steps at most.
+
+    Raises:
+        ValueError: A pressure is not finite.
+    """
+    pressure = np.broadcast_to(np.asarray(pressure_kPa, dtype=float), (part.cavity_count,))
+    if not np.all(np.isfinite(pressure)):
+        raise ValueError(f"pressure_kPa must be finite, got {pressure_kPa}")
+    applied = np.zeros(part.mode_count) if external is None else np.asarray(external, dtype=float)
+    alpha = np.zeros(part.mode_count) if start is None else np.array(start, dtype=float)
+    # The largest displacement a mode makes per unit of its coordinate turns mm into alpha.
+    reach = np.abs(part.modes).max(axis=(0, 1))
+    residual_size, previous = np.inf, 0.0
+    tangent = np.zeros((part.mode_count, part.mode_count))
+
+    for iteration in range(iteration_limit + 1):
+        cavities = [part.cavity(index) for index in range(part.cavity_count)]
+        load = applied + sum(
+            p * cavity.gradient(alpha) for p, cavity in zip(pressure, cavities, strict=True)
+        )
+        elastic = part.internal_force(alpha, rotation)
+        residual = elastic + load
+        scale = max(float(np.linalg.norm(load)), float(np.linalg.norm(elastic)), 1e-12)
+        residual_size = float(np.linalg.norm(residual) / scale)
+        if residual_size <= tolerance:
+            return ModalEquilibrium(alpha, True, iteration, residual_size)
+        if iteration == iteration_limit:
+            break
+        if not residual_size < 0.1 * previous:
+            tangent = -_derivative(part, alpha, rotation, reach)
+            for p, cavity in zip(pressure, cavities, strict=True):
+                tangent -= p * cavity.hessian(alpha)
+        previous = residual_size
+        step = np.linalg.solve(tangent, residual)
+        movement = float(np.abs(part.modes @ step).max())
+        # 8 mm per step keeps a slender part's elements well below a right angle of turn.
+        alpha = alpha + step * min(1.0, 8.0 / max(movement, 1e-300))
+        if movement < 1e-10:  # [mm]; no load leaves only rounding to compare the residual with
+            return ModalEquilibrium(alpha, True, iteration + 1, residual_size)
+    return ModalEquilibrium(alpha, False, iteration_limit, residual_size)
+
+
+def rising_modal_equilibria(
+    part: ReducedPart, pressures_kPa: Iterable[float], rotation: Rotation = "edge"
+) -> Iterator[ModalEquilibrium]:
+    """Equilibria at one pressure after the other, each from the one before."""
+    alpha: np.ndarray | None = None
+    for pressure in pressures_kPa:
+        result = modal_equilibrium(part, float(pressure), start=alpha, rotation=rotation)
+        yield result
+        alpha = result.alpha
+
+
+def _derivative(
+    part: ReducedPart, alpha: np.ndarray, rotation: Rotation, reach: np.ndarray
+) -> np.ndarray:
+    """d(internal force)/d(alpha), (mode, mode); ``reach`` is the largest node move per alpha."""
+    difference = 1e-4 / reach
+    forward = part.internal_force(alpha + np.diag(difference), rotation)
+    backward = part.internal_force(alpha - np.diag(difference), rotation)
+    derivative: np.ndarray = ((forward - backward) / (2.0 * difference[:, None])).T
+    return derivative

@@ -1,0 +1,75 @@
+"""The figures of an analysis, drawn from its result and the walks that it recorded."""
+
+from __future__ import annotations
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.gait.friction_margin import friction_margin
+from pneumorph.physics.physics import Physics
+from pneumorph.report.pairs_figure import Pair, pairs_figure
+from pneumorph.report.robustness_figures import friction_figure, margin_figure
+from pneumorph.report.style import save_figure
+from pneumorph.report.walk_figures import cycle_figure, step_figure
+from pneumorph.study.analysis import Analysis, AnalysisSettings, walk_file, walkers
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.trajectory import Trajectory
+
+
+def draw_analysis(
+    found: Analysis,
+    settings: AnalysisSettings,
+    run: FinishedRun,
+    physics: Physics,
+    folder: RunFolder,
+) -> None:
+    """Draw steps, margin, friction, pairs and a cycle of each robot.
+
+    Robots that did not come to the end of their walks are left out; nothing is drawn where none
+    did.
+
+    Args:
+        found: What `pneumorph.study.analysis.analyse` found.
+        settings: What it was asked.
+        run: The run that was analysed.
+        physics: What acted on the robots.
+        folder: Where the analysis recorded its walks; receives the figures.
+    """
+    robots = {
+        each.label: (each, walker, Trajectory.load(folder / walk_file(each.label)))
+        for each, walker in zip(found.robots, walkers(run, settings.pair_count), strict=True)
+        if each.status == "completed"
+    }
+    if not robots:
+        return
+    step_s = run.task.action_step_count * physics.time_step_s
+    figures = {
+        "steps": step_figure(
+            {label: (walk.time_s, walk.forward_cm) for label, (_, _, walk) in robots.items()},
+            step_s,
+            settings.cycle_s,
+        ),
+        "margin": margin_figure(
+            {
+                label: (walker.design, friction_margin(walk, found.friction))
+                for label, (_, walker, walk) in robots.items()
+            },
+            settings.cycle_s,
+        ),
+        "friction": friction_figure(
+            found.frictions,
+            {label: each.distances_over_friction_cm for label, (each, _, _) in robots.items()},
+            found.friction,
+        ),
+        "pairs": pairs_figure(
+            [
+                Pair(label, walker.design, walker.gait, each.distance_cm)
+                for label, (each, walker, _) in robots.items()
+            ],
+            physics.pressure_rate_kPa_per_s,
+        ),
+        **{
+            f"cycle_{label}": cycle_figure(walk, settings.cycle_s)
+            for label, (_, _, walk) in robots.items()
+        },
+    }
+    for name, figure in figures.items():
+        save_figure(figure, folder / f"{name}.png", ("png",))

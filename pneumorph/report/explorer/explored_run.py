@@ -1,0 +1,103 @@
+"""Every design of a space on one page, with what a run found of each."""
+
+from __future__ import annotations
+
+import shlex
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.report.explorer.page import write_explorer
+from pneumorph.report.explorer.scored_designs import (
+    ScoredDesigns,
+    recorded_walks,
+    scored_by_evaluation,
+    scored_by_training,
+    unscored,
+)
+from pneumorph.report.replay.replay_data import ReplaySettings
+from pneumorph.report.sheet import PAGE_REPLAY
+from pneumorph.robot.design_space import DesignSpace
+from pneumorph.study.evaluation import EvaluationSettings, evaluate
+from pneumorph.study.finished_run import FinishedRun
+
+
+@dataclass(frozen=True)
+class Explorer:
+    """What an explorer's page shows, and where it is."""
+
+    page: str
+    page_bytes: int
+    design_count: int
+    scored_count: int
+    """Designs with a score."""
+    replay_count: int
+    """Walks that can be replayed."""
+    wall_s: float
+
+
+def explore(
+    folder: RunFolder,
+    run: FinishedRun | None = None,
+    space: DesignSpace | None = None,
+    *,
+    replays: tuple[Path, ...] = (),
+    pair_count: int = 5,
+    replay: ReplaySettings = PAGE_REPLAY,
+) -> Explorer:
+    """Write explorer.html.
+
+    Args:
+        folder: Where to write.
+        run: A coopt run or an evaluation, which gives designs a score; None for designs alone.
+        space: The designs, where no run says which.
+        replays: Run folders whose trajectories are shown as well.
+        pair_count: Best pairs of a coopt run to walk for their replays, a second or two each.
+        replay: How exact replays are.
+
+    Raises:
+        ValueError: The run is of a verb that gives designs no score.
+        ArtefactError: It is damaged.
+    """
+    start = time.monotonic()
+    scored, title, gait = _scored(run, space or DesignSpace())
+    walked = list(replays)
+    if run is not None and scored.probability is not None and scored.pairs and pair_count:
+        pairs = RunFolder(folder.path / "pairs", "evaluate", folder.progress)
+        count = min(pair_count, len(scored.pairs))
+        evaluate(run, EvaluationSettings(pair_count=count, record=True), folder=pairs)
+        walked.append(pairs.path)
+    # What the run itself recorded is shown where nothing newer is.
+    own = {} if run is None else recorded_walks(scored.space, [run.folder])
+    walks = {**own, **recorded_walks(scored.space, walked)}
+    folder.progress.stage("writing the page")
+    command = f"pneumorph simulate {gait}--design DESIGN --out runs/DESIGN"
+    scored = replace(scored, trajectories=walks)
+    path = write_explorer(folder / "explorer.html", scored, title, command, replay)
+    return Explorer(
+        page=str(path),
+        page_bytes=path.stat().st_size,
+        design_count=len(scored.space),
+        scored_count=int(np.isfinite(scored.score_cm).sum()),
+        replay_count=sum(len(each) for each in walks.values()),
+        wall_s=time.monotonic() - start,
+    )
+
+
+def _scored(run: FinishedRun | None, space: DesignSpace) -> tuple[ScoredDesigns, str, str]:
+    """The designs, the page's title, and the gait's flag of the command that walks a design."""
+    if run is None:
+        return unscored(space), f"{len(space)} designs", ""
+    if run.verb in ("coopt", "demo"):
+        policy = shlex.quote(str(run.folder / "training" / "policy.npz"))
+        scored = scored_by_training(run)
+        return scored, f"{len(scored.space)} designs of {run.folder}", f"--gait {policy} "
+    if run.verb != "evaluate":
+        raise ValueError(
+            f"{run.folder} holds a run of `pneumorph {run.verb}`, expected one of coopt, demo or "
+            "evaluate, which give designs a score"
+        )
+    return scored_by_evaluation(run, space), f"Designs of {run.folder}", ""

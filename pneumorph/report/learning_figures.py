@@ -1,0 +1,243 @@
+"""Figures of learning and search: the expert's sweep, rewards, entropy, learning curves, gaits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pneumorph.report.plan_view import framed_plan_view
+from pneumorph.report.style import (
+    BASELINE_COLOUR,
+    INK_COLOUR,
+    LEARNED_COLOUR,
+    NEUTRAL_COLOUR,
+    REGULATOR_COLOURS,
+    figure_style,
+    new_axes,
+    new_figure,
+    white_between,
+    zero_line,
+)
+from pneumorph.robot.design import Design
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from pneumorph.study.search_findings import DesignsBestGait
+    from pneumorph.study.training_run import LearnedPair
+
+_MOST_PAIRS = 5
+_SECONDS_PER_HOUR = 3600.0
+
+
+@figure_style()
+def phase_figure(
+    phases_deg: Sequence[float], distances_cm: Sequence[float], learned_cm: float | None = None
+) -> Figure:
+    """Return forward distance in cm against phase in degrees, the best phase marked (figure 5d).
+
+    Args:
+        phases_deg: Phase shifts.
+        distances_cm: Distance of each; NaN where the simulation failed.
+        learned_cm: Distance of the best learned gait, drawn as a line to compare with.
+
+    Raises:
+        ValueError: Lists of different lengths, or no finite distance.
+    """
+    distances = np.asarray(distances_cm, dtype=float)
+    if len(phases_deg) != len(distances):
+        raise ValueError(f"got {len(phases_deg)} phases and {len(distances)} distances")
+    if not np.isfinite(distances).any():
+        raise ValueError("no phase has a finite distance; every simulation of the sweep failed")
+    figure, axes = new_axes()
+    axes.plot(
+        phases_deg, distances, "o-", color=BASELINE_COLOUR, markersize=4, label="expert's gait"
+    )
+    number = int(np.nanargmax(distances))
+    best = (phases_deg[number], distances[number])
+    axes.plot(*best, "o", color=INK_COLOUR, markersize=6)
+    axes.annotate(f"{best[1]:.1f} cm at {best[0]:g}°", best, xytext=(0, 7),
+                  textcoords="offset points", ha="center")  # fmt: skip
+    if learned_cm is not None:
+        axes.axhline(learned_cm, color=LEARNED_COLOUR, label=f"learned: {learned_cm:.1f} cm")
+    zero_line(axes)
+    axes.margins(y=0.15)
+    axes.set(xlabel="phase shift between fore and hind legs (°)", ylabel="forward distance (cm)")
+    axes.legend(loc="best")
+    return figure
+
+
+@figure_style()
+def reward_figure(
+    metrics: Sequence[Mapping[str, Any]],
+    histogram_edges_cm: Sequence[float],
+    baseline_cm: float | None = None,
+    learned_cm: float | None = None,
+    pairs: Sequence[LearnedPair] = (),
+) -> Figure:
+    """Return distances in cm against timesteps (paper, figure 7).
+
+    The shades are the histogram of scores weighted by the design distribution; the lines are the
+    mean and the best episode of each round and the best so far.
+
+    Args:
+        metrics: Rounds, as the training's metrics file holds them.
+        histogram_edges_cm: Edges of their `score_histogram`.
+        baseline_cm: Distance of the expert's best phase.
+        learned_cm: Distance of the best pair, evaluated after the last round.
+        pairs: The best pairs, drawn beside and marked where training saw them; at most five.
+
+    Raises:
+        ValueError: No rounds.
+    """
+    timestep = _timesteps(metrics)
+    pairs = pairs[:_MOST_PAIRS]
+    figure = new_figure(6.6 if pairs else 5.2, 3.6 if pairs else 3.2)
+    axes = _with_plan_views(figure, pairs) if pairs else figure.add_subplot()
+    shares = np.array([each["score_histogram"] for each in metrics])
+    if shares.shape[1] >= len(histogram_edges_cm):
+        raise ValueError(
+            f"the metrics' score_histogram has {shares.shape[1]} bins, expected fewer than the "
+            f"{len(histogram_edges_cm)} edges; the run was made by a newer pneumorph"
+        )
+    # Runs of an earlier version end at fewer bins of the same size; the square root shows the thin
+    # tail of good designs early in training.
+    edges_cm = np.asarray(histogram_edges_cm)[: shares.shape[1] + 1]
+    axes.pcolormesh(np.concatenate([[0.0], timestep]), edges_cm, np.sqrt(shares.T), cmap="Greys",
+                    vmax=1.6, rasterized=True)  # fmt: skip
+    for name, colour, label in (
+        ("best_distance_cm", LEARNED_COLOUR, "best so far"),
+        ("return_mean_cm", NEUTRAL_COLOUR, "mean of the round"),
+    ):
+        values = np.array([each[name] for each in metrics], dtype=float)
+        axes.plot(timestep, values, color=colour, label=label)
+    _draw_baseline(axes, baseline_cm)
+    if learned_cm is not None:
+        axes.plot(timestep[-1], learned_cm, "o", color=LEARNED_COLOUR, clip_on=False)
+        axes.annotate(f"{learned_cm:.1f} cm", (timestep[-1], learned_cm), xytext=(0, 5),
+                      textcoords="offset points", ha="right", va="bottom")  # fmt: skip
+    # The first pair is the end of the blue line.
+    for rank, pair in enumerate(pairs[1:], start=2):
+        if pair.timestep is not None and pair.distance_cm is not None:
+            place = (pair.timestep, pair.distance_cm)
+            axes.plot(*place, "o", color=INK_COLOUR, markersize=3, clip_on=False)
+            axes.annotate(f"L{rank}", place, xytext=(4, -8), textcoords="offset points", size=7,
+                          path_effects=white_between())  # fmt: skip
+    zero_line(axes)
+    best = max((each["best_distance_cm"] or 0.0) for each in metrics)
+    highest = max(best, baseline_cm or 0.0, learned_cm or 0.0)
+    axes.set_ylim(min(-3.0, float(histogram_edges_cm[0]) / 2), 1.12 * highest + 0.5)
+    axes.set(xlabel="timesteps (actions of all robots)", ylabel="distance in 20 s (cm)")
+    axes.legend(loc="upper left")
+    return figure
+
+
+def _with_plan_views(figure: Figure, pairs: Sequence[LearnedPair]) -> Axes:
+    """Draw the pairs' designs in a column at the right and return the axes at the left."""
+    columns = figure.add_gridspec(1, 2, width_ratios=(5.2, 1.2))
+    views = columns[1].subgridspec(_MOST_PAIRS, 1)
+    for rank, pair in enumerate(pairs, start=1):
+        view = figure.add_subplot(views[rank - 1])
+        framed_plan_view(view, Design.parse(pair.design).assignment)
+        far = "failed" if pair.distance_cm is None else f"{pair.distance_cm:.1f} cm"
+        view.set_title(f"L{rank}: {far}", size=7, loc="center", pad=2)
+    return figure.add_subplot(columns[0])
+
+
+def _timesteps(metrics: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    if not metrics:
+        raise ValueError("the run has no metrics; its training made no round")
+    return np.array([each["timestep"] for each in metrics], dtype=float)
+
+
+def _draw_baseline(axes: Axes, baseline_cm: float | None) -> None:
+    if baseline_cm is not None:
+        label = f"expert's best phase: {baseline_cm:.1f} cm"
+        axes.axhline(baseline_cm, color=BASELINE_COLOUR, label=label)
+
+
+@figure_style()
+def entropy_figure(metrics: Sequence[Mapping[str, Any]]) -> Figure:
+    """Return the design distribution's entropy and its target in nats against timesteps
+    (algorithm 1, line 8).
+
+    Args:
+        metrics: Rounds, as the training's metrics file holds them.
+
+    Raises:
+        ValueError: No rounds.
+    """
+    timestep = _timesteps(metrics)
+    figure, axes = new_axes()
+    target = [each["design_entropy_target"] for each in metrics]
+    entropy = [each["design_entropy"] for each in metrics]
+    axes.plot(timestep, target, color=NEUTRAL_COLOUR, linewidth=4, alpha=0.5, label="target")
+    axes.plot(timestep, entropy, color=LEARNED_COLOUR, label="design distribution")
+    axes.set(xlabel="timesteps (actions of all robots)", ylabel="entropy (nats)")
+    axes.set_ylim(bottom=0)
+    axes.legend(loc="upper right")
+    return figure
+
+
+@figure_style()
+def learning_curves_figure(
+    curves: Mapping[str, tuple[Sequence[float], Sequence[float]]], baseline_cm: float | None = None
+) -> Figure:
+    """Return the best distance in cm against the simulated time, a line a method.
+
+    Args:
+        curves: Simulated time of all robots [s] and best distance until then [cm], by label.
+        baseline_cm: Distance of the expert's best phase.
+
+    Raises:
+        ValueError: No curve.
+    """
+    if not curves:
+        raise ValueError("curves is empty, expected at least one method's")
+    figure, axes = new_axes(5.6, 3.2)
+    colours = [colour for colour in REGULATOR_COLOURS if colour != BASELINE_COLOUR]
+    for number, (label, (simulated_s, best_cm)) in enumerate(curves.items()):
+        hours = np.asarray(simulated_s, dtype=float) / _SECONDS_PER_HOUR
+        best = np.asarray(best_cm, dtype=float)
+        axes.plot(hours, best, color=colours[number % len(colours)], label=label)
+    _draw_baseline(axes, baseline_cm)
+    zero_line(axes)
+    axes.set(xlabel="simulated time of all robots (h)", ylabel="best distance so far (cm)")
+    axes.set_xlim(left=0)
+    figure.legend(loc="outside upper center", ncols=2)
+    return figure
+
+
+@figure_style()
+def own_gaits_figure(designs: Sequence[DesignsBestGait]) -> Figure:
+    """Return each design's distance with its own searched gait over that with the shared policy.
+
+    Args:
+        designs: What a search for gaits found of each.
+
+    Raises:
+        ValueError: No design has both distances.
+    """
+    rows = [
+        (row.why, (row.policy_distance_cm, row.distance_cm))
+        for row in designs
+        if row.policy_distance_cm is not None and row.distance_cm is not None
+    ]
+    if not rows:
+        raise ValueError("no design has a searched and a learned distance, expected one or more")
+    figure, axes = new_axes(4.2, 4.0)
+    groups = {"drawn at random": ("o", BASELINE_COLOUR), "expert's design": ("s", INK_COLOUR)}
+    for why, place in rows:
+        marker, colour = groups.get(why, ("^", LEARNED_COLOUR))
+        axes.plot(*place, marker, color=colour, markersize=5)
+        if why != "drawn at random":
+            axes.annotate(why, place, xytext=(4, 3), textcoords="offset points", fontsize=7)
+    distances_cm = [place for _, place in rows]
+    ends = [np.min(distances_cm), np.max(distances_cm)]
+    axes.margins(0.08)
+    axes.plot(ends, ends, color=INK_COLOUR, linewidth=0.7, linestyle=":")
+    axes.set(xlabel="with the shared policy (cm)", ylabel="with its own searched gait (cm)")
+    return figure

@@ -1,0 +1,99 @@
+"""Recorded motions, simulated and measured, on one page in 3D, with films where they are wanted."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.hardware.marker_track import VideoSettings
+from pneumorph.hardware.trial import read_trial
+from pneumorph.report.film import FilmSettings, side_by_side, write_film
+from pneumorph.report.marker_actor import MarkerActor
+from pneumorph.report.page import write_html
+from pneumorph.report.replay.page import page_of, player_of
+from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
+from pneumorph.report.scene import Actor
+from pneumorph.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class ReplayedMotions:
+    """What a replay shows, and where it is; lists have an entry for each robot or mesh of a leg."""
+
+    page: str
+    page_bytes: int
+    robots: tuple[str, ...]
+    """Labels."""
+    frames: tuple[int, ...]
+    """Frames that were kept of each robot."""
+    mode_counts: tuple[int, ...]
+    """Modes that the page tells legs by, of each mesh."""
+    largest_error_mm: float | None
+    """How far a leg's node is off at most [mm]; None where only markers move."""
+    wall_s: float
+    mp4: str | None = None
+    gif: str | None = None
+
+
+def replay_motions(
+    motions: Sequence[Actor | MarkerActor],
+    folder: RunFolder,
+    settings: ReplaySettings | None = None,
+    *,
+    spacing_mm: float = 340.0,
+    films: Collection[str] = (),
+    film: FilmSettings | None = None,
+) -> ReplayedMotions:
+    """Write replay.html and the films.
+
+    Args:
+        motions: The robots; see `motion`.
+        folder: Where to write.
+        settings: How exact the page is.
+        spacing_mm: Distance between the robots' lanes [mm].
+        films: Kinds of film to make: mp4, gif.
+        film: How films look.
+    """
+    start = time.monotonic()
+    actors = side_by_side(motions, spacing_mm)
+    folder.progress.stage("writing the replay")
+    data = replay_data(actors, settings)
+    title = " and ".join(actor.label for actor in actors)
+    path = write_html(folder / "replay.html", page_of(title, player_of(data)))
+    errors = [each["largest_error_mm"] for each in data["robots"] if "largest_error_mm" in each]
+    filmed = {}
+    for kind in films:
+        folder.progress.stage(f"filming {kind}")
+        filmed[kind] = str(write_film(folder / f"film.{kind}", actors, film, folder.progress))
+    return ReplayedMotions(
+        page=str(path),
+        page_bytes=path.stat().st_size,
+        robots=tuple(each["label"] for each in data["robots"]),
+        frames=tuple(each["frames"] for each in data["robots"]),
+        mode_counts=tuple(each["mode_count"] for each in data["bases"]),
+        largest_error_mm=max(errors, default=None),
+        mp4=filmed.get("mp4"),
+        gif=filmed.get("gif"),
+        wall_s=time.monotonic() - start,
+    )
+
+
+def motion(text: str, video: VideoSettings) -> Actor | MarkerActor:
+    """The robot that LABEL=PATH or PATH names: a trajectory file, or the folder of a trial.
+
+    Args:
+        text: The name.
+        video: How a trial's track is read.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ArtefactError: It holds no trajectory, or nothing to draw.
+    """
+    label, _, name = text.rpartition("=")
+    path = Path(name)
+    if path.is_dir():
+        return MarkerActor.of(read_trial(path, video), label or f"{path.name} (measured)")
+    return Actor.of(Trajectory.load(path), label or path.stem)

@@ -1,0 +1,250 @@
+"""Figures of the real robot: trials on a rig, simulation beside them, and what was fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.report.plan_view import HALF_WIDTH_MM, draw_plan_view
+from pneumorph.report.style import (
+    BASELINE_COLOUR,
+    INK_COLOUR,
+    LEARNED_COLOUR,
+    NEUTRAL_COLOUR,
+    REGULATOR_COLOURS,
+    figure_style,
+    legend_above,
+    legend_beside,
+    new_axes,
+    new_figure,
+    regulator_colour,
+    save_figure,
+    zero_line,
+)
+from pneumorph.robot.design import Design
+from pneumorph.study.fitted_calibration import CalibrationStudy
+from pneumorph.study.transfer import TransferStudy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from pneumorph.hardware.deployment_log import LoggedPressures
+    from pneumorph.hardware.marker_track import MarkerTrack
+    from pneumorph.hardware.trial import Trial
+    from pneumorph.hardware.trial_comparison import TrialComparison
+
+_SIMULATED = LEARNED_COLOUR
+_MEASURED = BASELINE_COLOUR
+
+
+@figure_style()
+def trials_figure(logs: Sequence[LoggedPressures], tracks: Sequence[MarkerTrack] = ()) -> Figure:
+    """Return pressures over time, a panel a channel, and below the travel where it was tracked.
+
+    Args:
+        logs: Log of each trial, with at least one sample.
+        tracks: Track of each trial that has one.
+
+    Raises:
+        ValueError: No log.
+    """
+    if not logs:
+        raise ValueError("logs is empty, expected that of at least one trial")
+    channels = logs[0].commanded_kPa.shape[1]
+    heights = [1.0] * channels + ([2.0] if tracks else [])
+    figure = new_figure(5.2, 0.8 + 0.85 * sum(heights))
+    panels = figure.subplots(
+        len(heights), 1, sharex=True, squeeze=False, height_ratios=heights
+    )[:, 0]  # fmt: skip
+    _draw_channels(panels[:channels], logs, labelled=True)
+    for number, track in enumerate(tracks):
+        colour = REGULATOR_COLOURS[number % len(REGULATOR_COLOURS)]
+        panels[-1].plot(track.time_s, track.forward_cm(track.time_s), color=colour, linewidth=1.1,
+                        label=f"trial {number + 1}")  # fmt: skip
+    if tracks:
+        zero_line(panels[-1])
+        panels[-1].set_ylabel("forward distance (cm)")
+        legend_beside(panels[-1])
+    panels[-1].set_xlabel("time (s)")
+    return figure
+
+
+def _draw_channels(panels: np.ndarray, logs: Sequence[LoggedPressures], labelled: bool) -> None:
+    """Draw what each channel was commanded and what was sensed in every trial, the first boldly."""
+    for index, axes in enumerate(panels):
+        colour = regulator_colour(index + 1)
+        axes.step(logs[0].time_s, logs[0].commanded_kPa[:, index], where="post", color=INK_COLOUR,
+                  linewidth=0.8, linestyle=(0, (3, 2)), label="commanded")  # fmt: skip
+        for number, log in enumerate(logs):
+            label, alpha = ("sensed", 1.0) if number == 0 else (None, 0.25)
+            axes.plot(log.time_s, log.sensed_kPa[:, index], color=colour, linewidth=1.2,
+                      alpha=alpha, label=label)  # fmt: skip
+        axes.set_yticks([0, 45, 90])
+        if labelled:
+            axes.set_ylabel(f"p{index + 1} (kPa)", color=colour)
+    if labelled:
+        legend_above(panels[0])
+
+
+@figure_style()
+def transfer_rewards_figure(comparisons: Sequence[TrialComparison]) -> Figure:
+    """Return the distance of every robot, simulated and measured with its spread (paper, fig. 6).
+
+    Args:
+        comparisons: The robots, in the order to draw.
+    """
+    count = len(comparisons)
+    figure = new_figure(max(3.6, 0.8 + 1.0 * count), 3.6)
+    above, axes = figure.subplots(2, 1, height_ratios=(1, 2.6), sharex=True)
+    place = np.arange(count)
+    simulated = [each.simulated_distance_cm for each in comparisons]
+    measured = [each.mean_distance_cm for each in comparisons]
+    spread = [each.spread_cm or 0.0 for each in comparisons]
+    axes.bar(place - 0.2, simulated, 0.36, color=_SIMULATED, label="simulation")
+    axes.bar(place + 0.2, measured, 0.36, yerr=spread, color=_MEASURED, ecolor=INK_COLOUR,
+             capsize=3, label="measured")  # fmt: skip
+    for number, each in enumerate(comparisons):
+        dots = np.full(len(each.distances_cm), number + 0.2)
+        axes.plot(dots, each.distances_cm, ".", color=INK_COLOUR, markersize=3)
+        size = 0.9 / (2.0 * HALF_WIDTH_MM)
+        draw_plan_view(above, Design.parse(each.design).assignment, (number, 0.0), size_mm=size)
+    above.set(ylim=(-0.5, 0.5), aspect="equal")
+    above.axis("off")
+    zero_line(axes)
+    axes.set_xticks(place, [each.label for each in comparisons])
+    axes.set(xlim=(-0.6, count - 0.4), ylabel="forward distance (cm)")
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+@figure_style()
+def transfer_gaits_figure(
+    comparisons: Sequence[TrialComparison], trials: Sequence[Sequence[Trial]]
+) -> Figure:
+    """Return pressures and travel over time, one column a robot (paper, figs. 8 to 10).
+
+    Args:
+        comparisons: The robots.
+        trials: Trials of each.
+    """
+    regulators = max(max(Design.parse(each.design).assignment) for each in comparisons)
+    columns = len(comparisons)
+    figure = new_figure(max(4.2, 2.9 * columns), 1.0 + 0.8 * regulators + 2.0)
+    panels = figure.subplots(
+        regulators + 1, columns, sharex=True, sharey="row", squeeze=False,
+        height_ratios=[1.0] * regulators + [2.4],
+    )  # fmt: skip
+    for column, (comparison, own) in enumerate(zip(comparisons, trials, strict=True)):
+        pressures = [trial.pressures for trial in own]
+        _draw_channels(panels[:regulators, column], pressures, labelled=column == 0)
+        axes, time_s = panels[-1, column], comparison.time_s
+        axes.plot(time_s, comparison.simulated_cm, color=_SIMULATED, label="simulation")
+        mean = comparison.measured_cm.mean(axis=0)
+        if len(comparison.measured_cm) > 1:
+            spread = comparison.measured_cm.std(axis=0, ddof=1)
+            axes.fill_between(time_s, mean - spread, mean + spread, color=_MEASURED, alpha=0.3,
+                              linewidth=0)  # fmt: skip
+        label = f"measured, {len(own)} trial{'s' if len(own) > 1 else ''}"
+        axes.plot(time_s, mean, color=_MEASURED, label=label)
+        zero_line(axes)
+        axes.set_xlabel("time (s)")
+        panels[0, column].set_title(f"{comparison.label}: {comparison.design}", pad=16)
+    panels[-1, 0].set_ylabel("forward distance (cm)")
+    panels[-1, 0].legend(
+        loc="lower left", bbox_to_anchor=(0.0, 0.98), ncols=2, fontsize=7, borderaxespad=0.1
+    )
+    return figure
+
+
+@figure_style()
+def calibration_figure(
+    real_kPa: np.ndarray, simulated_kPa: np.ndarray, fitted: PressureMap, r_squared: float
+) -> Figure:
+    """Return real and simulated pressures of equal bend with their line (paper, figure 11).
+
+    Args:
+        real_kPa: Real pressures [kPa], (pair,).
+        simulated_kPa: Simulated pressures of equal bend [kPa], (pair,).
+        fitted: The line.
+        r_squared: Share of the variance that it explains.
+    """
+    figure, axes = new_axes(4.2, 3.2)
+    reach = np.linspace(0.0, 1.05 * float(real_kPa.max()), 100)
+    axes.plot(reach, PressureMap().simulated(reach), color=NEUTRAL_COLOUR, label="published line")
+    sign = "+" if fitted.intercept_kPa >= 0.0 else "-"
+    label = f"{fitted.slope:.3f} p {sign} {abs(fitted.intercept_kPa):.2f} kPa, R² {r_squared:.4f}"
+    axes.plot(reach, fitted.simulated(reach), color=LEARNED_COLOUR, label=label)
+    axes.plot(real_kPa, simulated_kPa, "o", color=LEARNED_COLOUR, markersize=4)
+    axes.set(xlabel="real pressure p (kPa)", ylabel="simulated pressure of equal bend (kPa)")
+    axes.legend(loc="upper left")
+    return figure
+
+
+@figure_style()
+def path_fit_figure(
+    measured_s: np.ndarray,
+    measured_mm: np.ndarray,
+    simulated_s: np.ndarray,
+    start_mm: np.ndarray,
+    fitted_mm: np.ndarray,
+    r_squared: float,
+) -> Figure:
+    """Return forward and sideways travel over time, before and after parameters were fitted.
+
+    Args:
+        measured_s: Times of the track [s], (sample,).
+        measured_mm: Its positions [mm], (sample, 2).
+        simulated_s: Times of the simulations [s], (step,).
+        start_mm: Path with the parameters that the fit began with [mm], (step, 2).
+        fitted_mm: Path with the fitted ones [mm], (step, 2).
+        r_squared: Share of the variance that the fit explains.
+    """
+    figure = new_figure(5.2, 4.2)
+    panels = figure.subplots(2, 1, sharex=True)
+    for time_s, path, colour, label in (
+        (measured_s, measured_mm, NEUTRAL_COLOUR, "measured"),
+        (simulated_s, start_mm, BASELINE_COLOUR, "simulated before the fit"),
+        (simulated_s, fitted_mm, LEARNED_COLOUR, f"fitted, R² {r_squared:.4f}"),
+    ):
+        for axes, travel in zip(panels, (path - path[0]).T, strict=True):
+            axes.plot(time_s, travel, color=colour, label=label)
+    panels[0].set(ylabel="forward (mm)")
+    panels[0].legend(loc="best")
+    panels[1].set(xlabel="time (s)", ylabel="sideways (mm)")
+    return figure
+
+
+def save_calibration_figures(study: CalibrationStudy, folder: Path) -> None:
+    """Draw what was fitted: ``calibration.png`` and ``path_fit.png``, where there is such a fit."""
+    fit = study.found.fit
+    if study.pairs is not None:
+        fitted = PressureMap(study.found.slope, study.found.intercept_kPa)
+        figure = calibration_figure(
+            study.pairs.real_kPa, study.pairs.simulated_kPa, fitted, fit["pressure"]["r_squared"]
+        )
+        save_figure(figure, folder / "calibration.png")
+    if study.path is not None:
+        path = study.path
+        figure = path_fit_figure(
+            path.track.time_s,
+            path.track.position_mm,
+            path.time_s,
+            path.start_mm,
+            path.fitted_mm,
+            fit["trajectories"]["r_squared"],
+        )
+        save_figure(figure, folder / "path_fit.png")
+
+
+def save_transfer_figures(study: TransferStudy, folder: Path) -> list[Path]:
+    """Draw ``transfer_rewards`` and ``transfer_gaits`` and return their files."""
+    rewards = transfer_rewards_figure(study.comparisons)
+    gaits = transfer_gaits_figure(study.comparisons, study.trials)
+    return [
+        *save_figure(rewards, folder / "transfer_rewards.png"),
+        *save_figure(gaits, folder / "transfer_gaits.png"),
+    ]

@@ -1,0 +1,199 @@
+"""Figures of robots that walked: distance, path, pressures, steps, and one cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pneumorph.gait.walk import cycle_slides_cm, last_cycle, step_rewards_cm
+from pneumorph.report.plan_view import draw_plan_view
+from pneumorph.report.style import (
+    INK_COLOUR,
+    LEARNED_COLOUR,
+    LEG_LINES,
+    NEUTRAL_COLOUR,
+    PATH_COLOURS,
+    figure_style,
+    legend_above,
+    legend_beside,
+    new_axes,
+    new_figure,
+    regulator_colour,
+    zero_line,
+)
+from pneumorph.robot.design import Design
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from pneumorph.trajectory import Trajectory
+
+
+@figure_style()
+def distance_figure(trajectories: Mapping[str, Trajectory]) -> Figure:
+    """Return forward distance in cm against time in s, one line a robot (paper, figure 8).
+
+    Args:
+        trajectories: Trajectories by label, the most important first.
+    """
+    figure, axes = new_axes()
+    for number, (label, trajectory) in enumerate(trajectories.items()):
+        time_s, forward_cm = trajectory.time_s, trajectory.forward_cm
+        colour = PATH_COLOURS[number % len(PATH_COLOURS)]
+        axes.plot(time_s, forward_cm, color=colour, label=label)
+        axes.annotate(
+            f"{forward_cm[-1]:.1f}", (time_s[-1], forward_cm[-1]), xytext=(4, 0),
+            textcoords="offset points", va="center", color=colour,
+        )  # fmt: skip
+    zero_line(axes)
+    axes.set(xlabel="time (s)", ylabel="forward distance (cm)")
+    axes.legend(loc="upper left")
+    return figure
+
+
+@figure_style()
+def path_figure(
+    trajectories: Mapping[str, Trajectory], assignments: Mapping[str, Sequence[int]]
+) -> Figure:
+    """Return the paths of the tracked point in cm from above, each robot drawn at its end.
+
+    Args:
+        trajectories: Trajectories by label.
+        assignments: The design of each, by the same label.
+    """
+    figure = new_figure(5.2, 2.6)
+    panels = figure.subplots(1, len(trajectories), squeeze=False, sharey=True)[0]
+    for number, (label, trajectory) in enumerate(trajectories.items()):
+        axes, colour = panels[number], PATH_COLOURS[number % len(PATH_COLOURS)]
+        path_cm = (trajectory.tracked_point_mm - trajectory.tracked_point_mm[0])[:, :2] / 10
+        rotation = trajectory.hub_rotation[-1]
+        heading = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+        x, y = path_cm[-1].tolist()
+        draw_plan_view(axes, assignments[label], (x, y), heading, size_mm=0.1)
+        axes.plot(*path_cm.T, color=colour, linewidth=2.0, zorder=3)
+        axes.plot(0, 0, "o", color=colour, markersize=4, zorder=3)
+        axes.set_title(label)
+        axes.set(xlabel="forward (cm)", xlim=(-18, 32), ylim=(-18, 18), aspect="equal")
+    panels[0].set_ylabel("sideways (cm)")
+    return figure
+
+
+@figure_style()
+def pressure_figure(trajectory: Trajectory, regulator_count: int | None = None) -> Figure:
+    """Return pressures in kPa against time in s, one panel a regulator (paper, figure 8).
+
+    Args:
+        trajectory: Whose gait.
+        regulator_count: How many regulators the design uses; None for all recorded.
+    """
+    count = regulator_count or trajectory.commanded_kPa.shape[1]
+    time_s = trajectory.time_s
+    figure = new_figure(5.2, 0.7 + 0.85 * count)
+    panels = figure.subplots(count, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    for index, axes in enumerate(panels):
+        colour = regulator_colour(index + 1)
+        axes.step(time_s, trajectory.commanded_kPa[:, index], color=colour, linewidth=0.9,
+                  linestyle=(0, (3, 2)), label="commanded")  # fmt: skip
+        axes.plot(time_s, trajectory.regulated_kPa[:, index], color=colour, label="regulated")
+        axes.set_ylabel(f"regulator {index + 1}", color=colour)
+        axes.set_yticks([0, 45, 90])
+    legend_above(panels[0])
+    panels[0].set_title("pressure (kPa)")
+    panels[-1].set_xlabel("time (s)")
+    return figure
+
+
+@figure_style()
+def step_figure(
+    paths: Mapping[str, tuple[np.ndarray, np.ndarray]], step_s: float = 1.0, cycle_s: float = 4.0
+) -> Figure:
+    """Return a panel for each robot: reward of each step as bars, slide back in each cycle as a
+    line (paper, sections V and VI).
+
+    Args:
+        paths: Time [s], (time,), and forward travel [cm], (time,), by label.
+        step_s: Length of a step, over which a reward is counted [s].
+        cycle_s: Length of a cycle, over which a slide back is counted [s].
+
+    Raises:
+        ValueError: No path, or one shorter than a cycle.
+    """
+    if not paths:
+        raise ValueError("paths is empty, expected at least one robot's")
+    figure = new_figure(5.2, 0.6 + 1.5 * len(paths))
+    panels = figure.subplots(len(paths), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    for number, (label, (time_s, forward_cm)) in enumerate(paths.items()):
+        axes, colour = panels[number], PATH_COLOURS[number % len(PATH_COLOURS)]
+        reward = step_rewards_cm(time_s, forward_cm, step_s)
+        begin = step_s * np.arange(len(reward))
+        axes.bar(begin, reward, step_s, align="edge", color=colour, edgecolor="white")
+        slide = cycle_slides_cm(time_s, forward_cm, cycle_s)
+        cycles = cycle_s * np.arange(len(slide) + 1)
+        axes.step(cycles, -np.append(slide, slide[-1:]), where="post", color=INK_COLOUR)
+        zero_line(axes)
+        axes.set_title(
+            f"{label}: {reward.sum():.1f} cm, slides back {slide.mean():.2f} cm a cycle", size=9
+        )
+        axes.set_ylabel("cm")
+    panels[-1].set_xlabel("time (s)")
+    figure.supylabel(f"bars: reward of {step_s:g} s; line: slide back in {cycle_s:g} s", size=7)
+    return figure
+
+
+@figure_style()
+def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
+    """Return the last whole cycle of a robot: pressures, tilt, legs' height and load, travel.
+
+    The paper explains its best gait by the roll that lifts a front leg (section VI-A). Roll is
+    about the forward axis (left side up), pitch about the axis to the left (front down); a leg's
+    height is that of its lowest node over the lowest of all in the recording, and its load is what
+    the floor presses up with, where that was recorded.
+
+    Args:
+        trajectory: Of a robot with its nodes and its design in the metadata.
+        cycle_s: Length of a cycle [s].
+
+    Raises:
+        ValueError: The trajectory is shorter than a cycle, or was recorded without nodes.
+    """
+    begin_s, inside = last_cycle(trajectory.time_s, cycle_s)
+    nodes, forces = trajectory.node_positions_mm, trajectory.contact_force_mN
+    if nodes is None:
+        raise ValueError("the trajectory holds no node positions, expected them for legs' heights")
+    since = trajectory.time_s[inside] - begin_s
+    design = Design.parse(trajectory.metadata["design"])
+    figure = new_figure(5.2, 5.6 if forces is None else 6.8)
+    panels = list(figure.subplots(4 if forces is None else 5, 1, sharex=True))
+    pressure, tilt, height, travel = (*panels[:3], panels[-1])
+    for index in range(max(design.assignment)):
+        kPa = trajectory.regulated_kPa[inside, index]
+        pressure.plot(since, kPa, color=regulator_colour(index + 1), label=f"regulator {index + 1}")
+    pressure.set(ylabel="kPa", yticks=[0, 45, 90])
+    roll, pitch = trajectory.tilt_deg
+    tilt.plot(since, roll[inside], color=LEARNED_COLOUR, label="roll, left up")
+    tilt.plot(since, pitch[inside], color=NEUTRAL_COLOUR, linestyle="--", label="pitch, front down")
+    zero_line(tilt)
+    tilt.set(ylabel="tilt (°)")
+    lowest = nodes[..., 2].min(axis=2)
+    draw_legs(height, since, lowest[inside] - lowest.min(), design)
+    height.set(ylabel="lowest (mm)")
+    if forces is not None:
+        draw_legs(panels[3], since, forces[inside][..., 2].sum(axis=2) / 1e3, design)
+        panels[3].set(ylabel="load (N)")
+    forward_cm = trajectory.forward_cm[inside]
+    travel.plot(since, forward_cm - forward_cm[0], color=INK_COLOUR)
+    travel.set(ylabel="travel (cm)", xlabel=f"time since {begin_s:g} s (s)", xlim=(0, cycle_s))
+    for axes in panels[:-1]:
+        legend_beside(axes)
+    return figure
+
+
+def draw_legs(axes: Axes, since: np.ndarray, values: np.ndarray, design: Design) -> None:
+    """Draw a value of each leg, (frame, leg), in its regulator's colour and a style of its own."""
+    for leg, (location, regulator) in enumerate(design.legs):
+        style = LEG_LINES[leg % len(LEG_LINES)]
+        axes.plot(since, values[:, leg], color=regulator_colour(regulator), linestyle=style,
+                  label=f"leg {location + 1}")  # fmt: skip

@@ -1,0 +1,77 @@
+"""Elastic forces, stiffness and pressure of one mounted part of a reduced robot in NumPy.
+
+Numbers in brackets are equations of docs/physics.md. Unknowns are the hub's velocity and turning
+rate along the hub's axes and the modal rates, as in `reference_mass`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pneumorph.physics.physics import Damping
+from pneumorph.reduction.sampled_elements import SampledElements
+from pneumorph.robot.robot import Mount
+
+
+def elastic_forces(
+    mount: Mount, alpha: np.ndarray, damping: Damping
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces and the stiffness that a step takes, (15) with the turns' columns (22).
+
+    Args:
+        mount: The part and its pose.
+        alpha: Modal coordinates, (mode,).
+        damping: With ``published`` the stiffness is that of (6), or the definite part of dP/dF by
+            (16), and acts on turns of the hub; with ``objective`` it is that of (10) and acts on
+            the modes alone.
+
+    Returns:
+        Force [mN, mm], (6 + mode,), and stiffness, (6 + mode, 6 + mode).
+    """
+    mounting = mount.part.linear_stiffness
+    force, stiffness = np.pad(-mounting @ alpha, (6, 0)), np.pad(mounting, (6, 0))
+    for elements in (mount.part.tetrahedra, mount.part.membrane):
+        gradient = elements.gradients(alpha)  # (14)
+        if damping == "published":
+            stress = elements.stress(gradient, "edge")
+            tangent = elements.published_tangent(gradient, "edge")
+            turning = _turns(mount, gradient)
+        else:
+            stress = elements.stress(gradient, "polar")
+            tangent = elements.objective_tangent(gradient)
+            turning = np.zeros((*gradient.shape, 3))
+        columns = _columns(elements, turning)
+        answers = tangent @ columns  # C dF
+        flat = columns.reshape(-1, columns.shape[2])
+        force = force - stress.ravel() @ flat
+        stiffness = stiffness + flat.T @ answers.reshape(flat.shape)
+    return force, stiffness
+
+
+def pressure_force(mount: Mount, alpha: np.ndarray, pressure_kPa: np.ndarray) -> np.ndarray:
+    """Pressure's force (7) by the cavities' polynomials (17) [mN, mm], (6 + mode,).
+
+    A closed cavity has neither resultant nor moment.
+
+    Args:
+        mount: The part, and the regulator of each cavity.
+        alpha: Modal coordinates, (mode,).
+        pressure_kPa: Simulated pressure of each regulator [kPa], (regulator,).
+    """
+    each = [
+        pressure_kPa[regulator] * mount.part.cavity(number).gradient(alpha)
+        for number, regulator in enumerate(mount.regulators)
+    ]
+    return np.pad(np.sum([np.zeros_like(alpha), *each], axis=0), (6, 0))
+
+
+def _turns(mount: Mount, gradient: np.ndarray) -> np.ndarray:
+    """dF = e x F by turns about the hub's axes e, as the part sees them (22), (point, 3, d, 3)."""
+    axes = mount.pose.rotation.T  # columns
+    return np.stack([np.cross(axis, gradient, axisb=1, axisc=1) for axis in axes.T], axis=3)
+
+
+def _columns(elements: SampledElements, turning: np.ndarray) -> np.ndarray:
+    """dF of every unknown, (point, 3 d, 6 + mode); velocities of the hub deform nothing."""
+    columns = np.concatenate([np.zeros_like(turning), turning, elements.mode_gradient], axis=3)
+    return columns.reshape(len(columns), 3 * elements.dimension, columns.shape[3])

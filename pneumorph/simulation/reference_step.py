@@ -1,0 +1,183 @@
+"""One step of a reduced robot in dense NumPy: the specification of the compiled stepper.
+
+    step: (state, command) -> state
+
+Numbers in brackets are equations of docs/physics.md. Everything is a pure function of arrays. The
+robot's unknowns are the hub's velocity V and turning rate W along the hub's axes, and the modal
+rates of one mount after the other. Every step finds its stiffness afresh; what the engine does to
+keep one, (25) and (26), is its own affair, as is all that makes it fast.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from pneumorph.fem.rigid_hub import rotation_of
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import rate_limit
+from pneumorph.robot.robot import Robot
+from pneumorph.simulation.reduced_state import ReducedState
+from pneumorph.simulation.reference_contact import (
+    FrictionLaw,
+    contact_kinematics,
+    solve_friction,
+)
+from pneumorph.simulation.reference_forces import elastic_forces, pressure_force
+from pneumorph.simulation.reference_mass import (
+    hub_moments,
+    mass_matrix,
+    mount_moments,
+    velocity_products,
+    weight,
+)
+from pneumorph.simulation.stepper_settings import StepperSettings
+
+
+@dataclass(frozen=True, eq=False)
+class StepSystem:
+    """What (8) is made of, at the start of a step and without contact; all projected (Galerkin)."""
+
+    mass: np.ndarray
+    """M of (19), (unknown, unknown)."""
+    stiffness: np.ndarray
+    """K of (15), (unknown, unknown)."""
+    force: np.ndarray
+    """f: elastic, pressure, weight (20) and products of velocities (21), (unknown,)."""
+
+
+def reference_step(
+    robot: Robot,
+    physics: Physics,
+    state: ReducedState,
+    command_kPa: np.ndarray,
+    friction_tolerance: float = 1e-10,
+    margin_mm: float = StepperSettings.contact_margin_mm,
+) -> ReducedState:
+    """Advance by one time step.
+
+    Args:
+        robot: The robot.
+        physics: What acts on it.
+        state: Where it is.
+        command_kPa: Real pressure asked of each regulator [kPa], (regulator,).
+        friction_tolerance: Largest residual (30) allowed [mm/s].
+        margin_mm: Points nearer to the floor than this take part [mm].
+
+    Raises:
+        ArithmeticError: No impulses were found that obey the contact law.
+    """
+    h, velocity = physics.time_step_s, unknowns_of(robot, state)
+    # Regulators, (33) and (34).
+    regulated = rate_limit(state.regulated, command_kPa, physics.pressure_rate_kPa_per_s, h)
+    pressure = physics.pressure_map.simulated(regulated)
+    # The step's equations (8) without impulses.
+    system = step_system(robot, physics, state, pressure)
+    matrix, right = step_equations(system, velocity, physics)
+    # Points that take part, and what they know of the rest of the robot, (27).
+    modes = modes_of(robot, state)
+    positions, jacobian = contact_kinematics(robot, state.position, state.rotation, modes)
+    gaps = positions[:, 2] - physics.floor_height_mm
+    coming = gaps + h * np.minimum(jacobian[:, 0] @ velocity, 0.0)
+    near = coming < margin_mm
+    rows = jacobian[near].reshape(-1, len(velocity))
+    response = np.linalg.solve(matrix, np.column_stack([right, rows.T]))
+    alone, answers = response[:, 0], response[:, 1:]
+    free = rows @ alone + np.kron(gaps[near] / h, [1.0, 0.0, 0.0])
+    # Friction (28), and on.
+    law = FrictionLaw(rows @ answers, free, physics.friction)
+    impulses = solve_friction(law, state.impulses[near], friction_tolerance)
+    moved = moved_state(robot, state, alone + answers @ impulses.ravel(), h)
+    placed = np.eye(len(gaps))[:, near] @ impulses
+    return replace(moved, regulated=regulated, impulses=placed, memory=b"")
+
+
+def step_system(
+    robot: Robot, physics: Physics, state: ReducedState, pressure_kPa: np.ndarray
+) -> StepSystem:
+    """Mass, stiffness and force of a robot, summed over the hub and the mounts.
+
+    Args:
+        robot: The robot.
+        physics: What acts on it.
+        state: Where it is.
+        pressure_kPa: Simulated pressure of each regulator [kPa], (regulator,).
+    """
+    velocity = unknowns_of(robot, state)
+    turning, gravity = velocity[3:6], state.rotation.T @ physics.gravity_vector
+    hub = hub_moments(robot.hub)
+    chosen = np.eye(6, len(velocity))  # the hub's unknowns among all
+    mass, stiffness = chosen.T @ mass_matrix(hub) @ chosen, np.zeros((len(velocity),) * 2)
+    force = (weight(hub, gravity) + velocity_products(hub, turning, np.zeros(0))) @ chosen
+    first = 6
+    for mount, alpha in zip(robot.mounts, modes_of(robot, state), strict=True):
+        own = np.eye(len(alpha), len(velocity), first)
+        body, to_all = mount_moments(mount, alpha), np.concatenate([chosen, own])
+        elastic, stiff = elastic_forces(mount, alpha, physics.damping)
+        pressing = pressure_force(mount, alpha, pressure_kPa)
+        moving = velocity_products(body, turning, own @ velocity)
+        mass = mass + to_all.T @ mass_matrix(body) @ to_all
+        stiffness = stiffness + to_all.T @ stiff @ to_all
+        force = force + (elastic + pressing + weight(body, gravity) + moving) @ to_all
+        first += len(alpha)
+    return StepSystem(mass, stiffness, force)
+
+
+def step_equations(
+    system: StepSystem, velocity: np.ndarray, physics: Physics
+) -> tuple[np.ndarray, np.ndarray]:
+    """Left matrix and right side of (8), without impulses.
+
+    Args:
+        system: Mass, stiffness and force at the start.
+        velocity: The unknowns at the start, (unknown,).
+        physics: Time step and damping.
+    """
+    h = physics.time_step_s
+    matrix = (1.0 + physics.mass_damping_per_s * h) * system.mass
+    matrix = matrix + h * (h + physics.stiffness_damping_s) * system.stiffness
+    return matrix, system.mass @ velocity + h * system.force
+
+
+def moved_state(
+    robot: Robot, state: ReducedState, velocity: np.ndarray, time_step_s: float
+) -> ReducedState:
+    """The state after moving with new unknowns for a time step (24).
+
+    Args:
+        robot: The robot.
+        state: Where it was.
+        velocity: The new unknowns, (unknown,).
+        time_step_s: Time step [s].
+    """
+    moving, turning = state.rotation @ velocity[:3], state.rotation @ velocity[3:6]
+    ends = np.cumsum([6] + [mount.part.mode_count for mount in robot.mounts])
+    width = state.modes.shape[1]
+    rates = [
+        np.pad(velocity[first:end], (0, width - (end - first))) for first, end in pairwise(ends)
+    ]
+    mode_rates = np.reshape(rates, state.modes.shape)
+    return replace(
+        state,
+        position=state.position + time_step_s * moving,
+        rotation=rotation_of(time_step_s * turning) @ state.rotation,
+        velocity=moving,
+        angular_velocity=turning,
+        modes=state.modes + time_step_s * mode_rates,
+        mode_rates=mode_rates,
+    )
+
+
+def unknowns_of(robot: Robot, state: ReducedState) -> np.ndarray:
+    """V and W along the hub's axes, then the modal rates of every mount, (unknown,)."""
+    hub = (state.velocity @ state.rotation, state.angular_velocity @ state.rotation)
+    rates = zip(robot.mounts, state.mode_rates, strict=True)
+    return np.concatenate([*hub, *(rate[: mount.part.mode_count] for mount, rate in rates)])
+
+
+def modes_of(robot: Robot, state: ReducedState) -> tuple[np.ndarray, ...]:
+    """Modal coordinates of every mount without the padding, each (mode,)."""
+    modes = zip(robot.mounts, state.modes, strict=True)
+    return tuple(alpha[: mount.part.mode_count] for mount, alpha in modes)

@@ -1,0 +1,1 @@
+"""What is asked of robots and runs: comparisons, evaluations, robustness, fits."""

@@ -1,0 +1,277 @@
+"""What the best pairs of a run do: rewards of each step, tilt, load and friction of each leg."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.artefact import write_json
+from pneumorph.base.checked import Checked, Count, Positive
+from pneumorph.base.result import result_to_dict
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.friction_margin import FrictionMargin, friction_margin
+from pneumorph.gait.walk import cycle_slides_cm, step_rewards_cm, walk
+from pneumorph.physics.open_loop_gait import OpenLoopGait
+from pneumorph.robot.design import Design
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.recorded_walk import recorded_walk
+from pneumorph.trajectory import Trajectory
+
+ANALYSIS_FILE = "analysis.json"
+
+
+@dataclass(frozen=True)
+class AnalysisSettings(Checked):
+    """Which pairs, and over which frictions."""
+
+    pair_count: Count = 5
+    """How many of the best pairs."""
+    cycle_s: Positive = 4.0
+    """Length of a cycle, over which a slide back is counted and figures are drawn [s]."""
+    record_every: Count = 5
+    """Simulation steps between recorded frames."""
+    lowest_friction: Positive = 0.6
+    """First friction coefficient."""
+    highest_friction: Positive = 1.4
+    """Last friction coefficient, included."""
+    friction_step: Positive = 0.1
+    """Step from one coefficient to the next."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.lowest_friction > self.highest_friction:
+            raise ValueError(
+                f"lowest_friction is {self.lowest_friction}, expected at most highest_friction, "
+                f"{self.highest_friction}"
+            )
+
+    @property
+    def frictions(self) -> tuple[float, ...]:
+        """The coefficients, in rising order."""
+        count = int((self.highest_friction - self.lowest_friction) / self.friction_step + 1e-9) + 1
+        return tuple(round(self.lowest_friction + i * self.friction_step, 9) for i in range(count))
+
+
+@dataclass(frozen=True)
+class AnalysedLeg:
+    """A leg over the walk: means weighted by its load; see `FrictionMargin.of_leg`."""
+
+    location: int
+    regulator: int
+    angle_deg: float
+    """Where it points, from forward to the left [degrees]."""
+    mean_load_mN: float
+    used_share: float
+    slipping_share: float
+    at_limit_share: float
+    in_air_share: float
+
+
+@dataclass(frozen=True)
+class AnalysedRobot:
+    """What one robot did until the end of its walk, or until it diverged.
+
+    A robot that diverged has no distance, rewards or slides.
+    """
+
+    label: str
+    """B for the expert's best phase, L1 for the run's best pair, L2 ..."""
+    design: str
+    status: str
+    distance_cm: float | None
+    step_rewards_cm: tuple[float, ...] | None
+    """Forward travel in each action's time [cm]."""
+    cycle_slides_cm: tuple[float, ...] | None
+    """Furthest slide back within each cycle [cm]."""
+    backsliding_cm: float | None
+    """Their mean [cm]."""
+    roll_range_deg: tuple[float, float]
+    pitch_range_deg: tuple[float, float]
+    mean_contact_count: float
+    legs: tuple[AnalysedLeg, ...]
+    hub_load_share: float
+    """Share of the robot's weight that the floor bears through its hub, in the mean."""
+    distances_over_friction_cm: tuple[float, ...]
+    """Distance at each friction [cm]; NaN where the simulation failed."""
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What the expert's robot and a run's best pairs do."""
+
+    run: str
+    best_design: str
+    best_distance_cm: float | None
+    damping: str
+    friction: float
+    """Coefficient that the recorded walks were made with."""
+    frictions: tuple[float, ...]
+    robots: tuple[AnalysedRobot, ...]
+    wall_s: float
+    calibration: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Walker:
+    """A robot that is analysed.
+
+    Attributes:
+        label: B for the expert's, L1 for the run's best pair, L2 ...
+        design: Its design.
+        gait: Its gait.
+        settling_steps: Time steps at zero pressure before the gait.
+    """
+
+    label: str
+    design: Design
+    gait: OpenLoopGait
+    settling_steps: int
+
+
+def walkers(run: FinishedRun, pair_count: int) -> list[Walker]:
+    """The expert's best phase, called B as in the paper, and the pairs L1, L2 ..."""
+    sweep = run.baseline
+    expert = Walker("B", Design.parse(sweep.design), run.best_expert, sweep.settling_step_count)
+    settling = run.task.settling_step_count
+    return [expert] + [
+        Walker(f"L{rank}", pair.design, pair.gait, settling)
+        for rank, pair in enumerate(run.pairs(pair_count), start=1)
+    ]
+
+
+def walk_file(label: str) -> str:
+    """Name of the recorded walk of a robot."""
+    return f"trajectory_{label}.npz"
+
+
+def analyse(
+    run: FinishedRun | Path | str,
+    settings: AnalysisSettings | None = None,
+    robot: RobotSpec | None = None,
+    folder: RunFolder | None = None,
+) -> Analysis:
+    """Walk the best pairs and the expert once more, record them, and say what each does.
+
+    Args:
+        run: The run or its folder.
+        settings: Which pairs, and over which frictions.
+        robot: What they walk as; None for the leg and physics of the run.
+        folder: Receives the trajectories and ``analysis.json``; None for RUN/analysis.
+
+    Raises:
+        ArtefactError: The run holds no pairs, or is damaged.
+    """
+    start = time.monotonic()
+    settings = settings or AnalysisSettings()
+    run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
+    spec = robot or run.robot.spec()
+    folder = folder or RunFolder(run.folder / "analysis", "analyse")
+    robots = walkers(run, settings.pair_count)
+    step_s = run.task.action_step_count * spec.physics.time_step_s
+    folder.progress.stage(f"recording {len(robots)} robots")
+    recorded = []
+    for number, each in enumerate(robots, start=1):
+        trajectory = recorded_walk(
+            spec,
+            each.design,
+            each.gait,
+            record_every=settings.record_every,
+            settling_steps=each.settling_steps,
+        )
+        recorded.append(trajectory)
+        trajectory.with_skin_only().save(folder / walk_file(each.label))
+        folder.progress(number, len(robots), "recording")
+    folder.progress.stage("walking over the range of friction")
+    distances = _over_friction(spec, robots, settings.frictions, folder)
+    found = Analysis(
+        run=str(run.folder),
+        best_design=str(robots[1].design),
+        best_distance_cm=recorded[1].distance_cm,
+        **spec.describe(reduced=False),
+        friction=spec.physics.friction,
+        frictions=settings.frictions,
+        robots=tuple(
+            _analysed(each, trajectory, spec, step_s, settings.cycle_s, distances[each.label])
+            for each, trajectory in zip(robots, recorded, strict=True)
+        ),
+        wall_s=time.monotonic() - start,
+    )
+    content = result_to_dict(found)
+    kept = ("friction", "frictions", "robots")
+    write_json(folder / ANALYSIS_FILE, {name: content[name] for name in kept})
+    return found
+
+
+def _over_friction(
+    spec: RobotSpec, robots: Sequence[Walker], frictions: Sequence[float], folder: RunFolder
+) -> dict[str, list[float]]:
+    """Distance of each robot at each friction [cm]; NaN where its simulation failed."""
+    distances: dict[str, list[float]] = {each.label: [] for each in robots}
+    for number, friction in enumerate(frictions, start=1):
+        slippery = replace(spec, physics=replace(spec.physics, friction=friction))
+        # The expert's gait may last longer or settle otherwise than the learned ones.
+        for together in (robots[:1], robots[1:]):
+            walked = walk(
+                slippery.simulator([each.design for each in together]),
+                [each.gait for each in together],
+                duration_s=together[0].gait.duration_s,
+                time_step_s=spec.physics.time_step_s,
+                settling_step_count=together[0].settling_steps,
+                record_step_count=100,
+            )
+            for each, distance in zip(together, walked.distance_cm, strict=True):
+                distances[each.label].append(float(distance))
+        folder.progress(number, len(frictions), "walking over friction")
+    return distances
+
+
+def _analysed(
+    walker: Walker,
+    trajectory: Trajectory,
+    spec: RobotSpec,
+    step_s: float,
+    cycle_s: float,
+    distances_cm: Sequence[float],
+) -> AnalysedRobot:
+    rewards: tuple[float, ...] | None = None
+    slides: tuple[float, ...] | None = None
+    if trajectory.status == "completed":
+        path = trajectory.time_s, trajectory.forward_cm
+        rewards = tuple(step_rewards_cm(*path, step_s).tolist())
+        slides = tuple(cycle_slides_cm(*path, cycle_s).tolist())
+    margin = friction_margin(trajectory, spec.physics.friction)
+    roll, pitch = trajectory.tilt_deg
+    load_mN = float(margin.load_mN.sum(axis=1).mean())
+    return AnalysedRobot(
+        label=walker.label,
+        design=str(walker.design),
+        status=trajectory.status,
+        distance_cm=trajectory.distance_cm,
+        step_rewards_cm=rewards,
+        cycle_slides_cm=slides,
+        backsliding_cm=None if slides is None else float(np.mean(slides)),
+        roll_range_deg=(float(roll.min()), float(roll.max())),
+        pitch_range_deg=(float(pitch.min()), float(pitch.max())),
+        mean_contact_count=float(trajectory.contact_count.mean()),
+        legs=_analysed_legs(walker.design, margin),
+        hub_load_share=1.0 - load_mN / spec.weight_mN(walker.design),
+        distances_over_friction_cm=tuple(distances_cm),
+    )
+
+
+def _analysed_legs(design: Design, margin: FrictionMargin) -> tuple[AnalysedLeg, ...]:
+    return tuple(
+        AnalysedLeg(
+            location=location,
+            regulator=regulator,
+            angle_deg=float(np.degrees(design.angle_rad(location))),
+            **margin.of_leg(leg),
+        )
+        for leg, (location, regulator) in enumerate(design.legs)
+    )

@@ -1,0 +1,83 @@
+"""The expert's gait at every phase: the baseline that learning has to beat."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings, sweep_phases
+from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.study.recorded_walk import recorded_walk
+
+SWEEP_FILE = "phase_sweep.npz"
+TRAJECTORY_FILE = "baseline_trajectory.npz"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BestPhase:
+    """What later results say of a baseline; lists have an entry for each phase."""
+
+    baseline_design: str = BASELINE_DESIGN
+    """An earlier version, which had no other, did not name it."""
+    baseline_best_distance_cm: float
+    baseline_best_phase_deg: float
+    phases_deg: tuple[float, ...]
+    distances_cm: tuple[float, ...]
+    """NaN where the simulation failed."""
+    backsliding_cm: tuple[float, ...] = ()
+    """Mean slide back in a cycle; empty in runs of an earlier version."""
+
+    @classmethod
+    def of(cls, sweep: PhaseSweep, design: str) -> BestPhase:
+        """That of a sweep with a design."""
+        return cls(
+            baseline_design=design,
+            baseline_best_distance_cm=sweep.best_distance_cm,
+            baseline_best_phase_deg=sweep.best_phase_deg,
+            phases_deg=tuple(sweep.phase_deg.tolist()),
+            distances_cm=tuple(sweep.distance_cm.tolist()),
+            backsliding_cm=tuple(sweep.backsliding_cm.tolist()),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Baseline(BestPhase):
+    """The expert's gait at every phase, in one physics."""
+
+    damping: str
+    calibration: dict[str, Any]
+    leg: dict[str, Any]
+    wall_s: float
+
+
+def baseline(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -> Baseline:
+    """Walk the expert's gait at every phase; keep the sweep and the walk of its best phase."""
+    start = time.monotonic()
+    best = swept(spec, settings, folder)
+    return Baseline(**vars(best), **spec.describe(), wall_s=time.monotonic() - start)
+
+
+def swept(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -> BestPhase:
+    """Sweep the phases; save the sweep and the trajectory of its best phase in the folder."""
+    folder.progress.stage("walking the expert's gait at every phase")
+    sweep = sweep_phases(
+        spec.assembly,
+        spec.simulator,
+        settings,
+        time_step_s=spec.physics.time_step_s,
+        progress=folder.progress,
+    )
+    sweep.save(folder / SWEEP_FILE)
+    gait = replace(settings.gait, phase_deg=sweep.best_phase_deg)
+    trajectory = recorded_walk(
+        spec,
+        Design.parse(settings.design),
+        gait,
+        settling_steps=settings.settling_step_count,
+        description={"gait": f"expert, {gait.phase_deg:g}°"},
+    )
+    trajectory.with_skin_only().save(folder / TRAJECTORY_FILE)
+    return BestPhase.of(sweep, settings.design)

@@ -1,0 +1,235 @@
+"""Many trainings: every seed with every variant of the settings, and how they compare."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from pneumorph.base.artefact import write_json
+from pneumorph.base.executor import ExecutorSettings, run_tasks
+from pneumorph.base.flags import flat
+from pneumorph.base.layers import layered
+from pneumorph.base.machine import processor_count
+from pneumorph.base.result import result_to_dict
+from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.base.settings import (
+    load_settings,
+    read_settings_file,
+    settings_from_dict,
+    settings_to_dict,
+)
+from pneumorph.learn.checkpoint import has_checkpoint
+from pneumorph.study.campaign_progress import campaign_progress
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.study_once import study_once
+from pneumorph.study.training_options import TrainingOptions, train_as_asked
+from pneumorph.study.training_run import TrainingResult
+
+CAMPAIGN_FILE = "campaign.json"
+
+
+@dataclass(frozen=True)
+class CampaignSettings:
+    """Which runs, where, and what they have in common."""
+
+    seeds: tuple[int, ...] = (0, 1, 2)
+    """Seeds of the runs; they replace --seed."""
+    variants: tuple[Path, ...] = ()
+    """Settings files, such as one that sets `coopt.updates` or `robot.physics.damping`, each laid
+    over the rest; without them all runs differ by their seed alone."""
+    executor: ExecutorSettings = field(default_factory=ExecutorSettings)
+    """Where they run: by default one after another on this machine, or on all of a Ray cluster."""
+    run: Annotated[TrainingOptions, flat] = field(default_factory=TrainingOptions)
+
+    def __post_init__(self) -> None:
+        if not self.seeds or len(set(self.seeds)) < len(self.seeds):
+            raise ValueError(f"seeds are {self.seeds}, expected one or more different ones")
+        names = [path.stem for path in self.variants]
+        if len(set(names)) < len(names):
+            raise ValueError(f"variants are named {names}, expected files of different names")
+
+    def bases(self) -> dict[str, TrainingOptions]:
+        """What the runs of each variant have in common, by the variant's name.
+
+        Raises:
+            FileNotFoundError: A variant's file is missing.
+            ValueError: It cannot be read, or sets what no setting is called.
+        """
+        if not self.variants:
+            return {"run": self.run}
+        return {path.stem: _variant(self.run, path) for path in self.variants}
+
+
+def _variant(base: TrainingOptions, path: Path) -> TrainingOptions:
+    load_settings(TrainingOptions, path, base)  # what it refuses, it refuses by the file's name
+    return layered(base, [read_settings_file(path)])
+
+
+@dataclass(frozen=True)
+class CampaignRun:
+    """What one training found and took; see `TrainingResult`."""
+
+    name: str
+    """Its folder, VARIANT-SEED."""
+    seed: int
+    best_design: str | None
+    best_distance_cm: float | None
+    baseline_best_distance_cm: float
+    timesteps: int
+    finetuning_timesteps: int
+    training_wall_s: float
+    wall_s: float
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, name: str, found: TrainingResult) -> CampaignRun:
+        """That of a training."""
+        kept = [each.name for each in fields(cls) if each.name != "name"]
+        return cls(name, **{each: getattr(found, each) for each in kept})
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Best distances of a variant's seeds [cm]; none where no robot survived any."""
+
+    run_count: int
+    mean_best_distance_cm: float | None = None
+    least_best_distance_cm: float | None = None
+    most_best_distance_cm: float | None = None
+
+    @classmethod
+    def of(cls, runs: Sequence[CampaignRun]) -> Spread:
+        """That of some runs."""
+        far = [run.best_distance_cm for run in runs if run.best_distance_cm is not None]
+        if not far:
+            return cls(0)
+        return cls(len(far), float(np.mean(far)), min(far), max(far))
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """How the runs of a campaign compare."""
+
+    status: str
+    """``completed``, or that some runs failed."""
+    best_run: str | None
+    best_design: str | None
+    best_distance_cm: float | None
+    runs: tuple[CampaignRun, ...]
+    variants: dict[str, Spread]
+    failures: dict[str, str]
+    """Why runs failed, by their names."""
+    wall_s: float
+
+
+def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
+    """Make the runs that are not there yet and compare all.
+
+    Args:
+        settings: Which runs.
+        folder: Receives a folder for each run, and ``campaign.json``. On a cluster all machines
+            must see it.
+
+    Raises:
+        ValueError: A variant cannot be read.
+    """
+    start = time.monotonic()
+    bases = settings.bases()
+    options = {
+        f"{name}-{seed}": replace(base, coopt=replace(base.coopt, seed=seed))
+        for name, base in bases.items()
+        for seed in settings.seeds
+    }
+    failures = _make(options, settings.executor, folder)
+    runs = {
+        name: CampaignRun.of(name, FinishedRun.read(folder.path / name).result(TrainingResult))
+        for name in options
+        if name not in failures
+    }
+    walked = [run for run in runs.values() if run.best_distance_cm is not None]
+    best = max(walked, key=lambda run: run.best_distance_cm or 0.0, default=None)
+    found = Campaign(
+        status="completed" if not failures else "some runs failed",
+        best_run=None if best is None else best.name,
+        best_design=None if best is None else best.best_design,
+        best_distance_cm=None if best is None else best.best_distance_cm,
+        runs=tuple(runs.values()),
+        variants={
+            name: Spread.of([runs[each] for seed in settings.seeds
+                             if (each := f"{name}-{seed}") in runs])
+            for name in bases
+        },
+        failures=failures,
+        wall_s=time.monotonic() - start,
+    )  # fmt: skip
+    content = result_to_dict(found)
+    kept = ("runs", "variants", "failures")
+    write_json(folder / CAMPAIGN_FILE, {name: content[name] for name in kept})
+    return found
+
+
+def _make(
+    runs: Mapping[str, TrainingOptions], executor: ExecutorSettings, folder: RunFolder
+) -> dict[str, str]:
+    """Make the runs, and return why some failed."""
+    folder.progress.stage(f"{len(runs)} runs")
+    if executor.backend == "processes":
+        executor = replace(executor, process_count=executor.at_once(usual=1))
+    # On a cluster this folder is seen by all machines, the one we are in perhaps not.
+    shared = (str(folder.path.resolve()), folder.provenance.get("made_by"), _threads(executor))
+    tasks = [(name, settings_to_dict(options)) for name, options in runs.items()]
+    learners = {name: options.coopt for name, options in runs.items()}
+    failures = {}
+    with campaign_progress(folder.path, learners, folder.progress) as say:
+        for number, failure in run_tasks(run_one, shared, tasks, executor, given_up=str):
+            name = tasks[number][0]
+            if failure is not None:
+                failures[name] = failure
+            say(f"{name}: {failure or 'finished'}")
+    return failures
+
+
+def run_one(
+    shared: tuple[str, dict[str, Any] | None, int], task: tuple[str, dict[str, Any]]
+) -> str | None:
+    """Make one run, or go on with it; a finished one of the same settings is left alone.
+
+    Args:
+        shared: The campaign's folder, what made it, and the engine's threads where the run leaves
+            their number open (it does not change what comes out).
+        task: Name and settings of the run.
+
+    Returns:
+        Why it failed, or None: one failure does not end the others.
+    """
+    folder, made_by, threads = shared
+    name, content = task
+    options = replace(settings_from_dict(TrainingOptions, content), resume=True)
+    place = RunFolder(Path(folder) / name, "coopt", provenance=made_by)
+    robot = replace(options.robot, threads=options.robot.threads or threads)
+    asked = {each.name: getattr(options, each.name) for each in fields(options)}
+    try:
+        study_once(
+            place,
+            TrainingResult,
+            asked,
+            lambda: train_as_asked(replace(options, robot=robot), place),
+            begun=has_checkpoint(place.path / TRAINING_FOLDER),
+            free=("resume",),  # of a run that was begun alone
+        )
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
+    return None
+
+
+def _threads(executor: ExecutorSettings) -> int:
+    """Threads of each run: a Ray task has one processor, processes share the machine's."""
+    if executor.backend == "ray":
+        return 1
+    count = executor.at_once()
+    return 0 if count == 1 else max(1, processor_count() // count)

@@ -1,0 +1,277 @@
+"""Reduced robots compared with the full ones they stand for."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from pneumorph.base.artefact import write_atomically
+from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
+from pneumorph.base.result import save_result
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.paper_robot import data_folder
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.study.animations import Animation, animations
+from pneumorph.study.benchmark import FullBenchmark, bench_full
+from pneumorph.study.bend_error import BendComparison, bend_of_report, compare_bend
+from pneumorph.study.full_order_store import FullOrderStore
+from pneumorph.study.heldout import heldout_animations
+from pneumorph.study.model_pair import ModelPair
+from pneumorph.study.reduction_grid import GridPoint, reduction_grid
+from pneumorph.study.robot_error import RobotError, node_error, robot_error
+
+Kind = Literal["animations", "heldout", "floating"]
+NODE_ERROR_FILE = "node_errors.json"
+
+
+@dataclass(frozen=True)
+class ComparisonSettings(Checked):
+    """What to compare."""
+
+    animations: tuple[str, ...] = ("hamiltonian", "baseline", "two_leg", "six_leg")
+    """Animations to run, on the floor and floating."""
+    heldout_count: CountOrNone = 12
+    """Random designs with random gaits to run."""
+    duration_s: Positive = 10.0
+    """Length of each run."""
+    floating_duration_s: NotNegative = 4.0
+    """Length of the animations without gravity or floor; 0 leaves them out."""
+    record_every: Count = 10
+    """Time steps between compared frames."""
+    record: bool = False
+    """Save the reduced trajectories too."""
+    bend_limit_kPa: Positive = 300.0
+    """Largest simulated pressure of the bend; the full model's equilibria are in the reduction's
+    report."""
+    bend_pressures_kPa: tuple[float, ...] = ()
+    """Simulated pressures at which to bend both models anew."""
+    timed_steps: CountOrNone = 21
+    """Steps of the full robot that are timed; 0 leaves the time ratio out."""
+    grid: tuple[Path, ...] = ()
+    """Reductions of the same leg with other tolerances, as `pneumorph reduce` writes them."""
+    full_order: Path | None = None
+    """Folder of kept full-order trajectories; by default RUN/full_order and what ships."""
+
+    def runs(self) -> dict[Kind, list[Animation]]:
+        """What is run of each kind; see `Comparison`."""
+        runs: dict[Kind, list[Animation]] = {
+            "animations": animations(self.animations, self.duration_s),
+            "heldout": heldout_animations(self.heldout_count, self.duration_s),
+        }
+        if self.floating_duration_s > 0.0:
+            runs["floating"] = animations(self.animations, self.floating_duration_s)
+        return runs
+
+
+@dataclass(frozen=True)
+class MeanErrors:
+    """Means over the runs of one kind, and the worst of them; see `RobotError`."""
+
+    mean_node_error_mm: float
+    mean_node_error_in_hub_mm: float
+    path_error_mm: float
+    leg_force_error_percent: float
+    slip_agreement_percent: float
+    slipping_points_overlap_percent: float
+    worst_node_error_mm: float
+    distance_error_cm: float
+    worst_distance_error_cm: float
+
+    @classmethod
+    def of(cls, errors: Iterable[RobotError]) -> MeanErrors:
+        """Those of one error or more."""
+        errors = list(errors)
+        averaged = ("mean_node_error_mm", "mean_node_error_in_hub_mm", "path_error_mm",
+                    "leg_force_error_percent", "slip_agreement_percent",
+                    "slipping_points_overlap_percent")  # fmt: skip
+        distance = [error.distance_error_cm for error in errors]
+        return cls(
+            **{name: _mean([getattr(error, name) for error in errors]) for name in averaged},
+            worst_node_error_mm=max(error.mean_node_error_mm for error in errors),
+            distance_error_cm=float(np.mean(distance)),
+            worst_distance_error_cm=max(distance),
+        )
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How far reduced robots are from the full ones, and how much faster.
+
+    A file also says the means of each kind, such as ``heldout_mean_node_error_mm``.
+    """
+
+    leg: dict[str, Any]
+    bend_error_percent: float
+    bend_pressures_kPa: tuple[float, ...]
+    bend_full_deg: tuple[float, ...]
+    bend_reduced_deg: tuple[float, ...]
+    full_hub: str
+    damping: str
+    duration_s: float
+    wall_s: float
+    calibration: dict[str, Any] | None = None
+    animations: dict[str, RobotError] = field(default_factory=dict)
+    """Errors of the paper's test animations by their names."""
+    heldout: dict[str, RobotError] = field(default_factory=dict)
+    """The same of random designs under random gaits, which no snapshot came from."""
+    floating: dict[str, RobotError] = field(default_factory=dict)
+    """The same of the animations without gravity and floor."""
+    tolerance_grid: tuple[GridPoint, ...] = ()
+    """Further reductions of the leg, where they were given."""
+    time_ratio: float | None = None
+    """How many times as fast a step of the reduced robot is, each on one thread."""
+    full_s_per_step: float | None = None
+    reduced_s_per_step: float | None = None
+
+    def derived(self) -> dict[str, float]:
+        """The means of each kind of runs by name."""
+        return {
+            f"{kind}_{name}": value
+            for kind in get_args(Kind)
+            if getattr(self, kind)
+            for name, value in vars(MeanErrors.of(getattr(self, kind).values())).items()
+        }
+
+
+@dataclass(frozen=True)
+class NodeErrors:
+    """Mean node error of each compared frame [mm], by kind of run and the run's name."""
+
+    frame_s: float
+    """Time from frame to frame [s]."""
+    mean_mm: dict[str, dict[str, tuple[float, ...]]]
+
+
+def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -> Comparison:
+    """Run both models and return the errors and the time ratio.
+
+    Args:
+        settings: What to compare.
+        robot: The robot, whose module is known in both models.
+        folder: Receives ``bend.csv``, ``node_errors.json`` and full-order trajectories, which are
+            not computed again.
+
+    Raises:
+        ArtefactError: The reduced leg does not stand for the full one.
+        ValueError: An unknown animation, or a robot that diverges.
+    """
+    start = time.monotonic()
+    robot.module.check_reduction()
+    store = FullOrderStore(
+        (settings.full_order or folder.path / "full_order", data_folder("full_order"))
+    )
+    comparer = _Comparer(settings, robot, folder, store)
+    runs = settings.runs()
+    errors: dict[str, dict[str, RobotError]] = {}
+    curves: dict[str, dict[str, tuple[float, ...]]] = {}
+    for kind, chosen in runs.items():
+        errors[kind], curves[kind] = comparer.errors(kind, chosen)
+    frame_s = settings.record_every * robot.physics.time_step_s
+    save_result(folder / NODE_ERROR_FILE, NodeErrors(frame_s, curves))
+    grid = comparer.grid(runs["animations"]) if settings.grid else []
+    bend = _bent(robot, settings, folder)
+    full_s = reduced_s = time_ratio = None
+    if settings.timed_steps > 0:
+        full_s, reduced_s = _step_times(robot, settings, folder)
+        time_ratio = full_s / reduced_s
+    return Comparison(
+        animations=errors["animations"],
+        heldout=errors["heldout"],
+        floating=errors.get("floating", {}),
+        tolerance_grid=tuple(grid),
+        bend_error_percent=bend.error_percent,
+        bend_pressures_kPa=tuple(bend.pressure_kPa.tolist()),
+        bend_full_deg=tuple(bend.full_deg.tolist()),
+        bend_reduced_deg=tuple(bend.reduced_deg.tolist()),
+        time_ratio=time_ratio,
+        full_s_per_step=full_s,
+        reduced_s_per_step=reduced_s,
+        full_hub=robot.hub_model,
+        **robot.describe(),
+        duration_s=settings.duration_s,
+        wall_s=time.monotonic() - start,
+    )
+
+
+@dataclass(frozen=True)
+class _Comparer:
+    settings: ComparisonSettings
+    robot: RobotSpec
+    folder: RunFolder
+    store: FullOrderStore
+
+    def errors(
+        self, kind: Kind, chosen: Sequence[Animation]
+    ) -> tuple[dict[str, RobotError], dict[str, tuple[float, ...]]]:
+        """Errors of animations by name, and the mean node error of each frame [mm]."""
+        errors, curves = {}, {}
+        every, progress = self.settings.record_every, self.folder.progress
+        for animation in chosen:
+            name = f"{kind}_{animation.name}" if kind == "floating" else animation.name
+            progress.stage(name)
+            pair = ModelPair(animation, self.robot, floating=kind == "floating")
+            full = pair.full(self.store, name, every, progress)
+            reduced = pair.reduced(every, like=full)
+            if self.settings.record:
+                reduced.save(self.folder / f"{name}_reduced.npz")
+            error = errors[animation.name] = robot_error(full, reduced)
+            frames = node_error(full, reduced).mean(axis=(1, 2))
+            curves[animation.name] = tuple(frames.tolist())
+            progress.say(
+                f"  {error.mean_node_error_mm:.2f} mm on average, "
+                f"{error.mean_node_error_in_hub_mm:.2f} mm in the hub's frame; distance "
+                f"{error.forward_reduced_cm:.2f} cm reduced, {error.forward_full_cm:.2f} cm full"
+            )
+        return errors, curves
+
+    def grid(self, chosen: Sequence[Animation]) -> list[GridPoint]:
+        """Errors and times of the further reductions."""
+        every, progress = self.settings.record_every, self.folder.progress
+        progress.stage("walking further reductions")
+        walks = [
+            (each, ModelPair(each, self.robot).full(self.store, each.name, every, progress))
+            for each in chosen
+        ]
+        return reduction_grid(self.settings.grid, walks, self.robot, every, progress)
+
+
+def _mean(values: list[float]) -> float:
+    known = [value for value in values if np.isfinite(value)]
+    return float(np.mean(known)) if known else float("nan")
+
+
+def _bent(robot: RobotSpec, settings: ComparisonSettings, folder: RunFolder) -> BendComparison:
+    """Bend one leg by both models, and write bend.csv."""
+    folder.progress.stage("bending one leg")
+    module, rotation = robot.module, robot.physics.rotation
+    if settings.bend_pressures_kPa:
+        pressures = settings.bend_pressures_kPa
+        bend = compare_bend(module.full, module.reduced, pressures, rotation, folder.progress)
+    else:
+        bend = bend_of_report(module.reduced, module.full.mesh, settings.bend_limit_kPa, rotation)
+    rows = zip(bend.pressure_kPa, bend.full_deg, bend.reduced_deg, strict=True)
+    lines = ["simulated_kPa,full_deg,reduced_deg", *(f"{p:g},{f:.4f},{r:.4f}" for p, f, r in rows)]
+    text = ("\n".join(lines) + "\n").encode()
+    write_atomically(folder / "bend.csv", lambda stream: stream.write(text))
+    return bend
+
+
+def _step_times(
+    robot: RobotSpec, settings: ComparisonSettings, folder: RunFolder
+) -> tuple[float, float]:
+    """Time of a step of the full and the reduced baseline in contact, each on one thread [s]."""
+    folder.progress.stage("timing a step of both models")
+    (baseline,) = animations(("baseline",), 10.0)
+    pair = ModelPair(baseline, robot)
+    full = bench_full(
+        FullBenchmark(walking_steps=15, timed_steps=settings.timed_steps, repetitions=1),
+        pair.spec.full(baseline.design),
+        pair.commands_kPa,
+        lambda done, total: folder.progress(done, total, "steps of the full robot"),
+    )
+    return full["seconds_per_step"], pair.seconds_per_reduced_step()

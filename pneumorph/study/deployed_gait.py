@@ -1,0 +1,332 @@
+"""A gait driven through a rig's regulators, trial after trial; or a bend test of one leg."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.artefact import write_atomically
+from pneumorph.base.checked import Checked, Count
+from pneumorph.base.result import result_to_dict
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.gait_file import write_gait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.hardware.bend_staircase import BendTestSettings
+from pneumorph.hardware.deployment import DeploymentReport, deploy
+from pneumorph.hardware.deployment_log import DeploymentLog
+from pneumorph.hardware.driver import Clock, DriverError, RegulatorDriver, WallClock
+from pneumorph.hardware.guardian import Guardian
+from pneumorph.hardware.marker_track import write_track
+from pneumorph.hardware.open_driver import open_driver
+from pneumorph.hardware.rig import RigSettings, load_rig
+from pneumorph.hardware.schedule import SEARCH_STEP_S, Schedule, plan_schedule
+from pneumorph.hardware.trial import LOG_FILE
+from pneumorph.hardware.virtual_rig import VirtualRigSettings
+from pneumorph.physics.open_loop_gait import sample_commands
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.robot.design import Design
+from pneumorph.study.gait_source import GaitSource, find_gait, recalibrated
+from pneumorph.study.recorded_walk import Model
+from pneumorph.study.virtual_reality import VirtualReality
+
+SCHEDULE_FILE = "schedule.csv"
+BENDS_FILE = "bends.csv"
+
+
+@dataclass(frozen=True)
+class DeploymentSettings(Checked):
+    """Which gait, on which rig, and how often."""
+
+    rank: Count = 1
+    """Which of a run's best pairs."""
+    design: str | None = None
+    """Design, where the gait does not name it."""
+    trials: Count = 5
+    """How often the gait is run."""
+    dry_run: bool = False
+    """Print the schedule and command nothing."""
+    bend_test: bool = False
+    """Run a bend test of one leg instead of a gait."""
+    rig: Path | None = None
+    """Rig file; by default a virtual rig."""
+    model: Model = "full"
+    """Robot behind the virtual rig: finite elements (many minutes a trial), or reduced."""
+    virtual: VirtualRigSettings = field(default_factory=VirtualRigSettings)
+    bends: BendTestSettings = field(default_factory=BendTestSettings)
+    expert: ExpertGait = field(default_factory=ExpertGait)
+
+    def refuse_source_of_bend_test(self, source: Path | None) -> None:
+        """Raise ValueError where a bend test is asked for together with a gait."""
+        if self.bend_test and source is not None:
+            raise ValueError(
+                f"source is {source}, expected none with --bend-test: it climbs a staircase "
+                "of its own (--bends.highest-kPa, --bends.step-kPa)"
+            )
+
+
+@dataclass(frozen=True)
+class TrialOutcome(DeploymentReport):
+    """How one trial went."""
+
+    trial: str
+    """Its folder."""
+    distance_cm: float | None = None
+    """Forward travel of the marker; None on a real rig, whose track comes later."""
+
+
+@dataclass(frozen=True)
+class DeployedGait:
+    """What was commanded, and how it went; what a dry run or a bend test lacks stays None."""
+
+    gait: str
+    """Where the gait is from."""
+    driver: str
+    rig: dict[str, Any]
+    duration_s: float
+    command_count: int
+    damping: str
+    calibration: dict[str, Any]
+    wall_s: float = 0.0
+    design: str | None = None
+    """None of a bend test."""
+    highest_meant_kPa: float | None = None
+    """What the gait asks for with this calibration, where that is beyond the rig's limit."""
+    cut_off_at_kPa: float | None = None
+    """And that limit."""
+    schedule: tuple[str, ...] = ()
+    """What a dry run would have commanded, line by line."""
+    model: str | None = None
+    """Robot behind a virtual rig."""
+    virtual_seed: int | None = None
+    leg: dict[str, Any] | None = None
+    """Its reduced leg."""
+    bends: str | None = None
+    """File of a bend test's measurements."""
+    measurement_count: int | None = None
+    trials: tuple[TrialOutcome, ...] = ()
+    mean_distance_cm: float | None = None
+    spread_cm: float | None = None
+    """Standard deviation over trials; None of a single one."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """What the trials of a deployment share."""
+
+    settings: DeploymentSettings
+    rig: RigSettings
+    schedule: Schedule
+    design: Design | None
+    folder: RunFolder
+
+
+def deploy_gait(
+    source: Path | None,
+    settings: DeploymentSettings,
+    robot: RobotOptions,
+    folder: RunFolder,
+    before_trial: Callable[[int], None] = lambda _: None,
+) -> DeployedGait:
+    """Plan a gait's schedule, run its trials, and return how each went.
+
+    Args:
+        source: Run folder, gait file or policy; None for the expert's gait.
+        settings: Rig and trials.
+        robot: The simulation that a virtual rig is off from; its calibration moves the gait's
+            pressures to those that mean the same to the measured robot.
+        folder: Receives ``schedule.csv`` and for each trial ``trial_N/log.csv``, on a virtual rig
+            ``trial_N/track.csv`` as well; of a bend test ``bends.csv``.
+        before_trial: Called with the number of each trial before a real rig is driven: the robot is
+            to be placed.
+
+    Raises:
+        DriverError: A trial was stopped; the summary of the trials so far is on disk.
+        ValueError: The gait does not fit the rig's limits, or a bend test is given one.
+    """
+    start = time.monotonic()
+    settings.refuse_source_of_bend_test(source)
+    rig = RigSettings() if settings.rig is None else load_rig(settings.rig)
+    spec = robot.spec()
+    described: dict[str, Any]
+    if settings.bend_test:
+        gait: Any = settings.bends.gait(len(rig.channels))
+        design, described = None, {"gait": "bend test"}
+    else:
+        found = find_gait(source, settings.design, settings.expert, settings.rank)
+        design, described = found.design, {"gait": found.name, "design": str(found.design)}
+        gait = found.gait
+        if spec.calibration is not None:  # otherwise its pressures are commanded as they are
+            gait, cut = _calibrated(found, spec.physics.pressure_map, rig, folder)
+            described |= cut
+    schedule = plan_schedule(gait, rig)
+    _save_schedule(schedule, design, folder)
+    planned = DeployedGait(
+        **described,
+        driver=rig.driver,
+        rig=settings_to_dict(rig),
+        duration_s=schedule.duration_s,
+        command_count=len(schedule.time_s),
+        **spec.describe(reduced=False),
+    )
+    plan = _Plan(settings, rig, schedule, design, folder)
+    if settings.dry_run:
+        for line in schedule.lines():
+            folder.progress.say(line)
+        done = replace(planned, schedule=tuple(schedule.lines()))
+    elif settings.bend_test and rig.driver == "virtual":
+        folder.progress.stage("bending the virtual rig's leg")
+        done = _bend_test(_reality(settings, robot), planned, plan)
+    elif rig.driver == "virtual":
+        _warn_of_missing_sensors(rig, folder)
+        done = _virtual_trials(planned, plan, robot)
+    else:
+        _warn_of_missing_sensors(rig, folder)
+        done = _real_trials(planned, plan, before_trial)
+    return replace(done, wall_s=time.monotonic() - start)
+
+
+def _calibrated(
+    found: GaitSource, measured: PressureMap, rig: RigSettings, folder: RunFolder
+) -> tuple[Any, dict[str, Any]]:
+    """The gait with the measured robot's pressures, and where the rig's limit cuts it off."""
+    highest = min(channel.highest_kPa for channel in rig.channels)
+    meant = recalibrated(found.gait, found.pressure_map, measured, math.inf)
+    count = max(1, round(meant.duration_s / SEARCH_STEP_S))
+    needed = float(sample_commands(meant, SEARCH_STEP_S, count).max())
+    gait = recalibrated(found.gait, found.pressure_map, measured, highest)
+    if needed <= highest:
+        return gait, {}
+    folder.progress.say(
+        f"with this calibration the gait asks for {needed:.1f} kPa: it is cut off at the rig's "
+        f"{highest:g} kPa"
+    )
+    return gait, {"highest_meant_kPa": needed, "cut_off_at_kPa": highest}
+
+
+def _save_schedule(schedule: Schedule, design: Design | None, folder: RunFolder) -> None:
+    held = HeldGait(
+        schedule.time_s[:-1],
+        schedule.pressure_kPa[:-1],
+        schedule.duration_s,
+        maximum_pressure_kPa=float("inf"),
+    )
+    comments = {} if design is None else {"design": str(design)}
+    write_gait(folder / SCHEDULE_FILE, held, comments)
+
+
+def _bend_test(reality: VirtualReality, planned: DeployedGait, plan: _Plan) -> DeployedGait:
+    bends = plan.settings.bends
+    pressures = np.repeat(bends.pressures_kPa, bends.repeats)
+    measured = reality.bend_test(pressures)
+    lines = ["pressure_kPa,bend_deg"]
+    lines += [f"{p:.6g},{b:.4f}" for p, b in zip(pressures, measured, strict=True)]
+    text = "\n".join(lines) + "\n"
+    path = write_atomically(plan.folder / BENDS_FILE, lambda stream: stream.write(text.encode()))
+    return replace(
+        planned, model=plan.settings.model, bends=str(path), measurement_count=len(measured)
+    )
+
+
+def _virtual_trials(planned: DeployedGait, plan: _Plan, robot: RobotOptions) -> DeployedGait:
+    reality, settings = _reality(plan.settings, robot), plan.settings
+    assert plan.design is not None
+    design = plan.design
+    planned = replace(
+        planned,
+        model=settings.model,
+        virtual_seed=settings.virtual.seed,
+        **robot.spec().describe(reduced=settings.model == "reduced"),
+    )
+
+    def trial(number: int, name: str) -> tuple[DeploymentReport, float]:
+        driver = reality.rig(design, plan.rig, number)
+        report = _driven(plan, driver, driver.clock, None, name)
+        track = driver.track()
+        write_track(plan.folder / f"{name}/track.csv", track)
+        return report, float(track.forward_cm(np.array([plan.schedule.duration_s]))[0])
+
+    return _each_trial(planned, plan, trial)
+
+
+def _real_trials(
+    planned: DeployedGait, plan: _Plan, before_trial: Callable[[int], None]
+) -> DeployedGait:
+    def trial(number: int, name: str) -> tuple[DeploymentReport, None]:
+        before_trial(number)
+        guardian = Guardian(plan.rig, plan.folder / f"{name}/guardian.json")
+        vented = False
+        try:
+            report = _driven(plan, open_driver(plan.rig), WallClock(), guardian, name)
+            vented = report.vented
+            return report, None
+        finally:
+            guardian.dismiss(vented)
+
+    return _each_trial(planned, plan, trial)
+
+
+def _each_trial(
+    planned: DeployedGait,
+    plan: _Plan,
+    trial: Callable[[int, str], tuple[DeploymentReport, float | None]],
+) -> DeployedGait:
+    """Run every trial; one that was stopped ends the run.
+
+    Raises:
+        DriverError: A trial was stopped; the summary of the trials so far is on disk.
+    """
+    folder, count = plan.folder, plan.settings.trials
+    trials: list[TrialOutcome] = []
+    for number in range(1, count + 1):
+        name = f"trial_{number}"
+        folder.progress.stage(f"trial {number} of {count}")
+        report, distance_cm = trial(number, name)
+        trials.append(TrialOutcome(**vars(report), trial=name, distance_cm=distance_cm))
+        if not report.completed:
+            folder.save_summary(result_to_dict(replace(planned, trials=tuple(trials))))
+            raise DriverError(
+                f"{name} was stopped after {report.ended_s:.2f} s: {report.reason}; "
+                + ("vented" if report.vented else "NOT VENTED, cut the supply by hand")
+                + f"; its log is {folder.path / name / LOG_FILE}"
+            )
+    known = [each.distance_cm for each in trials if each.distance_cm is not None]
+    return replace(
+        planned,
+        trials=tuple(trials),
+        mean_distance_cm=float(np.mean(known)) if known else None,
+        spread_cm=float(np.std(known, ddof=1)) if len(known) > 1 else None,
+    )
+
+
+def _reality(settings: DeploymentSettings, robot: RobotOptions) -> VirtualReality:
+    if settings.model == "reduced":
+        robot.refuse_full_options()
+    plain = replace(robot, calibration=None).spec()
+    return VirtualReality(plain, settings.virtual, settings.model)
+
+
+def _warn_of_missing_sensors(rig: RigSettings, folder: RunFolder) -> None:
+    blind = [str(number) for number in 1 + np.flatnonzero(~rig.has_sensor)]
+    if blind:
+        folder.progress.say(
+            f"no pressure sensor on channel {', '.join(blind)}: stuck valves, leaks and burst "
+            "tubes go unnoticed there"
+        )
+
+
+def _driven(
+    plan: _Plan, driver: RegulatorDriver, clock: Clock, guardian: Guardian | None, name: str
+) -> DeploymentReport:
+    rig, folder = plan.rig, plan.folder
+    comments = {"driver": rig.driver, "started_unix_s": f"{time.time():.3f}"}
+    with DeploymentLog(folder / f"{name}/{LOG_FILE}", len(rig.channels), comments) as log:
+        return deploy(plan.schedule, driver, rig, log, clock, guardian, folder.progress)

@@ -1,0 +1,221 @@
+"""The best pairs of a finished run, walked once more."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import check_least, settings_to_dict
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.walk import walk
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.finished_run import FinishedRun, Pair
+from pneumorph.study.recorded_walk import Model, recorded_walk
+from pneumorph.study.robustness import (
+    Robustness,
+    distances_in_worlds,
+    draw_worlds,
+    robustness,
+)
+
+REPEATS_WITHIN_CM = 0.05
+"""A replay of the same physics on another machine may round differently, but no more than this."""
+
+
+@dataclass(frozen=True)
+class EvaluationSettings:
+    """Which pairs, and how to simulate them."""
+
+    model: Model = "reduced"
+    """The reduced robots, or the finite elements they stand for."""
+    pair_count: int = 5
+    """How many of the best pairs."""
+    record: bool = False
+    """Save the trajectory of each pair."""
+    randomize: bool = False
+    """Walk the pairs in worlds drawn at random as well, and report how their ranking changes."""
+    world_count: int = 64
+    """Worlds of --randomize."""
+    world_seed: int = 0
+    """Seed of their draws."""
+    randomisation: Randomisation = field(default_factory=Randomisation)
+
+    def __post_init__(self) -> None:
+        check_least(self, pair_count=1, world_count=1, world_seed=0)
+        if self.randomize and self.model == "full":
+            raise ValueError(
+                "randomize walks reduced robots only (a full robot takes minutes for each world), "
+                "got --model full"
+            )
+
+
+@dataclass(frozen=True)
+class EvaluatedPair:
+    """A pair's distance beside that which its run reported [cm]."""
+
+    design: str
+    gait: str
+    """File of the gait, from the run's folder."""
+    reported_distance_cm: float | None
+    distance_cm: float | None
+    """None where the simulation failed."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What came of walking the best pairs of a run again."""
+
+    run: str
+    model: str
+    best_design: str
+    best_distance_cm: float | None
+    reported_distance_cm: float | None
+    damping: str
+    calibration: dict[str, Any]
+    notes: tuple[str, ...]
+    """Pairs that did not repeat what their run reported."""
+    pairs: tuple[EvaluatedPair, ...]
+    wall_s: float
+    leg: dict[str, Any] | None = None
+    """The reduced leg; None for finite elements."""
+    robustness: Robustness | None = None
+    """How the pairs fare in other worlds, where that was asked for."""
+
+
+def evaluate(
+    run: FinishedRun | Path | str,
+    settings: EvaluationSettings | None = None,
+    robot: RobotSpec | None = None,
+    folder: RunFolder | None = None,
+) -> Evaluation:
+    """Walk the best pairs of a run again and return the distances beside those of the run.
+
+    Args:
+        run: The run or its folder.
+        settings: Which pairs and how.
+        robot: What they walk as; None for the leg and physics of the run.
+        folder: Receives trajectories and is told how far it is; None for RUN/evaluation.
+
+    Raises:
+        ArtefactError: The run holds no pairs, or is damaged.
+    """
+    start = time.monotonic()
+    settings = settings or EvaluationSettings()
+    run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
+    spec = robot or run.robot.spec()
+    folder = folder or RunFolder(run.folder / "evaluation", "evaluate")
+    pairs, task = run.pairs(settings.pair_count), run.task
+    if settings.model == "full":
+        spec.module.check_reduction()
+    folder.progress.stage(f"walking {len(pairs)} pairs with the {settings.model} model")
+    if settings.model == "reduced" and not settings.record:
+        distances = _together(spec, pairs, task, folder)
+    else:
+        distances = _one_by_one(spec, pairs, task, settings.model, folder)
+    worlds = None
+    if settings.randomize:
+        worlds = _in_worlds(spec, settings, pairs, distances, task, folder)
+    evaluated = [
+        EvaluatedPair(str(pair.design), pair.gait_file, pair.distance_cm, distance)
+        for pair, distance in zip(pairs, distances, strict=True)
+    ]
+    return Evaluation(
+        run=str(run.folder),
+        model=settings.model,
+        best_design=evaluated[0].design,
+        best_distance_cm=evaluated[0].distance_cm,
+        reported_distance_cm=evaluated[0].reported_distance_cm,
+        **spec.describe(reduced=settings.model == "reduced"),
+        notes=tuple(_notes(evaluated)) if settings.model == "reduced" else (),
+        pairs=tuple(evaluated),
+        robustness=worlds,
+        wall_s=time.monotonic() - start,
+    )
+
+
+def trajectory_file(model: Model, rank: int) -> str:
+    """Name of the recorded walk of a pair, ranked from 1."""
+    return f"trajectory_{model}_L{rank}.npz"
+
+
+def _in_worlds(
+    spec: RobotSpec,
+    settings: EvaluationSettings,
+    pairs: Sequence[Pair],
+    nominal_cm: Sequence[float | None],
+    task: CrawlingTask,
+    folder: RunFolder,
+) -> Robustness:
+    worlds = draw_worlds(settings.randomisation, settings.world_count, settings.world_seed)
+    folder.progress.stage(f"walking in {len(worlds)} worlds")
+    distances = distances_in_worlds(
+        spec,
+        [pair.design for pair in pairs],
+        [pair.gait for pair in pairs],
+        worlds,
+        task.settling_step_count,
+        folder,
+    )
+    return robustness(
+        [f"L{rank}" for rank in range(1, len(pairs) + 1)],
+        np.array([np.nan if far is None else far for far in nominal_cm]),
+        distances,
+        worlds,
+        settings_to_dict(settings.randomisation),
+    )
+
+
+def _notes(pairs: Sequence[EvaluatedPair]) -> list[str]:
+    """Remarks where a reduced robot did not repeat what its run reported."""
+    notes = []
+    for pair in pairs:
+        now, then = pair.distance_cm, pair.reported_distance_cm
+        if now is None:
+            notes.append(f"{pair.design} diverged; physics, leg or machine differ")
+        elif then is not None and not abs(now - then) < REPEATS_WITHIN_CM:
+            notes.append(
+                f"{pair.design} walked {now:.2f} cm, the run reported {then:.2f} cm: physics, leg "
+                "or machine differ"
+            )
+    return notes
+
+
+def _together(
+    spec: RobotSpec, pairs: Sequence[Pair], task: CrawlingTask, folder: RunFolder
+) -> list[float | None]:
+    walked = walk(
+        spec.simulator([pair.design for pair in pairs]),
+        [pair.gait for pair in pairs],
+        duration_s=pairs[0].gait.duration_s,
+        time_step_s=spec.physics.time_step_s,
+        settling_step_count=task.settling_step_count,
+        progress=folder.progress,
+    )
+    return [None if np.isnan(distance) else float(distance) for distance in walked.distance_cm]
+
+
+def _one_by_one(
+    spec: RobotSpec, pairs: Sequence[Pair], task: CrawlingTask, model: Model, folder: RunFolder
+) -> list[float | None]:
+    distances: list[float | None] = []
+    for rank, pair in enumerate(pairs, start=1):
+        trajectory = recorded_walk(
+            spec,
+            pair.design,
+            pair.gait,
+            model,
+            folder / f"checkpoint_L{rank}.npz",
+            settling_steps=task.settling_step_count,
+            progress=folder.progress,
+        )
+        trajectory.with_skin_only().save(folder / trajectory_file(model, rank))
+        distances.append(trajectory.distance_cm)
+        folder.progress(rank, len(pairs), "walking")
+    return distances

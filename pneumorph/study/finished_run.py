@@ -1,0 +1,245 @@
+"""The folder of a finished run, read: what later verbs and studies take from it.
+
+Every value is asked for by its place and type, so that a damaged folder, or one of another kind of
+run, is refused by the name of the file and the field, and what was expected there.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.result import result_from_dict
+from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_settings, read_summary
+from pneumorph.base.settings import settings_from_dict
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.robot.design import Design
+from pneumorph.robot.design_space import DesignSpace
+
+Kind = TypeVar("Kind")
+Result = TypeVar("Result")
+Settings = TypeVar("Settings")
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A design and its gait, as a run found them.
+
+    Attributes:
+        design: The design.
+        gait_file: Where its gait lies, from the run's folder.
+        gait: The gait.
+        distance_cm: How far it went in the run [cm]; None where no robot survived it.
+    """
+
+    design: Design
+    gait_file: str
+    gait: HeldGait
+    distance_cm: float | None
+
+
+@dataclass(frozen=True)
+class TakenOver:
+    """Settings of an earlier run that a later verb starts from.
+
+    Attributes:
+        run: Folder of the earlier run.
+        settings: Some of the later verb's settings, as nested dictionaries.
+        said: What they are, for a person.
+    """
+
+    run: Path
+    settings: Mapping[str, Any]
+    said: str
+
+
+@dataclass(frozen=True, eq=False)
+class FinishedRun:
+    """A finished run of any verb.
+
+    Attributes:
+        folder: The run folder.
+        summary: What the run said of itself.
+        settings: What it was asked for.
+    """
+
+    folder: Path
+    summary: Mapping[str, Any]
+    settings: Mapping[str, Any]
+
+    @classmethod
+    def read(cls, folder: Path) -> FinishedRun:
+        """Read the summary and the settings of a run.
+
+        Raises:
+            ArtefactError: The folder holds no finished run, or its files are damaged.
+        """
+        return cls(folder, read_summary(folder), read_settings(folder))
+
+    @property
+    def verb(self) -> str:
+        """Which verb made it."""
+        return self.of_summary("verb", str)
+
+    def of_summary(self, place: str, kind: type[Kind]) -> Kind:
+        """A value of the summary by its place, such as ``pairs.0.design``.
+
+        Raises:
+            ArtefactError: There is none, or one of another type.
+        """
+        return self._value(SUMMARY, self.summary, place, kind)
+
+    def of_settings(self, place: str, kind: type[Kind]) -> Kind:
+        """A value of the settings by its place; raises as `of_summary`."""
+        return self._value(SETTINGS, self.settings, place, kind)
+
+    def _value(self, file: str, content: Any, place: str, kind: type[Kind]) -> Kind:
+        value = content
+        for name in place.split("."):
+            try:
+                value = value[int(name) if isinstance(value, list) else name]
+            except (KeyError, IndexError, TypeError, ValueError):
+                raise ArtefactError(
+                    f"{self.folder / file} has no {place}, expected a {kind.__name__}; it is "
+                    f"damaged or of another kind of run (`pneumorph {self.summary.get('verb')}`)"
+                ) from None
+        if kind is float and type(value) is int:
+            value = float(value)
+        if not isinstance(value, kind):
+            raise ArtefactError(
+                f"{self.folder / file} has {value!r:.60} as {place}, expected a {kind.__name__}; "
+                "it is damaged"
+            )
+        return value
+
+    def structured(self, place: str, kind: type[Settings]) -> Settings:
+        """A group of the settings as its class; raises as `of_summary`."""
+        content = self.of_settings(place, dict)
+        try:
+            return settings_from_dict(kind, content)
+        except ValueError as error:
+            raise ArtefactError(f"{place} of {self.folder / SETTINGS}: {error}") from error
+
+    @cached_property
+    def robot(self) -> RobotOptions:
+        """Its leg and physics."""
+        return self.structured("robot", RobotOptions)
+
+    @cached_property
+    def task(self) -> CrawlingTask:
+        """What its robots were asked to do."""
+        return self.structured(f"{self._learner}task", CrawlingTask)
+
+    @cached_property
+    def space(self) -> DesignSpace:
+        """Designs it chose from."""
+        return self.structured(f"{self._learner}space", DesignSpace)
+
+    def result(self, kind: type[Result]) -> Result:
+        """What the run found, as its study returned it.
+
+        Raises:
+            ArtefactError: The summary is damaged, or of another study.
+        """
+        try:
+            return result_from_dict(kind, self.summary)
+        except ArtefactError as error:
+            raise ArtefactError(f"{self.folder / SUMMARY}: {error}") from error
+
+    @property
+    def source(self) -> FinishedRun | None:
+        """The run that this one looks at; None where there is none or it is gone."""
+        folder = self.summary.get("run")
+        if folder is None or not (Path(folder) / SUMMARY).exists():
+            return None
+        return FinishedRun.read(Path(folder))
+
+    @property
+    def _learner(self) -> str:
+        """Where task and space are in the settings; a search of an earlier version has them at the
+        top."""
+        if "search" in self.settings:
+            return "search."
+        return "" if "coopt" not in self.settings and "task" in self.settings else "coopt."
+
+    def taken_over(self, *groups: str) -> dict[str, Any]:
+        """Groups of its settings for a later verb, such as ``robot``: its leg and physics.
+
+        ``randomisation``, the worlds it was trained in, is there only where it was.
+        """
+        return {
+            name: self.of_settings(name, dict)
+            for name in groups
+            if name != "randomisation" or self.settings.get("randomize")
+        }
+
+    def handed_on(self, settings: Mapping[str, Any], said: str = "leg and physics") -> TakenOver:
+        """Settings for a later verb, with what is said of them: whose, and under which damping."""
+        damping = f"({self.robot.physics.damping} damping)"
+        return TakenOver(self.folder, settings, f"{said} of {self.folder} {damping}")
+
+    def pairs(self, count: int | None = None) -> list[Pair]:
+        """Its best design-gait pairs, the furthest first.
+
+        Args:
+            count: Most pairs to read; None for all.
+
+        Raises:
+            ArtefactError: It has none, or one that is damaged.
+        """
+        if not self.summary.get("pairs"):
+            raise ArtefactError(
+                f"{self.folder} holds no design-gait pairs; expected a run of coopt, or a search "
+                f"of designs, got one of `pneumorph {self.summary.get('verb')}`"
+            )
+        found = len(self.of_summary("pairs", list))
+        return [self._pair(number) for number in range(found if count is None else
+                                                       min(count, found))]  # fmt: skip
+
+    def _pair(self, number: int) -> Pair:
+        place = f"pairs.{number}"
+        limits = (self.task.minimum_pressure_kPa, self.task.maximum_pressure_kPa)
+        file = self.of_summary(f"{place}.gait", str)
+        self.of_summary(place, dict)
+        far = self.of_summary(place, dict).get("distance_cm")
+        try:
+            design = Design.parse(self.of_summary(f"{place}.design", str))
+        except ValueError as error:
+            raise ArtefactError(f"{place} of {self.folder / SUMMARY}: {error}") from error
+        distance = None if far is None else self.of_summary(f"{place}.distance_cm", float)
+        return Pair(design, file, read_gait(self.folder / file, *limits)[0], distance)
+
+    @cached_property
+    def baseline(self) -> PhaseSweepSettings:
+        """The expert's gaits that the run was compared with."""
+        return self.structured("baseline", PhaseSweepSettings)
+
+    @cached_property
+    def best_expert(self) -> ExpertGait:
+        """The expert's gait at its best phase in the run."""
+        phase = self.of_summary("baseline_best_phase_deg", float)
+        return replace(self.baseline.gait, phase_deg=phase)
+
+    def digest(self) -> str:
+        """Digest of settings and best gaits, which tells one training from another."""
+        digest = sha256(json.dumps(self.settings, sort_keys=True).encode())
+        for number in range(len(self.of_summary("pairs", list))):
+            file = self.of_summary(f"pairs.{number}.gait", str)
+            digest.update((self.folder / file).read_bytes())
+        return digest.hexdigest()[:12]
+
+
+def run_digest(folder: Path) -> str:
+    """Return a digest of a run's settings and best gaits, which tells one training from another."""
+    return FinishedRun.read(folder).digest()

@@ -1,0 +1,275 @@
+"""The simulation fitted to what was measured of a real robot: bends of a leg, paths of trials."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.artefact import write_atomically
+from pneumorph.base.checked import Checked, Count, Positive
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.hardware.bend_test import (
+    PressurePairs,
+    equal_bend_pairs,
+    read_bends,
+    read_pairs,
+    simulated_bend_curve,
+)
+from pneumorph.hardware.line_fit import LineFit, fit_line
+from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings
+from pneumorph.hardware.parameter_fit import ParameterFit, ParameterFitSettings, fit_parameters
+from pneumorph.hardware.trial import read_trial, trial_folders
+from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.robot.design import Design
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.path_simulator import path_simulator
+from pneumorph.study.recorded_walk import Model
+
+CALIBRATION_FILE = "calibration.json"
+PAIRS_FILE = "pairs.csv"
+
+
+@dataclass(frozen=True)
+class CalibrationSettings(Checked):
+    """What was measured, and the leg whose bend it is compared with."""
+
+    bends: Path | None = None
+    """Measured bends of one leg held at its root: pressure_kPa,bend_deg."""
+    pairs: Path | None = None
+    """Pairs of equal bend: real_pressure_kPa,simulated_pressure_kPa."""
+    trials: Path | None = None
+    """Folder of a deployment whose trials modulus, damping and friction are fitted to."""
+    trial_count: Count = 5
+    """How many of the trials to fit to."""
+    model: Model = "reduced"
+    """Leg whose bend is compared: the reduced one or its finite elements (minutes)."""
+    largest_simulated_kPa: Positive = 450.0
+    """The simulated leg is bent up to this pressure or to where it fails [kPa]."""
+    fit: ParameterFitSettings = field(default_factory=ParameterFitSettings)
+    video: VideoSettings = field(default_factory=VideoSettings)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.bends is not None and self.pairs is not None:
+            raise ValueError("both bends and pairs were given, expected one: they fit one line")
+
+
+@dataclass(frozen=True)
+class FittedCalibration:
+    """What was fitted; a parameter that nobody has measured is None."""
+
+    calibration: str
+    """File of the calibration."""
+    digest: str
+    slope: float
+    intercept_kPa: float
+    modulus_factor: float | None
+    stiffness_damping_s: float | None
+    friction: float | None
+    confidence_intervals_95: dict[str, tuple[float, float]]
+    fit: dict[str, Any]
+    """Figures of fit, such as ``r_squared``, of ``pressure`` and ``trajectories``."""
+    damping: str
+    wall_s: float
+    leg: dict[str, Any] | None = None
+    """The reduced leg; None where its finite elements were bent."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedPath:
+    """The first trial's path beside its simulations.
+
+    Attributes:
+        track: The path that was measured.
+        time_s: Instants of the simulations [s], (time,).
+        start_mm: Simulated marker before the fit [mm], (time, 2).
+        fitted_mm: And after it.
+    """
+
+    track: MarkerTrack
+    time_s: np.ndarray
+    start_mm: np.ndarray
+    fitted_mm: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationStudy:
+    """What was fitted, and to which measurements, for those who draw it.
+
+    Attributes:
+        found: The result.
+        pairs: Pressures of equal bend; None where no line was fitted.
+        path: A path of the trials; None where none were fitted to.
+    """
+
+    found: FittedCalibration
+    pairs: PressurePairs | None
+    path: FittedPath | None
+
+
+def calibrate(
+    settings: CalibrationSettings, robot: RobotOptions, folder: RunFolder
+) -> CalibrationStudy:
+    """Fit what was measured and write the calibration file.
+
+    Args:
+        settings: What was measured.
+        robot: The simulated side; what its own calibration says is kept where nothing is fitted.
+        folder: Receives ``calibration.json`` and, of measured bends, ``pairs.csv``.
+
+    Raises:
+        ValueError: Nothing was measured, or too little for a fit.
+        FileNotFoundError: A file of measurements is missing.
+    """
+    start = time.monotonic()
+    if settings.bends is None and settings.pairs is None and settings.trials is None:
+        raise ValueError(
+            "nothing to calibrate from, expected --bends FILE, --pairs FILE or --trials FOLDER"
+        )
+    spec = robot.spec()
+    calibration = spec.calibration or Calibration(spec.physics.pressure_map)
+    pairs, path = None, None
+    if settings.bends is not None or settings.pairs is not None:
+        calibration, pairs = _with_line(calibration, settings, spec, folder)
+    if settings.trials is not None:
+        plain = replace(robot, calibration=None).spec()
+        calibration, path = _with_parameters(calibration, settings, spec, plain, folder)
+    file = calibration.save(folder / CALIBRATION_FILE)
+    found = FittedCalibration(
+        calibration=str(file),
+        digest=calibration.digest(),
+        slope=calibration.pressure_map.slope,
+        intercept_kPa=calibration.pressure_map.intercept_kPa,
+        modulus_factor=calibration.modulus_factor,
+        stiffness_damping_s=calibration.stiffness_damping_s,
+        friction=calibration.friction,
+        confidence_intervals_95=dict(calibration.intervals),
+        fit=dict(calibration.fit),
+        damping=spec.physics.damping,
+        wall_s=time.monotonic() - start,
+        leg=spec.module.describe() if settings.model == "reduced" else None,
+    )
+    return CalibrationStudy(found, pairs, path)
+
+
+def _with_line(
+    calibration: Calibration, settings: CalibrationSettings, spec: RobotSpec, folder: RunFolder
+) -> tuple[Calibration, PressurePairs]:
+    if settings.pairs is not None:
+        measured, pairs = settings.pairs, read_pairs(settings.pairs)
+    else:
+        assert settings.bends is not None
+        measured = settings.bends
+        pairs = _pairs_of_bends(settings, spec, folder)
+        _write_pairs(folder / PAIRS_FILE, pairs)
+    line: LineFit = fit_line(pairs.real_kPa, pairs.simulated_kPa)
+    fitted = replace(
+        calibration,
+        pressure_map=PressureMap(line.slope, line.intercept),
+        intervals={
+            **calibration.intervals,
+            "slope": line.slope_interval,
+            "intercept_kPa": line.intercept_interval,
+        },
+        fit={
+            **calibration.fit,
+            "pressure": {
+                "r_squared": line.r_squared,
+                "rms_kPa": line.rms,
+                "point_count": line.point_count,
+            },
+        },
+        source={**calibration.source, "pressure": _provenance(measured, spec)},
+    )
+    return fitted, pairs
+
+
+def _pairs_of_bends(
+    settings: CalibrationSettings, spec: RobotSpec, folder: RunFolder
+) -> PressurePairs:
+    assert settings.bends is not None
+    pressure, bend = read_bends(settings.bends)
+    folder.progress.stage(f"bending the {settings.model} leg")
+    mesh = spec.module.full.mesh
+    spec.module.reduced.check_mesh(mesh)
+    curve = simulated_bend_curve(
+        spec.module.reduced if settings.model == "reduced" else spec.module.full,
+        mesh,
+        settings.largest_simulated_kPa,
+        rotation=spec.physics.rotation,
+        progress=folder.progress,
+    )
+    return equal_bend_pairs(pressure, bend, curve)
+
+
+def _write_pairs(path: Path, pairs: PressurePairs) -> None:
+    lines = ["real_pressure_kPa,simulated_pressure_kPa"]
+    for real, simulated in zip(pairs.real_kPa, pairs.simulated_kPa, strict=True):
+        lines.append(f"{real:.6g},{simulated:.8g}")
+    write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
+
+
+def _with_parameters(
+    calibration: Calibration,
+    settings: CalibrationSettings,
+    spec: RobotSpec,
+    plain: RobotSpec,
+    folder: RunFolder,
+) -> tuple[Calibration, FittedPath]:
+    assert settings.trials is not None
+    folders = trial_folders(settings.trials)[: settings.trial_count]
+    trials = [read_trial(each, settings.video) for each in folders]
+    design = Design.parse(FinishedRun.read(settings.trials).of_summary("design", str))
+    physics = calibration.applied_to(plain.physics)
+    start = {
+        "modulus_factor": calibration.modulus_factor or 1.0,
+        "stiffness_damping_s": physics.stiffness_damping_s,
+        "friction": physics.friction,
+    }
+    folder.progress.stage(f"fitting {', '.join(settings.fit.names)} to {len(trials)} trials")
+    simulate = path_simulator(plain, design, calibration)
+    found: ParameterFit = fit_parameters(
+        trials, simulate, start, physics.time_step_s, settings.fit, folder.progress
+    )
+    track, step_s = trials[0].track, physics.time_step_s
+    driven = trials[0].driven_kPa(np.arange(0.0, float(track.time_s[-1]), step_s))
+    path = FittedPath(
+        track,
+        step_s * np.arange(len(driven) + 1),
+        simulate(start, driven),
+        simulate({**start, **found.values}, driven),
+    )
+    quality = asdict(found)
+    del quality["values"], quality["intervals"]
+    said = {
+        **_provenance(settings.trials, spec),
+        "trials": [trial.name for trial in trials],
+        "design": str(design),
+    }
+    fitted = replace(
+        calibration,
+        **{name: found.values.get(name, getattr(calibration, name)) for name in start},
+        intervals={**calibration.intervals, **found.intervals},
+        fit={**calibration.fit, "trajectories": quality},
+        source={**calibration.source, "trajectories": said},
+    )
+    return fitted, path
+
+
+def _provenance(measured: Path, spec: RobotSpec) -> dict[str, Any]:
+    """What was measured, by name and content, and the leg that it was compared with."""
+    content = measured.read_bytes() if measured.is_file() else b""
+    return {
+        "measured": str(measured),
+        "sha256": hashlib.sha256(content).hexdigest() if content else None,
+        "leg": spec.module.reduced.digest(),
+        "damping": spec.physics.damping,
+    }

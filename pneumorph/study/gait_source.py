@@ -1,0 +1,166 @@
+"""Where a verb's gait comes from: a file, a run's best pairs, a policy, or the expert."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.exchange.sorotraj import read_sorotraj
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.physics.commands import check_commands
+from pneumorph.physics.open_loop_gait import OpenLoopGait
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.study.finished_run import FinishedRun, TakenOver
+
+
+@dataclass(frozen=True)
+class GaitSource:
+    """A gait, whose it is, and what it was made with: pressure map, and steps before it starts."""
+
+    gait: OpenLoopGait
+    design: Design
+    name: str
+    pressure_map: PressureMap = field(default_factory=PressureMap)
+    settling_steps: int = 15
+
+
+def find_gait(
+    source: Path | None, design: str | None, expert: ExpertGait, rank: int = 1
+) -> GaitSource:
+    """Find a gait.
+
+    Args:
+        source: A coopt run's folder, a gait file (CSV, or sorotraj YAML), or a policy's npz; None
+            for the expert's gait.
+        design: The design, where the source does not name it or another is wanted.
+        expert: The expert's gait.
+        rank: Which of a run's pairs, counted from 1.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: None of these, or the design uses a regulator that the gait does not command.
+    """
+    if source is None:
+        name = f"the expert's gait, {expert.phase_deg:g}°"
+        found = GaitSource(expert, _design(design, None), name)
+    elif source.is_dir():
+        found = _of_run(source, design, rank)
+    elif source.suffix in (".yaml", ".yml"):
+        found = GaitSource(read_sorotraj(source), _design(design, None), str(source))
+    elif source.suffix == ".npz":
+        found = _of_policy(source, design)
+    else:
+        gait, comments = read_gait(source)
+        found = GaitSource(gait, _design(design, comments.get("design")), str(source))
+    found.design.check_regulators(found.gait.regulator_count)
+    return found
+
+
+def _design(asked: str | None, named: str | None) -> Design:
+    return Design.parse(asked or named or BASELINE_DESIGN)
+
+
+def robot_of_source(source: Path | None) -> TakenOver | None:
+    """Leg and physics of the run that a gait is taken from; None where it is of no run."""
+    if source is None or not source.is_dir():
+        return None
+    run = FinishedRun.read(source)
+    return run.handed_on(run.taken_over("robot"))
+
+
+def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
+    run = FinishedRun.read(folder)
+    pairs = run.pairs(rank)
+    if not 1 <= rank <= len(pairs):
+        raise ValueError(
+            f"{folder} holds {len(pairs)} design-gait pairs, expected rank from 1 to that, got "
+            f"{rank}"
+        )
+    pair = pairs[rank - 1]
+    return GaitSource(
+        pair.gait,
+        pair.design if design is None else Design.parse(design),
+        str(folder / pair.gait_file),
+        run.robot.spec().physics.pressure_map,
+        run.task.settling_step_count,
+    )
+
+
+def _of_policy(path: Path, design: str | None) -> GaitSource:
+    """The deterministic gait of a design: the policy sees its own last actions only."""
+    if design is None:
+        raise ValueError(f"{path} is a policy for every design, expected --design to name one")
+    from pneumorph.learn.policy_file import load_policy
+    from pneumorph.learn.sac import Sac
+
+    policy, settings, metadata = load_policy(path)
+    task, chosen = settings.task, Design.parse(design)
+    place = settings.space.index(chosen)
+    one_hot = settings.space.one_hot[place]
+    learner = Sac(task.state_size + len(one_hot), task.regulator_count, settings.sac)
+    memory = np.zeros(task.state_size, dtype=np.float32)
+    held = []
+    for _ in range(task.action_count):
+        observation = np.concatenate([memory, one_hot])[None]
+        action = np.asarray(learner.mode_actions(policy, observation))[0]
+        held.append(task.pressure_kPa(np.clip(action, -1.0, 1.0)))
+        memory = np.concatenate([action, memory[: -task.regulator_count]]).astype(np.float32)
+    # The policy names regulators as its own design does; other names are other columns.
+    known, commands = settings.space[place], np.array(held)
+    if known != chosen:
+        named = np.full_like(commands, task.minimum_pressure_kPa)
+        for ours, theirs in zip(chosen.regulator_order(), known.regulator_order(), strict=True):
+            named[:, ours - 1] = commands[:, theirs - 1]
+        commands = named
+    # The paper's time step, for policies that do not say theirs.
+    action_s = metadata.get("time_step_s", 0.01) * task.action_step_count
+    gait = HeldGait.evenly(commands, action_s, task)
+    name = f"{path} for {design}"
+    return GaitSource(gait, chosen, name, settling_steps=task.settling_step_count)
+
+
+def recalibrated(
+    gait: OpenLoopGait, trained: PressureMap, measured: PressureMap, highest_kPa: float
+) -> OpenLoopGait:
+    """The gait whose real pressures mean to the measured robot what they meant in training.
+
+    Args:
+        gait: The gait.
+        trained: Pressure map it was made with.
+        measured: Pressure map of the robot at hand.
+        highest_kPa: Pressures are cut off here [kPa].
+    """
+    if trained == measured:
+        return gait
+    return _Recalibrated(gait, trained, measured, highest_kPa)
+
+
+@dataclass(frozen=True)
+class _Recalibrated:
+    gait: OpenLoopGait
+    trained: PressureMap
+    measured: PressureMap
+    highest_kPa: float
+
+    @property
+    def regulator_count(self) -> int:
+        return self.gait.regulator_count
+
+    @property
+    def duration_s(self) -> float:
+        return self.gait.duration_s
+
+    @property
+    def maximum_pressure_kPa(self) -> float:
+        return self.highest_kPa
+
+    def pressure_kPa(self, time_s: float) -> np.ndarray:
+        """Real pressure commanded at a time [kPa], (regulator,)."""
+        own = self.gait.pressure_kPa(time_s)
+        check_commands(own, self.gait.maximum_pressure_kPa)  # before it is cut off
+        return np.minimum(self.trained.equivalent(own, self.measured), self.highest_kPa)

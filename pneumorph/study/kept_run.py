@@ -1,0 +1,78 @@
+"""What is kept of a coopt run: its small files, in a folder that verbs take as they take the run's.
+
+Checkpoints with their replay buffers are hundreds of megabytes. Settings, summary, metrics, best
+gaits and the trained policy are one, and enough to evaluate, analyse, replay or deploy what was
+found, and to compare other searches with it.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.artefact import write_atomically, write_json
+from pneumorph.base.run_folder import (
+    SETTINGS,
+    SUMMARY,
+    TRAINING_FOLDER,
+    finite,
+    read_settings,
+    read_summary,
+)
+from pneumorph.learn.cooptimise import GAIT_FOLDER, POLICY_FILE
+from pneumorph.learn.metrics import METRICS_FILE, read_metrics
+
+DIGITS = 5
+"""Digits of the metrics that are kept."""
+
+
+def keep_run(run: Path, folder: Path) -> dict[str, Any]:
+    """Copy the small files of a finished coopt run.
+
+    Args:
+        run: The run's folder.
+        folder: Receives ``settings.json``, ``summary.json``, ``gaits/``, ``training/metrics.jsonl``
+            and ``training/policy.npz``; those of an earlier run are replaced.
+
+    Returns:
+        The summary as it is kept: its pairs name the gaits in ``folder``.
+
+    Raises:
+        ArtefactError: The folder holds no finished run.
+        ValueError: The run has no pairs, or is to be kept in its own folder.
+        FileNotFoundError: The run lacks its policy.
+    """
+    summary = read_summary(run)
+    if not summary.get("pairs"):
+        raise ValueError(f"{run} holds no design-gait pairs; expected a coopt run")
+    if run.resolve() == folder.resolve():
+        raise ValueError(f"{folder} is the run itself, expected another folder to keep it in")
+    policy = (run / TRAINING_FOLDER / POLICY_FILE).read_bytes()
+    shutil.rmtree(folder / GAIT_FOLDER, ignore_errors=True)
+    for name in (GAIT_FOLDER, TRAINING_FOLDER):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    pairs = []
+    for rank, pair in enumerate(summary["pairs"], start=1):
+        gait = f"{GAIT_FOLDER}/L{rank}.csv"
+        shutil.copyfile(run / pair["gait"], folder / gait)
+        pairs.append({**pair, "gait": gait})
+    metrics = read_metrics(run / TRAINING_FOLDER)
+    lines = "".join(json.dumps(_rounded(line)) + "\n" for line in metrics)
+    training = folder / TRAINING_FOLDER
+    write_atomically(training / METRICS_FILE, lambda stream: stream.write(lines.encode()))
+    write_atomically(training / POLICY_FILE, lambda stream: stream.write(policy))
+    write_json(folder / SETTINGS, read_settings(run))
+    kept = {**summary, "best_gait": pairs[0]["gait"], "pairs": pairs}
+    write_json(folder / SUMMARY, finite(kept))
+    return kept
+
+
+def _rounded(value: Any) -> Any:
+    """The same with numbers of few digits."""
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value

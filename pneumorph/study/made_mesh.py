@@ -1,0 +1,124 @@
+"""A mesh of a part, made from its shape or read from a file, checked and saved."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.geometry.disk import DiskShape, mesh_disk
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mesh_file import read_mesh_file
+from pneumorph.geometry.netgen_mesher import MesherSettings
+from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
+from pneumorph.geometry.quadratic import quadratic_mesh
+from pneumorph.geometry.surface import enclosed_volume
+
+PartName = Literal["leg", "disk"]
+MESH_FILE = "mesh.npz"
+
+
+@dataclass(frozen=True)
+class MeshSettings:
+    """Shapes of the parts and how finely they are meshed, or the file to read."""
+
+    file: Path | None = None
+    """A mesh of your own to read instead."""
+    regions: tuple[str, ...] = ()
+    """Names of the region numbers of a file without named groups, such as 1=cavity 2=paper."""
+    scale: float = 1.0
+    """Length of the file's unit in mm: 1000 for metres."""
+    surfaces: tuple[str, ...] = ("cavity", "paper")
+    """Surface regions that the file must have."""
+    node_sets: tuple[str, ...] = ("attachment",)
+    """Node sets that the file must have."""
+    contact_spacing_mm: float = 10.0
+    """Distance between the contact points of a file's mesh, which are nodes of its skin [mm]."""
+    quadratic: bool = False
+    """Add a node in the middle of every edge: 10-node tetrahedra, which do not lock in bending."""
+    leg: PneuNetShape = field(default_factory=PneuNetShape)
+    disk: DiskShape = field(default_factory=DiskShape)
+    leg_mesher: MesherSettings = field(default_factory=MesherSettings)
+    disk_mesher: MesherSettings = field(default_factory=lambda: MesherSettings(size_mm=20.0))
+
+
+@dataclass(frozen=True)
+class MadeMesh:
+    """Size of a mesh and where it lies."""
+
+    mesh: str
+    """File of the mesh."""
+    node_count: int
+    tetrahedron_count: int
+    volume_mm3: float
+    surfaces: dict[str, int]
+    """Triangles of each named surface."""
+    node_sets: dict[str, int]
+    """Nodes of each named set."""
+    contact_point_count: int
+    digest: str
+    wall_s: float
+    cavity_volume_mm3: float | None = None
+    """None where no surface is called cavity."""
+
+
+def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> MadeMesh:
+    """Mesh a part or read a mesh file, check it and save it as ``mesh.npz`` in the folder.
+
+    Args:
+        part: Which part; without meaning where the settings name a file.
+        settings: Its shape, or the file.
+        folder: Receives the mesh.
+
+    Raises:
+        ValueError: A shape that cannot be, a region that is no NUMBER=NAME, or a mesh that cannot
+            be computed with.
+        FileNotFoundError: No such mesh file.
+    """
+    start = time.monotonic()
+    mesh = _made(part, settings)
+    if settings.quadratic:
+        mesh = quadratic_mesh(mesh)
+    asked = {"part": part, **settings_to_dict(settings)}
+    path = mesh.save(folder / MESH_FILE, {"settings": asked})
+    cavity = mesh.surfaces.get("cavity")
+    return MadeMesh(
+        mesh=str(path),
+        node_count=len(mesh.nodes),
+        tetrahedron_count=len(mesh.tetrahedra),
+        volume_mm3=float(mesh.volumes.sum()),
+        surfaces={name: len(triangles) for name, triangles in mesh.surfaces.items()},
+        node_sets={name: len(nodes) for name, nodes in mesh.node_sets.items()},
+        contact_point_count=len(mesh.contact_points),
+        digest=mesh.digest(),
+        wall_s=time.monotonic() - start,
+        cavity_volume_mm3=None if cavity is None else enclosed_volume(mesh.nodes, cavity),
+    )
+
+
+def _made(part: PartName, settings: MeshSettings) -> Mesh:
+    if settings.file is not None:
+        return read_mesh_file(
+            settings.file,
+            settings.surfaces,
+            settings.node_sets,
+            region_names=_region_names(settings.regions),
+            scale=settings.scale,
+            contact_spacing_mm=settings.contact_spacing_mm,
+        )
+    if part == "disk":
+        return mesh_disk(settings.disk, settings.disk_mesher)
+    return mesh_pneunet(settings.leg, settings.leg_mesher)
+
+
+def _region_names(regions: tuple[str, ...]) -> dict[int, str]:
+    names = {}
+    for region in regions:
+        number, separator, name = region.partition("=")
+        if not (separator and name and number.strip().isdigit()):
+            raise ValueError(f"region {region!r} is not NUMBER=NAME, expected such as 1=cavity")
+        names[int(number)] = name.strip()
+    return names

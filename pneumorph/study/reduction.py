@@ -1,0 +1,118 @@
+"""A part reduced once, for every robot it will be mounted on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
+from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
+from pneumorph.reduction.reduce import ReductionReport, ReductionSettings, reduce_part
+from pneumorph.reduction.snapshot_files import SnapshotFiles
+from pneumorph.study.gait_walks import (
+    GaitWalks,
+    GaitWalkSettings,
+    collect_gait_walks,
+    read_design_gaits,
+)
+
+PART_FILE = "leg.npz"
+
+
+@dataclass(frozen=True)
+class ReduceSettings:
+    """Which states of the part are seen, and how it is reduced to them."""
+
+    snapshots: SnapshotSettings = field(default_factory=SnapshotSettings)
+    walked: GaitWalkSettings = field(default_factory=GaitWalkSettings)
+    """Gaits that full robots walk besides, such as learned ones."""
+    reduction: ReductionSettings = field(default_factory=ReductionSettings)
+
+
+@dataclass(frozen=True)
+class Reduction(ReductionReport):
+    """A reduced part in its file, with its size and measured errors."""
+
+    part: str
+    part_bytes: int
+    leg: dict[str, Any]
+    snapshot_wall_s: float
+    """Of all snapshots, those of earlier runs included."""
+    snapshot_processor_s: float
+    snapshot_files_without_time: int
+    walked_gait_count: int
+    wall_s: float
+
+
+def reduce(
+    robot: RobotSpec,
+    folder: RunFolder | Path | str,
+    settings: ReduceSettings | None = None,
+    metadata: Mapping[str, Any] | None = None,
+) -> Reduction:
+    """Reduce the module of a robot, save it, and return its size and errors.
+
+    Snapshots are kept in the folder: the same call goes on where it stopped.
+
+    Args:
+        robot: Its module, given as finite elements, is what is reduced; hub and sites say how it
+            is carried while it walks.
+        folder: Receives ``leg.npz`` and ``snapshots/``.
+        settings: Snapshots, modes and elements; None for what made the leg that ships.
+        metadata: What else the part's file shall say.
+    """
+    start = time.monotonic()
+    settings = settings or ReduceSettings()
+    folder = folder if isinstance(folder, RunFolder) else RunFolder(Path(folder), "reduce")
+    gaits = read_design_gaits(settings.walked.gaits)
+    part_model, hub = robot.module.full, robot.hub.full(robot.hub_model)
+    poses = [site.pose for site in robot.sites]
+    folder.progress.stage("collecting snapshots of the full model")
+    mount = None
+    if isinstance(hub, SoftHub):
+        mount = leg_mount_stiffness(part_model, hub.part, poses)
+    snapshot_folder = (folder / "snapshots/bend.npz").parent
+    collected = collect_snapshots(
+        part_model,
+        hub,
+        poses,
+        settings.snapshots,
+        snapshot_folder,
+        folder.progress,
+        folder.progress.say,
+    )
+    walks = collect_gait_walks(
+        GaitWalks(part_model, robot.hub_model, robot.physics.pressure_map, settings.walked),
+        gaits,
+        snapshot_folder,
+        settings.snapshots.executor,
+        folder.progress,
+        folder.progress.say,
+    )
+    snapshots = SnapshotFiles([*collected.paths, *walks])
+    if not (walks or settings.snapshots.walk.robot_count):
+        folder.progress.say("no robot walks: the part is reduced from equilibria alone")
+    folder.progress.stage("choosing modes and elements")
+    part, report = reduce_part(
+        part_model, snapshots, settings.reduction, folder.progress, mount_stiffness=mount
+    )
+    part.metadata.update(metadata or {})
+    path = part.save(folder / PART_FILE)
+    seconds = snapshots.metadata["seconds"]
+    return Reduction(
+        **vars(report),
+        part=str(path),
+        part_bytes=path.stat().st_size,
+        leg=part.describe(str(path)),
+        snapshot_wall_s=seconds["wall"],
+        snapshot_processor_s=seconds["processor"],
+        snapshot_files_without_time=seconds["files_without"],
+        walked_gait_count=len(walks),
+        wall_s=time.monotonic() - start,
+    )

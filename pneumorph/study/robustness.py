@@ -1,0 +1,131 @@
+"""How pairs fare in worlds drawn at random, and how their ranking changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.walk import walk
+from pneumorph.physics.open_loop_gait import OpenLoopGait
+from pneumorph.robot.design import Design
+from pneumorph.simulation.randomisation import Randomisation, World
+from pneumorph.simulation.randomised_simulator import simulator_in_world
+
+
+@dataclass(frozen=True)
+class PairInWorlds:
+    """One pair over all worlds [cm]; a failed simulation counts as 0."""
+
+    label: str
+    nominal_distance_cm: float
+    mean_distance_cm: float
+    deviation_cm: float | None
+    """Standard deviation; None for a single world."""
+    tenth_percentile_cm: float
+    best_share: float
+    """Share of the worlds in which it is the best."""
+
+
+@dataclass(frozen=True, eq=False)
+class Robustness:
+    """Pairs in worlds drawn at random."""
+
+    world_count: int
+    failed_count: int
+    nominal_ranking: tuple[str, ...]
+    """Labels by distance in the world as it stands."""
+    robust_ranking: tuple[str, ...]
+    """Labels by mean distance."""
+    kendall_tau: float | None
+    """Agreement of the two rankings; None for a single pair."""
+    pairs: tuple[PairInWorlds, ...]
+    distributions: dict[str, Any]
+    """What the worlds were drawn from."""
+    worlds: tuple[World, ...]
+    distances_cm: np.ndarray
+    """Distances [cm], (world, pair); NaN where a simulation failed."""
+
+
+def distances_in_worlds(
+    spec: RobotSpec,
+    designs: Sequence[Design],
+    gaits: Sequence[OpenLoopGait],
+    worlds: Sequence[World],
+    settling_steps: int,
+    folder: RunFolder,
+) -> np.ndarray:
+    """Walk every pair in every world.
+
+    Returns:
+        Distances [cm], (world, pair); NaN where a simulation failed.
+    """
+    robots = [spec.assembly(design) for design in designs]
+    distances = []
+    for number, world in enumerate(worlds, start=1):
+        simulator = simulator_in_world(robots, world, spec.physics, spec.stepper, spec.thread_count)
+        walked = walk(
+            simulator,
+            gaits,
+            duration_s=gaits[0].duration_s,
+            time_step_s=spec.physics.time_step_s,
+            settling_step_count=settling_steps,
+            record_step_count=100,
+        )
+        distances.append(walked.distance_cm)
+        folder.progress(number, len(worlds), "walking in worlds")
+    return np.array(distances)
+
+
+def draw_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:
+    """Worlds of a seed."""
+    rng = np.random.default_rng([seed, 5])
+    return [randomisation.draw(rng) for _ in range(count)]
+
+
+def robustness(
+    labels: Sequence[str],
+    nominal_cm: np.ndarray,
+    distances_cm: np.ndarray,
+    worlds: Sequence[World] = (),
+    distributions: dict[str, Any] | None = None,
+) -> Robustness:
+    """Summarise distances over worlds.
+
+    Args:
+        labels: Name of each pair, best first.
+        nominal_cm: Distance of each in the simulated world as it stands [cm], (pair,).
+        distances_cm: Distances [cm], (world, pair); a failed simulation (NaN) counts as 0.
+        worlds: The worlds.
+        distributions: What they were drawn from.
+    """
+    from scipy.stats import kendalltau
+
+    distances = np.nan_to_num(distances_cm, nan=0.0)
+    mean, best = distances.mean(axis=0), np.argmax(distances, axis=1)
+    tau = kendalltau(nominal_cm, mean).statistic if len(labels) > 1 else None
+    return Robustness(
+        world_count=len(distances),
+        failed_count=int(np.isnan(distances_cm).sum()),
+        nominal_ranking=tuple(labels[i] for i in np.argsort(-nominal_cm, kind="stable")),
+        robust_ranking=tuple(labels[i] for i in np.argsort(-mean, kind="stable")),
+        kendall_tau=None if tau is None else float(tau),
+        pairs=tuple(
+            PairInWorlds(
+                label,
+                float(nominal_cm[i]),
+                float(mean[i]),
+                float(distances[:, i].std(ddof=1)) if len(distances) > 1 else None,
+                float(np.percentile(distances[:, i], 10)),
+                float(np.mean(best == i)),
+            )
+            for i, label in enumerate(labels)
+        ),
+        distributions=distributions or {},
+        worlds=tuple(worlds),
+        distances_cm=distances_cm,
+    )

@@ -1,0 +1,270 @@
+"""Gaits or designs searched without learning a policy, to see how good the learned ones are."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from pneumorph.base.artefact import write_json
+from pneumorph.base.checked import Checked, Count, CountOrNone
+from pneumorph.base.result import result_to_dict
+from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.gait_file import write_gait
+from pneumorph.learn.cooptimise import POLICY_FILE
+from pneumorph.learn.design_gait_pair import DesignGaitPair
+from pneumorph.learn.evaluation import evaluate_policy
+from pneumorph.learn.gait_search import GaitSearch, GaitSearchSettings
+from pneumorph.learn.genetic_algorithm import GeneticAlgorithm, GeneticSettings
+from pneumorph.learn.policy_file import load_policy
+from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
+from pneumorph.learn.sac import Sac
+from pneumorph.learn.search_run import CURVE_FILE, SearchResult, run_search
+from pneumorph.learn.searcher import Searcher
+from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design_space import DesignSpace
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.search_findings import (
+    DesignsBestGait,
+    FoundPair,
+    PolicyGap,
+    SearchCurve,
+    SearchFindings,
+)
+
+_GAITS_OF_EACH_DESIGN = 960
+_TIMESTEPS = 1_000_000
+
+
+@dataclass(frozen=True)
+class SearchSettings(Checked):
+    """What is searched, and for how long."""
+
+    method: Literal["gaits", "random", "genetic"] = "gaits"
+    """The best gait of each design, or designs and gaits together."""
+    designs: tuple[str, ...] = ()
+    """More designs whose gaits are searched."""
+    random_design_count: CountOrNone = 30
+    """Designs drawn at random whose gaits are searched."""
+    timesteps: Count | None = None
+    """Actions of all robots together; by default one million, and for gaits 960 of each design."""
+    seed: CountOrNone = 0
+    """Seed of every random number."""
+    environment_count: Count = 96
+    """Robots simulated side by side."""
+    kept_pair_count: Count = 5
+    """Best pairs reported by a search of designs."""
+    gaits: GaitSearchSettings = field(default_factory=GaitSearchSettings)
+    random: RandomSearchSettings = field(default_factory=RandomSearchSettings)
+    genetic: GeneticSettings = field(default_factory=GeneticSettings)
+    space: DesignSpace = field(default_factory=DesignSpace)
+    task: CrawlingTask = field(default_factory=CrawlingTask)
+
+
+def search(
+    settings: SearchSettings,
+    robot: RobotSpec,
+    folder: RunFolder,
+    learned: FinishedRun | None = None,
+) -> SearchFindings:
+    """Search, and return the best of each design or of all.
+
+    Args:
+        settings: What is searched.
+        robot: What walks.
+        folder: Receives ``search.jsonl``, ``learning_curve.json`` and the best gaits; a search that
+            is there already goes on.
+        learned: A coopt run whose best designs are searched as well and whose policy stands beside;
+            task and space of the settings must be its own.
+
+    Raises:
+        ArtefactError: The run is damaged.
+        FileNotFoundError: The run has lost its policy.
+        ValueError: The folder holds a search of other settings.
+    """
+    start = time.monotonic()
+    task, space = settings.task, settings.space
+    environment = CrawlingEnvironment(
+        [space[place % len(space)] for place in range(settings.environment_count)],
+        robot.assembly,
+        robot.simulator,
+        task,
+    )
+    gaits = settings.method == "gaits"
+    designs = _designs(settings, learned) if gaits else {}
+    # Before the search, which takes hours: a run that lost its policy ends here.
+    policy_cm = _policy_distances(environment, space, learned, list(designs), folder)
+    timesteps = settings.timesteps or _TIMESTEPS
+    if gaits and settings.timesteps is None:
+        timesteps = len(designs) * _GAITS_OF_EACH_DESIGN * task.action_count
+    folder.progress.stage(f"searching ({settings.method})")
+    asked = settings_to_dict(settings)
+    same = ("method", "seed", "gaits", "random", "genetic", "space", "task")
+    found = run_search(
+        _searcher(settings, list(designs)),
+        environment,
+        space,
+        timesteps,
+        folder.path,
+        description={
+            **{name: asked[name] for name in same},
+            "designs": [str(space[design]) for design in designs],
+            "simulation": robot.settings,
+            "leg": robot.module.reduced.digest(),
+        },
+        progress=folder.progress,
+    )
+    action_s = task.action_step_count * robot.physics.time_step_s
+    _write_curve(folder, found, action_s)
+    gait_files = _GaitFiles(folder, space, task, action_s)
+    pairs: tuple[FoundPair, ...] | None = None
+    rows: tuple[DesignsBestGait, ...] | None = None
+    if gaits:
+        rows = _rows(designs, found, gait_files, policy_cm, learned)
+        best: FoundPair | None = max(rows, key=_far)
+    else:
+        ranked = found.ranked(space)[: settings.kept_pair_count]
+        pairs = tuple(gait_files.write(pair.design, pair) for pair in ranked)
+        best = pairs[0] if pairs else None
+    resumed = found.resumed_timesteps
+    return SearchFindings(
+        method=settings.method,
+        best_design=None if best is None else best.design,
+        best_distance_cm=None if best is None else best.distance_cm,
+        designs=rows,
+        policy_gaps_cm=None if rows is None else _gaps(rows),
+        pairs=pairs,
+        timesteps=int(found.timesteps[-1]),
+        simulated_s=float(found.timesteps[-1]) * action_s,
+        notes=(f"resumed at timestep {resumed}",) if resumed else (),
+        seed=settings.seed,
+        **robot.describe(reduced=False),
+        wall_s=time.monotonic() - start,
+    )
+
+
+def _designs(settings: SearchSettings, learned: FinishedRun | None) -> dict[int, str]:
+    """Designs whose gaits are searched, and why each is among them."""
+    space, chosen = settings.space, dict[int, str]()
+    expert = Design.parse(BASELINE_DESIGN)
+    asked = [(BASELINE_DESIGN, "expert's design")] if expert.canonical() in space else []
+    if learned is not None:
+        asked += [(str(pair.design), f"L{rank}") for rank, pair in enumerate(learned.pairs(5), 1)]
+    asked += [(design, "asked for") for design in settings.designs]
+    for text, why in asked:
+        chosen.setdefault(space.index(Design.parse(text)), why)
+    # A stream of its own: which designs are drawn does not depend on the others.
+    drawn = np.random.default_rng([settings.seed, 1]).permutation(len(space))
+    for design in drawn[: settings.random_design_count]:
+        chosen.setdefault(int(design), "drawn at random")
+    return chosen
+
+
+def _searcher(settings: SearchSettings, designs: list[int]) -> Searcher:
+    space, task = settings.space, settings.task
+    if settings.method == "gaits":
+        return GaitSearch(designs, task, settings.gaits, settings.seed)
+    if settings.method == "random":
+        return RandomSearch(space, task, settings.random, settings.seed)
+    return GeneticAlgorithm(space, task, settings.genetic, settings.seed)
+
+
+def _policy_distances(
+    environment: CrawlingEnvironment,
+    space: DesignSpace,
+    learned: FinishedRun | None,
+    designs: list[int],
+    folder: RunFolder,
+) -> dict[int, float]:
+    """How far the run's one policy carries each design without noise [cm]."""
+    if learned is None or not designs:
+        return {}
+    folder.progress.stage("walking the designs with the learned policy")
+    policy, settings, _ = load_policy(learned.folder / TRAINING_FOLDER / POLICY_FILE)
+    learner = Sac(
+        settings.task.state_size + space.one_hot.shape[1],
+        settings.task.regulator_count,
+        settings.sac,
+    )
+    pairs = evaluate_policy(
+        environment, space, policy, learner, np.array(designs), progress=folder.progress
+    )
+    return {pair.design: pair.distance_cm for pair in pairs}
+
+
+@dataclass(frozen=True)
+class _GaitFiles:
+    folder: RunFolder
+    space: DesignSpace
+    task: CrawlingTask
+    action_s: float
+
+    def write(self, design: int, pair: DesignGaitPair | None) -> FoundPair:
+        """Write the gait of a pair, and return what is said of it."""
+        name = str(self.space[design])
+        if pair is None:
+            return FoundPair(name, None, None, None)
+        file = f"gaits/{name}.csv"
+        comments = {
+            "design": name,
+            "distance_cm": f"{pair.distance_cm:.3f}",
+            "source": pair.source,
+        }
+        write_gait(self.folder / file, pair.gait(self.action_s, self.task), comments)
+        return FoundPair(name, pair.distance_cm, file, pair.timestep)
+
+
+def _rows(
+    designs: Mapping[int, str],
+    found: SearchResult,
+    gait_files: _GaitFiles,
+    policy_cm: Mapping[int, float],
+    learned: FinishedRun | None,
+) -> tuple[DesignsBestGait, ...]:
+    pairs = [] if learned is None else learned.pairs(5)
+    learned_cm = {str(pair.design): pair.distance_cm for pair in pairs}
+    rows = []
+    for design, why in designs.items():
+        best = gait_files.write(design, found.best.get(design))
+        rows.append(
+            DesignsBestGait(
+                **asdict(best),
+                why=why,
+                late_gain_cm=found.late_gain_cm.get(design),
+                policy_distance_cm=policy_cm.get(design),
+                learned_distance_cm=learned_cm.get(best.design),
+            )
+        )
+    return tuple(rows)
+
+
+def _far(pair: FoundPair) -> float:
+    return -np.inf if pair.distance_cm is None else pair.distance_cm
+
+
+def _gaps(rows: Sequence[DesignsBestGait]) -> dict[str, PolicyGap]:
+    groups: dict[str, list[float]] = {}
+    for row in rows:
+        if row.distance_cm is not None and row.policy_distance_cm is not None:
+            group = "best pairs" if row.why.startswith("L") else row.why
+            groups.setdefault(group, []).append(row.distance_cm - row.policy_distance_cm)
+    return {
+        group: PolicyGap(len(gaps), float(np.mean(gaps)), max(gaps))
+        for group, gaps in groups.items()
+    }
+
+
+def _write_curve(folder: RunFolder, found: SearchResult, action_s: float) -> None:
+    curve = SearchCurve(
+        tuple(found.timesteps.tolist()),
+        tuple((found.timesteps * action_s).tolist()),
+        tuple(found.best_distance_cm.tolist()),
+    )
+    write_json(folder / CURVE_FILE, result_to_dict(curve))

@@ -1,0 +1,95 @@
+"""What a search for gaits or designs found, as its run's files hold it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.result import result_from_dict
+from pneumorph.learn.search_run import CURVE_FILE
+
+
+@dataclass(frozen=True)
+class FoundPair:
+    """A design with the best gait that was found for it; no values where none walked."""
+
+    design: str
+    distance_cm: float | None
+    gait: str | None
+    """File of the gait, from the run's folder."""
+    timestep: int | None
+    """When it was found."""
+
+
+@dataclass(frozen=True)
+class DesignsBestGait(FoundPair):
+    """The best gait of one design, beside what was learned for it."""
+
+    why: str
+    """Why the design is among them: the expert's, L1, asked for, drawn at random."""
+    late_gain_cm: float | None
+    """What the last quarter of the search added: where it is much, the search was too short."""
+    policy_distance_cm: float | None
+    """How far the learned run's one policy carries the design, without noise."""
+    learned_distance_cm: float | None
+    """How far the run's own pair came, with the policy that was fine-tuned for it."""
+
+
+@dataclass(frozen=True)
+class PolicyGap:
+    """How much further designs' own gaits carry them than the shared policy does [cm]."""
+
+    count: int
+    mean: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class SearchFindings:
+    """What a search found."""
+
+    method: str
+    best_design: str | None
+    best_distance_cm: float | None
+    timesteps: int
+    simulated_s: float
+    """Simulated time of all robots [s]."""
+    notes: tuple[str, ...]
+    seed: int
+    damping: str
+    wall_s: float
+    calibration: dict[str, Any] | None = None
+    designs: tuple[DesignsBestGait, ...] | None = None
+    """Of a search for the gaits of designs."""
+    policy_gaps_cm: dict[str, PolicyGap] | None = None
+    """The same, by why a design is among them."""
+    pairs: tuple[FoundPair, ...] | None = None
+    """Of a search of designs and gaits together: the best, the furthest first."""
+
+
+@dataclass(frozen=True)
+class SearchCurve:
+    """The best distance of a search over its time, an entry for each generation."""
+
+    timesteps: tuple[int, ...]
+    simulated_s: tuple[float, ...]
+    """Simulated time of all robots [s]."""
+    best_distance_cm: tuple[float, ...]
+    """Furthest so far; NaN before any robot came to the end of its walk."""
+
+    @classmethod
+    def read(cls, folder: Path) -> SearchCurve:
+        """The curve of a finished search.
+
+        Raises:
+            FileNotFoundError: It has none.
+            ArtefactError: It is damaged.
+        """
+        path = folder / CURVE_FILE
+        try:
+            return result_from_dict(cls, json.loads(path.read_text()))
+        except (json.JSONDecodeError, UnicodeDecodeError, ArtefactError) as error:
+            raise ArtefactError(f"{path} cannot be read: {error}") from error

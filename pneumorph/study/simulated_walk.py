@@ -1,0 +1,132 @@
+"""One design walks one gait, in either model: its trajectory, and how it went."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.checked import Checked, Count
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.robot.design import MINIMUM_LEGS
+from pneumorph.study.gait_source import find_gait
+from pneumorph.study.recorded_walk import Model, recorded_walk
+from pneumorph.trajectory import Trajectory
+
+TRAJECTORY_FILE = "trajectory.npz"
+
+
+@dataclass(frozen=True)
+class WalkSettings(Checked):
+    """Which design walks which gait, in which model."""
+
+    design: str | None = None
+    """Regulator of each location, 0 for no leg, such as 1.0.0.2.2.0.0.1; by default the design that
+    the gait's file names, or else the expert's."""
+    gait: Path | None = None
+    """Gait file (CSV or sorotraj YAML), coopt run (its best pair) or policy (npz, with --design);
+    by default the expert's gait."""
+    model: Model = "reduced"
+    """The reduced robot, or finite elements (ten minutes instead of a second)."""
+    record_every: Count = 10
+    """Time steps between recorded frames."""
+    expert: ExpertGait = field(default_factory=ExpertGait)
+
+
+@dataclass(frozen=True)
+class SimulatedWalk:
+    """How a walk went."""
+
+    status: str
+    """``completed``, or why the walk stopped early."""
+    design: str
+    model: str
+    distance_cm: float | None
+    """None of a robot that did not come to the end of its walk."""
+    simulated_s: float
+    """Simulated time until the end, or until the robot diverged [s]."""
+    mean_contact_count: float
+    trajectory: str
+    """File of the recorded walk."""
+    damping: str
+    simulation_wall_s: float
+    wall_s: float
+    calibration: dict[str, Any] | None = None
+    reason: str | None = None
+    """What a solver said of a robot that diverged."""
+    contact: dict[str, Any] | None = None
+    """How well the floor's contacts were solved; of finite elements."""
+    steps: dict[str, Any] | None = None
+    """How many time steps were made and halved; of finite elements."""
+    leg: dict[str, Any] | None = None
+    """The reduced leg; None for finite elements."""
+    replay: str | None = None
+    """Page that replays the walk; None of a leg without a skin."""
+    film: str | None = None
+    live_page_read: bool | None = None
+    """Whether a browser has seen the walk to its end; None where it was not shown live."""
+
+
+def simulate(
+    settings: WalkSettings,
+    robot: RobotSpec,
+    folder: RunFolder,
+    watch: Callable[[Trajectory], None] | None = None,
+) -> SimulatedWalk:
+    """Simulate one robot and save its trajectory.
+
+    Args:
+        settings: Design, gait and model.
+        robot: What walks.
+        folder: Receives ``trajectory.npz``, and of finite elements a checkpoint: the same call goes
+            on where it was stopped.
+        watch: Told what is recorded as it is simulated.
+
+    Raises:
+        FileNotFoundError: The gait's file is missing.
+        ValueError: It is no gait, or the design has too few legs or regulators that the gait does
+            not command.
+    """
+    start = time.monotonic()
+    source = find_gait(settings.gait, settings.design, settings.expert)
+    least = MINIMUM_LEGS if settings.model == "reduced" else 1
+    if source.design.leg_count < least:
+        raise ValueError(
+            f"design {source.design} has {source.design.leg_count} legs, expected at least "
+            f"{least}: it would lie on the floor"
+        )
+    folder.progress.stage(f"simulating {source.design} with the {settings.model} model")
+    simulation_start = time.monotonic()
+    trajectory = recorded_walk(
+        robot,
+        source.design,
+        source.gait,
+        settings.model,
+        folder / "checkpoint.npz",
+        record_every=settings.record_every,
+        settling_steps=source.settling_steps,
+        progress=folder.progress,
+        watch=watch,
+    )
+    simulated_s = time.monotonic() - simulation_start
+    path = trajectory.with_skin_only().save(folder / TRAJECTORY_FILE)
+    told = trajectory.metadata
+    return SimulatedWalk(
+        status=trajectory.status,
+        design=str(source.design),
+        model=settings.model,
+        distance_cm=trajectory.distance_cm,
+        simulated_s=float(trajectory.time_s[-1]),
+        mean_contact_count=float(trajectory.contact_count.mean()),
+        trajectory=str(path),
+        **robot.describe(reduced=settings.model == "reduced"),
+        contact=told.get("contact"),
+        steps=told.get("steps"),
+        reason=told.get("reason"),
+        simulation_wall_s=simulated_s,
+        wall_s=time.monotonic() - start,
+    )

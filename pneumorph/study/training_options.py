@@ -1,0 +1,48 @@
+"""Everything that decides a training, as the settings of its run hold it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from pneumorph.base.checked import Checked, Count
+from pneumorph.base.flags import flat
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.learn.settings import CooptSettings, quick_settings
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.training_run import TrainingResult, TrainingWorlds, train
+
+
+@dataclass(frozen=True)
+class TrainingOptions(Checked):
+    """The learner, the robots, and the baseline to compare with."""
+
+    resume: bool = False
+    """Go on from the newest checkpoint in the run folder."""
+    randomize: bool = False
+    """Train in worlds drawn anew every round, instead of one; see --randomisation."""
+    wandb_project: str | None = None
+    """Project of Weights & Biases to log to besides TensorBoard; offline, into the run folder,
+    unless WANDB_API_KEY is set."""
+    world_count: Count = 8
+    """Worlds side by side in a round of --randomize."""
+    randomisation: Randomisation = field(default_factory=Randomisation)
+    coopt: Annotated[CooptSettings, flat] = field(default_factory=quick_settings)
+    robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+    baseline: PhaseSweepSettings = field(default_factory=PhaseSweepSettings)
+
+
+def train_as_asked(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
+    """Train as the options say; raises as `train`."""
+    worlds = TrainingWorlds(options.randomisation, options.world_count)
+    return train(
+        options.coopt,
+        folder,
+        options.robot.spec(),
+        baseline=options.baseline,
+        worlds=worlds if options.randomize else None,
+        resume=options.resume,
+        wandb_project=options.wandb_project,
+    )

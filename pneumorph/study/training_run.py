@@ -1,0 +1,242 @@
+"""Design and gait learned together in a run folder, beside the expert's."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.base.settings import check_least, settings_to_dict
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.learn.checkpoint import has_checkpoint
+from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.settings import CooptSettings, quick_settings
+from pneumorph.learn.training import STAGES
+from pneumorph.robot.design import Design
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.simulation.randomised_simulator import RandomisedSimulator
+from pneumorph.study.baseline import BestPhase, swept
+from pneumorph.study.recorded_walk import recorded_walk
+
+BEST_TRAJECTORY_FILE = "best_trajectory.npz"
+_TIMES = (*(f"{stage}_s" for stage in STAGES), "other_s", "learn_and_log_share")
+
+
+@dataclass(frozen=True)
+class TrainingWorlds:
+    """Worlds that robots are trained in, drawn anew every round."""
+
+    randomisation: Randomisation = field(default_factory=Randomisation)
+    """What they are drawn from."""
+    world_count: int = 8
+    """Worlds side by side in a round."""
+
+    def __post_init__(self) -> None:
+        check_least(self, world_count=1)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Distributions and count by name, for summaries and checkpoints."""
+        return {**settings_to_dict(self.randomisation), "world_count": self.world_count}
+
+
+@dataclass(frozen=True)
+class LearnedPair:
+    """A design, its distance and where it was seen."""
+
+    design: str
+    distance_cm: float | None
+    source: str
+    timestep: int | None = None
+    """None in runs of an earlier version."""
+    gait: str | None = None
+    """File of the gait, from the run's folder; None where none was written."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingResult(BestPhase):
+    """What a training found, and what it took; the expert's best phase stands beside it.
+
+    Fields with a default are missing in runs of earlier versions.
+    """
+
+    best_design: str | None
+    best_distance_cm: float | None
+    best_gait: str | None
+    replayed_distance_cm: float | None = None
+    """That of the gait file, walked once more."""
+    timesteps: int
+    finetuning_timesteps: int
+    update_count: int
+    failed_episode_count: int
+    seed: int
+    pairs: tuple[LearnedPair, ...]
+    """The best design-gait pairs, the furthest first."""
+    seen_pairs: tuple[LearnedPair, ...] = ()
+    """The best that were seen before fine-tuning."""
+    notes: tuple[str, ...] = ()
+    damping: str
+    calibration: dict[str, Any] | None = None
+    leg: dict[str, Any] | None = None
+    wall_s: float
+    training_wall_s: float
+    simulate_s: float
+    """Where the wall time of training went, as the next four say."""
+    learn_s: float
+    log_s: float
+    evaluate_s: float
+    other_s: float | None = None
+    learn_and_log_share: float
+    finetuning_wall_s: float | None = None
+    randomisation: dict[str, Any] | None = None
+    """Distributions of the worlds it was trained in; None for one world."""
+
+
+def train(
+    settings: CooptSettings | None = None,
+    folder: RunFolder | Path | str = "runs/training",
+    robot: RobotSpec | None = None,
+    *,
+    baseline: PhaseSweepSettings | None = None,
+    worlds: TrainingWorlds | None = None,
+    resume: bool = False,
+    wandb_project: str | None = None,
+) -> TrainingResult:
+    """Sweep the baseline, train, replay the best pair, and return what was found.
+
+    Args:
+        settings: The learner, its task and its design space; None for the quick preset.
+        folder: Where everything is written.
+        robot: What the robots are; None for the paper's.
+        baseline: The expert's gaits to compare with.
+        worlds: Worlds to train in; None for one.
+        resume: Go on from the newest checkpoint in the folder.
+        wandb_project: Project of Weights & Biases to log to besides TensorBoard.
+
+    Raises:
+        ValueError: The folder holds a training already, or task and robot have different numbers of
+            regulators.
+    """
+    start = time.monotonic()
+    settings, spec = settings or quick_settings(), robot or paper_robot()
+    baseline = baseline or PhaseSweepSettings()
+    folder = folder if isinstance(folder, RunFolder) else RunFolder(Path(folder), "coopt")
+    _check(settings, spec, folder, resume)
+    expert = swept(spec, baseline, folder)
+    folder.progress.stage("learning design and gait together")
+    swept_s = time.monotonic() - start
+    drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
+    learned = cooptimise(
+        spec.assembly,
+        _simulator_factory(spec, worlds, settings.seed),
+        settings,
+        folder.path / TRAINING_FOLDER,
+        time_step_s=spec.physics.time_step_s,
+        provenance={
+            "simulation": spec.settings,
+            "leg": spec.module.reduced.digest(),
+            **drawn,
+        },
+        resume=resume,
+        wandb_project=wandb_project,
+        progress=folder.progress,
+        say=folder.progress.say,
+    )
+    start = time.monotonic()
+    replayed = _replay_best(spec, learned, settings.task, folder)
+    # Learning counts what earlier processes spent on it before this one went on.
+    learned_s = learned["wall_s"] + learned.get("finetuning_wall_s", 0.0)
+    return TrainingResult(
+        **vars(expert),
+        best_design=learned["best_design"],
+        best_distance_cm=learned["best_distance_cm"],
+        best_gait=_under_training(learned["best_gait"]),
+        replayed_distance_cm=replayed,
+        timesteps=learned["timesteps"],
+        finetuning_timesteps=learned["finetuning_timesteps"],
+        update_count=learned["update_count"],
+        failed_episode_count=learned["failed_episode_count"],
+        seed=settings.seed,
+        pairs=_pairs(learned["pairs"]),
+        seen_pairs=_pairs(learned["seen_pairs"]),
+        notes=tuple(learned["remarks"]),
+        **spec.describe(),
+        wall_s=swept_s + learned_s + time.monotonic() - start,
+        training_wall_s=learned["wall_s"],
+        **{name: learned[name] for name in _TIMES},
+        finetuning_wall_s=learned.get("finetuning_wall_s"),
+        randomisation=drawn.get("randomisation"),
+    )
+
+
+def _check(settings: CooptSettings, spec: RobotSpec, folder: RunFolder, resume: bool) -> None:
+    ours, theirs = settings.task.regulator_count, spec.physics.regulator_count
+    if ours != theirs:
+        raise ValueError(
+            f"the task has {ours} regulators and the simulation {theirs}, expected the same number"
+        )
+    if has_checkpoint(folder.path / TRAINING_FOLDER) and not resume:
+        raise ValueError(
+            f"{folder.path} holds a training run already; go on with --resume, or choose another "
+            "--out"
+        )
+
+
+def _simulator_factory(
+    spec: RobotSpec, worlds: TrainingWorlds | None, seed: int
+) -> SimulatorFactory:
+    if worlds is None:
+        return spec.simulator
+
+    def make(robots: Sequence[Any]) -> CrawlingSimulator:
+        return RandomisedSimulator(
+            robots,
+            spec.physics,
+            worlds.randomisation,
+            seed,
+            worlds.world_count,
+            spec.stepper,
+            spec.thread_count,
+        )
+
+    return make
+
+
+def _replay_best(
+    spec: RobotSpec, learned: dict[str, Any], task: CrawlingTask, folder: RunFolder
+) -> float | None:
+    """Walk the best pair's gait file once more, record it, and return its distance in cm."""
+    if learned["best_gait"] is None:
+        return None
+    folder.progress.stage("recording the best pair")
+    gait, _ = read_gait(
+        folder.path / TRAINING_FOLDER / learned["best_gait"],
+        task.minimum_pressure_kPa,
+        task.maximum_pressure_kPa,
+    )
+    trajectory = recorded_walk(
+        spec,
+        Design.parse(learned["best_design"]),
+        gait,
+        settling_steps=task.settling_step_count,
+        description={"gait": learned["best_gait"]},
+    )
+    trajectory.with_skin_only().save(folder / BEST_TRAJECTORY_FILE)
+    return trajectory.distance_cm
+
+
+def _pairs(pairs: Sequence[dict[str, Any]]) -> tuple[LearnedPair, ...]:
+    return tuple(
+        LearnedPair(**{**each, "gait": _under_training(each.get("gait"))}) for each in pairs
+    )
+
+
+def _under_training(path: str | None) -> str | None:
+    return None if path is None else f"{TRAINING_FOLDER}/{path}"

@@ -1,0 +1,85 @@
+"""The virtual rig of a verb: the true robot behind it, reduced or full."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.hardware.bend_test import MonotoneBend, simulated_bend_curve
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.virtual_rig import (
+    Reality,
+    VirtualRig,
+    VirtualRigSettings,
+    draw_reality,
+    trial_reality,
+)
+from pneumorph.robot.design import Design
+from pneumorph.simulation.rollout import RobotModel
+from pneumorph.study.recorded_walk import Model
+
+
+class VirtualReality:
+    """Builds virtual rigs of one seed: the robot that was asked for, but for what is off.
+
+    Args:
+        spec: The simulation that the reality is off from, as nobody has calibrated it: the truth
+            must not follow what a calibration believes of it.
+        settings: What is off.
+        model: The true robot's model.
+    """
+
+    def __init__(self, spec: RobotSpec, settings: VirtualRigSettings, model: Model) -> None:
+        self._spec, self._settings, self._model = spec, settings, model
+        self.reality: Reality = draw_reality(settings, spec.physics.pressure_map)
+
+    def rig(self, design: Design, rig: RigSettings, trial: int) -> VirtualRig:
+        """The rig of one trial with a design."""
+        reality = trial_reality(self.reality, self._settings, trial)
+        return VirtualRig(
+            self._robot(design, reality),
+            rig,
+            self._settings,
+            reality.world.regulator_lag_s,
+            self._spec.physics.time_step_s,
+            trial,
+        )
+
+    def bend_test(self, pressure_kPa: np.ndarray) -> np.ndarray:
+        """Measure the bend of the true leg at real pressures [degrees], (measurement,).
+
+        Raises:
+            ValueError: The leg finds no equilibrium at the highest of them.
+        """
+        simulated = self.reality.pressure_map.simulated(pressure_kPa)
+        curve = self._bend_curve(float(simulated.max()))
+        if simulated.max() > curve.pressure_kPa[-1]:
+            reached = float(self.reality.pressure_map.real(curve.pressure_kPa[-1]))
+            raise ValueError(
+                f"the virtual rig's leg finds no equilibrium above {reached:.1f} real kPa, the "
+                f"bend test goes to {pressure_kPa.max():g} kPa; lower bends.highest-kPa"
+            )
+        bend = curve.bend(simulated)
+        rng = np.random.default_rng([self._settings.seed, 4])
+        noise = self._settings.bend_noise_deg * rng.standard_normal(bend.shape)
+        measured: np.ndarray = bend + noise
+        return measured
+
+    def _bend_curve(self, largest_kPa: float) -> MonotoneBend:
+        module = self._spec.module.scaled(self.reality.world.modulus_factor)
+        if self._model == "reduced":
+            module.reduced.check_mesh(module.full.mesh)
+        return simulated_bend_curve(
+            module.reduced if self._model == "reduced" else module.full,
+            module.full.mesh,
+            largest_kPa + 10.0,
+            rotation=self._spec.physics.rotation,
+        )
+
+    def _robot(self, design: Design, reality: Reality) -> RobotModel[Any]:
+        world = self._spec.in_world(reality.world)
+        true = replace(world, physics=reality.physics(self._spec.physics))
+        return true.reduced(design) if self._model == "reduced" else true.full(design)

@@ -1,0 +1,114 @@
+"""A run's pairs walk in the physics that was asked for, and in the run's own where none was."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.run_folders import crawl, write_run
+from helpers.run_json import run_json
+
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.physics.physics import Physics
+from pneumorph.robot.design import BASELINE_DESIGN
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.simulation.rollout import rollout
+from pneumorph.study.training_options import TrainingOptions
+
+REPRODUCE = Path(__file__).parent.parent.parent / "reproduce"
+OBJECTIVE = Physics(damping="objective", friction=0.8)
+WORLDS = Randomisation("U(0.3, 0.4)", "1.1", "0.9", "0.05", "2")
+
+
+def write(folder: Path, **options: Any) -> Path:
+    """A finished coopt run of one pair, two seconds long."""
+    task = CrawlingTask(action_count=2)
+    asked = replace(TrainingOptions(), robot=RobotOptions(physics=OBJECTIVE), **options)
+    asked = replace(asked, coopt=replace(asked.coopt, task=task))
+    return write_run(folder, "coopt", asked)
+
+
+def walked_cm(physics: Physics) -> float:
+    """How far that pair walks in a physics, by the library alone [cm]."""
+    robot = paper_robot(physics=physics).reduced(BASELINE_DESIGN)
+    return float(rollout(robot, crawl(2, seed=1), record_nodes=False)[1].forward_distance_cm)
+
+
+def test_published_physics_can_be_asked_of_an_objective_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`published` is the default of its flag, and wins over the run's own all the same."""
+    run = write(tmp_path / "run")
+    distances = {}
+    for flags, physics in (
+        ("", OBJECTIVE),
+        ("--physics.damping published", replace(OBJECTIVE, damping="published")),
+        ("--physics.damping published --physics.friction 1.2", Physics()),
+        ("--simulation.damping published", replace(OBJECTIVE, damping="published")),
+        ("--afresh", Physics()),
+    ):
+        found = run_json(f"evaluate {run} {flags} --out {tmp_path / 'e'}", capsys)
+        # The same robot and steps: rounding of the sums of times alone.
+        assert found["best_distance_cm"] == pytest.approx(walked_cm(physics), abs=1e-9), flags
+        assert found["damping"] == physics.damping
+        distances[physics] = found["best_distance_cm"]
+    # Each of these physics tells itself from the others.
+    assert np.abs(np.diff(sorted(distances.values()))).min() > 1e-3
+    assert len(distances) == 3
+
+
+def test_a_kept_run_of_objective_damping_walks_both(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its best pair goes 7.4 cm in its own physics and 11.0 cm in the published one.
+
+    Other rounding moves such a walk by up to 0.4 cm (reproduce/engine): a centimetre tells the two
+    apart on every processor.
+    """
+    kept = REPRODUCE / "damping_gap" / "objective"
+    pair = json.loads((REPRODUCE / "damping_gap" / "damping_gap.json").read_text())["objective"][
+        "pairs"
+    ][0]
+    for flags, far in (
+        ("", pair["own_distance_cm"]),
+        ("--physics.damping published", pair["other_distance_cm"]),
+        ("--simulation.damping=published", pair["other_distance_cm"]),
+    ):
+        found = run_json(f"evaluate {kept} --pair-count 1 {flags} --out {tmp_path}", capsys)
+        assert found["best_distance_cm"] == pytest.approx(far, abs=1.0), flags
+        assert found["reported_distance_cm"] == pytest.approx(pair["own_distance_cm"], abs=1e-6)
+    assert pair["other_distance_cm"] - pair["own_distance_cm"] > 3.0
+
+
+def test_randomize_draws_from_the_runs_own_worlds(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def drawn(run: Path, flags: str = "") -> dict[str, Any]:
+        found = run_json(
+            f"evaluate {run} --randomize --world-count 3 {flags} --out {tmp_path / 'e'}", capsys
+        )
+        robustness: dict[str, Any] = found["robustness"]
+        return robustness
+
+    run = write(tmp_path / "drawn", randomize=True, randomisation=WORLDS)
+    own = drawn(run)
+    assert own["distributions"]["friction"] == "U(0.3, 0.4)"
+    for world in own["worlds"]:
+        assert 0.3 <= world["friction"] <= 0.4
+        assert (world["modulus_factor"], world["mass_factor"]) == (1.1, 0.9)
+    assert len({world["friction"] for world in own["worlds"]}) == 3
+    # A flag changes what it names, the rest stays the run's.
+    other = drawn(run, "--randomisation.friction 0.5")
+    assert other["distributions"] == {**own["distributions"], "friction": "0.5"}
+    assert {world["friction"] for world in other["worlds"]} == {0.5}
+    usual = drawn(run, "--afresh")["distributions"]
+    assert usual["friction"] == Randomisation().friction
+    # Worlds that a run was not trained in are nobody's: the usual ones are drawn.
+    plain = write(tmp_path / "plain", randomisation=WORLDS)
+    assert drawn(plain)["distributions"] == usual

@@ -1,0 +1,235 @@
+"""Which options a verb gets from its preset, an earlier run, a settings file and flags."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+from helpers.run_folders import write_run
+
+from pneumorph.base.layers import _flags, _switched_off, layered
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.catalogue.paper_robot import HYPERELASTIC_PRESSURE_MAP
+from pneumorph.catalogue.robot_options import RobotOptions, current_flag
+from pneumorph.cli import VERBS, run
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.campaign import CampaignSettings
+from pneumorph.study.training_options import TrainingOptions
+
+PUBLISHED_MAP = PressureMap()
+OTHER_MAP = PressureMap(5.0, -1.0)
+"""A map that is no leg's own."""
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verbs_options_are_found_on_its_command_line(
+    verb: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A flag that is spelled otherwise than we look for it would count for nothing."""
+    monkeypatch.setenv("COLUMNS", "300")
+    with pytest.raises(SystemExit):
+        run([verb, "--help"])
+    shown = set(capsys.readouterr().out.split())
+    flags = [flag for _, flag in _flags(import_module(f"pneumorph.command.{verb}").VERB.options)]
+    missing = [flag for flag in flags if flag and not {flag, _switched_off(flag)} & shown]
+    assert missing == []
+
+
+Ask = Callable[[str], Any]
+
+
+@pytest.fixture
+def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ask:
+    """Return a function that gives what a command asks of its verb, which is not done."""
+
+    def ask(command: str) -> Any:
+        name, *arguments = shlex.split(command)
+        module = import_module(f"pneumorph.command.{name}")
+        caught: list[Any] = []
+        with monkeypatch.context() as patch:
+            verb = replace(module.VERB, run=lambda options, _: caught.append(options) or {})
+            patch.setattr(module, "VERB", verb)
+            folder = tmp_path / f"out{len(list(tmp_path.iterdir()))}"
+            assert run([name, *arguments, "--out", str(folder)]) == 0
+        return caught[0]
+
+    return ask
+
+
+def learned(folder: Path, **robot: Any) -> Path:
+    """A finished coopt run whose robot has these settings."""
+    options = TrainingOptions(robot=layered(RobotOptions(), [robot]))
+    return write_run(folder, "coopt", options)
+
+
+def test_flags_win_over_the_file_and_the_file_over_the_run(tmp_path: Path, asked: Ask) -> None:
+    objective = {"physics": {"damping": "objective", "friction": 0.5}, "threads": 3}
+    folder = learned(tmp_path / "run", **objective)
+    file = tmp_path / "file.toml"
+    file.write_text('[robot.physics]\ndamping = "objective"\nfriction = 0.7\n')
+    assert asked(f"evaluate {folder}").robot == layered(RobotOptions(), [objective])
+    over = asked(f"evaluate {folder} --settings {file}").robot
+    assert (over.physics.friction, over.threads) == (0.7, 3)
+    # `published` and 1.2 are what the class has anyway; said, they count.
+    flags = "--physics.damping published --physics.friction 1.2 --threads 0"
+    most = asked(f"evaluate {folder} --settings {file} {flags}").robot
+    assert most == RobotOptions()
+    one = asked(f"evaluate {folder} --settings {file} --physics.damping=published").robot
+    assert (one.physics.damping, one.physics.friction, one.threads) == ("published", 0.7, 3)
+    assert asked(f"evaluate {folder} --afresh").robot == RobotOptions()
+
+
+def test_a_leg_brings_its_own_pressure_map(tmp_path: Path, asked: Ask) -> None:
+    def map_of(command: str) -> PressureMap:
+        found: PressureMap = asked(command).robot.physics.pressure_map
+        return found
+
+    other = "--physics.pressure-map.slope 5 --physics.pressure-map.intercept-kPa -1"
+    assert map_of("simulate") == PUBLISHED_MAP
+    assert map_of("simulate --leg hyperelastic") == HYPERELASTIC_PRESSURE_MAP
+    assert map_of(f"simulate --leg hyperelastic {other}") == OTHER_MAP
+    half = map_of("simulate --leg hyperelastic --physics.pressure-map.slope 5")
+    assert half == PressureMap(5.0, HYPERELASTIC_PRESSURE_MAP.intercept_kPa)
+    # A preset's leg gives way with its map, a map that was said with it does not.
+    assert map_of("simulate --preset hyperelastic") == HYPERELASTIC_PRESSURE_MAP
+    assert map_of("simulate --preset hyperelastic --leg paper") == PUBLISHED_MAP
+    folder = learned(tmp_path / "paper", physics={"pressure_map": settings_to_dict(OTHER_MAP)})
+    assert map_of(f"evaluate {folder}") == OTHER_MAP
+    assert map_of(f"evaluate {folder} --leg hyperelastic") == HYPERELASTIC_PRESSURE_MAP
+    file = tmp_path / "leg.toml"
+    file.write_text('[robot]\nleg = "hyperelastic"\n')
+    assert map_of(f"evaluate {folder} --settings {file}") == HYPERELASTIC_PRESSURE_MAP
+
+
+def test_another_flag_leaves_the_legs_pressure_map_alone(tmp_path: Path, asked: Ask) -> None:
+    """At the published map a hyperelastic leg would have three times its pressure."""
+    folder = learned(tmp_path / "run", leg="hyperelastic")
+    file = tmp_path / "file.toml"
+    file.write_text("[robot.physics]\nfriction = 0.8\n")
+    for command in (
+        f"evaluate {folder}",
+        f"evaluate {folder} --physics.friction 0.8 --threads 1",
+        f"evaluate {folder} --settings {file}",
+        f"evaluate {folder} --leg hyperelastic",
+        "simulate --preset hyperelastic --physics.friction 0.8",
+    ):
+        robot = asked(command).robot
+        assert robot.leg == "hyperelastic"
+        assert robot.physics.pressure_map == HYPERELASTIC_PRESSURE_MAP, command
+
+
+def test_a_variant_of_a_campaign_is_a_layer(tmp_path: Path) -> None:
+    for name, text in (("leg", '[robot]\nleg = "hyperelastic"\n'), ("seed", "[coopt]\nseed = 4\n")):
+        (tmp_path / f"{name}.toml").write_text(text)
+    files = tuple(tmp_path / f"{name}.toml" for name in ("leg", "seed"))
+    base = TrainingOptions(robot=RobotOptions(physics=Physics(friction=0.5)))
+    variants = CampaignSettings(variants=files, run=base).bases()
+    assert variants["leg"].robot.physics == Physics(
+        friction=0.5, pressure_map=HYPERELASTIC_PRESSURE_MAP
+    )
+    assert variants["seed"] == replace(base, coopt=replace(base.coopt, seed=4))
+    (tmp_path / "seed.toml").write_text("[coopt]\nsed = 4\n")
+    with pytest.raises(ValueError, match=r"seed\.toml: unknown setting coopt\.sed"):
+        CampaignSettings(variants=files[1:], run=base).bases()
+
+
+def test_switches_win_over_the_file_and_the_run(tmp_path: Path, asked: Ask) -> None:
+    file = tmp_path / "file.json"
+    file.write_text('{"coopt": {"mirror_transitions": true}, "resume": true}')
+    assert asked(f"coopt --preset paper --settings {file}").coopt.mirror_transitions
+    off = asked(f"coopt --preset paper --settings {file} --no-mirror-transitions --no-resume")
+    assert (off.coopt.mirror_transitions, off.resume) == (False, False)
+    options = replace(
+        TrainingOptions(), randomize=True, randomisation=Randomisation(friction="0.4")
+    )
+    folder = write_run(tmp_path / "run", "coopt", options)
+    # The run's own worlds are taken, not that it walks in them.
+    assert not asked(f"evaluate {folder}").evaluation.randomize
+    drawn = asked(f"evaluate {folder} --randomize").evaluation
+    assert (drawn.randomize, drawn.randomisation.friction) == (True, "0.4")
+
+
+def test_positional_arguments_win_over_the_file(tmp_path: Path, asked: Ask) -> None:
+    file = tmp_path / "file.toml"
+    file.write_text('subject = "full"\n')
+    assert asked(f"bench --settings {file}").subject == "full"
+    assert asked(f"bench engine --settings {file}").subject == "engine"
+    assert asked("bench full --threads 2").subject == "full"
+
+
+def test_older_flags_mean_what_they_are_called_now(asked: Ask) -> None:
+    assert current_flag("--simulation.damping") == "--physics.damping"
+    assert current_flag("--simulation.pressure-map.slope=2") == "--physics.pressure-map.slope=2"
+    assert current_flag("--simulation.contact-sweeps") == "--stepper.contact-sweeps"
+    assert current_flag("--simulation.element_precision=double") == (
+        "--stepper.element_precision=double"
+    )
+    for argument in ("--physics.damping", "simulation.damping", "--film", "objective"):
+        assert current_flag(argument) == argument
+    robot = asked("simulate --simulation.damping objective --simulation.contact-sweeps=7").robot
+    assert (robot.physics.damping, robot.stepper.contact_sweeps) == ("objective", 7)
+
+
+def test_older_settings_are_read(tmp_path: Path, asked: Ask) -> None:
+    file = tmp_path / "older.toml"
+    file.write_text('[robot.simulation]\ndamping = "objective"\ncontact_sweeps = 7\n')
+    robot = asked(f"simulate --settings {file}").robot
+    assert (robot.physics.damping, robot.stepper.contact_sweeps) == ("objective", 7)
+    assert asked(f"simulate --settings {file} --physics.damping published").robot.physics == (
+        Physics()
+    )
+    file.write_text("[robot.simulation]\ncontact_sweps = 7\n")
+    assert run(["simulate", "--settings", str(file), "--out", str(tmp_path / "s")]) == 1
+
+
+@pytest.mark.parametrize(
+    ("leg", "own"), [("paper", PUBLISHED_MAP), ("hyperelastic", HYPERELASTIC_PRESSURE_MAP)]
+)
+def test_an_older_run_walks_the_map_it_walked(leg: str, own: PressureMap, tmp_path: Path) -> None:
+    """Runs of the hyperelastic leg saved the published map and walked their own."""
+    now = settings_to_dict(RobotOptions())
+    physics, stepper = now.pop("physics"), now.pop("stepper")
+    older = {**now, "leg": leg, "simulation": {**physics, **stepper}}
+    assert settings_from_dict(RobotOptions, older).physics == Physics(pressure_map=own)
+    older["simulation"]["pressure_map"] = settings_to_dict(OTHER_MAP)
+    assert settings_from_dict(RobotOptions, older).physics.pressure_map == OTHER_MAP
+
+
+def test_a_verb_says_what_it_takes_over_and_what_flags_change(
+    tmp_path: Path, asked: Ask, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = learned(tmp_path / "run", physics={"damping": "objective"})
+    asked(f"evaluate {folder}")
+    said = f"leg and physics of {folder} (objective damping)"
+    assert said in capsys.readouterr().err.splitlines()
+    summaries = list(tmp_path.glob("out*/summary.json"))
+    assert json.loads(summaries[0].read_text())["taken_over_from"] == str(folder)
+    asked(f"evaluate {folder} --physics.damping published --physics.friction 1.2")
+    # What is said anew counts where it differs.
+    assert f"{said}, but not --physics.damping" in capsys.readouterr().err.splitlines()
+    asked(f"evaluate {folder} --afresh")
+    assert "leg and physics" not in capsys.readouterr().err
+    asked(f"search --run {folder}")
+    assert "leg, physics, task and designs of" in capsys.readouterr().err
+
+
+def test_settings_of_a_group_may_stand_beside_it_as_its_flags_do(
+    tmp_path: Path, asked: Ask
+) -> None:
+    """Verbs of earlier versions had no such groups in their settings."""
+    file = tmp_path / "older.json"
+    file.write_text('{"pair_count": 2, "cycle_s": 2.0, "robot": {"threads": 3}}')
+    folder = learned(tmp_path / "run")
+    options = asked(f"analyse {folder} --afresh --settings {file}")
+    assert (options.analysis.pair_count, options.analysis.cycle_s) == (2, 2.0)
+    assert options.robot.threads == 3
+    file.write_text('{"pear_count": 2}')
+    assert run(["analyse", str(folder), "--settings", str(file)]) == 1

@@ -1,0 +1,141 @@
+"""However a run ends, zero is commanded; after a fault it is proven on a new connection."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.hardware.deployment import DeploymentReport, deploy
+from pneumorph.hardware.deployment_log import DeploymentLog, read_log
+from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.schedule import plan_schedule
+
+RIG = RigSettings()
+GAIT = ExpertGait(period_s=2.0, duration_s=2.0)
+
+
+class _Clock:
+    """Time that passes by being waited for."""
+
+    def __init__(self) -> None:
+        self.time_s = 0.0
+
+    def now_s(self) -> float:
+        return self.time_s
+
+    def wait_until(self, time_s: float) -> None:
+        self.time_s = max(self.time_s, time_s)
+
+
+class _Wire:
+    """A driver that notes what it is told; `fail` is called with what is asked of it."""
+
+    def __init__(self, fail: Callable[[_Wire, str], None] = lambda wire, verb: None) -> None:
+        self._fail = fail
+        self.told: list[str] = []
+        self.connections = 0
+        self._rng = np.random.default_rng(0)
+        self._pressure = np.zeros(3)
+
+    def _do(self, verb: str) -> None:
+        self.told.append(verb)
+        self._fail(self, verb)
+
+    def open(self) -> None:
+        self.connections += 1
+        self._do("open")
+
+    def command(self, pressure_kPa: np.ndarray) -> None:
+        self._do("command")
+        self._pressure = pressure_kPa
+
+    def sense(self) -> np.ndarray:
+        self._do("sense")
+        return self._pressure + 0.1 * self._rng.standard_normal(3)
+
+    def vent(self) -> None:
+        if self.told[-1] == "close":
+            self.connections += 1
+        self._do("vent")
+
+    def close(self) -> None:
+        self.told.append("close")
+
+
+def _deployed(driver: _Wire, log: Path) -> DeploymentReport:
+    with DeploymentLog(log, 3) as written:
+        return deploy(plan_schedule(GAIT, RIG), driver, RIG, written, _Clock())
+
+
+def _lost(wire: _Wire, verb: str) -> None:
+    if verb == "command" and wire.told.count("command") == 3:
+        raise DriverError("the wire is cut")
+
+
+def test_a_good_end_vents_once(tmp_path: Path) -> None:
+    wire = _Wire()
+    report = _deployed(wire, tmp_path / "log.csv")
+    assert (report.completed, report.vented) == (True, True)
+    assert wire.told[-2:] == ["vent", "close"]
+    assert wire.told.count("vent") == 1
+
+
+def test_after_a_fault_zero_is_proven_on_a_new_connection(tmp_path: Path) -> None:
+    """The zero that the old connection took may have gone into a dead wire."""
+    wire = _Wire(_lost)
+    report = _deployed(wire, tmp_path / "log.csv")
+    assert report.reason == "the wire is cut"
+    assert wire.told[-4:] == ["vent", "close", "vent", "close"]
+    assert wire.connections == 2
+    assert report.vented
+    assert read_log(tmp_path / "log.csv").events[-1][1] == "vented"
+
+
+@pytest.mark.parametrize("kind", [DriverError, RuntimeError])
+def test_a_dead_wire_that_takes_everything_is_found_out(
+    kind: type[Exception], tmp_path: Path
+) -> None:
+    """The old connection swallows zero without an error; the new one finds nobody."""
+
+    def gone(wire: _Wire, verb: str) -> None:
+        _lost(wire, verb)
+        if verb == "vent" and wire.connections == 2:
+            raise kind("nobody answers")
+
+    report = _deployed(_Wire(gone), tmp_path / "log.csv")
+    assert not report.vented
+    events = [text for _, text in read_log(tmp_path / "log.csv").events]
+    assert events[-2:] == ["vent failed: nobody answers", "NOT VENTED: cut the supply by hand"]
+
+
+@pytest.mark.parametrize("kind", [DriverError, RuntimeError])
+def test_venting_is_tried_again_whatever_the_driver_raises(
+    kind: type[Exception], tmp_path: Path
+) -> None:
+    def stubborn(wire: _Wire, verb: str) -> None:
+        _lost(wire, verb)
+        if verb == "vent" and wire.told.count("vent") <= 2:
+            raise kind("busy")
+
+    wire = _Wire(stubborn)
+    report = _deployed(wire, tmp_path / "log.csv")
+    assert report.vented
+    # Twice in vain, each time on a connection made anew; then taken; then proven.
+    assert wire.told[-8:] == ["vent", "close"] * 4
+
+
+def test_an_error_of_our_own_vents_and_is_not_hidden(tmp_path: Path) -> None:
+    def broken(wire: _Wire, verb: str) -> None:
+        if verb == "sense" and wire.told.count("sense") == 4:
+            raise IndexError("a mistake in a driver")
+
+    wire = _Wire(broken)
+    with pytest.raises(IndexError, match="a mistake in a driver"):
+        _deployed(wire, tmp_path / "log.csv")
+    assert wire.told[-4:] == ["vent", "close", "vent", "close"]
+    assert "IndexError" in read_log(tmp_path / "log.csv").events[-2][1]

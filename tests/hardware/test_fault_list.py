@@ -1,0 +1,152 @@
+"""The list of faults on the virtual rig: each is found in time, and healthy rigs raise nothing.
+
+"Healthy" is what a regulator of the same lag has under the same commands. A fault shows only when
+the pressure differs from that: a valve stuck open at 90 kPa does nothing wrong while 90 are asked.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.faulty_rig import STEP_S, Fault, FaultyRig, Sensor, Valve
+
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.hardware.deployment import DeploymentReport, deploy
+from pneumorph.hardware.deployment_log import DeploymentLog
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.schedule import plan_schedule
+from pneumorph.physics.open_loop_gait import OpenLoopGait
+
+ROOT = Path(__file__).parents[2]
+LEARNED = ROOT / "examples" / "gaits" / "learned.csv"
+FILES = sorted(p for folder in ("examples", "reproduce") for p in ROOT.glob(f"{folder}/**/gaits/*"))
+LAGS_S = (0.0, 0.05, 0.1, 0.15, 0.2)
+"""From none to the slowest that randomised worlds draw; a rig's limit is 0.25 s."""
+
+OFF_KPA, FOUND_S = 10.0, 0.75
+"""Docs: a reading this far off is found within this time: 0.2 s outside the band, two samples of
+0.1 s, and 0.35 s for the band to close in on the healthy pressure, when the slowest lag of 0.25 s
+leaves a quarter of a step."""
+
+
+def _toward(pressure_kPa: float) -> Valve:
+    """A pressure that goes there whatever is commanded, within some 0.05 s."""
+    kept = math.exp(-STEP_S / 0.05)
+    return lambda before, healthy, since_s: pressure_kPa + (before - pressure_kPa) * kept
+
+
+def _frozen() -> Sensor:
+    first: list[float] = []
+
+    def sensor(reading: float, since_s: float) -> float:
+        first.append(reading)
+        return first[0]
+
+    return sensor
+
+
+def _leak(lost_share: float, lag_s: float) -> Fault:
+    """Air escapes through a hole at p / tau: a lagging regulator holds (1 - share) of its command,
+    tau = lag (1 - share) / share."""
+    tau_s = lag_s * (1.0 - lost_share) / lost_share
+    return Fault(valve=lambda before, healthy, since_s: healthy * (1.0 - STEP_S / tau_s))
+
+
+FAULTS: dict[str, Callable[[], Fault]] = {
+    "stuck open at 90 kPa": lambda: Fault(valve=_toward(90.0)),
+    "stuck where it is": lambda: Fault(valve=lambda before, healthy, since_s: before),
+    "stuck closed": lambda: Fault(valve=lambda before, healthy, since_s: min(before, healthy)),
+    "burst tube": lambda: Fault(valve=_toward(0.0)),
+    "frozen sensor": lambda: Fault(sensor=_frozen()),
+    "sensor fallen to zero": lambda: Fault(sensor=lambda reading, since_s: 0.0),
+}
+
+
+def _run(gait: OpenLoopGait, driver: FaultyRig, folder: Path) -> DeploymentReport:
+    rig = RigSettings()
+    with DeploymentLog(folder / "log.csv", 3) as log:
+        return deploy(plan_schedule(gait, rig), driver, rig, log, driver.clock)
+
+
+def _longest_off_s(residuals: list[tuple[float, float]]) -> float:
+    """Longest time that the reading was `OFF_KPA` off without a break, counted from the last
+    sample before [s]."""
+    longest, good_s = 0.0, 0.0
+    for time_s, residual in residuals:
+        if abs(residual) < OFF_KPA:
+            good_s = time_s
+        longest = max(longest, time_s - good_s)
+    return longest
+
+
+@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize("lag_s", [0.05, 0.2])
+def test_what_breaks_is_found_in_time(name: str, lag_s: float, tmp_path: Path) -> None:
+    learned, _ = read_gait(LEARNED)
+    for gait in (ExpertGait(duration_s=10.0), learned):
+        for at_s in (0.4, 2.1, 3.7, 5.2):
+            driver = FaultyRig(FAULTS[name](), channel=0, at_s=at_s, lag_s=lag_s, seed=1)
+            report = _run(gait, driver, tmp_path)
+            assert not report.completed
+            assert report.vented
+            assert report.ended_s > at_s
+            assert report.reason.startswith("channel 1 ")
+            assert _longest_off_s(driver.residuals) < FOUND_S
+
+
+@pytest.mark.parametrize("reading", [math.nan, math.inf, -math.inf])
+def test_senseless_readings_stop_at_the_next_sample(reading: float, tmp_path: Path) -> None:
+    fault = Fault(sensor=lambda usual, since_s: reading)
+    report = _run(ExpertGait(duration_s=4.0), FaultyRig(fault, 1, at_s=2.03), tmp_path)
+    assert "channel 2 " in report.reason
+    assert "is no pressure" in report.reason
+    # A sample is due every 0.1 s, and the rig's time goes in steps.
+    assert report.ended_s - 2.03 < 0.1 + STEP_S
+
+
+@pytest.mark.parametrize("kPa_per_s", [0.5, 2.0, -0.5, -2.0])
+def test_a_drifting_sensor_is_found_by_its_offset(kPa_per_s: float, tmp_path: Path) -> None:
+    """Not before the 5 kPa that a reading may be off, less noise; at the gait's next extreme."""
+    fault = Fault(sensor=lambda reading, since_s: reading + kPa_per_s * since_s)
+    report = _run(ExpertGait(), FaultyRig(fault, at_s=1.0), tmp_path)
+    assert not report.completed
+    offset = abs(kPa_per_s) * (report.ended_s - 1.0)
+    assert 4.0 < offset < 12.0
+
+
+@pytest.mark.parametrize("offset_kPa", [8.0, -8.0])
+def test_a_sensor_that_is_off_by_8_kPa(offset_kPa: float, tmp_path: Path) -> None:
+    fault = Fault(sensor=lambda reading, since_s: reading + offset_kPa)
+    report = _run(ExpertGait(), FaultyRig(fault, at_s=0.5), tmp_path)
+    assert not report.completed
+    assert report.ended_s - 0.5 < 3.0
+
+
+@pytest.mark.parametrize("lag_s", [0.05, 0.15])
+def test_a_leak_is_found_from_11_percent_on(lag_s: float, tmp_path: Path) -> None:
+    """10 of 90 kPa are missing at the gait's first crest, 2 s after its start."""
+    report = _run(ExpertGait(), FaultyRig(_leak(0.11, lag_s), lag_s=lag_s), tmp_path)
+    assert not report.completed
+    assert "it leaks" in report.reason
+    assert report.ended_s < 3.5
+
+
+def test_healthy_rigs_raise_nothing_over_every_gait_that_ships(tmp_path: Path) -> None:
+    """Noise, quantised commands, lags of every kind, and a leak of 3 % (2.7 of 90 kPa)."""
+    gaits: list[OpenLoopGait] = [ExpertGait(phase_deg=float(p)) for p in range(0, 181, 20)]
+    gaits += [read_gait(path)[0] for path in FILES]
+    assert len(gaits) > 30
+    for number, gait in enumerate(gaits):
+        lag_s = LAGS_S[number % len(LAGS_S)]
+        fault = Fault() if lag_s == 0.0 else _leak(0.03, lag_s)
+        driver = FaultyRig(fault, lag_s=lag_s, seed=number)
+        report = _run(gait, driver, tmp_path)
+        assert report.completed, (number, report.reason)
+        # The longest gaits end with all they were asked for, so the watch saw all of it.
+        assert driver.residuals[-1][0] == pytest.approx(gait.duration_s)
+    assert np.isfinite(driver.residuals).all()

@@ -1,0 +1,1 @@
+"""Meshes, robots, parts and runs that several tests share."""

@@ -1,0 +1,180 @@
+"""A run that is killed and resumed ends in the same bits as one that is not."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.toy_coopt import SPACE, TIME_STEP_S, make_simulator, toy_settings
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.settings import load_settings
+from pneumorph.environment.viscous_crawler import viscous_crawler_robot
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.learn.checkpoint import NEWEST, load_checkpoint, save_checkpoint
+from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.metrics import read_metrics
+from pneumorph.learn.policy_file import load_policy
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.learn.training import STAGES
+
+SETTINGS = toy_settings(round_count=6, environment_count=4)
+TIMINGS = {*(f"{stage}_s" for stage in STAGES), "other_s", "learn_and_log_share", "wall_s"}
+
+
+class Killed(Exception):
+    """Stands for the end of the process."""
+
+
+def run(folder: Path, kill_after_round: int | None = None, **options: Any) -> dict[str, Any]:
+    def progress(done: int, total: int, message: str) -> None:
+        if kill_after_round is not None and done >= (
+            kill_after_round * SETTINGS.timesteps_per_round
+        ):
+            raise Killed
+
+    return cooptimise(
+        viscous_crawler_robot,
+        make_simulator,
+        options.pop("settings", SETTINGS),
+        folder,
+        time_step_s=TIME_STEP_S,
+        progress=progress,
+        **options,
+    )
+
+
+@pytest.fixture(scope="module")
+def straight(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    folder = tmp_path_factory.mktemp("straight")
+    return folder, run(folder)
+
+
+def assert_same_run(
+    folder: Path, summary: dict[str, Any], straight: tuple[Path, dict[str, Any]]
+) -> None:
+    expected_folder, expected = straight
+    ours, theirs = (load_checkpoint(where) for where in (folder, expected_folder))
+    assert ours.arrays.keys() == theirs.arrays.keys()
+    for name in ours.arrays:
+        np.testing.assert_array_equal(ours.arrays[name], theirs.arrays[name], err_msg=name)
+    assert ours.metadata["random_state"] == theirs.metadata["random_state"]
+
+    def timeless(values: dict[str, Any]) -> dict[str, Any]:
+        return {key: value for key, value in values.items() if key not in {*TIMINGS, "remarks"}}
+
+    assert timeless(summary) == timeless(expected)
+    assert [timeless(line) for line in read_metrics(folder)] == [
+        timeless(line) for line in read_metrics(expected_folder)
+    ]
+
+
+@pytest.mark.parametrize("round_number", [1, 4])
+def test_killed_and_resumed_equals_not_stopping(
+    tmp_path: Path, straight: tuple[Path, dict[str, Any]], round_number: int
+) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=round_number)
+    summary = run(tmp_path, resume=True)
+    assert_same_run(tmp_path, summary, straight)
+    timestep = round_number * SETTINGS.timesteps_per_round
+    assert summary["remarks"] == [f"resumed at timestep {timestep}"]
+
+
+def test_checkpoints_come_before_the_round_that_would_go_beyond_the_interval(
+    tmp_path: Path,
+) -> None:
+    one_round = SETTINGS.timesteps_per_round
+    settings = replace(SETTINGS, checkpoint_interval_timesteps=5 * one_round // 2)
+    for kill_after, kept in ((2, 2), (3, 2), (4, 4)):
+        with pytest.raises(Killed):
+            run(tmp_path / str(kill_after), kill_after, settings=settings)
+        checkpoint = load_checkpoint(tmp_path / str(kill_after))
+        assert checkpoint.metadata["timestep"] == kept * one_round
+
+
+def test_a_setting_added_since_had_its_default(
+    tmp_path: Path, straight: tuple[Path, dict[str, Any]]
+) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=3)
+    checkpoint = load_checkpoint(tmp_path)
+    assert checkpoint.metadata["settings"].pop("expected_scores") is False
+    save_checkpoint(tmp_path, checkpoint.arrays, checkpoint.metadata)
+    assert_same_run(tmp_path, run(tmp_path, resume=True), straight)
+
+
+def test_truncated_checkpoint_falls_back_to_the_previous_and_says_so(
+    tmp_path: Path, straight: tuple[Path, dict[str, Any]]
+) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=4)
+    newest = tmp_path / NEWEST
+    newest.write_bytes(newest.read_bytes()[:-1000])
+    with pytest.warns(UserWarning, match="previous checkpoint is used"):
+        summary = run(tmp_path, resume=True)
+    assert_same_run(tmp_path, summary, straight)
+    assert "previous checkpoint is used" in summary["remarks"][0]
+    one_round = SETTINGS.timesteps_per_round
+    assert summary["remarks"][1] == (
+        f"resumed at timestep {3 * one_round}: {one_round} timesteps after the last checkpoint "
+        "were lost and are made again"
+    )
+
+
+def test_stages_account_for_the_time(straight: tuple[Path, dict[str, Any]]) -> None:
+    _, summary = straight
+    stages = [summary[f"{stage}_s"] for stage in STAGES]
+    assert min(stages) > 0.0
+    assert 0.0 <= summary["other_s"] < 0.5 * summary["wall_s"]
+    assert sum(stages) + summary["other_s"] == pytest.approx(summary["wall_s"])
+    spent = (summary["learn_s"] + summary["log_s"]) / summary["wall_s"]
+    assert summary["learn_and_log_share"] == pytest.approx(spent)
+
+
+def test_run_folder_holds_what_was_found(straight: tuple[Path, dict[str, Any]]) -> None:
+    folder, summary = straight
+    assert json.loads((folder / "summary.json").read_text()) == summary
+    assert load_settings(CooptSettings, folder / "settings.json") == SETTINGS
+    assert any((folder / "tensorboard").iterdir())
+    assert (
+        summary["timesteps"] == 6 * SETTINGS.timesteps_per_round == len(read_metrics(folder)) * 64
+    )
+    gait, comments = read_gait(folder / summary["best_gait"])
+    assert comments["design"] == summary["best_design"]
+    assert gait.held_kPa.shape == (16, 2)
+    np.testing.assert_allclose(gait.duration_s, 16 * 12 * TIME_STEP_S)
+    assert summary["best_distance_cm"] >= summary["policy_best_distance_cm"]
+    policy, settings, metadata = load_policy(folder / "policy.npz")
+    assert settings == SETTINGS
+    assert metadata["timestep"] == summary["timesteps"]
+    assert policy.mode(np.zeros((1, 4 + SPACE.one_hot.shape[1]), np.float32)).shape == (1, 2)
+
+
+def test_other_settings_are_not_resumed(straight: tuple[Path, dict[str, Any]]) -> None:
+    folder, _ = straight
+    with pytest.raises(ValueError, match="holds a training run already"):
+        run(folder)
+    with pytest.raises(ValueError, match=r"other settings \(.*seed 0, now 7"):
+        run(folder, resume=True, settings=toy_settings(6, seed=7, environment_count=4))
+
+
+def test_policy_file_of_other_layers_is_refused(
+    straight: tuple[Path, dict[str, Any]], tmp_path: Path
+) -> None:
+    from pneumorph.base.artefact import load_artefact, save_artefact
+
+    arrays, metadata = load_artefact(straight[0] / "policy.npz", "Policy", 1)
+    arrays["layer_1_weight"] = arrays["layer_1_weight"][:-1]
+    path = save_artefact(tmp_path / "policy.npz", "Policy", 1, arrays, metadata)
+    with pytest.raises(ArtefactError, match=r"layer_1_weight of shape \(63, 64\), expected"):
+        load_policy(path)
+
+
+def test_other_physics_is_not_resumed(tmp_path: Path) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=2, provenance={"simulation": {"friction": 1.2}})
+    with pytest.raises(ValueError, match=r"other settings \(simulation.friction 1.2, now 0.5"):
+        run(tmp_path, resume=True, provenance={"simulation": {"friction": 0.5}})

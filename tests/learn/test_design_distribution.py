@@ -1,0 +1,105 @@
+"""The design distribution is Gibbs', and its entropy follows the schedule."""
+
+import numpy as np
+import pytest
+
+from pneumorph.learn.design_distribution import (
+    DesignDistribution,
+    EntropySchedule,
+    entropy,
+    gibbs,
+    match_entropy,
+)
+
+PAPER = EntropySchedule()
+
+
+def test_gibbs_distribution_of_two_designs_is_the_logistic() -> None:
+    for beta, difference in ((0.0, 3.0), (0.7, 2.0), (20.0, 80.0)):
+        first = gibbs(np.array([1.0 + difference, 1.0]), beta)[0]
+        np.testing.assert_allclose(first, 1.0 / (1.0 + np.exp(-beta * difference)), rtol=1e-14)
+
+
+def test_entropy_of_a_uniform_distribution_is_the_logarithm_of_its_size() -> None:
+    np.testing.assert_allclose(entropy(np.full(6972, 1 / 6972)), np.log(6972), rtol=1e-12)
+    assert entropy(np.array([1.0, 0.0])) == 0.0
+
+
+def test_schedule_is_the_papers() -> None:
+    assert PAPER.target(0, 6972) == PAPER.target(200_000, 6972) == np.log(6972)
+    np.testing.assert_allclose(PAPER.target(575_000, 6972), 0.5 * np.log(6972), rtol=1e-14)
+    assert PAPER.target(950_000, 6972) == PAPER.target(1_000_000, 6972) == 0.0
+
+
+def test_schedule_can_end_above_zero_and_scores_can_start_elsewhere() -> None:
+    schedule = EntropySchedule(0, 100, final_entropy=1.0, initial_score_cm=-2.0)
+    np.testing.assert_allclose(schedule.target(50, 100), 0.5 * (np.log(100) + 1.0), rtol=1e-14)
+    assert schedule.target(100, 100) == 1.0
+    assert schedule.target(100, 2) == np.log(2)  # no distribution over two has more
+    np.testing.assert_array_equal(DesignDistribution(3, schedule).scores, -2.0)
+
+
+@pytest.mark.parametrize("share", [0.95, 0.5, 0.2, 0.02])
+def test_bisection_reaches_the_entropy_asked_for(share: float) -> None:
+    scores = np.random.default_rng(0).normal(2.0, 3.0, 6972)
+    target = share * np.log(6972)
+    beta = match_entropy(scores, target)
+    assert abs(entropy(gibbs(scores, beta)) - target) <= 0.01
+    assert 0.0 < beta < 20.0
+
+
+def test_bisection_stops_at_its_ends() -> None:
+    scores = np.array([0.0, 0.001])
+    assert match_entropy(scores, np.log(2)) == 0.0
+    assert match_entropy(scores, 0.0) == 20.0
+    assert match_entropy(np.zeros(7), 1.0) == 20.0
+
+
+def test_entropy_follows_its_target_as_returns_come_in() -> None:
+    rng = np.random.default_rng(0)
+    distribution = DesignDistribution(500, EntropySchedule(5_000, 50_000))
+    truth = rng.normal(0.0, 2.0, 500)
+    for timestep in range(0, 50_000, 960):
+        designs = distribution.sample(96, rng)
+        distribution.record(designs, truth[designs] + rng.normal(0, 0.1, 96))
+        distribution.follow_schedule(timestep)
+        if distribution.inverse_temperature < 20.0:
+            assert abs(distribution.entropy - distribution.target_entropy(timestep)) <= 0.01
+    assert distribution.entropy < 0.5
+    assert distribution.scores.argmax() == distribution.probabilities.argmax()
+
+
+def test_samples_have_the_distribution() -> None:
+    distribution = DesignDistribution(4, PAPER)
+    distribution.scores = np.log(np.array([1.0, 2.0, 3.0, 4.0]))
+    distribution.set_inverse_temperature(1.0)
+    count = 100_000
+    drawn = distribution.sample(count, np.random.default_rng(0))
+    shares = np.bincount(drawn, minlength=4) / count
+    # Four standard deviations of a share: 4 sqrt(1/4 / count).
+    np.testing.assert_allclose(shares, [0.1, 0.2, 0.3, 0.4], atol=2.0 / np.sqrt(count))
+
+
+def test_newest_return_replaces_a_score() -> None:
+    distribution = DesignDistribution(3, PAPER)
+    np.testing.assert_array_equal(distribution.scores, 0.0)
+    distribution.record(np.array([1, 1, 2]), np.array([5.0, 3.0, -1.0]))
+    np.testing.assert_array_equal(distribution.scores, [0.0, 3.0, -1.0])
+
+
+def test_bad_input_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"returns\[1\] is nan, expected finite"):
+        DesignDistribution(2, PAPER).record(np.array([0, 1]), np.array([1.0, np.nan]))
+    with pytest.raises(ValueError, match="expected 0 <= start < end"):
+        EntropySchedule(10, 10)
+    with pytest.raises(ValueError, match="design_count is 0"):
+        DesignDistribution(0, PAPER)
+
+
+def test_expectations_raise_scores_and_returns_replace_them() -> None:
+    distribution = DesignDistribution(3, EntropySchedule())
+    distribution.record(np.array([0, 1]), np.array([4.0, -1.0]))
+    distribution.raise_scores(np.array([3.0, 2.0, 5.0]))
+    assert distribution.scores.tolist() == [4.0, 2.0, 5.0]
+    distribution.record(np.array([2]), np.array([1.0]))
+    assert distribution.scores.tolist() == [4.0, 2.0, 1.0]

@@ -1,0 +1,75 @@
+"""Metrics are lines of JSON that a resumed run continues."""
+
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pneumorph.learn.metrics import (
+    METRICS_FILE,
+    TENSORBOARD_FOLDER,
+    MetricsLog,
+    read_metrics,
+    score_histogram,
+)
+
+
+def test_resumed_log_forgets_what_came_after_the_checkpoint(tmp_path: Path) -> None:
+    log = MetricsLog(tmp_path)
+    for timestep in (10, 20, 30):
+        log.write({"timestep": timestep, "return_mean_cm": 0.1, "score_histogram": [1.0]})
+    log.close()
+    with (tmp_path / METRICS_FILE).open("a") as stream:
+        stream.write('{"timestep": 40, "ret')  # what a kill leaves
+    log = MetricsLog(tmp_path, timestep=20)
+    log.write({"timestep": 30, "return_mean_cm": 0.2})
+    log.close()
+    lines = read_metrics(tmp_path)
+    assert [(line["timestep"], line["return_mean_cm"]) for line in lines] == [
+        (10, 0.1),
+        (20, 0.1),
+        (30, 0.2),
+    ]
+
+
+def test_tensorboard_reads_the_same_numbers(tmp_path: Path) -> None:
+    log = MetricsLog(tmp_path)
+    for timestep, distance in ((10, 0.25), (20, 1.5)):
+        log.write({"timestep": timestep, "best_distance_cm": distance, "score_histogram": [1.0]})
+    log.close()
+    scalars = [
+        (event.step, value.tag, value.simple_value)
+        for event in _events(tmp_path / TENSORBOARD_FOLDER)
+        for value in event.summary.value
+    ]
+    # Both are powers of two, exact in TensorBoard's single precision.
+    assert scalars == [(10, "best_distance_cm", 0.25), (20, "best_distance_cm", 1.5)]
+
+
+def _events(folder: Path) -> list[Any]:
+    """Events of a TensorBoard folder: records of length, its checksum, event, its checksum."""
+    from tensorboardX.proto.event_pb2 import Event
+
+    (file,) = folder.glob("events.out.tfevents.*")
+    content, place, events = file.read_bytes(), 0, []
+    while place < len(content):
+        (size,) = struct.unpack_from("<Q", content, place)
+        events.append(Event.FromString(content[place + 12 : place + 12 + size]))
+        place += size + 16
+    return events
+
+
+def test_metrics_that_are_not_finite_are_refused(tmp_path: Path) -> None:
+    log = MetricsLog(tmp_path)
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        log.write({"timestep": 1, "critic_loss": float("nan")})
+    log.close()
+
+
+def test_histogram_holds_all_probability() -> None:
+    scores = np.array([-99.0, 0.1, 0.2, 99.0])
+    shares = score_histogram(scores, np.array([0.1, 0.2, 0.3, 0.4]))
+    np.testing.assert_allclose(sum(shares), 1.0)
+    np.testing.assert_allclose([shares[0], shares[10], shares[-1]], [0.1, 0.5, 0.4])

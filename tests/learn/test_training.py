@@ -1,0 +1,179 @@
+"""Co-optimisation finds the known best of a toy design space."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.toy_coopt import SPACE, TASK, best_distances_cm, make_simulator, toy_settings
+
+from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
+from pneumorph.gait.walk import walk
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.learn.training import Training
+
+
+@pytest.fixture(scope="module")
+def trained() -> tuple[Training, list[dict]]:
+    training = Training(viscous_crawler_robot, make_simulator, toy_settings(round_count=40))
+    metrics = []
+    while not training.is_finished:
+        metrics.append(training.run_round())
+    training.evaluate()
+    return training, metrics
+
+
+def test_best_design_of_the_toy_space_is_found(trained: tuple[Training, list[dict]]) -> None:
+    training, _ = trained
+    best = best_distances_cm()
+    # Two opposite legs on a diagonal; the four ways to place them tie up to rounding, and the
+    # runners-up are 3 % behind.
+    winners = np.flatnonzero(best > best.max() - 1e-9)
+    assert {str(SPACE[index]) for index in winners} == {"1.0.2.0", "0.1.0.2", "1.2.0.0", "0.0.1.2"}
+    found = training.best.pairs[0]
+    assert found.design in winners
+    # Drawn actions do not reach the extreme pressures exactly: 85 % of the optimum is near it and
+    # above what any design without out-of-phase gait can do (1.4 cm of 4.8).
+    assert found.distance_cm > 0.85 * best.max()
+    # No gait beats the exhaustive search by more than its grid of pressures leaves out.
+    assert found.distance_cm < 1.05 * best.max()
+
+
+def test_policy_learned_and_not_the_dice(trained: tuple[Training, list[dict]]) -> None:
+    training, metrics = trained
+    assert metrics[0]["return_mean_cm"] < 0.5
+    assert metrics[-1]["return_mean_cm"] > 0.5 * best_distances_cm().max()
+    pairs = training.evaluate()
+    assert pairs[0].source == "policy"
+    assert pairs[0].distance_cm > 0.7 * best_distances_cm().max()
+    assert [pair.distance_cm for pair in pairs] == sorted(
+        (pair.distance_cm for pair in pairs), reverse=True
+    )
+
+
+def test_entropy_follows_its_target(trained: tuple[Training, list[dict]]) -> None:
+    training, metrics = trained
+    tolerance = training.settings.schedule.entropy_tolerance
+    limit = training.settings.schedule.maximum_inverse_temperature
+    following = [line for line in metrics if line["inverse_temperature"] < limit]
+    assert len(following) >= 25
+    for line in following:
+        assert abs(line["design_entropy"] - line["design_entropy_target"]) <= tolerance
+        np.testing.assert_allclose(sum(line["score_histogram"]), 1.0)
+
+
+def test_best_pair_walks_its_distance_again(trained: tuple[Training, list[dict]]) -> None:
+    training, _ = trained
+    for pair in training.best.pairs:
+        result = walk(
+            make_simulator([SPACE[pair.design]]),
+            [pair.gait(TASK.action_step_count * 0.05)],
+            duration_s=TASK.action_count * TASK.action_step_count * 0.05,
+            time_step_s=0.05,
+            settling_step_count=TASK.settling_step_count,
+        )
+        np.testing.assert_allclose(result.distance_cm[0], pair.distance_cm, atol=1e-12)  # rounding
+    twins = {min(pair.design, SPACE.mirror_index[pair.design]) for pair in training.best.pairs}
+    assert len(twins) == len(training.best.pairs)
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_stored_transitions_shift_the_memory_even_at_an_episodes_end(terminal: bool) -> None:
+    settings = toy_settings(round_count=2)
+    task = replace(TASK, time_limit_is_terminal=terminal)
+    training = Training(viscous_crawler_robot, make_simulator, replace(settings, task=task))
+    training.run_round()
+    stored = training.buffer.arrays()
+    np.testing.assert_array_equal(
+        stored["next_state"], np.hstack([stored["action"], stored["state"][:, :2]])
+    )
+    # One terminal transition per episode, or none where time runs out without ending anything;
+    # twice over, for the mirror images.
+    assert stored["terminal"].sum() == (2 * 16 if terminal else 0)
+
+
+def test_what_is_expected_of_a_design_does_not_forgive_its_failure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    settings = replace(toy_settings(round_count=40), expected_scores=True)
+    training = Training(viscous_crawler_robot, make_simulator, settings)
+    training.timestep = settings.schedule.decay_start_timestep
+    everything = np.full(len(SPACE), 50.0)
+    monkeypatch.setattr(training, "expected_returns", lambda *_: everything.copy())
+    failing = int(np.flatnonzero(SPACE.mirror_index != np.arange(len(SPACE)))[0])
+    image = int(SPACE.mirror_index[failing])
+    (other,) = np.flatnonzero(~np.isin(np.arange(len(SPACE)), [failing, image]))[:1]
+    for designs, failed in (([failing, other], [True, False]), ([other, other], [False, False])):
+        training._update_distribution(np.array(designs), np.array([3.0, 1.0]), np.array(failed))
+        assert training.distribution.scores[[failing, image]].max() <= 0.0
+        assert training.distribution.scores[other] == 50.0
+    # Walking again it is a design like any other, and a restored training knows as much.
+    again = Training(viscous_crawler_robot, make_simulator, settings)
+    again.restore(training.arrays(), training.metadata())
+    np.testing.assert_array_equal(again._failing, training._failing)
+    training._update_distribution(np.array([failing]), np.array([2.0]), np.array([False]))
+    assert training.distribution.scores[[failing, image]].min() == 50.0
+
+
+@pytest.mark.parametrize("expected_scores", [False, True])
+def test_a_failing_design_neither_stops_training_nor_wins(expected_scores: bool) -> None:
+    class Fragile(ViscousCrawler):
+        """Fails wherever regulator 1 is commanded above 80 kPa, and would travel far."""
+
+        def advance(self, command_kPa, step_count, active=None) -> None:
+            super().advance(command_kPa, step_count, active)
+            self._status[command_kPa[:, 0] > 80.0] = 1
+            self._forward_mm[command_kPa[:, 0] > 80.0] += 1e6
+
+    settings = replace(toy_settings(round_count=3), expected_scores=expected_scores)
+    training = Training(viscous_crawler_robot, Fragile, settings)
+    metrics = [training.run_round() for _ in range(3)]
+    assert sum(line["failed_count"] for line in metrics) == training.failure_count > 0
+    assert all(np.isfinite(line["return_mean_cm"]) for line in metrics)
+    assert all(pair.distance_cm < 10.0 for pair in training.best.pairs)
+    assert all(pair.held_kPa[:, 0].max() <= 80.0 for pair in training.best.pairs)
+
+
+def test_the_critic_knows_designs_better_than_their_newest_returns() -> None:
+    """After uniform rounds, beside what the policy makes of every design now."""
+    training = Training(viscous_crawler_robot, make_simulator, toy_settings(40))
+    while training.timestep < training.settings.schedule.decay_start_timestep:
+        training.run_round()
+    newest = training.distribution.scores.copy()
+    designs = np.arange(len(SPACE))
+    distance_cm = np.empty(len(SPACE))
+    for pair in training.evaluate():
+        distance_cm[pair.design] = pair.distance_cm
+    expected = training.expected_returns(designs, distance_cm)
+    # Scaled, they add up to what walked.
+    assert expected.sum() == pytest.approx(distance_cm.sum())
+    error, newest_error = (
+        np.sqrt(np.mean((guess - distance_cm) ** 2)) for guess in (expected, newest)
+    )
+    assert error < newest_error
+    # Nothing is expected before anything came forward.
+    assert np.all(training.expected_returns(designs, -distance_cm) == -np.inf)
+
+
+def test_best_design_is_found_with_expected_scores() -> None:
+    settings = replace(toy_settings(40), expected_scores=True)
+    training = Training(viscous_crawler_robot, make_simulator, settings)
+    while not training.is_finished:
+        training.run_round()
+    best = best_distances_cm()
+    found = training.best.pairs[0]
+    assert best[found.design] == pytest.approx(best.max(), abs=1e-9)
+    assert found.distance_cm > 0.7 * best.max()
+
+
+def test_both_readings_of_timesteps_per_update() -> None:
+    assert CooptSettings().updates_per_vector_step == 1
+    assert CooptSettings(update_every="timestep").updates_per_vector_step == 96
+    paper = CooptSettings()
+    assert paper.round_count * paper.task.action_count == 10_420  # updates of one million steps
+
+
+def test_settings_are_checked() -> None:
+    with pytest.raises(ValueError, match="environment_count must be at least 1, got 0"):
+        CooptSettings(environment_count=0)
+    with pytest.raises(ValueError, match="design space has 2 regulators and the task 3"):
+        CooptSettings(space=SPACE)

@@ -1,0 +1,58 @@
+"""Kept trajectories come back as they went in, to their rounding, and only to who asks for them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.synthetic_part import synthetic_reduced_part
+
+from pneumorph.catalogue.paper_robot import paper_leg, paper_robot
+from pneumorph.simulation.rollout import rollout
+from pneumorph.study.animations import animations
+from pneumorph.study.full_order_store import (
+    NODE_COUNT,
+    FullOrderStore,
+    at_nodes,
+    rollout_identity,
+    thinned,
+)
+from pneumorph.study.robot_error import robot_error
+
+
+def test_a_kept_trajectory_is_found_by_its_identity(tmp_path: Path) -> None:
+    (animation,) = animations(["two_leg"], 0.2)
+    part = synthetic_reduced_part(mode_count=4, cells=(6, 4, 4))
+    assert len(part.rest_nodes) > NODE_COUNT
+    model = paper_robot(paper_leg(part=part)).reduced(animation.design)
+    trajectory = rollout(model, np.full((20, 3), 45.0))[1]
+    store = FullOrderStore((tmp_path / "own", tmp_path / "shipped"))
+    kept = store.save("two_leg", "this", trajectory)
+    found = store.find("two_leg", "this")
+    assert found is not None
+    np.testing.assert_array_equal(found.node_positions_mm, kept.node_positions_mm)
+    assert store.find("two_leg", "another") is None
+    assert store.find("six_leg", "this") is None
+    # Folders are tried one after another.
+    both = FullOrderStore((tmp_path / "empty", tmp_path / "own"))
+    assert both.find("two_leg", "this") is not None
+    error = robot_error(found, at_nodes(trajectory, found.metadata["nodes"]))
+    assert 0.0 < error.largest_node_error_mm <= 3**0.5 * 2.0**-10 + 1e-4  # half a unit each way
+
+
+def test_identity_changes_with_anything(tmp_path: Path) -> None:
+    commands = np.zeros((3, 2))
+    identity = rollout_identity({"design": "1.0", "mesh": "a"}, commands)
+    assert identity == rollout_identity({"mesh": "a", "design": "1.0"}, commands.copy())
+    assert identity != rollout_identity({"design": "1.0", "mesh": "b"}, commands)
+    assert identity != rollout_identity({"design": "1.0", "mesh": "a"}, commands + 1e-9)
+
+
+def test_a_trajectory_without_nodes_cannot_be_kept() -> None:
+    (animation,) = animations(["two_leg"], 0.1)
+    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
+    model = paper_robot(paper_leg(part=part)).reduced(animation.design)
+    bare = rollout(model, np.zeros((2, 3)), record_nodes=False)[1]
+    with pytest.raises(ValueError, match="record them"):
+        thinned(bare)

@@ -1,0 +1,101 @@
+"""A policy's gait is what it commands in the environment, where it sees its own actions alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from pneumorph.base.artefact import write_json
+from pneumorph.base.layers import layered
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.paper_robot import LegName, pressure_map
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.viscous_crawler import ViscousCrawler
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.gait_file import write_gait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.learn.evaluation import evaluate_policy
+from pneumorph.learn.networks import Policy
+from pneumorph.learn.policy_file import save_policy
+from pneumorph.learn.sac import Sac, SacSettings
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.robot.design import BASELINE_DESIGN
+from pneumorph.study.gait_source import find_gait, recalibrated
+
+SETTINGS = CooptSettings(
+    task=CrawlingTask(action_count=6, action_step_count=10), sac=SacSettings(hidden_sizes=(16, 16))
+)
+
+
+def test_policy_and_environment_agree(tmp_path: Path) -> None:
+    task, space = SETTINGS.task, SETTINGS.space
+    size = task.state_size + space.one_hot.shape[1]
+    policy = Policy(size, task.regulator_count, SETTINGS.sac.hidden_sizes, jax.random.PRNGKey(3))
+    path = save_policy(tmp_path / "policy.npz", policy, SETTINGS)
+    design = space[1234]
+    environment = CrawlingEnvironment(
+        [design], lambda each: each, partial(ViscousCrawler, time_step_s=0.01), task
+    )
+    learner = Sac(size, task.regulator_count, SETTINGS.sac)
+    (pair,) = evaluate_policy(environment, space, policy, learner, np.array([1234]))
+    found = find_gait(path, str(design), ExpertGait())
+    assert found.design == design
+    assert found.gait.duration_s == pytest.approx(0.6)
+    held = np.array([found.gait.pressure_kPa(0.1 * action) for action in range(6)])
+    # Single precision in another batch: some rounding of 90 kPa.
+    np.testing.assert_allclose(held, pair.held_kPa, atol=1e-3)
+    assert np.ptp(held) > 1.0
+
+
+def test_a_policy_drives_a_design_whatever_its_regulators_are_called(tmp_path: Path) -> None:
+    space = SETTINGS.space
+    size = SETTINGS.task.state_size + space.one_hot.shape[1]
+    policy = Policy(size, 3, SETTINGS.sac.hidden_sizes, jax.random.PRNGKey(3))
+    path = save_policy(tmp_path / "policy.npz", policy, SETTINGS, time_step_s=0.02)
+    known = find_gait(path, "0.1.1.2.3.0.0.0", ExpertGait()).gait
+    renamed = find_gait(path, "0.3.3.1.2.0.0.0", ExpertGait())
+    assert str(renamed.design) == "0.3.3.1.2.0.0.0"
+    assert renamed.gait.duration_s == pytest.approx(6 * 10 * 0.02)
+    for time_s in (0.1, 0.5, 1.1):
+        first, second, third = known.pressure_kPa(time_s)
+        assert renamed.gait.pressure_kPa(time_s) == pytest.approx([second, third, first])
+    with pytest.raises(ValueError, match="too many legs: 7"):
+        find_gait(path, "1.1.1.1.1.1.1.0", ExpertGait())
+
+
+@pytest.mark.parametrize("leg", ["paper", "hyperelastic"])
+def test_a_runs_gait_knows_the_pressure_map_of_its_leg_and_how_long_it_settled(
+    leg: LegName, tmp_path: Path
+) -> None:
+    robot = layered(RobotOptions(), [{"leg": leg}])
+    task = replace(SETTINGS.task, settling_step_count=7)
+    coopt = replace(SETTINGS, task=task)
+    settings = {"robot": settings_to_dict(robot), "coopt": settings_to_dict(coopt)}
+    write_json(tmp_path / "settings.json", settings)
+    pair = {"design": BASELINE_DESIGN, "gait": "L1.csv"}
+    write_json(tmp_path / "summary.json", {"pairs": [pair]})
+    write_gait(tmp_path / "L1.csv", HeldGait.evenly(np.full((6, 3), 50.0), 0.1), {})
+    found = find_gait(tmp_path, None, ExpertGait())
+    assert found.pressure_map == pressure_map(leg)
+    assert found.settling_steps == 7
+
+
+def test_nothing_asked_is_the_experts_gait() -> None:
+    found = find_gait(None, None, ExpertGait(phase_deg=20.0))
+    assert str(found.design) == BASELINE_DESIGN
+    assert found.gait.pressure_kPa(2.0)[0] > 80.0
+
+
+def test_recalibrated_gaits_are_cut_off_at_the_limit() -> None:
+    soft = PressureMap(4.0785 / 1.2, -20.361)
+    gait = recalibrated(ExpertGait(), PressureMap(), soft, 95.0)
+    assert gait.pressure_kPa(2.0)[0] == 95.0
+    assert recalibrated(ExpertGait(), soft, soft, 95.0) == ExpertGait()

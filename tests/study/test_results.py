@@ -1,0 +1,99 @@
+"""Every study's result is saved and read back equal; damage is refused by file and field."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import types
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+import pytest
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.result import load_result, result_to_dict, save_result
+from pneumorph.report.run_page import PAGES
+from pneumorph.study.comparison import Comparison, NodeErrors
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.search_findings import SearchCurve
+
+RESULTS = sorted(
+    {page.result for page in PAGES.values() if dataclasses.is_dataclass(page.result)}
+    | {NodeErrors, SearchCurve},
+    key=lambda kind: kind.__name__,
+)
+
+
+def example(hint: Any) -> Any:
+    """A value of a type: no default is taken, so that every field is seen to be read back."""
+    kind, inner = get_origin(hint), get_args(hint)
+    if kind in (Union, types.UnionType):
+        return example(next(each for each in inner if each is not types.NoneType))
+    if kind is tuple:
+        return tuple(example(each) for each in inner if each is not ...)
+    if kind is list:
+        return [example(inner[0])]
+    if kind in (dict, Mapping):
+        return {"name": example(inner[1])}
+    if kind is Literal:
+        return inner[-1]
+    if dataclasses.is_dataclass(hint):
+        hints = get_type_hints(hint)
+        values = {field.name: example(hints[field.name]) for field in dataclasses.fields(hint)}
+        return hint(**values)  # type: ignore[operator]
+    if hint is np.ndarray:
+        return np.array([[1.5, np.nan]])
+    return {str: "text", int: 3, float: 0.1, bool: True, Any: {"a": [1, None]}}[hint]
+
+
+@pytest.mark.parametrize("kind", RESULTS)
+def test_a_result_is_read_back_as_it_was(kind: type[Any], tmp_path: Path) -> None:
+    result = example(kind)
+    path = save_result(tmp_path / "result.json", result)
+    again = load_result(kind, path)
+    # Arrays have no one truth of being equal: their values as JSON do.
+    assert result_to_dict(again) == result_to_dict(result)
+    assert type(again) is kind
+    if kind.__name__ != "Evaluation":  # it has an array
+        assert again == result
+
+
+def test_a_number_that_is_not_finite_is_read_as_nan(tmp_path: Path) -> None:
+    curve = SearchCurve((10, 20), (1.0, 2.0), (float("nan"), 3.0))
+    again = load_result(SearchCurve, save_result(tmp_path / "curve.json", curve))
+    assert math.isnan(again.best_distance_cm[0])
+    assert again.best_distance_cm[1] == 3.0
+
+
+def test_means_are_written_beside_the_errors_they_follow_from() -> None:
+    content = result_to_dict(example(Comparison))
+    for kind in ("animations", "heldout", "floating"):
+        error = content[kind]["name"]
+        assert content[f"{kind}_mean_node_error_mm"] == error["mean_node_error_mm"]
+        assert content[f"{kind}_worst_distance_error_cm"] == 0.0
+
+
+@pytest.mark.parametrize("verb", [v for v, page in PAGES.items() if page.result in RESULTS])
+def test_a_damaged_summary_is_refused_by_file_and_field(verb: str, tmp_path: Path) -> None:
+    kind = PAGES[verb].result
+    (tmp_path / "settings.json").write_text("{}")
+    content = {"verb": verb, **result_to_dict(example(kind))}
+    needed = [
+        field.name
+        for field in dataclasses.fields(kind)
+        if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+    ]
+    for name in needed:
+        left = {key: value for key, value in content.items() if key != name}
+        (tmp_path / "summary.json").write_text(json.dumps(left))
+        with pytest.raises(
+            ArtefactError, match=rf"summary\.json: it is no {kind.__name__}.*{name}"
+        ):
+            FinishedRun.read(tmp_path).result(kind)
+    number = next(name for name in needed if isinstance(content[name], float))
+    (tmp_path / "summary.json").write_text(json.dumps({**content, number: "far"}))
+    with pytest.raises(ArtefactError, match=number):
+        FinishedRun.read(tmp_path).result(kind)
