@@ -47,7 +47,7 @@ clean:
 	rm -rf .venv .venv-test .cache
 
 .venv/.installed: PACKAGE := .[$(EXTRAS)]
-.venv-test/.installed: PACKAGE := .[$(EXTRAS),development,docs]
+.venv-test/.installed: PACKAGE := .[$(EXTRAS),ray,wandb,development,docs]
 
 # Runs again only where the package's requirements or the engine changed: Python sources are edited
 # in place (an editable install).

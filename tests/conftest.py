@@ -14,10 +14,15 @@ import pytest
 
 from pneumorph.geometry.mesh import Mesh
 
-# Learners compiled once serve every process that tests start: compiling is most of a short run.
-_COMPILED = tempfile.TemporaryDirectory(prefix="compiled-")
-os.environ["JAX_COMPILATION_CACHE_DIR"] = _COMPILED.name
-os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
+# Learners compiled once serve pytest's workers and every process that tests start: compiling is
+# most of a short run. Workers inherit the environment of the process that began them.
+if "PYTEST_XDIST_WORKER" not in os.environ:
+    _COMPILED = tempfile.TemporaryDirectory(prefix="compiled-")
+    os.environ["JAX_COMPILATION_CACHE_DIR"] = _COMPILED.name
+    os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
+# Neither Ray nor Weights & Biases tells anyone about tests.
+os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+os.environ["WANDB_ERROR_REPORTING"] = "false"
 
 # What draws without a graphics card: SwiftShader, on the processor, for WebGL alone.
 _SOFTWARE_GRAPHICS = [
@@ -41,7 +46,7 @@ def leg_mesh() -> Mesh:
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     """A headless Chromium, the system's or Playwright's own; tests are skipped without one."""
-    api = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
+    api = pytest.importorskip("playwright.sync_api")
     names = ("chromium", "chromium-browser", "google-chrome")
     found = next((path for path in map(shutil.which, names) if path), None)
     with api.sync_playwright() as playwright:
