@@ -2,13 +2,16 @@
 
 Units inside the package are millimetre, kilogram, second, millinewton and kilopascal.
 
-The names below are what most programs need; each is imported when it is first used.
+The names below are what most programs need; each is imported when it is first used. Importing the
+package tells Gymnasium of ``pneumorph/Crawl-v0``.
 """
 
 from __future__ import annotations
 
 import importlib
 from typing import TYPE_CHECKING, Any
+
+from pneumorph.environment.registration import register_environments
 
 __version__ = "0.1.0"
 
@@ -83,3 +86,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted([*globals(), *_HOMES])
+
+
+register_environments()

@@ -1,7 +1,7 @@
 """Crawling robots by name, as Gymnasium finds them: ``gymnasium.make("pneumorph/Crawl-v0")``.
 
-Gymnasium imports this file through the entry point ``gymnasium.envs``, so it must stay light:
-robots are imported when an environment is made.
+``import pneumorph`` registers the name, as Gymnasium 1.x asks of a package, so this file must stay
+light: robots are imported when an environment is made.
 """
 
 from __future__ import annotations
@@ -19,10 +19,15 @@ if TYPE_CHECKING:
     from pneumorph.robot.design import Design
 
 
+ENVIRONMENT_ID = "pneumorph/Crawl-v0"
+
+
 def register_environments() -> None:
-    """Register ``Crawl-v0``; Gymnasium puts the package's name before it."""
+    """Register `ENVIRONMENT_ID` with Gymnasium; a name that is registered already stays."""
+    if ENVIRONMENT_ID in gymnasium.registry:
+        return
     gymnasium.register(
-        "Crawl-v0",
+        ENVIRONMENT_ID,
         entry_point="pneumorph.environment.registration:make_single_env",
         vector_entry_point="pneumorph.environment.registration:make_env",
     )
@@ -55,7 +60,10 @@ def make_env(
     if count < 1:
         raise ValueError(f"num_envs is {count}, expected at least 1")
     if len(designs) not in (1, count):
-        raise ValueError(f"got {len(designs)} designs for {count} robots, expected 1 or {count}")
+        raise ValueError(
+            f"got {len(designs)} designs for num_envs = {count}, expected one design for all or "
+            "one for each"
+        )
     robot = robot or _paper_robot()
     chosen = designs * count if len(designs) == 1 else designs
     return CrawlingEnvironment(chosen, robot.assembly, robot.simulator, task)
