@@ -154,10 +154,10 @@ def _parsed(
 
     from pneumorph.base.layers import changed_flags, given_flags, layered
     from pneumorph.base.settings import load_settings, read_settings_file
-    from pneumorph.catalogue.robot_options import current_flag
+    from pneumorph.catalogue.robot_options import current_arguments
     from pneumorph.command.verb import CommonOptions
 
-    arguments = [current_flag(argument) for argument in arguments]
+    arguments = current_arguments(arguments)
     default = verb.preset(_value_of("--preset", arguments))
     file = _value_of("--settings", arguments)
     if file is not None:

@@ -5,6 +5,7 @@ Everything that this file imports is general; here the numbers of one robot come
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
@@ -26,8 +27,10 @@ from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 
-LegName = Literal["paper", "hyperelastic"]
+LegName = Literal["published", "hyperelastic"]
 """The published leg, or one of the silicone's own stiffness."""
+
+_OLDER_LEGS = {"paper": "published"}
 
 DISK_MASS_KG = 0.075
 """Mass of the disk in the simulation: 2.5 times the real one's [kg]."""
@@ -63,8 +66,8 @@ def paper_disk_mesh() -> Mesh:
 
 
 @cache
-def load_default_leg(name: LegName = "paper") -> ReducedPart:
-    """A reduced leg that ships; made by ``pneumorph reduce --preset NAME``.
+def load_default_leg(name: LegName = "published") -> ReducedPart:
+    """A reduced leg that ships; see `pneumorph reduce` for what made it.
 
     Raises:
         ValueError: No such leg.
@@ -74,8 +77,8 @@ def load_default_leg(name: LegName = "paper") -> ReducedPart:
         path = data_file(f"leg_{_known_leg(name)}.npz")
     except FileNotFoundError as error:
         raise FileNotFoundError(
-            f"no reduction of the {name} leg ships; make one with pneumorph reduce --preset {name} "
-            "and give it as --part, or simulate finite elements with --model full"
+            f"no reduction of the {name} leg ships; make one with pneumorph reduce and "
+            "give it as --part, or simulate finite elements with --model full"
         ) from error
     return ReducedPart.load(path)
 
@@ -92,9 +95,9 @@ def disk_rim_points(mesh: Mesh) -> np.ndarray:
 
 HYPERELASTIC_MATERIALS = LegMaterials(
     silicone=Material(600.0, 0.45, "stable_neo_hookean"),
-    paper=Material(1200.0, 0.49, "stable_neo_hookean"),
+    sheet=Material(1200.0, 0.49, "stable_neo_hookean"),
 )
-"""A leg as its silicone's data sheet has it, the paper layer twice as stiff."""
+"""A leg as its silicone's data sheet has it, the sheet twice as stiff."""
 
 HYPERELASTIC_PRESSURE_MAP = PressureMap(1.247, -4.404)
 """Makes the hyperelastic leg bend as the published pairs say the real one does, to 2 kPa; made by
@@ -108,6 +111,16 @@ def hyperelastic_leg_mesh() -> Mesh:
     Made by ``pneumorph mesh leg --quadratic --leg-mesher.size-mm 6 --leg-mesher.grading 0.9``.
     """
     return Mesh.load(data_file("leg_mesh_quadratic.npz"))
+
+
+def current_leg(name: Any) -> Any:
+    """What a leg is called now that an earlier version called ``paper``."""
+    return _OLDER_LEGS.get(name, name)
+
+
+def with_current_leg(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings of an earlier version with their leg as it is called now."""
+    return {**content, "leg": current_leg(content["leg"])} if "leg" in content else dict(content)
 
 
 def leg_materials(name: LegName) -> LegMaterials:
@@ -141,13 +154,13 @@ def scaled_materials(
     return replace(
         usual,
         silicone=usual.silicone.stiffer(modulus_factor),
-        paper=usual.paper.stiffer(modulus_factor),
+        sheet=usual.sheet.stiffer(modulus_factor),
         mass_kg=usual.mass_kg * mass_factor,
     )
 
 
 def paper_leg(
-    name: LegName = "paper",
+    name: LegName = "published",
     part: ReducedPart | Path | None = None,
     mesh: Mesh | Path | None = None,
     materials: LegMaterials | None = None,
@@ -173,7 +186,9 @@ def paper_leg(
 
     def recorded_materials() -> LegMaterials:
         usual = leg_materials(name)
-        recorded = None if part is None or name != "paper" else reduced().metadata.get("materials")
+        recorded = (
+            None if part is None or name != "published" else reduced().metadata.get("materials")
+        )
         return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
 
     def full(modulus_factor: float, mass_factor: float) -> PartModel:
@@ -205,7 +220,7 @@ def paper_hub() -> HubSpec:
 
 
 def paper_robot(
-    leg: LegName | Module = "paper", physics: Physics | None = None, **rest: Any
+    leg: LegName | Module = "published", physics: Physics | None = None, **rest: Any
 ) -> RobotSpec:
     """The robot of the paper: a disk with eight places for legs.
 
@@ -219,7 +234,7 @@ def paper_robot(
         ValueError: No such leg.
     """
     if physics is None:
-        name: LegName = leg if isinstance(leg, str) else "paper"
+        name: LegName = leg if isinstance(leg, str) else "published"
         physics = Physics(pressure_map=pressure_map(name))
     module = paper_leg(leg) if isinstance(leg, str) else leg
     mounting = RadialMounting()

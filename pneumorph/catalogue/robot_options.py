@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
-from pneumorph.catalogue.paper_robot import LegName, paper_leg, paper_robot, pressure_map
+from pneumorph.catalogue.paper_robot import (
+    LegName,
+    current_leg,
+    paper_leg,
+    paper_robot,
+    pressure_map,
+    with_current_leg,
+)
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_order_settings import FrictionSolver, FullOrderSettings, Integrator
 from pneumorph.fem.height_map import HeightMap
@@ -22,8 +30,21 @@ OLDER_GROUP = "simulation"
 """What `physics` and `stepper` were called when they were one group of settings."""
 
 
-def current_flag(argument: str) -> str:
-    """An argument of the command line with a flag of an earlier version as it is called now."""
+def current_arguments(arguments: Sequence[str]) -> list[str]:
+    """The command line with flags and legs of an earlier version as they are called now."""
+    now = [_current_flag(argument) for argument in arguments]
+    for place, (flag, value) in enumerate(pairwise(now), 1):
+        if flag == "--leg":
+            now[place] = current_leg(value)
+    return now
+
+
+def _current_flag(argument: str) -> str:
+    flag, equals, value = argument.partition("=")
+    if flag == "--leg":
+        return f"{flag}{equals}{current_leg(value)}"
+    if flag.startswith("--materials.paper"):
+        return argument.replace("paper", "sheet", 1)
     start = f"--{OLDER_GROUP}."
     if not argument.startswith(start):
         return argument
@@ -54,8 +75,8 @@ class FullOptions:
 class RobotOptions:
     """The leg and the physics."""
 
-    leg: LegName = "paper"
-    """`paper`: the published material, linear elements. `hyperelastic`: the silicone's own
+    leg: LegName = "published"
+    """`published`: the material of the article, linear elements. `hyperelastic`: the silicone's own
     stiffness, quadratic neo-Hookean elements; in place of the published pressure map it has its
     own."""
     part: Path | None = None
@@ -77,9 +98,10 @@ class RobotOptions:
         """Settings of an earlier version as they are called now.
 
         One group `simulation` held what is physics and stepper now; a run of the hyperelastic leg
-        kept the published pressure map in its settings and used the leg's own.
+        kept the published pressure map in its settings and used the leg's own. The published leg
+        was called ``paper``.
         """
-        now = dict(content)
+        now = with_current_leg(content)
         older = now.pop(OLDER_GROUP, {})
         if not older:
             return now

@@ -2,8 +2,8 @@
 
 The leg and the disk of the paper come out as they are; every size is a flag. A mesh file of your
 own (gmsh, VTK, ...) is read with --file: its regions are gmsh's physical groups by name, or cell
-data `region` whose numbers --regions names, such as --regions 1=cavity 2=paper 3=attachment. A leg
-to be reduced needs the surfaces cavity and paper and the node sets attachment and outer_end_face. A
+data `region` whose numbers --regions names, such as --regions 1=cavity 2=sheet 3=attachment. A leg
+to be reduced needs the surfaces cavity and sheet and the node sets attachment and outer_end_face. A
 mesh that cannot be computed with is refused with its reason.
 
 Writes mesh.npz, which `pneumorph reduce --mesh` reads.

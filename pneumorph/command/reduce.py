@@ -6,7 +6,7 @@ stopped, and other tolerances reuse them. Modes live in the frame of the hub (PO
 sampled by ECSW.
 
 Presets: paper (what made the leg that ships), hyperelastic (the silicone's own stiffness), quick
-(equilibria alone), published: the paper's protocol and tolerances, all 255 robots through every
+(equilibria alone), corners: the paper's protocol and tolerances, all 255 robots through every
 corner of their pressures. That is days of one processor; each robot is a task, and
 --snapshots.executor shares them out over processes or, with Ray, machines. learned: equilibria and
 the robots of --walked.gaits, with more modes and elements: a leg to walk what was learned once
@@ -19,8 +19,10 @@ Example: pneumorph reduce --mesh runs/tall-leg/mesh.npz --out runs/tall-leg-redu
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
@@ -31,6 +33,7 @@ from pneumorph.catalogue.paper_robot import (
     paper_leg,
     paper_robot,
     pressure_map,
+    with_current_leg,
 )
 from pneumorph.command.verb import Verb
 from pneumorph.fem.material import LegMaterials
@@ -48,7 +51,7 @@ from pneumorph.study.reduction import ReduceSettings, Reduction, reduce
 class ReduceOptions:
     """The leg, its snapshots, and how to reduce it."""
 
-    leg: LegName = "paper"
+    leg: LegName = "published"
     """Whose mesh that ships is taken where `mesh` names none, and whose pressure map gaits have."""
     mesh: Path | None = None
     """Mesh of the leg, as `pneumorph mesh` writes it."""
@@ -60,6 +63,11 @@ class ReduceOptions:
     walked: GaitWalkSettings = field(default_factory=GaitWalkSettings)
     """Gaits that full robots walk besides, such as learned ones."""
     reduction: ReductionSettings = field(default_factory=ReductionSettings)
+
+    @classmethod
+    def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Settings of an earlier version with their leg as it is called now."""
+        return with_current_leg(content)
 
 
 def run(options: ReduceOptions, folder: RunFolder) -> Reduction:
@@ -114,7 +122,7 @@ VERB = Verb(
                 ecsw=EcswSettings(hyperreduction_tolerance=0.002, element_limit=800),
             ),
         ),
-        "published": lambda: ReduceOptions(
+        "corners": lambda: ReduceOptions(
             snapshots=SnapshotSettings(
                 static=StaticSnapshotSettings(load_count=0),
                 walk=WalkSnapshotSettings(

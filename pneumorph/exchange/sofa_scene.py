@@ -124,17 +124,17 @@ def createScene(root):
     leg.addObject(
         "ModelOrderReductionMapping", input="@../modes", output="@./nodes", modesPath=MODES
     )
-    paper = leg.addChild("paper")
-    paper.addObject("MeshVTKLoader", name="loader", filename=os.path.join(HERE, "paper.vtk"))
-    paper.addObject("TriangleSetTopologyContainer", src="@loader", name="triangles")
-    paper.addObject(
+    sheet = leg.addChild("sheet")
+    sheet.addObject("MeshVTKLoader", name="loader", filename=os.path.join(HERE, "sheet.vtk"))
+    sheet.addObject("TriangleSetTopologyContainer", src="@loader", name="triangles")
+    sheet.addObject(
         "HyperReducedTriangleFEMForceField",
-        name="paper",
+        name="sheet",
         template="Vec3d",
         method="large",
-        youngModulus={paper_young},
-        poissonRatio={paper_poisson},
-        thickness={paper_thickness},
+        youngModulus={sheet_young},
+        poissonRatio={sheet_poisson},
+        thickness={sheet_thickness},
         **hyper_reduced("membrane"),
     )
     cavity = leg.addChild("cavity")
@@ -170,13 +170,13 @@ def export_sofa_scene(
     physics = physics or Physics()
     part.check_mesh(model.mesh)
     if not model.membranes:
-        raise ValueError("the model has no membrane, expected a leg with its layer of paper")
+        raise ValueError("the model has no membrane, expected a leg with its sheet")
     mesh, membrane = model.mesh, model.membranes[0]
-    paper = mesh.surface(membrane.surface)
-    counts = {"tetrahedra": len(mesh.tetrahedra), "membrane": len(paper)}
+    sheet = mesh.surface(membrane.surface)
+    counts = {"tetrahedra": len(mesh.tetrahedra), "membrane": len(sheet)}
     write_sofa_reduction(folder / "data", part, counts)
     _write_vtk(folder / "leg.vtk", mesh.nodes, mesh.tetrahedra, 10)
-    _write_vtk(folder / "paper.vtk", mesh.nodes, paper, 5)
+    _write_vtk(folder / "sheet.vtk", mesh.nodes, sheet, 5)
     write_stl(folder / "cavity.stl", mesh.nodes, mesh.surface("cavity"))
     text = _SCENE.format(
         mode_count=part.mode_count,
@@ -188,9 +188,9 @@ def export_sofa_scene(
         mass=model.mass_kg,
         young=model.material.young_modulus_kPa,
         poisson=model.material.poisson_ratio,
-        paper_young=membrane.material.young_modulus_kPa,
-        paper_poisson=membrane.material.poisson_ratio,
-        paper_thickness=membrane.thickness_mm,
+        sheet_young=membrane.material.young_modulus_kPa,
+        sheet_poisson=membrane.material.poisson_ratio,
+        sheet_thickness=membrane.thickness_mm,
     )
     return write_atomically(folder / SCENE_FILE, lambda stream: stream.write(text.encode()))
 

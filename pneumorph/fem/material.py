@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Any, Literal
 
@@ -99,12 +100,17 @@ class LegMaterials(Checked):
 
     silicone: Material = Material(1160.0, 0.2)
     """The inflatable body."""
-    paper: Material = Material(2320.0, 0.49)
+    sheet: Material = Material(2320.0, 0.49)
     """The layer that cannot stretch."""
-    paper_thickness_mm: Positive = 1.0
+    sheet_thickness_mm: Positive = 1.0
     """Thickness of that layer [mm]."""
     mass_kg: Positive = 0.105
     """Mass of the leg, spread evenly over its nodes [kg]."""
+
+    @classmethod
+    def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Settings of an earlier version, whose sheet was called ``paper``."""
+        return {name.replace("paper", "sheet", 1): value for name, value in content.items()}
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -27,6 +27,7 @@ from pneumorph.fem.solid import solid_groups
 from pneumorph.fem.volume_group import VolumeGroup
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.region_names import first_name
 from pneumorph.physics.physics import Rotation
 
 MassLumping = Literal["even", "volume"]
@@ -105,10 +106,18 @@ class PartModel:
             "material": self.material.ingredients(),
             "membranes": [
                 {**asdict(membrane), "material": membrane.material.ingredients()}
-                for membrane in self.membranes
+                for membrane in self._first_membranes
             ],
             "mass_kg": self.mass_kg,
         }
+
+    def materials_text(self) -> list[str]:
+        """Its material and its membranes as text, for digests of what was computed with it."""
+        return [repr(self.material), repr(self._first_membranes)]
+
+    @property
+    def _first_membranes(self) -> tuple[Membrane, ...]:
+        return tuple(replace(each, surface=first_name(each.surface)) for each in self.membranes)
 
     @cached_property
     def assembly(self) -> Assembly:
@@ -288,10 +297,10 @@ def node_mass(mesh: Mesh, mass_kg: float, lumping: MassLumping) -> np.ndarray:
 
 
 def leg_model(mesh: Mesh, materials: LegMaterials | None = None) -> PartModel:
-    """The leg of the paper: silicone with a paper layer and one cavity."""
+    """The leg of the paper: silicone with a sheet and one cavity."""
     materials = materials or LegMaterials()
-    paper = Membrane("paper", materials.paper, materials.paper_thickness_mm)
-    return PartModel(mesh, materials.silicone, materials.mass_kg, (paper,), cavity="cavity")
+    sheet = Membrane("sheet", materials.sheet, materials.sheet_thickness_mm)
+    return PartModel(mesh, materials.silicone, materials.mass_kg, (sheet,), cavity="cavity")
 
 
 def disk_model(mesh: Mesh, materials: DiskMaterials | None = None) -> PartModel:

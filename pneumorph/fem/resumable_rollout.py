@@ -155,8 +155,7 @@ def _identity(
         "steps": [settling_steps, record_every],
         "hub": type(robot.hub).__name__,
         "legs": [
-            [leg.part.mesh.digest(), leg.regulator, repr(leg.part.material),
-             repr(leg.part.membranes)]
+            [leg.part.mesh.digest(), leg.regulator, *leg.part.materials_text()]
             for leg in robot.legs
         ],
     }  # fmt: skip

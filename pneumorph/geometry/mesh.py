@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.artefact import load_artefact, save_artefact
+from pneumorph.geometry.region_names import current_name, first_name, with_current_names
 
 LINEAR_VERSION, QUADRATIC_VERSION = 1, 2
 """Format versions of meshes without and with midside nodes."""
@@ -34,8 +35,8 @@ class Mesh:
         nodes: Positions [mm], (node, 3).
         tetrahedra: Node indices, (element, 4); positive volume.
         surfaces: Triangles by region name, (triangle, 3). ``cavity`` is closed with its normals out
-            of the cavity, into the solid; ``paper`` is a membrane; ``skin`` is the outer boundary
-            with its normals outward.
+            of the cavity, into the solid; ``sheet`` is a membrane; ``skin`` is the outer boundary
+            with its normals outward. A region ``paper`` of an earlier version becomes ``sheet``.
         node_sets: Node indices by region name, (n,).
         contact_points: Where the part can touch the ground [mm], (point, 3).
         mirror_nodes: Index of each node's image under y -> -y, (node,); None without symmetry.
@@ -68,7 +69,7 @@ class Mesh:
             ("surfaces", "surface", (None, 3)),
             ("node_sets", "node set", (None,)),
         ):
-            regions = getattr(self, name).items()
+            regions = with_current_names(getattr(self, name)).items()
             put(name, {k: _indices(f"{kind} {k!r}", v, shape, count) for k, v in regions})
         for name, whole in (("mirror_nodes", (count,)), ("edge_nodes", (len(self.tetrahedra), 6))):
             if getattr(self, name) is not None:
@@ -136,7 +137,7 @@ class Mesh:
     def digest(self) -> str:
         """SHA-256 of everything in the mesh, in hexadecimal; names what was made from it."""
         digest = hashlib.sha256()
-        for name, array in self._arrays().items():
+        for name, array in self._arrays(first_name).items():
             digest.update(f"{name}{array.shape}{array.dtype}".encode())
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
@@ -173,10 +174,12 @@ class Mesh:
             edge_nodes=arrays.get("edge_nodes"),
         )
 
-    def _arrays(self) -> dict[str, np.ndarray]:
+    def _arrays(self, called: Callable[[str], str] = str) -> dict[str, np.ndarray]:
+        """Everything by name; regions as `called` renames them, in that order."""
         arrays = {"nodes": self.nodes, "tetrahedra": self.tetrahedra}
-        arrays |= {f"surface:{name}": self.surfaces[name] for name in sorted(self.surfaces)}
-        arrays |= {f"node_set:{name}": self.node_sets[name] for name in sorted(self.node_sets)}
+        for kind, regions in (("surface", self.surfaces), ("node_set", self.node_sets)):
+            for name in sorted(regions, key=called):
+                arrays[f"{kind}:{called(name)}"] = regions[name]
         arrays["contact_points"] = self.contact_points
         if self.mirror_nodes is not None:
             arrays["mirror_nodes"] = self.mirror_nodes
@@ -200,6 +203,7 @@ def edge_keys(cells: np.ndarray, edges: Sequence[tuple[int, int]], node_count: i
 
 
 def _region(kind: str, regions: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    name = current_name(name)
     if name not in regions:
         known = ", ".join(sorted(regions)) or "none"
         raise MeshError(f"unknown {kind} {name!r}; the mesh has: {known}")

@@ -20,7 +20,7 @@ REGION_FIELD = "region"
 
 def read_mesh_file(
     path: Path | str,
-    surfaces: Iterable[str] = ("cavity", "paper"),
+    surfaces: Iterable[str] = ("cavity", "sheet"),
     node_sets: Iterable[str] = ("attachment",),
     *,
     region_names: dict[int, str] | None = None,

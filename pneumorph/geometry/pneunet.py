@@ -1,4 +1,4 @@
-"""The PneuNet leg of the paper: an inflatable comb of teeth on a base plate with a paper layer."""
+"""The PneuNet leg of the paper: an inflatable comb of teeth on a base plate with a sheet below."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TOUCH_MM = 1e-6
 class PneuNetShape:
     """Sizes of the leg [mm]: x along it, y across, z up; origin at the base plate's centre.
 
-    The leg is symmetric in x and y. The paper lies on the bottom face of the base plate, z = 0.
+    The leg is symmetric in x and y. The sheet lies on the bottom face of the base plate, z = 0.
     """
 
     base_plate_mm: tuple[float, float, float] = (115.0, 32.0, 4.0)
@@ -85,7 +85,7 @@ class PneuNetShape:
 
     @property
     def height_mm(self) -> float:
-        """From the paper to the top of the teeth [mm]."""
+        """From the sheet to the top of the teeth [mm]."""
         return self.base_plate_mm[2] + self.tooth_base_mm[2] + self.tooth_height_mm
 
     def solid_boxes(self) -> list[Box]:
@@ -142,7 +142,7 @@ class PneuNetShape:
 def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | None = None) -> Mesh:
     """Mesh a leg, exactly symmetric in y.
 
-    Regions: surfaces ``cavity``, ``paper`` (bottom face of the base plate), ``skin``; node sets
+    Regions: surfaces ``cavity``, ``sheet`` (bottom face of the base plate), ``skin``; node sets
     ``attachment`` (four corners of the inner tooth face), ``inner_end_face``, ``outer_end_face``.
 
     Args:
@@ -173,7 +173,7 @@ def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | N
         surfaces={
             # A boundary's normals leave the solid; those of a cavity are to enter it.
             "cavity": whole.mirrored(boundary[in_cavity][:, ::-1]),
-            "paper": whole.mirrored(skin[on_bottom]),
+            "sheet": whole.mirrored(skin[on_bottom]),
             "skin": whole.mirrored(skin),
         },
         node_sets={
@@ -185,7 +185,7 @@ def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | N
         mirror_nodes=whole.mirror_nodes,
     )
     check_mesh(
-        mesh, ("cavity", "paper", "skin"), ("attachment", "inner_end_face", "outer_end_face")
+        mesh, ("cavity", "sheet", "skin"), ("attachment", "inner_end_face", "outer_end_face")
     )
     return mesh
 

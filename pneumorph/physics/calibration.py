@@ -36,7 +36,7 @@ class Calibration:
     pressure_map: PressureMap = field(default_factory=PressureMap)
     """Real to simulated pressure."""
     modulus_factor: float | None = None
-    """Young's moduli of silicone and paper over those of the model."""
+    """Young's moduli of silicone and sheet over those of the model."""
     stiffness_damping_s: float | None = None
     """Rayleigh stiffness coefficient [s]."""
     friction: float | None = None

@@ -6,7 +6,7 @@ crawling snapshot to 0.02 mm and was still 30 % too stiff in free air.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticSettings, rising_equilibria, static_equilibrium
+from pneumorph.geometry.region_names import current_name
 from pneumorph.reduction.snapshots import Snapshots
 
 GRAVITY_MM_S2 = 9800.0
@@ -39,12 +40,18 @@ class StaticSnapshotSettings:
     """Tangential forces are uniform in the disc of this many times the normal force."""
     patch_radius_mm: float = 9.0
     """A force is spread over the surface nodes within this distance of a random one."""
-    loaded_surface: str = "paper"
+    loaded_surface: str = "sheet"
     """Surface region that touches the ground."""
     pitch_deg: float = 15.0
     """Gravity's direction: the part's x axis points so much below the horizontal."""
     seed: int = 0
     """Seed of pressures and forces."""
+
+    @classmethod
+    def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Settings of an earlier version, with the region as it is called now."""
+        surface = content.get("loaded_surface")
+        return {**content, "loaded_surface": current_name(surface)} if surface else dict(content)
 
 
 def bend_snapshots(part: PartModel, settings: StaticSnapshotSettings) -> Snapshots:

@@ -28,10 +28,10 @@ class MeshSettings:
     file: Path | None = None
     """A mesh of your own to read instead."""
     regions: tuple[str, ...] = ()
-    """Names of the region numbers of a file without named groups, such as 1=cavity 2=paper."""
+    """Names of the region numbers of a file without named groups, such as 1=cavity 2=sheet."""
     scale: float = 1.0
     """Length of the file's unit in mm: 1000 for metres."""
-    surfaces: tuple[str, ...] = ("cavity", "paper")
+    surfaces: tuple[str, ...] = ("cavity", "sheet")
     """Surface regions that the file must have."""
     node_sets: tuple[str, ...] = ("attachment",)
     """Node sets that the file must have."""

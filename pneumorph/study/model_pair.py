@@ -117,6 +117,6 @@ class ModelPair:
                 "mesh": None,
             },
             "mesh": leg.mesh.digest(),
-            "leg": [repr(leg.material), repr(leg.membranes), float(leg.node_mass.sum())],
+            "leg": [*leg.materials_text(), float(leg.node_mass.sum())],
             "record_every": record_every,
         }

@@ -19,8 +19,8 @@ from pneumorph.fem.static import StaticSettings
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Rotation
 
-PAPER_LAW = "st_venant_kirchhoff"
-"""Law of the paper layer in both codes: it hardly stretches, where all laws are one."""
+SHEET_LAW = "st_venant_kirchhoff"
+"""Law of the sheet in both codes: it hardly stretches, where all laws are one."""
 YEOH_RATIOS = (0.16, -0.017)
 """C2 and C3 over C1 of Dragon Skin 30."""
 
@@ -83,18 +83,18 @@ class BendCurve:
 
 def silicone(law: str) -> Material:
     """The silicone of the paper in another law."""
-    material = leg_materials("paper").silicone
+    material = leg_materials("published").silicone
     return Material(material.young_modulus_kPa, material.poisson_ratio, law)
 
 
-def paper_layer() -> Membrane:
-    """The paper layer of the paper, in the law that both codes have."""
-    materials = leg_materials("paper")
-    paper = materials.paper
+def sheet_membrane() -> Membrane:
+    """The sheet of the paper's leg, in the law that both codes have."""
+    materials = leg_materials("published")
+    sheet = materials.sheet
     return Membrane(
-        "paper",
-        Material(paper.young_modulus_kPa, paper.poisson_ratio, PAPER_LAW),
-        materials.paper_thickness_mm,
+        "sheet",
+        Material(sheet.young_modulus_kPa, sheet.poisson_ratio, SHEET_LAW),
+        materials.sheet_thickness_mm,
     )
 
 
@@ -113,7 +113,7 @@ def calculix_bend(
     law: str,
     pressures_kPa: Sequence[float],
     *,
-    with_paper: bool = True,
+    with_sheet: bool = True,
     time_limit_s: float = 3600.0,
 ) -> BendCurve:
     """Bend of a leg held at its inner end face, by CalculiX.
@@ -122,7 +122,7 @@ def calculix_bend(
         mesh: The leg, linear or quadratic.
         law: Law of the silicone, one of `calculix_laws`.
         pressures_kPa: Pressures, one after the other [kPa].
-        with_paper: Whether the leg has its paper layer.
+        with_sheet: Whether the leg has its sheet.
         time_limit_s: When to end the run [s].
 
     Raises:
@@ -133,7 +133,7 @@ def calculix_bend(
         mesh,
         silicone(law),
         pressures_kPa,
-        membranes=(paper_layer(),) if with_paper else (),
+        membranes=(sheet_membrane(),) if with_sheet else (),
         settings=calculix_settings(law),
     )
     result = run_calculix(deck, len(mesh.nodes), time_limit_s)
@@ -154,7 +154,7 @@ def our_bend(
     pressures_kPa: Sequence[float],
     *,
     rotation: Rotation = "polar",
-    with_paper: bool = True,
+    with_sheet: bool = True,
     settings: StaticSettings | None = None,
 ) -> BendCurve:
     """Bend of the same leg by pneumorph.
@@ -164,11 +164,11 @@ def our_bend(
         law: Law of the silicone.
         pressures_kPa: Pressures, one after the other [kPa].
         rotation: As in `static_equilibrium`.
-        with_paper: Whether the leg has its paper layer.
+        with_sheet: Whether the leg has its sheet.
         settings: Steps and tolerance.
     """
-    membranes = (paper_layer(),) if with_paper else ()
-    part = PartModel(mesh, silicone(law), leg_materials("paper").mass_kg, membranes, "cavity")
+    membranes = (sheet_membrane(),) if with_sheet else ()
+    part = PartModel(mesh, silicone(law), leg_materials("published").mass_kg, membranes, "cavity")
     start = time.perf_counter()
     found = bend_curve(part, pressures_kPa, rotation=rotation, settings=settings)
     wall = time.perf_counter() - start

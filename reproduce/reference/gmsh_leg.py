@@ -75,7 +75,7 @@ def main(options: GmshOptions) -> None:
     """Mesh, check, save and print the size."""
     mesh = named_leg_mesh(*gmsh_leg(options.size_mm, options.seed))
     check_mesh(
-        mesh, ("cavity", "paper", "skin"), ("attachment", "inner_end_face", "outer_end_face")
+        mesh, ("cavity", "sheet", "skin"), ("attachment", "inner_end_face", "outer_end_face")
     )
     mesh.save(options.out)
     print(f"{options.out}: {len(mesh.nodes)} nodes, {len(mesh.tetrahedra)} tetrahedra")

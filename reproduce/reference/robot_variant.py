@@ -141,7 +141,7 @@ def named_leg_mesh(nodes: np.ndarray, tetrahedra: np.ndarray) -> Mesh:
         tetrahedra=tetrahedra,
         surfaces={
             "cavity": boundary[in_cavity][:, ::-1],
-            "paper": skin[np.all(np.abs(nodes[skin][:, :, 2]) < 1e-6, axis=1)],
+            "sheet": skin[np.all(np.abs(nodes[skin][:, :, 2]) < 1e-6, axis=1)],
             "skin": skin,
         },
         node_sets={

@@ -19,7 +19,7 @@ def mesh_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     leg = Mesh(
         box.nodes - np.array([20.0, 6.0, 0.0]),
         box.tetrahedra,
-        {**box.surfaces, "paper": box.surfaces["bottom"]},
+        {**box.surfaces, "sheet": box.surfaces["bottom"]},
         {"attachment": box.node_sets["left"], "outer_end_face": box.node_sets["right"]},
         contact_points=np.array([[20.0, -6.0, 0.0], [20.0, 6.0, 0.0]]),
     )

@@ -16,8 +16,9 @@ from helpers.run_folders import write_run
 from pneumorph.base.layers import _flags, _switched_off, layered
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.paper_robot import HYPERELASTIC_PRESSURE_MAP
-from pneumorph.catalogue.robot_options import RobotOptions, current_flag
+from pneumorph.catalogue.robot_options import RobotOptions, current_arguments
 from pneumorph.cli import VERBS, run
+from pneumorph.fem.material import LegMaterials, Material
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.simulation.randomisation import Randomisation
@@ -100,7 +101,7 @@ def test_a_leg_brings_its_own_pressure_map(tmp_path: Path, asked: Ask) -> None:
     assert half == PressureMap(5.0, HYPERELASTIC_PRESSURE_MAP.intercept_kPa)
     # A preset's leg gives way with its map, a map that was said with it does not.
     assert map_of("simulate --preset hyperelastic") == HYPERELASTIC_PRESSURE_MAP
-    assert map_of("simulate --preset hyperelastic --leg paper") == PUBLISHED_MAP
+    assert map_of("simulate --preset hyperelastic --leg published") == PUBLISHED_MAP
     folder = learned(tmp_path / "paper", physics={"pressure_map": settings_to_dict(OTHER_MAP)})
     assert map_of(f"evaluate {folder}") == OTHER_MAP
     assert map_of(f"evaluate {folder} --leg hyperelastic") == HYPERELASTIC_PRESSURE_MAP
@@ -166,14 +167,19 @@ def test_positional_arguments_win_over_the_file(tmp_path: Path, asked: Ask) -> N
 
 
 def test_older_flags_mean_what_they_are_called_now(asked: Ask) -> None:
-    assert current_flag("--simulation.damping") == "--physics.damping"
-    assert current_flag("--simulation.pressure-map.slope=2") == "--physics.pressure-map.slope=2"
-    assert current_flag("--simulation.contact-sweeps") == "--stepper.contact-sweeps"
-    assert current_flag("--simulation.element_precision=double") == (
-        "--stepper.element_precision=double"
-    )
-    for argument in ("--physics.damping", "simulation.damping", "--film", "objective"):
-        assert current_flag(argument) == argument
+    for older, now in {
+        "--simulation.damping": "--physics.damping",
+        "--simulation.pressure-map.slope=2": "--physics.pressure-map.slope=2",
+        "--simulation.contact-sweeps": "--stepper.contact-sweeps",
+        "--simulation.element_precision=double": "--stepper.element_precision=double",
+        "--materials.paper.poisson-ratio": "--materials.sheet.poisson-ratio",
+        "--materials.paper-thickness-mm=2": "--materials.sheet-thickness-mm=2",
+        "--leg paper --film": "--leg published --film",
+        "--leg=paper": "--leg=published",
+    }.items():
+        assert current_arguments(older.split()) == now.split()
+    kept = ["--physics.damping", "simulation.damping", "--film", "objective", "--preset", "paper"]
+    assert current_arguments(kept) == kept
     robot = asked("simulate --simulation.damping objective --simulation.contact-sweeps=7").robot
     assert (robot.physics.damping, robot.stepper.contact_sweeps) == ("objective", 7)
 
@@ -186,12 +192,22 @@ def test_older_settings_are_read(tmp_path: Path, asked: Ask) -> None:
     assert asked(f"simulate --settings {file} --physics.damping published").robot.physics == (
         Physics()
     )
+    file.write_text('[robot]\nleg = "paper"\n')
+    assert asked(f"simulate --preset hyperelastic --settings {file}").robot.leg == "published"
+    file.write_text(
+        'leg = "paper"\nsnapshots.static.loaded_surface = "paper"\n'
+        "[materials]\npaper_thickness_mm = 2.0\npaper.young_modulus_kPa = 9.0\n"
+        "paper.poisson_ratio = 0.4\n"
+    )
+    options = asked(f"reduce --settings {file}")
+    assert (options.leg, options.snapshots.static.loaded_surface) == ("published", "sheet")
+    assert options.materials == LegMaterials(sheet=Material(9.0, 0.4), sheet_thickness_mm=2.0)
     file.write_text("[robot.simulation]\ncontact_sweps = 7\n")
     assert run(["simulate", "--settings", str(file), "--out", str(tmp_path / "s")]) == 1
 
 
 @pytest.mark.parametrize(
-    ("leg", "own"), [("paper", PUBLISHED_MAP), ("hyperelastic", HYPERELASTIC_PRESSURE_MAP)]
+    ("leg", "own"), [("published", PUBLISHED_MAP), ("hyperelastic", HYPERELASTIC_PRESSURE_MAP)]
 )
 def test_an_older_run_walks_the_map_it_walked(leg: str, own: PressureMap, tmp_path: Path) -> None:
     """Runs of the hyperelastic leg saved the published map and walked their own."""

@@ -90,7 +90,7 @@ def test_a_walk_that_diverges_is_told_and_left_out(
     gait.write_text("# design: 1.0.0.1.0.1.0.0\ntime_s,regulator_1_kPa\n0.0,90.0\n1.0,90.0\n")
     command = (
         f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} --hub rigid --out {tmp_path / 'leg'} --json "
-        "--materials.silicone.young-modulus-kPa 20 --materials.paper.young-modulus-kPa 20 "
+        "--materials.silicone.young-modulus-kPa 20 --materials.sheet.young-modulus-kPa 20 "
         "--snapshots.static.bend-pressure-kPa 0.01 --snapshots.static.load-count 0 "
         f"--walked.gaits {gait} --walked.duration-s 1.0"
     )

@@ -176,7 +176,7 @@ def test_compare_walks_a_grid_of_reductions(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A grid of the leg that ships alone errs as that leg does; its full walks ship too."""
-    shipped = data_folder("leg_paper.npz")
+    shipped = data_folder("leg_published.npz")
     command = f"compare --animations two_leg --heldout-count 0 --floating-duration-s 0 \
         --timed-steps 0 --grid {shipped} --out {tmp_path}"
     summary = run_json(command, capsys)

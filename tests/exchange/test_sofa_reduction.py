@@ -94,7 +94,7 @@ def test_modes_of_the_world_give_the_same_leg(
     read = reduced_part_of(read_sofa_reduction(tmp_path), model)
     assert read.mode_count == part.mode_count
     assert read.metadata["torn_attachment"] < 1e-6
-    # Nine digits are written, seven kept; the stiff paper magnifies what is lost a hundredfold.
+    # Nine digits are written, seven kept; the stiff sheet magnifies what is lost a hundredfold.
     assert _bend(read, model) == pytest.approx(_bend(part, model), rel=1e-5)
 
 
@@ -156,14 +156,14 @@ def test_the_scene_is_python_and_names_files_that_exist(
         "createScene",
     }
     assert f"MODE_COUNT = {part.mode_count}\n" in text
-    for name in ("leg.vtk", "paper.vtk", "cavity.stl"):
+    for name in ("leg.vtk", "sheet.vtk", "cavity.stl"):
         assert f'"{name}"' in text
         assert (tmp_path / name).exists()
     leg = meshio.read(tmp_path / "leg.vtk")
     np.testing.assert_array_equal(leg.points, model.mesh.nodes)
     np.testing.assert_array_equal(leg.cells_dict["tetra"], model.mesh.tetrahedra)
-    paper = meshio.read(tmp_path / "paper.vtk")
-    np.testing.assert_array_equal(paper.cells_dict["triangle"], model.mesh.surface("paper"))
+    sheet = meshio.read(tmp_path / "sheet.vtk")
+    np.testing.assert_array_equal(sheet.cells_dict["triangle"], model.mesh.surface("sheet"))
     read = reduced_part_of(read_sofa_reduction(tmp_path), model)
     assert read.mode_count == part.mode_count
 

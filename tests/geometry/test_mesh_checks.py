@@ -74,8 +74,8 @@ def test_outside_named_as_cavity_is_refused(hollow):
 
 
 def test_unknown_regions_are_refused(hollow):
-    with pytest.raises(MeshError, match="unknown surface region 'paper'; the mesh has: bottom"):
-        check_mesh(hollow, ("paper",))
+    with pytest.raises(MeshError, match="unknown surface region 'sheet'; the mesh has: bottom"):
+        check_mesh(hollow, ("sheet",))
     with pytest.raises(MeshError, match="unknown node set 'attachment'"):
         check_mesh(hollow, (), ("attachment",))
 

@@ -31,16 +31,18 @@ def hollow():
 
 
 def test_gmsh_file_with_physical_groups(hollow, tmp_path):
+    """The group of the sheet may have its name of earlier versions."""
     write(hollow, tmp_path / "box.msh", file_format="gmsh22")
     mesh = read_mesh_file(tmp_path / "box.msh", node_sets=("paper",))
     np.testing.assert_allclose(mesh.nodes, hollow.nodes, atol=1e-12)
     assert np.array_equal(mesh.tetrahedra, hollow.tetrahedra)
     assert len(mesh.surfaces["cavity"]) == len(hollow.surfaces["cavity"])
+    assert len(mesh.surfaces["sheet"]) == len(hollow.surfaces["bottom"])
 
 
 def test_vtk_file_with_numbered_regions_in_metres(hollow, tmp_path):
     write(hollow, tmp_path / "box.vtu", scale=1e-3)
-    names = {2: "cavity", 3: "paper"}
+    names = {2: "cavity", 3: "sheet"}
     mesh = read_mesh_file(tmp_path / "box.vtu", node_sets=(), region_names=names, scale=1000.0)
     np.testing.assert_allclose(mesh.nodes, hollow.nodes, atol=1e-12)
 
@@ -90,6 +92,6 @@ def test_a_skin_of_the_file_is_kept(hollow, tmp_path):
     cells = list(zip(("tetra", "triangle", "triangle", "triangle"), blocks, strict=True))
     tags = [np.full(len(block), tag) for tag, block in enumerate(blocks, 1)]
     meshio.write(tmp_path / "b.vtu", meshio.Mesh(hollow.nodes, cells, cell_data={"region": tags}))
-    names = dict(enumerate(("cavity", "paper", "skin"), 2))
+    names = dict(enumerate(("cavity", "sheet", "skin"), 2))
     mesh = read_mesh_file(tmp_path / "b.vtu", node_sets=(), region_names=names)
     assert np.array_equal(mesh.surfaces["skin"], skin)

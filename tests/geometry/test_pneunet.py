@@ -26,7 +26,7 @@ def test_size_is_near_the_published_mesh(leg_mesh):
 
 
 def test_paper_covers_the_bottom(leg_mesh):
-    corners = leg_mesh.nodes[leg_mesh.surfaces["paper"]]
+    corners = leg_mesh.nodes[leg_mesh.surfaces["sheet"]]
     assert np.all(corners[:, :, 2] == 0.0)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
     assert normal[:, 2].max() < 0.0

@@ -89,7 +89,7 @@ def test_a_reality_is_off_by_its_seed() -> None:
     assert draw_reality(VirtualRigSettings(seed=2), published) != first
 
 
-@pytest.mark.parametrize("name", ["paper", "hyperelastic"])
+@pytest.mark.parametrize("name", ["published", "hyperelastic"])
 def test_the_true_pressure_map_is_off_from_the_one_that_was_asked_for(name: LegName) -> None:
     """As much real pressure as from the published line: where bending begins, and its slope."""
     published, asked = PressureMap(), pressure_map(name)
@@ -115,7 +115,7 @@ NOTHING_OFF = replace(
 )
 
 
-@pytest.mark.parametrize("name", ["paper", "hyperelastic"])
+@pytest.mark.parametrize("name", ["published", "hyperelastic"])
 def test_where_nothing_is_off_the_true_leg_bends_as_the_one_asked_for(name: LegName) -> None:
     spec = paper_robot(name)
     real_kPa = np.array([10.0, 30.0, 40.0])

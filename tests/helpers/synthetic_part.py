@@ -19,7 +19,7 @@ from pneumorph.reduction.reduced_part import ReducedPart
 
 
 def synthetic_mesh(cells: tuple[int, int, int] = (8, 4, 4)) -> Mesh:
-    """A box 112 x 24 x 16 mm of cubes split into tetrahedra, hollow inside, paper at z = 0.
+    """A box 112 x 24 x 16 mm of cubes split into tetrahedra, hollow inside, a sheet at z = 0.
 
     Args:
         cells: Cubes along x, y (even) and z; the cubes not at the surface are left out.
@@ -79,13 +79,13 @@ def synthetic_mesh(cells: tuple[int, int, int] = (8, 4, 4)) -> Mesh:
     outer = np.any(flat, axis=0)
     bottom = boundary[flat[4]]
     left = bottom[nodes[bottom][:, :, 1].mean(axis=1) < 0.0]
-    paper = np.concatenate([left, mirror_nodes[left][:, [1, 0, 2]]])
+    sheet = np.concatenate([left, mirror_nodes[left][:, [1, 0, 2]]])
     at = {tuple(node): index for index, node in enumerate(np.round(nodes, 6))}
     attachment = [at[(low[0], y, z)] for y in (low[1], high[1]) for z in (low[2], high[2])]
     return Mesh(
         nodes=nodes,
         tetrahedra=tetrahedra,
-        surfaces={"cavity": boundary[~outer][:, ::-1], "skin": boundary[outer], "paper": paper},
+        surfaces={"cavity": boundary[~outer][:, ::-1], "skin": boundary[outer], "sheet": sheet},
         node_sets={
             "attachment": np.array(attachment),
             "outer_end_face": np.flatnonzero(nodes[:, 0] > high[0] - 1e-9),
@@ -106,10 +106,10 @@ def synthetic_part(
         quadratic: Whether elements have midside nodes.
     """
     mesh = synthetic_mesh(cells)
-    paper = Membrane("paper", Material(2320.0, 0.49, law), 1.0)
+    sheet = Membrane("sheet", Material(2320.0, 0.49, law), 1.0)
     solid = Material(1160.0, 0.2, law)
     mesh = quadratic_mesh(mesh) if quadratic else mesh
-    return PartModel(mesh, solid, 0.105, (paper,), cavity="cavity")
+    return PartModel(mesh, solid, 0.105, (sheet,), cavity="cavity")
 
 
 def vibration_modes(part: PartModel, mode_count: int) -> np.ndarray:

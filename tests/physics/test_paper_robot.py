@@ -41,7 +41,7 @@ def walk(simulator: BatchedSimulator, seconds_each: float = 0.6) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("name", "mesh"), [("paper", paper_leg_mesh), ("hyperelastic", hyperelastic_leg_mesh)]
+    ("name", "mesh"), [("published", paper_leg_mesh), ("hyperelastic", hyperelastic_leg_mesh)]
 )
 def test_the_legs_that_ship_were_made_from_the_meshes_that_ship(name, mesh):
     load_default_leg(name).check_mesh(mesh())

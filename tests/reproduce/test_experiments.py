@@ -83,7 +83,7 @@ def test_the_published_physics_is_named_in_full() -> None:
     named = read_settings_file(REPRODUCE / "published.toml")
     assert set(named["physics"]) == {each.name for each in fields(Physics)}
     assert set(named["physics"]["pressure_map"]) == {each.name for each in fields(PressureMap)}
-    assert named["leg"] == "paper"
+    assert named["leg"] == "published"
     published = load_settings(RobotOptions, REPRODUCE / "published.toml")
     assert published.spec().physics == published.physics
 
@@ -108,7 +108,7 @@ def test_everything_after_the_paper_scale_training(
     finished(
         learned_folder / "paper_scale" / run_digest(tmp_path) / "leg",
         {"part": str(finer.save(tmp_path / "finer.npz"))},
-        "reduce", "--preset", "learned", "--leg", "paper", "--hub", "soft",
+        "reduce", "--preset", "learned", "--leg", "published", "--hub", "soft",
         "--walked.damping", "published", "--walked.gaits", *gaits,
     )  # fmt: skip
     call("paper_scale", monkeypatch, *kept_folder)

@@ -71,7 +71,7 @@ def test_a_policy_drives_a_design_whatever_its_regulators_are_called(tmp_path: P
         find_gait(path, "1.1.1.1.1.1.1.0", ExpertGait())
 
 
-@pytest.mark.parametrize("leg", ["paper", "hyperelastic"])
+@pytest.mark.parametrize("leg", ["published", "hyperelastic"])
 def test_a_runs_gait_knows_the_pressure_map_of_its_leg_and_how_long_it_settled(
     leg: LegName, tmp_path: Path
 ) -> None:

@@ -1,0 +1,29 @@
+"""Regions of a mesh that were called otherwise by earlier versions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeVar
+
+Region = TypeVar("Region")
+
+_FIRST_NAMES = {"sheet": "paper"}
+_CURRENT_NAMES = {first: now for now, first in _FIRST_NAMES.items()}
+
+
+def current_name(name: str) -> str:
+    """What a region is called now: ``sheet`` for ``paper``."""
+    return _CURRENT_NAMES.get(name, name)
+
+
+def first_name(name: str) -> str:
+    """What a region was called first: digests know it by that, and find what was made with it."""
+    return _FIRST_NAMES.get(name, name)
+
+
+def with_current_names(regions: Mapping[str, Region]) -> dict[str, Region]:
+    """Regions by what they are called now; both stay where a mesh has both names."""
+    return {
+        name if current_name(name) in regions else current_name(name): region
+        for name, region in regions.items()
+    }
