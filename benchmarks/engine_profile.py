@@ -24,7 +24,7 @@ from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.report.style import REGULATOR_COLOURS, figure_style, new_figure, save_figure
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
-from pneumorph.study.benchmark import EngineBenchmark, bench_engine
+from pneumorph.study.engine_benchmark import EngineBenchmark, bench_engine
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,10 +52,10 @@ def with_first_modes(part: ReducedPart, count: int) -> ReducedPart:
 def measured(spec: RobotSpec, designs: Sequence[Design], robots: int) -> dict[str, Any]:
     """Speed and stages of a batch under one random action."""
     figures = bench_engine(EngineBenchmark(robots, action_count=1), spec, designs)
-    leg_steps = figures["steps"] * figures["mean_legs"]
+    leg_steps = figures.steps * figures.mean_legs
     names = ("threads", "mean_legs", "env_steps_per_s", "gemm_gflops", "steps_per_gflop")
-    stages = {name: 1e6 * value / leg_steps for name, value in figures["stage_seconds"].items()}
-    return {**{name: figures[name] for name in names}, "stage_us": stages}
+    stages = {name: 1e6 * value / leg_steps for name, value in figures.stage_seconds.items()}
+    return {**{name: getattr(figures, name) for name in names}, "stage_us": stages}
 
 
 @figure_style()

@@ -126,7 +126,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
             folder.save_settings(content)
         try:
             result = verb.run(options, folder)
-            summary = result if isinstance(result, dict) else result_to_dict(result)
+            summary = result_to_dict(result)
         except BaseException:
             if fresh:
                 folder.remove_if_only_settings()

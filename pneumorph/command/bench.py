@@ -12,8 +12,8 @@ Example: pneumorph bench full --json
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Literal
 
 import tyro
 
@@ -24,7 +24,8 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.open_loop_gait import commands_of
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.robot.design_space import DesignSpace
-from pneumorph.study.benchmark import EngineBenchmark, FullBenchmark, bench_engine, bench_full
+from pneumorph.study.engine_benchmark import EngineBenchmark, EngineSpeed, bench_engine
+from pneumorph.study.full_benchmark import FullBenchmark, StepTimes, bench_full
 
 
 @dataclass(frozen=True)
@@ -42,21 +43,21 @@ class BenchOptions:
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
 
-def bench(options: BenchOptions, folder: RunFolder) -> dict[str, Any]:
-    """Run the benchmark and return its figures."""
+def bench(options: BenchOptions, folder: RunFolder) -> EngineSpeed | StepTimes:
+    """Measure what was asked for."""
     spec = options.robot.spec()
     if options.subject == "engine":
         folder.progress.stage("measuring the engine")
-        return {**spec.describe(), **bench_engine(options.benchmark, spec, options.space.designs)}
+        return bench_engine(options.benchmark, spec, options.space.designs)
     folder.progress.stage("measuring a full robot's steps")
     commands = commands_of(options.expert, spec.physics.time_step_s, spec.physics.regulator_count)
     robot = spec.full(options.design)
-    return {
-        "design": options.design,
-        "hub": options.robot.full.hub,
+    return replace(
+        bench_full(options.full_benchmark, robot, commands, folder.progress),
+        design=options.design,
+        hub=options.robot.full.hub,
         **spec.describe(reduced=False),
-        **bench_full(options.full_benchmark, robot, commands, folder.progress),
-    }
+    )
 
 
 VERB = Verb(BenchOptions, bench)

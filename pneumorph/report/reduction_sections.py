@@ -16,7 +16,6 @@ from pneumorph.report.reduction_figures import bend_figure, stage_figure, tolera
 from pneumorph.report.sheet import Sheet
 from pneumorph.study.comparison import Comparison
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.reduction import Reduction
 from pneumorph.study.reduction_grid import GridPoint
 from pneumorph.study.robot_error import RobotError
 
@@ -39,10 +38,16 @@ def comparison_sections(found: Comparison, run: FinishedRun, sheet: Sheet) -> li
     return [*sections, Section("Bend of one leg", sheet.drawn("bend", figure, caption))]
 
 
-def reduction_sections(found: Reduction, run: FinishedRun, sheet: Sheet) -> list[Section]:
-    """Return where the time of a reduction went."""
-    caption = "Wall time of each stage."
-    drawn = sheet.drawn("stages", stage_figure(found.stage_seconds), caption)
+class HasStages(Protocol):
+    """A result that tells how long each stage took [s]."""
+
+    @property
+    def stage_seconds(self) -> Mapping[str, float]: ...
+
+
+def stage_sections(found: HasStages, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return where the time of a run went."""
+    drawn = sheet.drawn("stages", stage_figure(found.stage_seconds), "Wall time of each stage.")
     return [Section("Where the time went", drawn)]
 
 

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 from pneumorph.exchange.conversion import ConvertedFile
@@ -24,11 +23,10 @@ from pneumorph.report.making_sections import (
     mesh_sections,
 )
 from pneumorph.report.page import Section
-from pneumorph.report.reduction_figures import stage_figure
 from pneumorph.report.reduction_sections import (
     comparison_sections,
     leg_sections,
-    reduction_sections,
+    stage_sections,
 )
 from pneumorph.report.repeat_section import repeat_section
 from pneumorph.report.replay.replay_data import ReplaySettings
@@ -47,9 +45,11 @@ from pneumorph.study.baseline import Baseline
 from pneumorph.study.campaign import Campaign
 from pneumorph.study.comparison import Comparison
 from pneumorph.study.deployed_gait import DeployedGait
+from pneumorph.study.engine_benchmark import EngineSpeed
 from pneumorph.study.evaluation import Evaluation
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.fitted_calibration import FittedCalibration
+from pneumorph.study.full_benchmark import StepTimes
 from pneumorph.study.made_mesh import MadeMesh
 from pneumorph.study.reduction import Reduction
 from pneumorph.study.search_findings import SearchFindings
@@ -67,25 +67,14 @@ class VerbPage:
     Attributes:
         title: Heading of the page.
         lead: A sentence under it.
-        result: What the verb's study returns.
+        result: What the verb's study returns; None for one that is not known.
         sections: Each makes sections of that result, the run and a sheet.
     """
 
     title: str
     lead: str
-    result: type[Any] = dict
+    result: type[Any] | None = None
     sections: tuple[Sections, ...] = ()
-
-
-def _untyped_leg(found: dict[str, Any], run: FinishedRun, sheet: Sheet) -> list[Section]:
-    return leg_sections(SimpleNamespace(leg=found.get("leg")), run, sheet)
-
-
-def _bench_sections(found: dict[str, Any], run: FinishedRun, sheet: Sheet) -> list[Section]:
-    if not found.get("stage_seconds"):
-        return []
-    drawn = sheet.drawn("stages", stage_figure(found["stage_seconds"]), "Wall time of each stage.")
-    return [Section("Where the time went", drawn)]
 
 
 _TRAINING = VerbPage(
@@ -105,7 +94,7 @@ PAGES = {
         "A reduced part",
         "Modes and sampled elements, with their measured errors.",
         Reduction,
-        (reduction_sections, leg_sections),
+        (stage_sections, leg_sections),
     ),
     "compare": VerbPage(
         "Reduced beside full",
@@ -147,8 +136,12 @@ PAGES = {
     ),
     "bench": VerbPage(
         "Speed of this machine",
-        "How fast robots are simulated.",
-        sections=(_bench_sections, _untyped_leg),
+        "How fast reduced robots are simulated.",
+        EngineSpeed,
+        (stage_sections, leg_sections),
+    ),
+    "bench full": VerbPage(
+        "Speed of this machine", "How fast a robot of finite elements is simulated.", StepTimes
     ),
     "calibrate": VerbPage(
         "The simulation, fitted",
@@ -181,7 +174,7 @@ PAGES = {
         (conversion_sections,),
     ),
 }
-"""How the run of each verb is shown."""
+"""How the run of each verb is shown, or of a verb and its subject."""
 
 _HEADLINE = {
     "best_distance_cm": ("distance of the best pair", "{:.1f} cm"),
@@ -240,8 +233,9 @@ def write_run_page(run: FinishedRun, path: Path, replay: ReplaySettings | None =
     """
     start = time.monotonic()
     sheet = Sheet(path.parent, replay)
-    shown = PAGES.get(run.verb, VerbPage(f"pneumorph {run.verb}", ""))
-    found = run.result(shown.result)
+    usual = PAGES.get(run.verb, VerbPage(f"pneumorph {run.verb}", ""))
+    shown = PAGES.get(f"{run.verb} {run.settings.get('subject')}", usual)
+    found = None if shown.result is None else run.result(shown.result)
     sections = [
         *walk_sections(run.folder, sheet),
         *(section for make in shown.sections for section in make(found, run, sheet)),

@@ -17,8 +17,8 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_robot import data_folder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.study.animations import Animation, animations
-from pneumorph.study.benchmark import FullBenchmark, bench_full
 from pneumorph.study.bend_error import BendComparison, bend_of_report, compare_bend
+from pneumorph.study.full_benchmark import FullBenchmark, bench_full
 from pneumorph.study.full_order_store import FullOrderStore
 from pneumorph.study.heldout import heldout_animations
 from pneumorph.study.model_pair import ModelPair
@@ -274,4 +274,4 @@ def _step_times(
         pair.commands_kPa,
         lambda done, total: folder.progress(done, total, "steps of the full robot"),
     )
-    return full["seconds_per_step"], pair.seconds_per_reduced_step()
+    return full.seconds_per_step, pair.seconds_per_reduced_step()

@@ -3,7 +3,7 @@ import pytest
 from helpers.small_robot import small_robot
 
 from pneumorph.base.stage_clock import StageClock
-from pneumorph.study.benchmark import FullBenchmark, bench_full
+from pneumorph.study.full_benchmark import FullBenchmark, bench_full
 
 
 def test_stages_add_up_to_the_step_they_were_measured_in():
@@ -15,23 +15,25 @@ def test_stages_add_up_to_the_step_they_were_measured_in():
         np.full((8, 2), 15.0),
         lambda done, total: seen.append((done, total)),
     )
-    stages = [figures[f"{name}_seconds"] for name in ("assembly", "factorisation", "contact")]
+    stages = [
+        getattr(figures, f"{name}_seconds") for name in ("assembly", "factorisation", "contact")
+    ]
     assert min(stages) > 0.0
     # What is left is what happens between the stages: real time, and not most of the step's twice.
-    assert 0.0 < figures["other_seconds"] < figures["seconds_per_step"]
-    assert sum(stages) + figures["other_seconds"] == pytest.approx(figures["seconds_per_step"])
-    assert figures["elimination_seconds"] + figures["friction_seconds"] == pytest.approx(
-        figures["contact_seconds"]
+    assert 0.0 < figures.other_seconds < figures.seconds_per_step
+    assert sum(stages) + figures.other_seconds == pytest.approx(figures.seconds_per_step)
+    assert figures.elimination_seconds + figures.friction_seconds == pytest.approx(
+        figures.contact_seconds
     )
-    assert figures["slowest_step_seconds"] >= figures["seconds_per_step"]
-    assert figures["factorisations_per_step"] == pytest.approx(
-        figures["seconds_per_step"] / figures["leg_factorisation_seconds"]
+    assert figures.slowest_step_seconds >= figures.seconds_per_step
+    assert figures.factorisations_per_step == pytest.approx(
+        figures.seconds_per_step / figures.leg_factorisation_seconds
     )
     # Two clocks of microseconds' resolution; one thread cannot use more than the wall time.
-    assert 0.0 < figures["cpu_seconds_per_step"] < figures["seconds_per_step"] + 1e-4
-    assert figures["contact_count"] > 0
-    assert figures["threads"] == 1
-    assert figures["timed_steps"] == 5
+    assert 0.0 < figures.cpu_seconds_per_step < figures.seconds_per_step + 1e-4
+    assert figures.contact_count > 0
+    assert figures.threads == 1
+    assert figures.timed_steps == 5
     assert seen == [(number, 8) for number in range(1, 9)]
 
 
