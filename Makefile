@@ -50,7 +50,8 @@ clean:
 .venv-test/.installed: PACKAGE := .[$(EXTRAS),ray,wandb,development,docs]
 
 # Runs again only where the package's requirements or the engine changed: Python sources are edited
-# in place (an editable install).
+# in place (an editable install). What builds the engine stays in the environment: pip's own way, a
+# new folder of build tools each time, compiles all of it each time.
 .venv/.installed .venv-test/.installed: $(ENGINE)
 	@test -n "$(PYTHON)" || { echo "pneumorph needs Python 3.11 or later with its venv module \
 	(on Debian: apt install python3-venv); set PYTHON=/path/to/python3.11" >&2; exit 1; }
@@ -58,5 +59,7 @@ clean:
 	(on Debian: apt install g++)" >&2; exit 1; }
 	@echo "installing into $(@D) (two to four minutes the first time)"
 	"$(PYTHON)" -m venv $(@D)
-	$(@D)/bin/python -m pip install --quiet --editable "$(PACKAGE)"
+	$(@D)/bin/python -m pip install --quiet cmake ninja $$($(@D)/bin/python -c 'import tomllib; \
+	print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"])')
+	$(@D)/bin/python -m pip install --quiet --no-build-isolation --editable "$(PACKAGE)"
 	@touch $@

@@ -9,6 +9,8 @@ import itertools
 from functools import cache
 
 import numpy as np
+from scipy.sparse import diags_array
+from scipy.sparse.linalg import eigsh
 
 from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.part_model import PartModel
@@ -118,11 +120,13 @@ def vibration_modes(part: PartModel, mode_count: int) -> np.ndarray:
     held[part.mesh.node_set("attachment")] = True
     free = np.flatnonzero(~np.repeat(held, 3))
     mass = np.repeat(part.node_mass, 3)[free]
-    stiffness = part.stiffness(part.rest_nodes).toarray()[np.ix_(free, free)]
-    scaled = stiffness / np.sqrt(mass[:, None] * mass[None, :])
-    _, vectors = np.linalg.eigh(scaled)
+    scale = diags_array(1.0 / np.sqrt(mass))
+    scaled = scale @ part.stiffness(part.rest_nodes).tocsr()[free][:, free] @ scale
+    values, vectors = eigsh(scaled.tocsc(), mode_count, sigma=0.0, v0=np.ones(len(free)))
     modes = np.zeros((3 * part.node_count, mode_count))
-    modes[free] = vectors[:, :mode_count] / np.sqrt(mass)[:, None]
+    modes[free] = scale @ vectors[:, np.argsort(values)]
+    # The sign of an eigenvector is the processor's choice; these lift the nodes that come last.
+    modes *= np.sign(np.arange(len(modes)) @ modes)
     return modes.reshape(part.node_count, 3, mode_count)
 
 

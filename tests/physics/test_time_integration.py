@@ -219,15 +219,15 @@ def test_settled_shape_does_not_depend_on_the_step(integrator):
     """Pressure is a force in equilibrium with elasticity: no step length enters."""
     ends = []
     for step in (1e-2, 2.5e-3):
-        physics = replace(FLYING, time_step_s=step, stiffness_damping_s=0.1)
+        physics = replace(FLYING, time_step_s=step, stiffness_damping_s=0.02)
         robot = small_robot(physics, numerics=FullOrderSettings(integrator=integrator))
-        commands = np.tile(PRESSURE, (round(1.0 / step), 1))
+        commands = np.tile(PRESSURE, (round(0.3 / step), 1))
         state, _ = robot.rollout(robot.initial_state(), commands, 10000, record_nodes=False)
         x = robot.leg_nodes_in_hub_frame(state)[0]
         ends.append(x - robot.legs[0].part.rest_nodes)
     bend = np.abs(ends[0]).max()
     assert bend > 0.2
-    # What is left of the motion at 1 s, some 2e-4 mm/s times its time constant of 0.1 s.
+    # What is left of the motion at 0.3 s, some 1e-4 mm/s, and the tolerance of the steps.
     assert np.abs(ends[0] - ends[1]).max() < 2e-4 * bend
 
 

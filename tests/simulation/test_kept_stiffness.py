@@ -34,7 +34,7 @@ def test_steps_with_a_kept_stiffness_equal_the_reference(
     part = mounted(mode_count)
     simulator = thrown(
         part,
-        motion_of(part, 0.3),
+        motion_of(part, 1.0),
         damping=damping,
         element_precision=precision,
         instruction_set=instruction_set,

@@ -90,10 +90,10 @@ def test_every_mode_count_has_a_kernel_that_is_right(mode_count, precision, inst
 @pytest.mark.parametrize("damping", ["published", "objective"])
 def test_crushed_and_inverted_elements_step_as_well(damping):
     part = synthetic_reduced_part(6, (4, 4, 4), "stable_neo_hookean")
-    volume = np.linalg.det(part.tetrahedra.gradients(motion_of(part, 8.0)[0]))
+    volume = np.linalg.det(part.tetrahedra.gradients(motion_of(part, 11.0)[0]))
     assert volume.min() < -0.1  # tangents are indefinite there
     assert volume.max() > 2.0
-    assert_one_free_step_equals(part, 8.0, damping=damping)
+    assert_one_free_step_equals(part, 11.0, damping=damping)
 
 
 @pytest.mark.parametrize("precision", ["single", "double"])
