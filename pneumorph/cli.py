@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import json
 import os
@@ -95,6 +96,10 @@ def run(arguments: Sequence[str]) -> int:
         if debug:
             traceback.print_exc()
         return _fail(str(error), 1)
+    except MemoryError as error:
+        if debug:
+            traceback.print_exc()
+        return _fail(f"the memory is full; ask for less at once ({error})", 1)
     except KeyboardInterrupt:
         return _fail("stopped by the keyboard", 130)
 
@@ -127,9 +132,12 @@ def _run_verb(name: str, arguments: list[str]) -> int:
         try:
             result = verb.run(options, folder)
             summary = result_to_dict(result)
-        except BaseException:
+        except BaseException as error:
             if fresh:
                 folder.remove_if_only_settings()
+            if isinstance(error, OSError) and error.errno == errno.ENOSPC and not error.filename:
+                # From a log that grows; whole files say their own names.
+                error.filename = str(folder.path)
             raise
         folder.save_settings(content)
         written = folder.save_summary({**summary, **origin, "peak_memory_mb": _peak_memory_mb()})

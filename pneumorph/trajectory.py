@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, reading, save_artefact
 
 FORMAT_VERSION = 1
 
@@ -136,7 +136,8 @@ class Trajectory:
             ArtefactError: Truncated, of another kind or of another format version.
         """
         arrays, header = load_artefact(path, "Trajectory", FORMAT_VERSION)
-        return cls(**arrays, status=header["status"], metadata=header["description"])
+        with reading(path, "Trajectory"):
+            return cls(**arrays, status=header["status"], metadata=header["description"])
 
 
 _REQUIRED = ("time_s", "hub_position_mm", "hub_rotation", "tracked_point_mm", "commanded_kPa",

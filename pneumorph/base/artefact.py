@@ -6,13 +6,16 @@ made it. Files are written beside their target and renamed, so a reader never se
 
 from __future__ import annotations
 
+import csv
 import json
+import lzma
 import math
 import os
 import tempfile
 import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -21,12 +24,101 @@ import numpy as np
 UNITS = {"length": "mm", "mass": "kg", "time": "s", "force": "mN", "pressure": "kPa"}
 
 
+# What zipfile and numpy raise for bytes that are no npz; a byte may turn into another compression
+# (NotImplementedError), a password (RuntimeError) or an array of objects (ValueError).
+_UNREADABLE = (
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, ValueError, LookupError, TypeError,
+    AttributeError, ArithmeticError, EOFError, OSError, RuntimeError, SyntaxError, MemoryError,
+)  # fmt: skip
+
+
 class ArtefactError(ValueError):
     """A file is not the artefact it was asked to be: wrong kind, version or mesh, or truncated."""
 
 
+@contextmanager
+def reading(path: Path | str, kind: str) -> Iterator[None]:
+    """Whatever goes wrong with what a file holds is told with the file's name.
+
+    Args:
+        path: The file.
+        kind: What it should hold, such as ``gait``.
+
+    Raises:
+        ArtefactError: What is done meanwhile found a value missing, of the wrong type or out of
+            range.
+    """
+    try:
+        yield
+    except (
+        ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError,
+        csv.Error,
+    ) as error:  # fmt: skip
+        if isinstance(error, ValueError) and str(path) in str(error):
+            raise
+        what = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
+        raise ArtefactError(
+            f"{kind} file {path} cannot be read ({what}); it is damaged or was written by another "
+            "program"
+        ) from error
+
+
+def read_text(path: Path | str, kind: str) -> str:
+    """Text of a file, UTF-8 with or without a byte order mark.
+
+    Args:
+        path: The file.
+        kind: What it should hold, such as ``gait``.
+
+    Raises:
+        FileNotFoundError: No such file.
+        IsADirectoryError: It is a folder.
+        ArtefactError: It is no text.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"{kind} file {path} does not exist")
+    if path.is_dir():
+        raise IsADirectoryError(f"{kind} file {path} is a folder, expected a file")
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ArtefactError(
+            f"{kind} file {path} is not text ({error}); it is binary or damaged"
+        ) from error
+
+
+def read_json(path: Path | str, kind: str) -> dict[str, Any]:
+    """Table of values of a JSON file.
+
+    Args:
+        path: The file.
+        kind: What it should hold, such as ``calibration``.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ArtefactError: It is no JSON, or not a table.
+    """
+    text = read_text(path, kind)
+    try:
+        content = json.loads(text)
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise ArtefactError(
+            f"{kind} file {path} is not valid JSON ({error}); it is truncated"
+        ) from error
+    if not isinstance(content, dict):
+        raise ArtefactError(
+            f"{kind} file {path} holds a {type(content).__name__}, expected a table of values"
+        )
+    return content
+
+
 def write_atomically(path: Path | str, write: Callable[[BinaryIO], object]) -> Path:
-    """Write a file through a temporary sibling and rename it over ``path``; return ``path``."""
+    """Write a file through a temporary sibling and rename it over ``path``; return ``path``.
+
+    Raises:
+        OSError: The disk is full or refuses; names the file, which stays as it was.
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
@@ -37,8 +129,10 @@ def write_atomically(path: Path | str, write: Callable[[BinaryIO], object]) -> P
             os.fsync(stream.fileno())
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
-    except BaseException:
+    except BaseException as error:
         Path(temporary).unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno is not None:
+            raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
         raise
     return path
 
@@ -97,11 +191,16 @@ def load_artefact(
             names = [name for name in archive.files if name not in ("metadata", *leave)]
             arrays = {name: archive[name] for name in names}
             metadata = json.loads(str(archive["metadata"]))
-    except (zipfile.BadZipFile, zlib.error, ValueError, KeyError, EOFError, OSError) as error:
+    except _UNREADABLE as error:
         raise ArtefactError(
             f"{path} is not a readable {kind} file ({error}); it is truncated or was not written "
             "by pneumorph"
         ) from error
+    if not isinstance(metadata, dict):
+        raise ArtefactError(
+            f"{path} has a {type(metadata).__name__} as metadata, expected a table; it was not "
+            "written by pneumorph"
+        )
     if metadata.get("kind") != kind:
         raise ArtefactError(f"{path} holds a {metadata.get('kind')}, expected a {kind}")
     if metadata.get("format_version") not in versions:
@@ -140,7 +239,7 @@ def stream_rows(path: Path | str, name: str, row_count: int) -> Iterator[np.ndar
                 count = min(row_count, shape[0] - start)
                 content = stream.read(count * row_bytes)
                 yield np.frombuffer(content, dtype).reshape(count, *shape[1:])
-    except (zipfile.BadZipFile, zlib.error, ValueError, KeyError, EOFError, OSError) as error:
+    except _UNREADABLE as error:
         if isinstance(error, ArtefactError):
             raise
         raise ArtefactError(f"{name} of {path} is truncated or missing ({error})") from error

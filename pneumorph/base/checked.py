@@ -1,7 +1,8 @@
 """Numbers that say beside their name which values they take.
 
 A settings dataclass that begins with `Checked` refuses a value that its annotation does not allow:
-numbers that are not finite or beyond their bounds, and names that are none of a `Literal`::
+numbers that are not finite or beyond their bounds, integers that the engine cannot hold, and names
+that are none of a `Literal`::
 
     @dataclass(frozen=True)
     class Settings(Checked):
@@ -13,6 +14,7 @@ numbers that are not finite or beyond their bounds, and names that are none of a
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import NoneType
@@ -44,6 +46,9 @@ class Bounds:
     def __contains__(self, number: float) -> bool:
         return self.least <= number <= self.most and self.above < number < self.below
 
+
+LARGEST_INTEGER = 2**31 - 1
+"""What the engine counts with."""
 
 Positive = Annotated[float, Bounds(above=0.0)]
 NotNegative = Annotated[float, Bounds(least=0.0)]
@@ -82,7 +87,7 @@ def _check(name: str, value: Any, hint: Any) -> None:
     elif kind is Literal:
         if value not in inner:
             raise ValueError(f"{name} must be one of {', '.join(map(str, inner))}, got {value!r}")
-    elif kind is tuple:
+    elif kind is tuple and isinstance(value, Sequence):  # on a command line it may be missing yet
         hints = inner[:1] * len(value) if inner[1:] == (...,) else inner
         for number, (entry, each) in enumerate(zip(value, hints, strict=True)):
             _check(f"{name}[{number}]", entry, each)
@@ -91,6 +96,8 @@ def _check(name: str, value: Any, hint: Any) -> None:
             _check(name, value, inner[0] if inner[1] is NoneType else inner[1])
     elif hint is float and not math.isfinite(value):
         raise ValueError(f"{name} must be finite, got {value}")
+    elif hint is int and abs(value) > LARGEST_INTEGER:
+        raise ValueError(f"{name} must be at most {LARGEST_INTEGER} in size, got {value}")
 
 
 def rises(values: np.ndarray) -> bool:

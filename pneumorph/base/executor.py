@@ -12,8 +12,9 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
-from typing import Literal, TypeVar, get_args
+from typing import Literal, TypeVar
 
+from pneumorph.base.checked import Checked, Count
 from pneumorph.base.workers import process_workers, ray_workers
 
 Shared = TypeVar("Shared")
@@ -28,29 +29,22 @@ class WorkerError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class ExecutorSettings:
+class ExecutorSettings(Checked):
     """Where tasks run."""
 
     backend: Backend = "processes"
     """`processes` of this machine, or `ray` (needs the extra `ray`)."""
-    process_count: int | None = None
+    process_count: Count | None = None
     """Tasks that run at the same time; None: two processes, or all processors of the Ray cluster.
     With `processes`, 1 needs no other process than this one, unless tasks may be given up."""
     address: str | None = None
     """Ray cluster to join, such as auto or ray://head:10001, with pneumorph installed on every
     machine; without it Ray starts on this machine alone."""
-    attempt_limit: int = 3
+    attempt_limit: Count = 3
     """How often a task is begun at most when its workers die."""
 
     def __post_init__(self) -> None:
-        if self.backend not in get_args(Backend):
-            raise ValueError(
-                f"backend must be one of {', '.join(get_args(Backend))}, got {self.backend!r}"
-            )
-        if self.process_count is not None and self.process_count < 1:
-            raise ValueError(f"process_count must be at least 1, got {self.process_count}")
-        if self.attempt_limit < 1:
-            raise ValueError(f"attempt_limit must be at least 1, got {self.attempt_limit}")
+        super().__post_init__()
         if self.address is not None and self.backend != "ray":
             raise ValueError(f"address {self.address!r} is for the backend ray, got {self.backend}")
 

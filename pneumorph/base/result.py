@@ -9,7 +9,6 @@ name). They are written for those who read the file and passed over when it is r
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import Any, TypeVar
 import cattrs
 import numpy as np
 
-from pneumorph.base.artefact import UNITS, ArtefactError, write_json
+from pneumorph.base.artefact import UNITS, ArtefactError, read_json, write_json
 from pneumorph.base.settings import exactly
 
 Result = TypeVar("Result")
@@ -58,16 +57,9 @@ def load_result(kind: type[Result], path: Path | str) -> Result:
         FileNotFoundError: No such file.
         ArtefactError: It is not JSON, of another kind, or damaged.
     """
-    path = Path(path)
-    if not path.exists():
-        raise FileNotFoundError(f"{kind.__name__} file {path} does not exist")
-    try:
-        content = json.loads(path.read_text())
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ArtefactError(f"{path} is not valid JSON ({error}); it is truncated") from error
-    if not isinstance(content, dict) or content.get("kind") != kind.__name__:
-        found = content.get("kind") if isinstance(content, dict) else type(content).__name__
-        raise ArtefactError(f"{path} holds a {found}, expected a {kind.__name__}")
+    content = read_json(path, kind.__name__)
+    if content.get("kind") != kind.__name__:
+        raise ArtefactError(f"{path} holds a {content.get('kind')}, expected a {kind.__name__}")
     try:
         return result_from_dict(kind, content)
     except ArtefactError as error:

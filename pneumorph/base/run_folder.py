@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import ArtefactError, write_json
+from pneumorph.base.artefact import ArtefactError, read_json, write_json
 from pneumorph.base.progress import Progress
 
 SUMMARY = "summary.json"
@@ -137,13 +137,7 @@ def _read(folder: Path, name: str) -> dict[str, Any]:
         raise ArtefactError(
             f"{folder} holds no {name}; it is not the folder of a finished pneumorph run"
         )
-    try:
-        content = json.loads(path.read_text())
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ArtefactError(f"{path} is not valid JSON ({error}); it is truncated") from error
-    if not isinstance(content, dict):
-        raise ArtefactError(f"{path} holds a {type(content).__name__}, expected a table of values")
-    return content
+    return read_json(path, path.stem)
 
 
 def made_once(path: Path, make: Callable[[], Mapping[str, Any]], **made_of: Any) -> dict[str, Any]:
@@ -159,7 +153,7 @@ def made_once(path: Path, make: Callable[[], Mapping[str, Any]], **made_of: Any)
     """
     if not path.exists():
         write_json(path, finite({**made_of, **make()}))
-    content: dict[str, Any] = json.loads(path.read_text())
+    content = read_json(path, "JSON")
     for name, wanted in json.loads(json.dumps(made_of)).items():
         if content.get(name) != wanted:
             raise ValueError(

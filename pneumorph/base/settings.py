@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import difflib
 import json
-import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import UnionType
@@ -21,60 +20,9 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 import cattrs
 from cattrs.strategies import configure_union_passthrough
 
-from pneumorph.base.artefact import write_json
+from pneumorph.base.artefact import ArtefactError, read_json, read_text, write_json
 
 Settings = TypeVar("Settings")
-
-
-def check_numbers(
-    settings: Any, positive: Sequence[str], non_negative: Sequence[str], finite: Sequence[str]
-) -> None:
-    """Check numeric fields of a settings dataclass; all named ones must be finite.
-
-    Args:
-        settings: The settings.
-        positive: Fields that must be above zero.
-        non_negative: Fields that must not be below zero.
-        finite: Fields of any sign.
-
-    Raises:
-        ValueError: A field breaks its rule; names it, what was expected and its value.
-    """
-    for name in (*positive, *non_negative, *finite):
-        value = getattr(settings, name)
-        if not math.isfinite(value):
-            raise ValueError(f"{name} must be finite, got {value}")
-        if (name in positive and value <= 0) or (name in non_negative and value < 0):
-            kind = "positive" if name in positive else "not negative"
-            raise ValueError(f"{name} must be {kind}, got {value}")
-
-
-def check_least(settings: Any, **least: float) -> None:
-    """Check fields of a settings dataclass against their least values.
-
-    Raises:
-        ValueError: A field is below; None counts as not given.
-    """
-    for name, value in least.items():
-        given = getattr(settings, name)
-        if given is not None and not given >= value:
-            raise ValueError(f"{name} is {given}, expected at least {value:g}")
-
-
-def check_choices(settings: Any, choices: Mapping[str, Sequence[str]]) -> None:
-    """Check fields of a settings dataclass that name one of a few things.
-
-    Args:
-        settings: The settings.
-        choices: What each field may be.
-
-    Raises:
-        ValueError: A field is none of its choices.
-    """
-    for name, known in choices.items():
-        value = getattr(settings, name)
-        if value not in known:
-            raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}")
 
 
 def settings_to_dict(settings: Any) -> dict[str, Any]:
@@ -142,18 +90,13 @@ def read_settings_file(path: Path | str) -> dict[str, Any]:
         ValueError: Not JSON or TOML, or no table.
     """
     path = Path(path)
-    if not path.exists():
-        raise FileNotFoundError(f"settings file {path} does not exist")
+    if path.suffix != ".toml":
+        return read_json(path, "settings")
+    text = read_text(path, "settings")
     try:
-        text = path.read_text()
-        content = tomllib.loads(text) if path.suffix == ".toml" else json.loads(text)
-    except (tomllib.TOMLDecodeError, json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"settings file {path} is not valid {path.suffix[1:]}: {error}") from error
-    if not isinstance(content, dict):
-        raise ValueError(
-            f"settings file {path} holds a {type(content).__name__}, expected a table of settings"
-        )
-    return content
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise ArtefactError(f"settings file {path} is not valid TOML ({error})") from error
 
 
 def load_settings(

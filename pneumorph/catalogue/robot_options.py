@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
 from pneumorph.catalogue.paper_robot import (
@@ -54,7 +55,7 @@ def _current_flag(argument: str) -> str:
 
 
 @dataclass(frozen=True)
-class FullOptions:
+class FullOptions(Checked):
     """Robots of finite elements."""
 
     hub: HubModel = "soft"
@@ -63,7 +64,7 @@ class FullOptions:
     """One linear solve a step as published, or implicit Euler converged by Newton's method."""
     friction_solver: FrictionSolver = "newton"
     """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
-    contact_sweeps: int = 2000
+    contact_sweeps: Count = 2000
     """Most Gauss-Seidel sweeps of a contact solve; the published experiment made 250."""
     height_map: HeightMap = field(default_factory=HeightMap)
     """Floor that is no plane."""
@@ -72,7 +73,7 @@ class FullOptions:
 
 
 @dataclass(frozen=True)
-class RobotOptions:
+class RobotOptions(Checked):
     """The leg and the physics."""
 
     leg: LegName = "published"
@@ -81,17 +82,13 @@ class RobotOptions:
     own."""
     part: Path | None = None
     """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
-    threads: int = 0
+    threads: CountOrNone = 0
     """Threads of the engine; 0 takes every processor."""
     full: FullOptions = field(default_factory=FullOptions)
     calibration: Path | None = None
     """Calibration file, as `pneumorph calibrate` writes it; by default the paper's line."""
     physics: Physics = field(default_factory=Physics)
     stepper: StepperSettings = field(default_factory=StepperSettings)
-
-    def __post_init__(self) -> None:
-        if self.threads < 0:
-            raise ValueError(f"threads is {self.threads}, expected 0 for every processor, or more")
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:

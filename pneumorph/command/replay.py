@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 
 import tyro
 
+from pneumorph.base.checked import Checked, NotNegative
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.command.verb import Verb
 from pneumorph.hardware.marker_track import VideoSettings
@@ -27,12 +28,12 @@ from pneumorph.report.replay.replayed_motions import ReplayedMotions, motion, re
 
 
 @dataclass(frozen=True)
-class ReplayOptions:
+class ReplayOptions(Checked):
     """What to show, and how."""
 
     motions: tyro.conf.Positional[tuple[str, ...]] = tyro.MISSING
     """Trajectory files and folders of trials, as LABEL=PATH or PATH."""
-    spacing_mm: float = 340.0
+    spacing_mm: NotNegative = 340.0
     """Distance between the robots' lanes [mm]; 0 lays them over each other."""
     mp4: bool = False
     """Make film.mp4 as well."""
@@ -43,10 +44,9 @@ class ReplayOptions:
     video: VideoSettings = field(default_factory=VideoSettings)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.motions:
             raise ValueError("motions is empty, expected at least one trajectory file or trial")
-        if not self.spacing_mm >= 0.0:
-            raise ValueError(f"spacing_mm is {self.spacing_mm}, expected 0 or more")
 
 
 def run(options: ReplayOptions, folder: RunFolder) -> ReplayedMotions:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, check_range
-from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, RegulatorCount, check_commands
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class CrawlingTask(Checked):
     from the authors' experiment.
     """
 
-    regulator_count: Count = 3
+    regulator_count: RegulatorCount = 3
     """Pressure regulators M of the rig; an action holds one number for each."""
     action_step_count: Count = 100
     """Simulation steps that one action is held for (100 steps of 0.01 s are 1 s)."""

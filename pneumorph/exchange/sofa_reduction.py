@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import Cubature, assemble_reduced_part
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -60,9 +60,7 @@ def read_table(path: Path) -> np.ndarray:
         FileNotFoundError: No such file.
         ValueError: Not a table, or of another size than its first line says.
     """
-    if not path.exists():
-        raise FileNotFoundError(f"{path} does not exist")
-    first, _, rest = path.read_text().strip().partition("\n")
+    first, _, rest = read_text(path, "table").strip().partition("\n")
     try:
         row_count, column_count = (int(text) for text in first.split())
         values = np.array(rest.split(), dtype=float)

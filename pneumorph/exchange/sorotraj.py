@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.base.checked import rises
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
@@ -40,11 +40,9 @@ def read_sorotraj(
         ValueError: Not such a file, or a pressure out of range.
     """
     path = Path(path)
-    if not path.exists():
-        raise FileNotFoundError(f"gait file {path} does not exist")
-    yaml = _yaml()
+    text, yaml = read_text(path, "gait"), _yaml()
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = yaml.safe_load(text)
         kind = str(content["settings"]["traj_type"])
         config = content["config"]
         setpoints = config.get("setpoints") or {}
@@ -53,7 +51,10 @@ def read_sorotraj(
         parts.append(_table(setpoints.get("suffix")))
         table = _joined([part for part in parts if part is not None])
         return InterpolatedGait(table[:, 0], kPa_per_unit * table[:, 1:])
-    except (yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError) as error:
+    except (
+        yaml.YAMLError, LookupError, TypeError, ValueError, AttributeError, ArithmeticError,
+        RecursionError,
+    ) as error:  # fmt: skip
         raise ValueError(
             f"gait file {path} is not a sorotraj trajectory with settings.traj_type, config and "
             f"pressures in range: {error}"

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
-from pneumorph.base.settings import check_choices, check_numbers
+from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 
 Integrator = Literal["linearly_implicit", "implicit_euler"]
 FrictionSolver = Literal["newton", "gauss_seidel"]
 
 
 @dataclass(frozen=True)
-class FullOrderSettings:
+class FullOrderSettings(Checked):
     """How the steps of full-order robots are computed; their physics is in `Physics`.
 
     Raises:
@@ -22,46 +22,29 @@ class FullOrderSettings:
     integrator: Integrator = "linearly_implicit"
     """`linearly_implicit`: one linear solve a step, as published. `implicit_euler`: Newton's method
     with line search until all forces balance at the end of the step."""
-    newton_tolerance: float = 1e-8
+    newton_tolerance: Positive = 1e-8
     """`implicit_euler` ends at this unbalanced impulse, relative to momentum, weight and
     pressure."""
-    newton_iterations: int = 30
+    newton_iterations: Count = 30
     """Most Newton iterations of a step."""
-    step_halvings: int = 4
+    step_halvings: CountOrNone = 4
     """A step that fails is made as two of half the length, and those again, at most so deep."""
-    contact_margin_mm: float = 1.0
+    contact_margin_mm: NotNegative = 1.0
     """Points that would come nearer to the floor than this within the step take part in the contact
     solve [mm]."""
     friction_solver: FrictionSolver = "newton"
     """`newton`: semi-smooth Newton after a few Gauss-Seidel sweeps, to the tolerance.
     `gauss_seidel`: sweeps alone, as in the published experiment (250 of them)."""
-    contact_tolerance_mm_per_s: float = 1e-7
+    contact_tolerance_mm_per_s: Positive = 1e-7
     """The friction solver stops when no contact law is violated by more than this [mm/s]."""
-    contact_sweeps: int = 2000
+    contact_sweeps: Count = 2000
     """Most Gauss-Seidel sweeps of a contact solve."""
-    penetration_tolerance_mm: float = 0.01
+    penetration_tolerance_mm: Positive = 0.01
     """A step that ends with a point deeper in the floor than this is solved again, with that point
     and with the floor linearised where the points came to lie [mm]."""
-    contact_passes: int = 4
+    contact_passes: Count = 4
     """How often a step is solved at most."""
-    penetration_limit_mm: float = 0.05
+    penetration_limit_mm: Positive = 0.05
     """A step that still ends with a point deeper than this has failed [mm]."""
-    speed_limit_mm_per_s: float = 1e5
+    speed_limit_mm_per_s: Positive = 1e5
     """A robot with a node faster than this has diverged [mm/s]."""
-
-    def __post_init__(self) -> None:
-        positive = (
-            "newton_tolerance",
-            "newton_iterations",
-            "contact_tolerance_mm_per_s",
-            "contact_sweeps",
-            "penetration_tolerance_mm",
-            "contact_passes",
-            "penetration_limit_mm",
-            "speed_limit_mm_per_s",
-        )
-        check_numbers(self, positive, ("step_halvings", "contact_margin_mm"), ())
-        check_choices(
-            self,
-            {"integrator": get_args(Integrator), "friction_solver": get_args(FrictionSolver)},
-        )

@@ -7,18 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.settings import check_numbers
+from pneumorph.base.artefact import reading
+from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.fem.floor import Floor, HeightField, PlaneFloor
 
 
 @dataclass(frozen=True)
-class HeightMap:
+class HeightMap(Checked):
     """A file of heights, seen from above: columns go along x (forward), rows from +y to -y."""
 
     path: Path | None = None
     """A grey image (such as PNG of 8 or 16 bits), or ``.npy`` with heights in mm; none for a
     plane."""
-    mm_per_pixel: float = 1.0
+    mm_per_pixel: Positive = 1.0
     """Distance between neighbouring pixels [mm]."""
     black_mm: float = 0.0
     """Height of black in an image [mm]."""
@@ -28,12 +29,8 @@ class HeightMap:
     """Where the middle of the map lies, x [mm]."""
     centre_y_mm: float = 0.0
     """Where the middle of the map lies, y [mm]."""
-    smoothing_mm: float = 0.0
+    smoothing_mm: NotNegative = 0.0
     """Standard deviation of a Gaussian that rounds the map's edges and steps [mm]."""
-
-    def __post_init__(self) -> None:
-        finite = ("black_mm", "white_mm", "centre_x_mm", "centre_y_mm")
-        check_numbers(self, ("mm_per_pixel",), ("smoothing_mm",), finite)
 
     def heights_mm(self) -> np.ndarray:
         """Read the file [mm], (row, column).
@@ -48,7 +45,8 @@ class HeightMap:
         if not path.exists():
             raise FileNotFoundError(f"height map {path} does not exist")
         if path.suffix == ".npy":
-            return np.asarray(np.load(path, allow_pickle=False), dtype=float)
+            with reading(path, "height map"):
+                return np.asarray(np.load(path, allow_pickle=False), dtype=float)
         from matplotlib.image import imread
 
         try:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
@@ -95,12 +95,13 @@ def _loaded(
     if not checkpoint.exists():
         return 0, None, []
     arrays, header = load_artefact(checkpoint, "FullRollout", FORMAT_VERSION)
-    if header["identity"] != identity:
-        return 0, None, []
-    kept = {k.removeprefix(STATE): v for k, v in arrays.items() if k.startswith(STATE)}
-    recorded: dict[str, Any] = {k: v for k, v in arrays.items() if not k.startswith(STATE)}
-    way = Trajectory(**recorded, metadata=header["way"])
-    return header["done"], state_from_arrays(robot, kept), [way]
+    with reading(checkpoint, "FullRollout"):
+        if header["identity"] != identity:
+            return 0, None, []
+        kept = {k.removeprefix(STATE): v for k, v in arrays.items() if k.startswith(STATE)}
+        recorded: dict[str, Any] = {k: v for k, v in arrays.items() if not k.startswith(STATE)}
+        way = Trajectory(**recorded, metadata=header["way"])
+        return header["done"], state_from_arrays(robot, kept), [way]
 
 
 def _save(

@@ -8,26 +8,27 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_array
 
+from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.part_model import PartModel
 from pneumorph.physics.physics import Rotation
 
 
 @dataclass(frozen=True)
-class StaticSettings:
+class StaticSettings(Checked):
     """How an equilibrium is sought."""
 
-    load_step_kPa: float = 20.0
+    load_step_kPa: Positive = 20.0
     """Pressure is raised in steps of at most this [kPa]."""
-    tolerance: float = 1e-8
+    tolerance: Positive = 1e-8
     """Unbalanced force over the largest applied one at which a step counts as found."""
-    iteration_limit: int = 40
+    iteration_limit: Count = 40
     """Newton steps for one load step."""
-    patience: int = 15
+    patience: Count = 15
     """Newton steps without a smaller imbalance after which a load step has failed."""
-    largest_move_mm: float = 8.0
+    largest_move_mm: Positive = 8.0
     """No node moves further than this in one Newton step [mm]."""
-    halving_limit: int = 5
+    halving_limit: CountOrNone = 5
     """How often a load step that fails may be halved."""
 
 

@@ -4,53 +4,41 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
+from pneumorph.base.checked import Bounds, Checked, NotNegative
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, RegulatorCount
 from pneumorph.physics.open_loop_gait import SAME_TIME_S
+
+Duration = Annotated[float, Bounds(least=SAME_TIME_S)]
 
 
 @dataclass(frozen=True)
-class ExpertGait:
+class ExpertGait(Checked):
     """Regulator 1 follows ``A - A cos(2 pi t / T)``; regulator 2 the same, later by the phase.
 
     Regulator 2 stays at zero before its wave begins, further regulators always. Amplitude and
     period are the paper's (section IV); the command interval is the authors' controller's.
     """
 
-    phase_deg: float = 110.0
+    phase_deg: NotNegative = 110.0
     """How much later regulator 2 is, in degrees of the period [deg]."""
-    amplitude_kPa: float = 45.0
+    amplitude_kPa: NotNegative = 45.0
     """Amplitude A of the wave, whose pressures go from 0 to 2 A [kPa]."""
-    period_s: float = 4.0
+    period_s: Duration = 4.0
     """Period T [s]."""
-    command_interval_s: float = 0.33
+    command_interval_s: NotNegative = 0.33
     """Time between updates of the command, which is held in between [s]; 0 follows the wave."""
-    duration_s: float = 20.0
+    duration_s: Duration = 20.0
     """How long the gait lasts [s]."""
-    regulator_count: int = 3
+    regulator_count: Annotated[
+        RegulatorCount, Bounds(least=2, why="one wave each for fore and hind legs")
+    ] = 3
     """Number of regulators of the rig."""
-    maximum_pressure_kPa: float = HIGHEST_COMMAND_KPA
+    maximum_pressure_kPa: NotNegative = HIGHEST_COMMAND_KPA
     """Highest pressure that it may command; a rig's own limits hold beside it [kPa]."""
-
-    def __post_init__(self) -> None:
-        if self.regulator_count < 2:
-            raise ValueError(
-                f"regulator_count is {self.regulator_count}, expected 2 or more: one wave each for "
-                "fore and hind legs"
-            )
-        for name, least in (
-            ("phase_deg", 0.0),
-            ("amplitude_kPa", 0.0),
-            ("command_interval_s", 0.0),
-            ("period_s", SAME_TIME_S),
-            ("duration_s", SAME_TIME_S),
-            ("maximum_pressure_kPa", 0.0),
-        ):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= least):
-                raise ValueError(f"{name} is {value}, expected a finite number, {least:g} or more")
 
     def pressure_kPa(self, time_s: float) -> np.ndarray:
         """Real pressure commanded at a time [kPa], shape (regulator,)."""

@@ -3,8 +3,11 @@
 Comment lines (``# design: 1.0.0.2.2.0.0.1``) may say whom the gait is for. The header names the
 columns with their units, ``time_s,regulator_1_kPa,regulator_2_kPa,...``. Each row gives the real
 pressures commanded from its time until the next row's; the last row repeats the row before it and
-marks the end. Pressures above `HIGHEST_COMMAND_KPA` are refused, unless the line
-``# maximum_pressure_kPa: 120`` says that the gait is meant to go higher in simulation.
+marks the end. A last row of other pressures would be a command without an end: it is refused, and
+the message says which line to append.
+
+Pressures above `HIGHEST_COMMAND_KPA` are refused, unless the line ``# maximum_pressure_kPa: 120``
+says that the gait is meant to go higher in simulation.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import read_text, reading, write_atomically
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 
@@ -69,12 +72,11 @@ def read_gait(
         ValueError: Not a gait file, or a pressure that is not finite or out of range.
     """
     path = Path(path)
-    if not path.exists():
-        raise FileNotFoundError(f"gait file {path} does not exist")
-    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    lines = [line for line in read_text(path, "gait").splitlines() if line.strip()]
     matches = [_COMMENT.match(line) for line in lines if line.startswith("#")]
     comments = {match["name"]: match["value"].strip() for match in matches if match}
-    rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+    with reading(path, "gait"):
+        rows = list(csv.reader(line for line in lines if not line.startswith("#")))
     if not rows or not _is_header(rows[0]):
         raise ValueError(
             f"gait file {path} begins {','.join(rows[0]) if rows else 'with nothing'!r}, expected "
@@ -86,10 +88,13 @@ def read_gait(
             "end of the gait"
         )
     table = np.array([_numbers(path, row, len(rows[0])) for row in rows[1:]])
-    if not np.array_equal(table[-1, 1:], table[-2, 1:]):
+    if not np.array_equal(table[-1, 1:], table[-2, 1:], equal_nan=True):
+        end_s = 2.0 * table[-1, 0] - table[-2, 0]
+        missing = ",".join(f"{value:.12g}" for value in (end_s, *table[-1, 1:]))
         raise ValueError(
-            f"gait file {path} ends in a new command, expected the last row to repeat the "
-            "pressures before it and to mark the end of the gait"
+            f"gait file {path} ends in a new command at {table[-1, 0]:g} s and does not say how "
+            "long it is held, expected a last row that repeats its pressures and marks the end; "
+            f"append the line {missing} to hold it as long as the one before"
         )
     try:
         if maximum_pressure_kPa is None:

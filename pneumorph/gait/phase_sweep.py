@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
@@ -102,7 +102,8 @@ class PhaseSweep:
     def load(cls, path: Path | str) -> PhaseSweep:
         """Read what `save` wrote."""
         arrays, metadata = load_artefact(path, "PhaseSweep", PHASE_SWEEP_VERSION)
-        return cls(**arrays, settings=metadata["settings"])
+        with reading(path, "PhaseSweep"):
+            return cls(**arrays, settings=metadata["settings"])
 
 
 def sweep_phases(

@@ -10,7 +10,7 @@ import numpy as np
 
 from pneumorph.environment.crawling_simulator import RUNNING, CrawlingSimulator
 from pneumorph.environment.reward import MILLIMETRES_PER_CENTIMETRE
-from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands
+from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
 
 Progress = Callable[[int, int, str], None]
 """Told (done, total, message) now and then while a long loop runs."""
@@ -119,27 +119,27 @@ def walk(
         progress: Told how far the walk is.
 
     Raises:
-        ValueError: No gait, or gaits of different numbers of regulators.
+        ValueError: No gait, gaits of different numbers of regulators, or no step to walk.
     """
     regulators = {gait.regulator_count for gait in gaits}
     if len(regulators) != 1:
         raise ValueError(
             f"gaits command {sorted(regulators)} regulators, expected the same number for all"
         )
-    step_count = round(duration_s / time_step_s)
-    commands = np.stack([sample_commands(gait, time_step_s, step_count) for gait in gaits], axis=1)
+    steps = step_count(duration_s, time_step_s)
+    commands = np.stack([sample_commands(gait, time_step_s, steps) for gait in gaits], axis=1)
     simulator.reset()
     simulator.advance(np.zeros_like(commands[0]), settling_step_count)
     start_mm = np.array(simulator.forward_position_mm)
     time_s, forward_mm = [0.0], [np.zeros(len(gaits))]
     for begin, end in _held_spans(commands, record_step_count):
         simulator.advance(commands[begin], end - begin)
-        if end % record_step_count == 0 or end == step_count:
+        if end % record_step_count == 0 or end == steps:
             time_s.append(end * time_step_s)
             running = simulator.status == RUNNING
             forward_mm.append(np.where(running, simulator.forward_position_mm - start_mm, np.nan))
             if progress is not None:
-                progress(end, step_count, "walking")
+                progress(end, steps, "walking")
     return Walk(
         np.array(time_s),
         np.array(forward_mm) / MILLIMETRES_PER_CENTIMETRE,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.geometry.region_names import current_name, first_name, with_current_names
 
 LINEAR_VERSION, QUADRATIC_VERSION = 1, 2
@@ -164,15 +164,16 @@ class Mesh:
         def named(prefix: str) -> dict[str, np.ndarray]:
             return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}
 
-        return cls(
-            nodes=arrays["nodes"],
-            tetrahedra=arrays["tetrahedra"],
-            surfaces=named("surface:"),
-            node_sets=named("node_set:"),
-            contact_points=arrays["contact_points"],
-            mirror_nodes=arrays.get("mirror_nodes"),
-            edge_nodes=arrays.get("edge_nodes"),
-        )
+        with reading(path, "Mesh"):
+            return cls(
+                nodes=arrays["nodes"],
+                tetrahedra=arrays["tetrahedra"],
+                surfaces=named("surface:"),
+                node_sets=named("node_set:"),
+                contact_points=arrays["contact_points"],
+                mirror_nodes=arrays.get("mirror_nodes"),
+                edge_nodes=arrays.get("edge_nodes"),
+            )
 
     def _arrays(self, called: Callable[[str], str] = str) -> dict[str, np.ndarray]:
         """Everything by name; regions as `called` renames them, in that order."""

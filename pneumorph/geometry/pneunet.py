@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.geometry.contact_grid import box_surface_grid, outside_of_boxes
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_checks import check_mesh
@@ -18,40 +19,42 @@ from pneumorph.geometry.surface import boundary_triangles
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 """Lowest corner and size of an axis-aligned box [mm]."""
+Size = tuple[Positive, Positive, Positive]
 
 _TOUCH_MM = 1e-6
 """Coordinates nearer than this are the same: far above rounding, far below any dimension."""
 
 
 @dataclass(frozen=True)
-class PneuNetShape:
+class PneuNetShape(Checked):
     """Sizes of the leg [mm]: x along it, y across, z up; origin at the base plate's centre.
 
     The leg is symmetric in x and y. The sheet lies on the bottom face of the base plate, z = 0.
     """
 
-    base_plate_mm: tuple[float, float, float] = (115.0, 32.0, 4.0)
+    base_plate_mm: Size = (115.0, 32.0, 4.0)
     """Length, width and height of the base plate."""
-    tooth_base_mm: tuple[float, float, float] = (104.0, 20.0, 9.0)
+    tooth_base_mm: Size = (104.0, 20.0, 9.0)
     """The body between the plate and the teeth."""
-    tooth_height_mm: float = 7.0
+    tooth_height_mm: Positive = 7.0
     """Height of the teeth above the tooth base."""
-    end_tooth_length_mm: float = 11.0
+    end_tooth_length_mm: Positive = 11.0
     """Length of the solid teeth at both ends."""
-    inner_tooth_length_mm: float = 8.0
+    inner_tooth_length_mm: Positive = 8.0
     """Length of a tooth with a chamber."""
-    inner_tooth_count: int = 9
+    inner_tooth_count: Count = 9
     """Number of teeth with a chamber."""
-    tooth_gap_mm: float = 1.0
+    tooth_gap_mm: Positive = 1.0
     """Gap between neighbouring teeth."""
-    chamber_mm: tuple[float, float, float] = (2.0, 14.0, 13.0)
+    chamber_mm: Size = (2.0, 14.0, 13.0)
     """Cavity chamber, one in the middle of every inner tooth, standing on the base plate."""
-    connector_mm: tuple[float, float, float] = (81.0, 2.0, 2.0)
+    connector_mm: Size = (81.0, 2.0, 2.0)
     """Channel that connects the chambers, on the base plate."""
-    contact_spacing_mm: float = 10.0
+    contact_spacing_mm: Positive = 10.0
     """Largest distance between contact points."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         teeth = (
             2.0 * self.end_tooth_length_mm
             + self.inner_tooth_count * self.inner_tooth_length_mm

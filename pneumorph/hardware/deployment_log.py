@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.base.artefact import reading
 from pneumorph.hardware.measured_table import read_rows
 
 COMMAND = "command"
@@ -112,12 +113,13 @@ def read_log(path: Path | str) -> LoggedPressures:
     samples: list[list[float]] = []
     events: list[tuple[float, str]] = []
     event_column = header.index("event") if "event" in header else None
-    for row in rows:
+    for number, row in enumerate(rows, start=1):
         if len(row) < max(sensed) + 1:
             continue  # the row that was being written when the process was killed
-        if event_column is not None and len(row) > event_column and row[event_column]:
-            events.append((float(row[0]), row[event_column]))
-        if row[commanded[0]] and COMMAND not in row:
-            samples.append([float(v) if v else np.nan for v in row[: max(sensed) + 1]])
+        with reading(f"{path}, row {number}", "log"):
+            if event_column is not None and len(row) > event_column and row[event_column]:
+                events.append((float(row[0]), row[event_column]))
+            if row[commanded[0]] and COMMAND not in row:
+                samples.append([float(v) if v else np.nan for v in row[: max(sensed) + 1]])
     table = np.array(samples).reshape(-1, max(sensed) + 1)
     return LoggedPressures(table[:, 0], table[:, commanded], table[:, sensed], tuple(events))

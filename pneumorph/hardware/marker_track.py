@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.base.artefact import read_text, reading, write_atomically
 from pneumorph.base.checked import Checked, Positive, rises
 from pneumorph.hardware.measured_table import read_measured_table
 
@@ -86,15 +87,14 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
         ValueError: Not one of the formats, an unknown marker, or hardly any trusted point.
     """
     path, video = Path(path), video or VideoSettings()
-    if not path.exists():
-        raise FileNotFoundError(f"track {path} does not exist")
-    text = path.read_text(encoding="utf-8-sig")
+    text = read_text(path, "track")
     delimiter = next((mark for mark in ("\t", ";") if mark in text.split("\n", 2)[-1]), ",")
     lines = [line for line in text.splitlines() if line.strip()]
-    rows = [
-        [cell.strip() for cell in row]
-        for row in csv.reader((x for x in lines if not x.startswith("#")), delimiter=delimiter)
-    ]
+    with reading(path, "track"):
+        rows = [
+            [cell.strip() for cell in row]
+            for row in csv.reader((x for x in lines if not x.startswith("#")), delimiter=delimiter)
+        ]
     head = rows[0] if rows else []
     try:
         if any(name.startswith(("time_", "x_")) for name in head):
@@ -118,8 +118,6 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
 
 def write_track(path: Path | str, track: MarkerTrack) -> Path:
     """Write a track in the package's own format."""
-    from pneumorph.base.artefact import write_atomically
-
     lines = ["time_s,x_mm,y_mm"]
     for time_s, (x, y) in zip(track.time_s, track.position_mm, strict=True):
         lines.append(f"{time_s:.6g},{x:.6g},{y:.6g}")

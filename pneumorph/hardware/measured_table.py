@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.base.artefact import read_text, reading
+
 CONVERSIONS: Mapping[str, Mapping[str, float]] = {
     "kPa": {
         "kPa": 1.0,
@@ -72,15 +74,13 @@ def read_rows(path: Path | str) -> tuple[list[str], list[list[str]]]:
         FileNotFoundError: No such file.
         ValueError: No header or no row.
     """
-    path = Path(path)
-    if not path.exists():
-        raise FileNotFoundError(f"measured table {path} does not exist")
     lines = [
         line
-        for line in path.read_text(encoding="utf-8-sig").splitlines()
+        for line in read_text(path, "table").splitlines()
         if line.strip() and not line.startswith("#")
     ]
-    header, *rows = list(csv.reader(lines)) or [[]]
+    with reading(path, "table"):
+        header, *rows = list(csv.reader(lines)) or [[]]
     if not rows:
         raise ValueError(f"measured table {path} has no rows, expected a header and rows below it")
     return [name.strip() for name in header], rows

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.learn.weights_and_biases import open_wandb
 
 METRICS_FILE = "metrics.jsonl"
@@ -78,7 +78,7 @@ def read_metrics(folder: Path | str) -> list[dict[str, Any]]:
     if not path.exists():
         return []
     rounds = []
-    for line in path.read_text(encoding="utf-8").splitlines():
+    for line in read_text(path, "metrics").splitlines():
         try:
             rounds.append(json.loads(line))
         except json.JSONDecodeError:

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.learn.networks import Policy
 from pneumorph.learn.settings import CooptSettings
@@ -42,7 +42,8 @@ def load_policy(path: Path | str) -> tuple[Policy, CooptSettings, dict[str, Any]
         ArtefactError: Not a policy, of another version, or with layers that do not fit.
     """
     arrays, metadata = load_artefact(path, KIND, VERSION)
-    settings = settings_from_dict(CooptSettings, metadata["settings"])
+    with reading(path, KIND):
+        settings = settings_from_dict(CooptSettings, metadata["settings"])
     observation_size = settings.task.state_size + settings.space.one_hot.shape[1]
     policy = Policy(
         observation_size,

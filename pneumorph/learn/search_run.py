@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import write_atomically
+from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
@@ -170,7 +170,7 @@ def _read_or_begin(path: Path, header: dict[str, Any]) -> list[list[float]]:
         write_atomically(path, lambda stream: stream.write((json.dumps(header) + "\n").encode()))
         return []
     lines = []
-    for text in path.read_text(encoding="utf-8").splitlines():
+    for text in read_text(path, "search").splitlines():
         try:
             lines.append(json.loads(text))
         except json.JSONDecodeError:

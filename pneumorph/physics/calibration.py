@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import UNITS, ArtefactError, write_json
+from pneumorph.base.artefact import UNITS, read_json, reading, write_json
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 
@@ -99,10 +99,8 @@ class Calibration:
             ArtefactError: Not a calibration, of another version, or with a value out of range.
         """
         path = Path(path)
-        if not path.exists():
-            raise FileNotFoundError(f"calibration file {path} does not exist")
-        try:
-            content = json.loads(path.read_text())
+        content = read_json(path, "calibration")
+        with reading(path, "calibration"):
             if content.get("kind") != "Calibration":
                 raise ValueError(f"it holds a {content.get('kind')}, expected a Calibration")
             if content.get("format_version") != FORMAT_VERSION:
@@ -120,8 +118,6 @@ class Calibration:
                 source=content["source"],
                 path=path,
             )
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise ArtefactError(f"calibration file {path} cannot be read: {error}") from error
 
 
 def describe_calibration(

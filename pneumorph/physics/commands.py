@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
-from pneumorph.base.checked import check_range
+from pneumorph.base.checked import Bounds, check_range
+
+RegulatorCount = Annotated[int, Bounds(1, 1000, why="one for each cavity of a robot is enough")]
 
 HIGHEST_COMMAND_KPA = 90.0
 """Highest real pressure of a command [kPa] (paper, section IV); above it PneuNets form aneurysms.

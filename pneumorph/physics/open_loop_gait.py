@@ -8,6 +8,9 @@ import numpy as np
 
 from pneumorph.physics.commands import check_commands
 
+MOST_STEPS = 1e7
+"""Most time steps of a walk, a day at 0.01 s: more would fill the memory with commands."""
+
 SAME_TIME_S = 1e-9
 """Times closer than this are the same instant: what rounding makes of sums of time steps [s]."""
 
@@ -41,10 +44,32 @@ def commands_of(gait: OpenLoopGait, time_step_s: float, regulator_count: int) ->
 
     Returns:
         Real pressures [kPa], (step, regulator).
+
+    Raises:
+        ValueError: As `sample_commands`, or the gait is shorter than a step.
     """
-    commands = sample_commands(gait, time_step_s, round(gait.duration_s / time_step_s))
+    commands = sample_commands(gait, time_step_s, step_count(gait.duration_s, time_step_s))
     beyond = regulator_count - commands.shape[1]
     return np.pad(commands, ((0, 0), (0, max(beyond, 0))))
+
+
+def step_count(duration_s: float, time_step_s: float) -> int:
+    """Time steps of a walk.
+
+    Args:
+        duration_s: How long it lasts [s].
+        time_step_s: Time step [s].
+
+    Raises:
+        ValueError: None fits in, or more than a computer can count.
+    """
+    steps = duration_s / time_step_s
+    if not 0.5 < steps < MOST_STEPS:
+        raise ValueError(
+            f"duration_s is {duration_s:g}, expected from one time step, {time_step_s:g} s, to "
+            f"{MOST_STEPS:g} of them"
+        )
+    return round(steps)
 
 
 def sample_commands(gait: OpenLoopGait, time_step_s: float, step_count: int) -> np.ndarray:

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Positive
+
 
 @dataclass(frozen=True)
-class PressureMap:
+class PressureMap(Checked):
     """Affine map of real to simulated pressure, p_sim = max(0, slope p_real + intercept).
 
     It makes the simulated leg bend as the real one does (paper, appendix A); the defaults are the
     least-squares line of the published calibration.
     """
 
-    slope: float = 4.0785
+    slope: Positive = 4.0785
     """Simulated kPa per real kPa."""
     intercept_kPa: float = -20.361
     """Simulated pressure at zero real pressure [kPa], before it is cut off at zero."""
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.slope) and self.slope > 0.0):
-            raise ValueError(f"slope must be positive and finite, got {self.slope}")
-        if not math.isfinite(self.intercept_kPa):
-            raise ValueError(f"intercept_kPa must be finite, got {self.intercept_kPa}")
 
     def simulated(self, real_kPa: np.ndarray | float) -> np.ndarray:
         """Simulated pressure [kPa] of a real one [kPa], any shape."""

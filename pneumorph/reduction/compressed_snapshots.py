@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
-from pneumorph.base.artefact import load_artefact, save_artefact
+from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.reduction.incremental_pod import gram_vectors
 from pneumorph.reduction.snapshots import BLOCK_SIZE, SnapshotSet
 
@@ -78,7 +78,8 @@ class CompressedSnapshots(SnapshotSet):
             ArtefactError: The file is truncated, of another kind or another format version.
         """
         arrays, metadata = load_artefact(path, "Snapshots", FORMAT_VERSION)
-        return cls(**arrays, metadata=metadata)
+        with reading(path, "Snapshots"):
+            return cls(**arrays, metadata=metadata)
 
 
 class SnapshotCompressor:

@@ -32,6 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sparse
 
+from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive, Share
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.quadrature import quadrature
 from pneumorph.physics.physics import Rotation
@@ -47,18 +48,18 @@ _BLOCK_ROWS = 256
 
 
 @dataclass(frozen=True)
-class EcswSettings:
+class EcswSettings(Checked):
     """How the sampled elements are chosen."""
 
-    hyperreduction_tolerance: float = 0.008
+    hyperreduction_tolerance: Positive = 0.008
     """Relative residual of the scaled force rows at which no more elements are added."""
-    element_limit: int = 220
+    element_limit: Count = 220
     """At most so many sampled elements, tetrahedra and membrane triangles together."""
-    stiffness_state_count: int = 24
+    stiffness_state_count: CountOrNone = 24
     """Number of training states at which the stiffness is trained too."""
-    stiffness_weight: float = 0.2
+    stiffness_weight: NotNegative = 0.2
     """Weight of all stiffness rows against all force rows."""
-    force_floor: float = 0.05
+    force_floor: Share = 0.05
     """Smallest force a state is divided by, as a fraction of the largest."""
 
 

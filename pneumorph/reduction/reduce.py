@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse as sparse
 
+from pneumorph.base.checked import Checked, Count, CountOrNone, Positive, Share
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.part_model import PartModel
 from pneumorph.physics.physics import Rotation
@@ -29,14 +30,14 @@ _STREAMING_SHARE = 0.1
 
 
 @dataclass(frozen=True)
-class ReductionSettings:
+class ReductionSettings(Checked):
     """How a part is reduced."""
 
     norm: Literal["energy", "mass"] = "energy"
     """Inner product of the POD: the mean stiffness over the snapshots, or the mass."""
-    mode_tolerance: float = 0.0032
+    mode_tolerance: Positive = 0.0032
     """Relative projection error (see `pneumorph.reduction.pod`) at which to stop adding modes."""
-    mode_limit: int = 24
+    mode_limit: Count = 24
     """At most so many modes, whatever the tolerance asks for."""
     symmetric: bool = True
     """Use the mesh's mirror plane, if it has one: symmetric or antisymmetric modes, equal weights
@@ -44,16 +45,17 @@ class ReductionSettings:
     equal_snapshots: bool = True
     """Every snapshot of a kind counts alike, whatever its energy; else by its energy, which is that
     of the largest pressures almost alone."""
-    bend_share: float = 0.3
+    bend_share: Share = 0.3
     """Share of the free-bending equilibria in the weight of all snapshots."""
-    load_share: float = 0.2
+    load_share: Share = 0.2
     """Share of the loaded equilibria; what remains is that of the robots' walks."""
     rotation: Rotation = "edge"
     """Where elements take their rotation from while sampled elements are trained."""
-    training_state_limit: int = 240
+    training_state_limit: Count = 240
     """At most so many snapshots train the sampled elements."""
-    holdout_every: int = 6
-    """Every so manieth snapshot that is not free bending is kept out, to measure errors on."""
+    holdout_every: CountOrNone = 6
+    """Every so manieth snapshot that is not free bending is kept out, to measure errors
+    on; 0 keeps none out."""
     ecsw: EcswSettings = field(default_factory=EcswSettings)
     """Choice of elements."""
 

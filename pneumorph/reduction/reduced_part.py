@@ -8,6 +8,7 @@ on; the attachment nodes have Phi = 0. The file is an npz that numpy alone can r
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
 from pneumorph.base.result import result_to_dict
 from pneumorph.fem.law_registry import law_names
 from pneumorph.fem.material import Material
@@ -25,6 +26,8 @@ from pneumorph.reduction.cavity_polynomial import CavityPolynomial
 from pneumorph.reduction.sampled_elements import SampledElements
 
 FORMAT_VERSION = 2
+ROUNDING = 1e-9
+"""What rounding may leave of a spread of mass that is zero, relative to the largest."""
 _MATERIAL_ENTRIES = ("law", "young_modulus_kPa", "poisson_ratio")
 
 
@@ -139,6 +142,19 @@ class ReducedPart:
         for name in ("tetrahedron_weight", "membrane_weight"):
             if np.any(getattr(self, name) < 0.0):
                 raise ValueError(f"{name} must not be negative: the part would be unstable")
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray) and not np.isfinite(value).all():
+                raise ValueError(f"{item.name} must be finite, got NaN or infinity")
+        if not 0.0 < self.mass < math.inf:
+            raise ValueError(f"mass must be positive and finite, got {self.mass}")
+        centre = self.first_moment / self.mass
+        spread = np.linalg.eigvalsh(self.second_moment / self.mass - np.outer(centre, centre))
+        if spread[0] < -ROUNDING * abs(spread[-1]):
+            raise ValueError(
+                f"second_moment and first_moment spread the mass by {spread[0]:g} mm^2 along one "
+                "axis, expected no less than zero: some of the mass would be negative"
+            )
 
     def _expected_shapes(self, mode: int) -> dict[str, tuple[int, ...]]:
         node, point = len(self.rest_nodes), len(self.contact_points)
@@ -319,6 +335,13 @@ class ReducedPart:
                 law is not known.
         """
         arrays, metadata = load_artefact(path, "ReducedPart", FORMAT_VERSION)
+        with reading(path, "ReducedPart"):
+            return cls._from_arrays(path, arrays, metadata)
+
+    @classmethod
+    def _from_arrays(
+        cls, path: Path | str, arrays: dict[str, np.ndarray], metadata: dict[str, Any]
+    ) -> ReducedPart:
         materials = {item.name for item in fields(cls) if item.name.endswith("_material")}
         names = {item.name for item in fields(cls)} - {"metadata"} - materials
         names |= {_entry_name(name, entry) for name in materials for entry in _MATERIAL_ENTRIES}

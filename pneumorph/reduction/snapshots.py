@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
 
 FORMAT_VERSION = 1
 BLOCK_SIZE = 256
@@ -150,4 +150,5 @@ class Snapshots(SnapshotSet):
             ArtefactError: The file is truncated, of another kind or another format version.
         """
         arrays, metadata = load_artefact(path, "Snapshots", FORMAT_VERSION)
-        return cls(**arrays, metadata=metadata)
+        with reading(path, "Snapshots"):
+            return cls(**arrays, metadata=metadata)

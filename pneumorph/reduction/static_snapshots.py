@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticSettings, rising_equilibria, static_equilibrium
 from pneumorph.geometry.region_names import current_name
@@ -23,28 +24,28 @@ _SOLVER = StaticSettings(tolerance=1e-6)
 
 
 @dataclass(frozen=True)
-class StaticSnapshotSettings:
+class StaticSnapshotSettings(Checked):
     """Which equilibria are collected."""
 
-    bend_pressure_kPa: float = 360.0
+    bend_pressure_kPa: Positive = 360.0
     """Free bending goes from 0 to this simulated pressure."""
-    bend_count: int = 24
+    bend_count: Count = 24
     """Number of free-bending equilibria, evenly spaced in pressure."""
-    load_count: int = 120
+    load_count: CountOrNone = 120
     """Number of equilibria under gravity and a random force on the loaded surface."""
-    load_pressure_kPa: float = 350.0
+    load_pressure_kPa: NotNegative = 350.0
     """Pressures of loaded equilibria are uniform from 0 to this."""
-    load_limit_mN: float = 1500.0
+    load_limit_mN: NotNegative = 1500.0
     """Normal forces are uniform from 0 to this."""
-    friction: float = 1.2
+    friction: NotNegative = 1.2
     """Tangential forces are uniform in the disc of this many times the normal force."""
-    patch_radius_mm: float = 9.0
+    patch_radius_mm: Positive = 9.0
     """A force is spread over the surface nodes within this distance of a random one."""
     loaded_surface: str = "sheet"
     """Surface region that touches the ground."""
     pitch_deg: float = 15.0
     """Gravity's direction: the part's x axis points so much below the horizontal."""
-    seed: int = 0
+    seed: CountOrNone = 0
     """Seed of pressures and forces."""
 
     @classmethod

@@ -22,6 +22,7 @@ from typing import Literal
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.hub_body import HubBody
 from pneumorph.fem.part_model import PartModel
@@ -37,31 +38,31 @@ _PLACE_COUNT = 8
 
 
 @dataclass(frozen=True)
-class WalkSnapshotSettings:
+class WalkSnapshotSettings(Checked):
     """Which robots walk, and how far."""
 
     robots: Literal["drawn", "all"] = "drawn"
     """`drawn`: robots of `leg_counts` legs at drawn places. `all`: one for each subset of the eight
     places but the empty one."""
-    leg_counts: tuple[int, ...] = (2, 3, 4, 4, 5, 6)
+    leg_counts: tuple[Count, ...] = (2, 3, 4, 4, 5, 6)
     """Number of legs of each drawn robot."""
-    corner_limit: int | None = 8
+    corner_limit: Count | None = 8
     """Corners visited by each robot, along a Gray code with its legs in drawn order; `None` visits
     all of them in a closed tour."""
-    hold_s: float = 0.8
+    hold_s: Positive = 0.8
     """Time at each corner [s]."""
-    amplitude_kPa: float = 350.0
+    amplitude_kPa: NotNegative = 350.0
     """Simulated pressure of an inflated leg [kPa]."""
-    pressure_rate_kPa_per_s: float = 612.0
+    pressure_rate_kPa_per_s: Positive = 612.0
     """Rate of the simulated pressure, 4.08 times 150 kPa/s [kPa/s]."""
-    settling_steps: int = 15
+    settling_steps: CountOrNone = 15
     """Steps without pressure before the walk."""
-    record_every: int = 2
+    record_every: Count = 2
     """Steps between snapshots."""
-    compression: float = 0.0
+    compression: NotNegative = 0.0
     """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
     combinations of few fields; 0 stores each in single precision."""
-    seed: int = 0
+    seed: CountOrNone = 0
     """Seed of places and orders."""
 
     @property

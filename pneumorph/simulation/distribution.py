@@ -56,6 +56,11 @@ class Distribution:
         """No draw is below."""
         return self.first - 3.0 * self.second if self.kind == "N" else self.first
 
+    @property
+    def highest(self) -> float:
+        """No draw is above."""
+        return self.first + 3.0 * self.second if self.kind == "N" else self.second
+
     def draw(self, rng: np.random.Generator) -> float:
         """Draw one number; a constant uses up a random number too, so that others stay the same."""
         uniform, normal = float(rng.random()), float(rng.standard_normal())

@@ -6,8 +6,16 @@ from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 
+from pneumorph.base.checked import Bounds
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.distribution import Distribution
+
+_BOUNDS = {
+    "modulus_factor": Bounds(above=0.0),
+    "mass_factor": Bounds(above=0.0),
+    "floor_slope_deg": Bounds(above=-90.0, below=90.0),
+}
+"""Of every draw; others are not negative."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +60,13 @@ class Randomisation:
     def __post_init__(self) -> None:
         for item in fields(self):
             distribution = Distribution.parse(getattr(self, item.name))
-            least = {"modulus_factor": 1e-9, "mass_factor": 1e-9, "floor_slope_deg": -90.0}
-            if distribution.lowest < least.get(item.name, 0.0):
-                raise ValueError(
-                    f"{item.name} is {getattr(self, item.name)!r}, which may give "
-                    f"{distribution.lowest:g}; expected no draw below "
-                    f"{least.get(item.name, 0.0):g}"
-                )
+            bounds = _BOUNDS.get(item.name, Bounds(least=0.0))
+            for drawn in (distribution.lowest, distribution.highest):
+                if drawn not in bounds:
+                    raise ValueError(
+                        f"{item.name} is {getattr(self, item.name)!r}, which may give {drawn:g}; "
+                        f"expected every draw to be {bounds}"
+                    )
 
     def draw(self, rng: np.random.Generator) -> World:
         """Draw a world."""

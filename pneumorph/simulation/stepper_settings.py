@@ -3,32 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
-from pneumorph.base.settings import check_choices, check_numbers
+from pneumorph.base.checked import Checked, Count, NotNegative, Positive
 
 Precision = Literal["single", "double"]
 InstructionSet = Literal["best", "avx512", "avx2", "baseline"]
 
 
 @dataclass(frozen=True)
-class StepperSettings:
+class StepperSettings(Checked):
     """How the steps of reduced robots are computed; their physics is in `Physics`.
 
     Raises:
         ValueError: A number is out of range, or no such precision or instruction set.
     """
 
-    contact_margin_mm: float = 2.0
+    contact_margin_mm: NotNegative = 2.0
     """Points nearer to the floor than this are watched: they take part in the contact solve where
     they would pass the floor [mm]."""
-    contact_tolerance_mm_per_s: float = 1e-2
+    contact_tolerance_mm_per_s: Positive = 1e-2
     """The friction solver stops when no contact law is violated by more than this [mm/s]."""
-    contact_sweeps: int = 100
+    contact_sweeps: Count = 100
     """Most Gauss-Seidel sweeps of a step, made where Newton's method fails."""
-    speed_limit_mm_per_s: float = 1e4
+    speed_limit_mm_per_s: Positive = 1e4
     """A robot faster than this has diverged [mm/s]."""
-    tangent_tolerance_mm_per_s: float = 1.0
+    tangent_tolerance_mm_per_s: NotNegative = 1.0
     """A leg keeps its stiffness from step to step while two predictions of what that stiffness
     lacks, from one step before and from two, part by no more than this velocity, root mean square
     over the leg [mm/s], and while it lacks less than three tenths along the motion; 0 finds the
@@ -38,18 +38,3 @@ class StepperSettings:
     double precision."""
     instruction_set: InstructionSet = "best"
     """Which build of the stepper to run; `best` asks the processor."""
-
-    def __post_init__(self) -> None:
-        check_choices(
-            self,
-            {
-                "element_precision": get_args(Precision),
-                "instruction_set": get_args(InstructionSet),
-            },
-        )
-        check_numbers(
-            self,
-            positive=("contact_tolerance_mm_per_s", "contact_sweeps", "speed_limit_mm_per_s"),
-            non_negative=("contact_margin_mm", "tangent_tolerance_mm_per_s"),
-            finite=(),
-        )

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from pneumorph.base.artefact import write_json
+from pneumorph.base.checked import Checked, CountOrNone
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
@@ -34,10 +35,10 @@ CAMPAIGN_FILE = "campaign.json"
 
 
 @dataclass(frozen=True)
-class CampaignSettings:
+class CampaignSettings(Checked):
     """Which runs, where, and what they have in common."""
 
-    seeds: tuple[int, ...] = (0, 1, 2)
+    seeds: tuple[CountOrNone, ...] = (0, 1, 2)
     """Seeds of the runs; they replace --seed."""
     variants: tuple[Path, ...] = ()
     """Settings files, such as one that sets `coopt.updates` or `robot.physics.damping`, each laid
@@ -47,6 +48,7 @@ class CampaignSettings:
     run: Annotated[TrainingOptions, flat] = field(default_factory=TrainingOptions)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.seeds or len(set(self.seeds)) < len(self.seeds):
             raise ValueError(f"seeds are {self.seeds}, expected one or more different ones")
         names = [path.stem for path in self.variants]

@@ -48,7 +48,7 @@ class ComparisonSettings(Checked):
     bend_limit_kPa: Positive = 300.0
     """Largest simulated pressure of the bend; the full model's equilibria are in the reduction's
     report."""
-    bend_pressures_kPa: tuple[float, ...] = ()
+    bend_pressures_kPa: tuple[NotNegative, ...] = ()
     """Simulated pressures at which to bend both models anew."""
     timed_steps: CountOrNone = 21
     """Steps of the full robot that are timed; 0 leaves the time ratio out."""

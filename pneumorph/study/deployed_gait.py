@@ -13,6 +13,7 @@ import numpy as np
 
 from pneumorph.base.artefact import write_atomically
 from pneumorph.base.checked import Checked, Count
+from pneumorph.base.layers import changed_flags
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
@@ -63,6 +64,24 @@ class DeploymentSettings(Checked):
     virtual: VirtualRigSettings = field(default_factory=VirtualRigSettings)
     bends: BendTestSettings = field(default_factory=BendTestSettings)
     expert: ExpertGait = field(default_factory=ExpertGait)
+
+    def refuse_unused(self, driver: str) -> None:
+        """Refuse options that this deployment would not look at.
+
+        Args:
+            driver: Of the rig.
+
+        Raises:
+            ValueError: There is one; names its flag and what it is for.
+        """
+        uses = {} if self.bend_test else {"--bends.": "with --bend-test"}
+        if driver != "virtual":
+            real = f"with a virtual rig only, and {self.rig} has the driver {driver!r}"
+            uses |= {"--virtual.": real, "--model": real}
+        for flag in changed_flags(DeploymentSettings(), self):
+            for begin, use in uses.items():
+                if flag.startswith(begin):
+                    raise ValueError(f"{flag} is given, expected it {use}: it would be ignored")
 
     def refuse_source_of_bend_test(self, source: Path | None) -> None:
         """Raise ValueError where a bend test is asked for together with a gait."""
@@ -150,11 +169,13 @@ def deploy_gait(
 
     Raises:
         DriverError: A trial was stopped; the summary of the trials so far is on disk.
-        ValueError: The gait does not fit the rig's limits, or a bend test is given one.
+        ValueError: The gait does not fit the rig's limits, a bend test is given one, or an option
+            would be ignored.
     """
     start = time.monotonic()
     settings.refuse_source_of_bend_test(source)
     rig = RigSettings() if settings.rig is None else load_rig(settings.rig)
+    settings.refuse_unused(rig.driver)
     spec = robot.spec()
     described: dict[str, Any]
     if settings.bend_test:

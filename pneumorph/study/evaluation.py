@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.base.settings import check_least, settings_to_dict
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.walk import walk
@@ -30,25 +31,25 @@ REPEATS_WITHIN_CM = 0.05
 
 
 @dataclass(frozen=True)
-class EvaluationSettings:
+class EvaluationSettings(Checked):
     """Which pairs, and how to simulate them."""
 
     model: Model = "reduced"
     """The reduced robots, or the finite elements they stand for."""
-    pair_count: int = 5
+    pair_count: Count = 5
     """How many of the best pairs."""
     record: bool = False
     """Save the trajectory of each pair."""
     randomize: bool = False
     """Walk the pairs in worlds drawn at random as well, and report how their ranking changes."""
-    world_count: int = 64
+    world_count: Count = 64
     """Worlds of --randomize."""
-    world_seed: int = 0
+    world_seed: CountOrNone = 0
     """Seed of their draws."""
     randomisation: Randomisation = field(default_factory=Randomisation)
 
     def __post_init__(self) -> None:
-        check_least(self, pair_count=1, world_count=1, world_seed=0)
+        super().__post_init__()
         if self.randomize and self.model == "full":
             raise ValueError(
                 "randomize walks reduced robots only (a full robot takes minutes for each world), "

@@ -200,8 +200,8 @@ class FinishedRun:
         """
         if not self.summary.get("pairs"):
             raise ArtefactError(
-                f"{self.folder} holds no design-gait pairs; expected a run of coopt, or a search "
-                f"of designs, got one of `pneumorph {self.summary.get('verb')}`"
+                f"{self.folder / SUMMARY} holds no design-gait pairs; expected a run of coopt, "
+                f"or a search of designs, got one of `pneumorph {self.summary.get('verb')}`"
             )
         found = len(self.of_summary("pairs", list))
         return [self._pair(number) for number in range(found if count is None else
@@ -211,7 +211,11 @@ class FinishedRun:
         place = f"pairs.{number}"
         limits = (self.task.minimum_pressure_kPa, self.task.maximum_pressure_kPa)
         file = self.of_summary(f"{place}.gait", str)
-        self.of_summary(place, dict)
+        if not (self.folder / file).is_file():
+            raise FileNotFoundError(
+                f"gait file {self.folder / file} does not exist, expected what "
+                f"{self.folder / SUMMARY} names as {place}.gait; it was moved or lost"
+            )
         far = self.of_summary(place, dict).get("distance_cm")
         try:
             design = Design.parse(self.of_summary(f"{place}.design", str))

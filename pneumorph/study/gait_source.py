@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.base.layers import changed_flags
 from pneumorph.exchange.sorotraj import read_sorotraj
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
@@ -43,8 +44,15 @@ def find_gait(
 
     Raises:
         FileNotFoundError: No such file.
-        ValueError: None of these, or the design uses a regulator that the gait does not command.
+        ValueError: None of these, the design uses a regulator that the gait does not command, or
+            the expert's gait is changed beside a source.
     """
+    if source is not None:
+        for flag in changed_flags(ExpertGait(), expert):
+            raise ValueError(
+                f"--expert.{flag.removeprefix('--')} is given, expected it without a gait of your "
+                f"own ({source}): it would be ignored"
+            )
     if source is None:
         name = f"the expert's gait, {expert.phase_deg:g}°"
         found = GaitSource(expert, _design(design, None), name)

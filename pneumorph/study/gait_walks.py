@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.checked import Checked, Count, NotNegative, Positive
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_robot import paper_robot
@@ -36,25 +37,24 @@ Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
-class GaitWalkSettings:
+class GaitWalkSettings(Checked):
     """Which gaits are walked, and how their states are kept."""
 
     gaits: tuple[Path, ...] = ()
     """Gait files that name their designs, such as RUN/training/gaits/L1.csv. They are walked in the
     default physics, with the pressure map of `leg`."""
-    duration_s: float = 12.0
+    duration_s: Positive = 12.0
     """Time of each gait that is walked, from its start [s]."""
-    record_every: int = 4
+    record_every: Count = 4
     """Steps between snapshots."""
-    compression: float = 3e-4
+    compression: NotNegative = 3e-4
     """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
     combinations of few fields; 0 stores each in single precision."""
     damping: Damping = "published"
     """Damping of the robots."""
 
     def __post_init__(self) -> None:
-        if self.record_every < 1:
-            raise ValueError(f"record_every must be at least 1, got {self.record_every}")
+        super().__post_init__()
         if not self.duration_s >= self.record_every * Physics.time_step_s:
             raise ValueError(
                 f"duration_s must be at least the {self.record_every} steps between two snapshots, "

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.geometry.disk import DiskShape, mesh_disk
@@ -22,20 +23,20 @@ MESH_FILE = "mesh.npz"
 
 
 @dataclass(frozen=True)
-class MeshSettings:
+class MeshSettings(Checked):
     """Shapes of the parts and how finely they are meshed, or the file to read."""
 
     file: Path | None = None
     """A mesh of your own to read instead."""
     regions: tuple[str, ...] = ()
     """Names of the region numbers of a file without named groups, such as 1=cavity 2=sheet."""
-    scale: float = 1.0
+    scale: Positive = 1.0
     """Length of the file's unit in mm: 1000 for metres."""
     surfaces: tuple[str, ...] = ("cavity", "sheet")
     """Surface regions that the file must have."""
     node_sets: tuple[str, ...] = ("attachment",)
     """Node sets that the file must have."""
-    contact_spacing_mm: float = 10.0
+    contact_spacing_mm: Positive = 10.0
     """Distance between the contact points of a file's mesh, which are nodes of its skin [mm]."""
     quadratic: bool = False
     """Add a node in the middle of every edge: 10-node tetrahedra, which do not lock in bending."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.artefact import read_json, reading
 from pneumorph.base.result import result_from_dict
 from pneumorph.learn.search_run import CURVE_FILE
 
@@ -89,7 +88,5 @@ class SearchCurve:
             ArtefactError: It is damaged.
         """
         path = folder / CURVE_FILE
-        try:
-            return result_from_dict(cls, json.loads(path.read_text()))
-        except (json.JSONDecodeError, UnicodeDecodeError, ArtefactError) as error:
-            raise ArtefactError(f"{path} cannot be read: {error}") from error
+        with reading(path, "search curve"):
+            return result_from_dict(cls, read_json(path, "search curve"))

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pneumorph.base.checked import Checked, Count
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
-from pneumorph.base.settings import check_least, settings_to_dict
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
@@ -31,16 +32,13 @@ _TIMES = (*(f"{stage}_s" for stage in STAGES), "other_s", "learn_and_log_share")
 
 
 @dataclass(frozen=True)
-class TrainingWorlds:
+class TrainingWorlds(Checked):
     """Worlds that robots are trained in, drawn anew every round."""
 
     randomisation: Randomisation = field(default_factory=Randomisation)
     """What they are drawn from."""
-    world_count: int = 8
+    world_count: Count = 8
     """Worlds side by side in a round."""
-
-    def __post_init__(self) -> None:
-        check_least(self, world_count=1)
 
     def as_dict(self) -> dict[str, Any]:
         """Distributions and count by name, for summaries and checkpoints."""

@@ -78,7 +78,7 @@ def test_files_that_are_not_settings_are_refused(tmp_path: Path) -> None:
         load_settings(Simulation, tmp_path / "none.toml")
     broken = tmp_path / "broken.json"
     broken.write_text("{")
-    with pytest.raises(ValueError, match="not valid json"):
+    with pytest.raises(ValueError, match="not valid JSON"):
         load_settings(Simulation, broken)
     broken.write_text("[]")
     with pytest.raises(ValueError, match="holds a list, expected a table"):

@@ -198,13 +198,13 @@ def test_a_design_of_another_size_is_refused(design: str) -> None:
 def test_specifications_without_sense_are_refused() -> None:
     with pytest.raises(ValueError, match="thread_count is -3, expected 0 for every processor"):
         replace(SPEC, thread_count=-3)
-    with pytest.raises(ValueError, match="threads is -3, expected 0 for every processor"):
+    with pytest.raises(ValueError, match="threads must be at least 0, got -3"):
         RobotOptions(threads=-3)
     with pytest.raises(ValueError, match="sites is empty"):
         replace(SPEC, sites=())
     with pytest.raises(ValueError, match='hub must be "soft" or "rigid", got'):
         replace(SPEC, hub_model="jelly").full(DESIGN)
-    with pytest.raises(ValueError, match="leg must be one of paper, hyperelastic, got 'wood'"):
+    with pytest.raises(ValueError, match="leg must be one of published, hyperelastic, got 'wood'"):
         paper_robot("wood")  # type: ignore[arg-type]
 
 

@@ -33,10 +33,13 @@ def test_round_trip_is_exact(tmp_path: Path) -> None:
         (HEADER + "0,10,20\n", "has 1 rows, expected at least 2"),
         (HEADER + "0,10,20\n1,10\n", "has 2 numbers, expected 3"),
         (HEADER + "0,10,twenty\n1,10,20\n", "row '0,10,twenty'"),
-        (HEADER + "0,10,nan\n1,10,nan\n", "ends in a new command"),
+        (HEADER + "0,10,nan\n1,10,nan\n", r"pressure_kPa\[0, 1\] is nan"),
         (HEADER + "0,inf,20\n1,inf,20\n", r"pressure_kPa\[0, 0\] is inf"),
         (HEADER + "0,10,120\n1,10,120\n", r"pressure_kPa\[0, 1\] is 120\.0, .* from 0 to 90"),
-        (HEADER + "0,10,20\n1,15,20\n", "ends in a new command"),
+        (
+            HEADER + "0,10,20\n0.5,15,20\n",
+            "new command at 0.5 s .* append the line 1,15,20 to hold",
+        ),
         (HEADER + "0,10,20\n2,5,5\n1,5,5\n", "duration_s is 1.0, expected more than 2.0"),
     ],
 )

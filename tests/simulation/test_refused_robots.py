@@ -45,11 +45,15 @@ def test_bad_robots_and_settings_are_refused():
         BatchedSimulator([], PHYSICS, STEPPER, 1)
     with pytest.raises(ValueError, match="damping must be one of published, objective"):
         Physics(damping="publishd")
-    with pytest.raises(ValueError, match="time_step_s must be positive"):
+    with pytest.raises(ValueError, match=r"time_step_s must be above 0 and at most 0\.1, got 0\.0"):
         Physics(time_step_s=0.0)
+    with pytest.raises(ValueError, match=r"at most 0\.1, got 1\.0; .* cannot resolve how a leg"):
+        Physics(time_step_s=1.0)
+    with pytest.raises(ValueError, match=r"below 90, got 95\.0; .* a ceiling"):
+        Physics(floor_slope_deg=95.0)
     with pytest.raises(ValueError, match="friction must be finite"):
         Physics(friction=float("nan"))
     with pytest.raises(ValueError, match="element_precision must be one of single, double"):
         StepperSettings(element_precision="half")
-    with pytest.raises(ValueError, match="contact_sweeps must be positive"):
+    with pytest.raises(ValueError, match="contact_sweeps must be at least 1"):
         StepperSettings(contact_sweeps=0)

@@ -234,7 +234,7 @@ def test_files_that_are_cut_short_or_no_table_are_refused_by_name(
     for content, message in (
         (whole[: len(whole) // 2], f"{file} is not valid JSON"),
         (b"", f"{file} is not valid JSON"),
-        (b"\xff\xfe\x00binary", f"{file} is not valid JSON"),
+        (b"\xff\xfe\x00binary", f"{file} is not text"),
         (b"[1, 2]", f"{file} holds a list, expected a table of values"),
     ):
         file.write_bytes(content)

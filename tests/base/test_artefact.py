@@ -1,0 +1,84 @@
+"""Files are written whole or not at all, and what is wrong with one is told with its name."""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.base.artefact import (
+    ArtefactError,
+    read_json,
+    read_text,
+    reading,
+    save_artefact,
+    write_json,
+)
+
+
+@contextmanager
+def room_for(byte_count: int) -> Iterator[None]:
+    """Files may grow to this size only: the system refuses more, as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (byte_count, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("kind", ["table", "arrays"])
+def test_a_file_that_finds_no_room_is_named_and_stays_as_it_was(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "kept"
+    path.write_text("as it was")
+    noise = np.random.default_rng(0).random(5000)
+    write = {
+        "table": lambda: write_json(path, {"numbers": noise.tolist()}),
+        "arrays": lambda: save_artefact(path, "Noise", 1, {"noise": noise}, {}),
+    }[kind]
+    with room_for(2000), pytest.raises(OSError, match=f"'{path}'"):
+        write()
+    assert path.read_text() == "as it was"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"\x93\xff\x00", "gait file .*file is not text .* it is binary"),
+        (b'{"a": 1', "gait file .*file is not valid JSON .* it is truncated"),
+        (b"[" * 100_000, "gait file .*file is not valid JSON"),
+        (b"[1, 2]", "gait file .*file holds a list, expected a table"),
+    ],
+)
+def test_what_is_no_table_is_told_with_its_name(
+    tmp_path: Path, content: bytes, message: str
+) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(content)
+    with pytest.raises(ArtefactError, match=message):
+        read_json(path, "gait")
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"gait file .*nowhere does not exist"):
+        read_text(tmp_path / "nowhere", "gait")
+
+
+def test_what_goes_wrong_inside_a_file_is_told_with_its_name() -> None:
+    def trip(error: Exception) -> None:
+        with reading("some.npz", "mesh"):
+            raise error
+
+    with pytest.raises(ArtefactError, match=r"mesh file some\.npz cannot be read \(nodes is miss"):
+        trip(KeyError("nodes"))
+    with pytest.raises(ArtefactError, match=r"mesh file some\.npz cannot be read \(unhashable"):
+        trip(TypeError("unhashable"))
+    with pytest.raises(ValueError, match=r"^some\.npz is too large$"):
+        trip(ValueError("some.npz is too large"))
+    with pytest.raises(AssertionError):
+        trip(AssertionError())
