@@ -9,7 +9,6 @@ playwright, which the extra `development` has.
 from __future__ import annotations
 
 import io
-import json
 import shutil
 import sys
 from pathlib import Path
@@ -18,15 +17,17 @@ from typing import Any
 from PIL import Image
 
 from pneumorph.base.artefact import write_atomically
-from pneumorph.base.result import result_from_dict
-from pneumorph.cli import run as pneumorph
 from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM, read_metrics
+from pneumorph.report.explorer.explored_run import explore
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
 from pneumorph.report.learning_figures import reward_figure
 from pneumorph.report.replay.page import write_replay
+from pneumorph.report.run_page import write_run_page
 from pneumorph.report.scene import Actor
 from pneumorph.report.style import save_figure
-from pneumorph.study.training_run import LearnedPair
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.study_once import study_folder
+from pneumorph.study.training_run import TrainingResult
 from pneumorph.trajectory import Trajectory
 
 IMAGES = Path(__file__).parent / "images"
@@ -37,7 +38,8 @@ TIME_S = 13.0
 
 def main(run: Path) -> None:
     """Write the pictures of a run into docs/images."""
-    summary = json.loads((run / "summary.json").read_text())
+    learned = FinishedRun.read(run)
+    found = learned.result(TrainingResult)
     actors = side_by_side(
         [
             Actor.of(Trajectory.load(run / "best_trajectory.npz"), "learned"),
@@ -48,24 +50,17 @@ def main(run: Path) -> None:
     figure = reward_figure(
         read_metrics(run / "training"),
         HISTOGRAM_EDGES_CM,
-        summary["baseline_best_distance_cm"],
-        summary["best_distance_cm"],
-        [result_from_dict(LearnedPair, pair) for pair in summary["pairs"]],
+        found.baseline_best_distance_cm,
+        found.best_distance_cm,
+        found.pairs,
     )
     save_figure(figure, IMAGES / "training.png", ("png",))
+    explorer = explore(study_folder(run / "explorer", "explore"), learned)
     take_pages(
         write_replay(run / "replay.html", actors),
-        page_of("report", run),
-        page_of("explore", run).as_uri() + f"#design={summary['best_design']}",
+        Path(write_run_page(learned, run / "report" / "page.html").page).resolve(),
+        Path(explorer.page).resolve().as_uri() + f"#design={found.best_design}",
     )
-
-
-def page_of(verb: str, run: Path) -> Path:
-    """Let a verb write its page of a run, and return it."""
-    folder = run / {"report": "report", "explore": "explorer"}[verb]
-    if pneumorph([verb, str(run), "--out", str(folder)]) != 0:
-        raise SystemExit(f"pneumorph {verb} {run} failed")
-    return Path(json.loads((folder / "summary.json").read_text())["page"]).resolve()
 
 
 def take_pages(replay: Path, report: Path, explorer: str) -> None:

@@ -6,6 +6,7 @@ import platform
 import shlex
 import subprocess
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,21 @@ from pneumorph import __version__
 from pneumorph.base.machine import describe_machine
 
 _PACKAGE = Path(__file__).parents[1]
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What made a run."""
+
+    version: str
+    """Of the package."""
+    machine: str
+    commit: str | None = None
+    """Commit of the source tree; None for an installed package."""
+    python: str | None = None
+    """An earlier version did not name it."""
+    command: str | None = None
+    """None for a run that no command line asked for."""
 
 
 def made_by(arguments: Sequence[str]) -> dict[str, Any]:

@@ -19,127 +19,24 @@ Example: pneumorph reduce --mesh runs/tall-leg/mesh.npz --out runs/tall-leg-redu
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
-
-from pneumorph.base.run_folder import RunFolder
-from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.hub_spec import HubModel
-from pneumorph.catalogue.paper_robot import (
-    HYPERELASTIC_MATERIALS,
-    LegName,
-    paper_leg,
-    paper_robot,
-    pressure_map,
-    with_current_leg,
-)
 from pneumorph.command.verb import Verb
-from pneumorph.fem.material import LegMaterials
-from pneumorph.physics.physics import Physics
-from pneumorph.reduction.collect import SnapshotSettings
-from pneumorph.reduction.ecsw import EcswSettings
-from pneumorph.reduction.reduce import ReductionSettings
-from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
-from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
-from pneumorph.study.gait_walks import GaitWalkSettings
-from pneumorph.study.reduction import ReduceSettings, Reduction, reduce
-
-
-@dataclass(frozen=True)
-class ReduceOptions:
-    """The leg, its snapshots, and how to reduce it."""
-
-    leg: LegName = "published"
-    """Whose mesh that ships is taken where `mesh` names none, and whose pressure map gaits have."""
-    mesh: Path | None = None
-    """Mesh of the leg, as `pneumorph mesh` writes it."""
-    materials: LegMaterials = field(default_factory=LegMaterials)
-    hub: HubModel = "soft"
-    """What carries the legs of walking robots: the paper's disk, whose give at a leg's attachment
-    becomes a stiffness of the reduced leg's mount, or a rigid one."""
-    snapshots: SnapshotSettings = field(default_factory=SnapshotSettings)
-    walked: GaitWalkSettings = field(default_factory=GaitWalkSettings)
-    """Gaits that full robots walk besides, such as learned ones."""
-    reduction: ReductionSettings = field(default_factory=ReductionSettings)
-
-    @classmethod
-    def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Settings of an earlier version with their leg as it is called now."""
-        return with_current_leg(content)
-
-
-def run(options: ReduceOptions, folder: RunFolder) -> Reduction:
-    """Reduce a leg of the paper's robot."""
-    leg = paper_leg(options.leg, mesh=options.mesh, materials=options.materials)
-    physics = Physics(pressure_map=pressure_map(options.leg))
-    return reduce(
-        paper_robot(leg, physics, hub_model=options.hub),
-        folder,
-        ReduceSettings(options.snapshots, options.walked, options.reduction),
-        {"materials": settings_to_dict(options.materials)},
-    )
-
-
-def hyperelastic() -> ReduceOptions:
-    """The leg that follows `HYPERELASTIC_PRESSURE_MAP`: 90 real kPa are 108 simulated ones."""
-    return ReduceOptions(
-        leg="hyperelastic",
-        materials=HYPERELASTIC_MATERIALS,
-        hub="rigid",
-        snapshots=SnapshotSettings(
-            static=StaticSnapshotSettings(
-                bend_pressure_kPa=114.0, load_count=48, load_pressure_kPa=110.0
-            ),
-            walk=WalkSnapshotSettings(
-                leg_counts=(2, 3),
-                corner_limit=4,
-                amplitude_kPa=110.0,
-                pressure_rate_kPa_per_s=187.0,
-            ),
-        ),
-    )
-
+from pneumorph.study.reduction_options import (
+    ReduceOptions,
+    corners,
+    hyperelastic,
+    learned,
+    quick,
+    reduce_as_asked,
+)
 
 VERB = Verb(
     ReduceOptions,
-    run,
+    reduce_as_asked,
     {
         "paper": ReduceOptions,
         "hyperelastic": hyperelastic,
-        "quick": lambda: ReduceOptions(
-            snapshots=SnapshotSettings(
-                static=StaticSnapshotSettings(bend_count=12, load_count=24),
-                walk=WalkSnapshotSettings(leg_counts=()),
-            )
-        ),
-        "learned": lambda: ReduceOptions(
-            snapshots=SnapshotSettings(walk=WalkSnapshotSettings(leg_counts=())),
-            reduction=ReductionSettings(
-                mode_tolerance=0.001,
-                mode_limit=32,  # as many as the batched simulator takes
-                ecsw=EcswSettings(hyperreduction_tolerance=0.002, element_limit=800),
-            ),
-        ),
-        "corners": lambda: ReduceOptions(
-            snapshots=SnapshotSettings(
-                static=StaticSnapshotSettings(load_count=0),
-                walk=WalkSnapshotSettings(
-                    robots="all", corner_limit=None, hold_s=1.0, compression=3e-4
-                ),
-            ),
-            # Free bending is computed for the report alone.
-            reduction=ReductionSettings(
-                norm="mass",
-                mode_limit=32,  # as many as the batched simulator takes; the paper has 36
-                symmetric=False,
-                bend_share=0.0,
-                load_share=0.0,
-                ecsw=EcswSettings(
-                    hyperreduction_tolerance=0.001, element_limit=1000, stiffness_state_count=0
-                ),
-            ),
-        ),
+        "quick": quick,
+        "learned": learned,
+        "corners": corners,
     },
 )

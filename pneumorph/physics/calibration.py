@@ -120,6 +120,19 @@ class Calibration:
             )
 
 
+@dataclass(frozen=True)
+class UsedCalibration:
+    """What a summary says of the calibration it was made with; None for what was not measured."""
+
+    file: str
+    slope: float
+    intercept_kPa: float
+    digest: str | None = None
+    modulus_factor: float | None = None
+    stiffness_damping_s: float | None = None
+    friction: float | None = None
+
+
 def describe_calibration(
     calibration: Calibration | None, pressure_map: PressureMap
 ) -> dict[str, Any]:

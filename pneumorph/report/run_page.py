@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pneumorph.base.result import result_to_dict
 from pneumorph.exchange.conversion import ConvertedFile
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.report import page
@@ -41,7 +42,7 @@ from pneumorph.report.training_sections import (
 )
 from pneumorph.report.walk_sections import walk_sections
 from pneumorph.study.analysis import Analysis
-from pneumorph.study.baseline import Baseline
+from pneumorph.study.baseline import Baseline, BestPhase
 from pneumorph.study.campaign import Campaign
 from pneumorph.study.comparison import Comparison
 from pneumorph.study.deployed_gait import DeployedGait
@@ -240,11 +241,13 @@ def write_run_page(run: FinishedRun, path: Path, replay: ReplaySettings | None =
         *walk_sections(run.folder, sheet),
         *(section for make in shown.sections for section in make(found, run, sheet)),
         *_picture_sections(run),
-        _results_section(run),
+        _results_section(found, run),
         repeat_section(run),
     ]
-    lead = f"{shown.lead} {_where(run)}"
-    page.write_page(path, shown.title, lead, _headline(run), sections, sheet.head)
+    damping = getattr(found, "damping", None)
+    where = f"Run folder {run.folder}" + (f", {damping} damping." if damping else ".")
+    headline = _headline(found, run)
+    page.write_page(path, shown.title, f"{shown.lead} {where}", headline, sections, sheet.head)
     return RunPage(
         page=str(path),
         page_bytes=path.stat().st_size,
@@ -255,15 +258,12 @@ def write_run_page(run: FinishedRun, path: Path, replay: ReplaySettings | None =
     )
 
 
-def _where(run: FinishedRun) -> str:
-    damping = run.summary.get("damping")
-    return f"Run folder {run.folder}" + (f", {damping} damping." if damping else ".")
-
-
-def _headline(run: FinishedRun) -> str:
-    learned = {} if run.source is None else run.source.summary
-    baseline = {key: value for key, value in learned.items() if key.startswith("baseline_best")}
-    known = {**baseline, **_plain_results(run)}
+def _headline(found: Any, run: FinishedRun) -> str:
+    known = {} if found is None else _plain(found, result_to_dict(found))
+    if run.source is not None and run.source.verb in ("coopt", "demo"):
+        expert = run.source.result(BestPhase)
+        known.setdefault("baseline_best_distance_cm", expert.baseline_best_distance_cm)
+        known.setdefault("baseline_best_phase_deg", expert.baseline_best_phase_deg)
     return page.numbers(
         {
             name: pattern.format(known[key])
@@ -273,12 +273,12 @@ def _headline(run: FinishedRun) -> str:
     )
 
 
-def _plain_results(run: FinishedRun) -> dict[str, str | int | float]:
-    """Plain values of the summary; a walk that did not come to its end has no distance."""
-    failed = run.summary.get("status", "completed") != "completed"
+def _plain(found: Any, content: Mapping[str, Any]) -> dict[str, str | int | float | None]:
+    """Plain values of a summary; a walk that did not come to its end has no distance."""
+    failed = getattr(found, "status", "completed") != "completed"
     return {
         name: value
-        for name, value in run.summary.items()
+        for name, value in content.items()
         if isinstance(value, str | int | float) and not isinstance(value, bool)
         if not (failed and name == "distance_cm")
     }
@@ -294,7 +294,9 @@ def _picture_sections(run: FinishedRun) -> list[Section]:
     return [Section("Figures", page.side_by_side(*pictures))] if pictures else []
 
 
-def _results_section(run: FinishedRun) -> Section:
-    plain = [(name.replace("_", " "), value) for name, value in _plain_results(run).items()]
-    notes = "".join(page.paragraph(note, "note") for note in run.summary.get("notes", []))
+def _results_section(found: Any, run: FinishedRun) -> Section:
+    """Return every plain value of the summary, the verb's own and what stands beside them."""
+    results = _plain(found, run.summary)
+    plain = [(name.replace("_", " "), value) for name, value in results.items()]
+    notes = "".join(page.paragraph(note, "note") for note in getattr(found, "notes", ()))
     return Section("Results", page.table(["what", "value"], plain) + notes)

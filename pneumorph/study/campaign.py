@@ -17,18 +17,16 @@ from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
 from pneumorph.base.machine import processor_count
 from pneumorph.base.result import result_to_dict
-from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import (
     load_settings,
     read_settings_file,
     settings_from_dict,
     settings_to_dict,
 )
-from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.study.campaign_progress import campaign_progress
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.study_once import study_once
-from pneumorph.study.training_options import TrainingOptions, train_as_asked
+from pneumorph.study.training_options import TrainingOptions, train_once
 from pneumorph.study.training_run import TrainingResult
 
 CAMPAIGN_FILE = "campaign.json"
@@ -211,19 +209,9 @@ def run_one(
     """
     folder, made_by, threads = shared
     name, content = task
-    options = replace(settings_from_dict(TrainingOptions, content), resume=True)
     place = RunFolder(Path(folder) / name, "coopt", provenance=made_by)
-    robot = replace(options.robot, threads=options.robot.threads or threads)
-    asked = {each.name: getattr(options, each.name) for each in fields(options)}
     try:
-        study_once(
-            place,
-            TrainingResult,
-            asked,
-            lambda: train_as_asked(replace(options, robot=robot), place),
-            begun=has_checkpoint(place.path / TRAINING_FOLDER),
-            free=("resume",),  # of a run that was begun alone
-        )
+        train_once(settings_from_dict(TrainingOptions, content), place, threads)
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return None

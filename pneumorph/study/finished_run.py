@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.provenance import Provenance
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_settings, read_summary
 from pneumorph.base.settings import settings_from_dict
@@ -24,6 +25,7 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 
@@ -92,6 +94,19 @@ class FinishedRun:
         """Which verb made it."""
         return self.of_summary("verb", str)
 
+    @property
+    def made_by(self) -> Provenance | None:
+        """Which source, command and machine made it; None of an earlier version."""
+        if "made_by" not in self.summary:
+            return None
+        return self._result(Provenance, self.of_summary("made_by", dict))
+
+    @property
+    def calibration(self) -> UsedCalibration | None:
+        """Which pressures and what else was measured that its robots have."""
+        used = self.summary.get("calibration")
+        return self._result(UsedCalibration, used) if isinstance(used, dict) else None
+
     def of_summary(self, place: str, kind: type[Kind]) -> Kind:
         """A value of the summary by its place, such as ``pairs.0.design``.
 
@@ -152,8 +167,11 @@ class FinishedRun:
         Raises:
             ArtefactError: The summary is damaged, or of another study.
         """
+        return self._result(kind, self.summary)
+
+    def _result(self, kind: type[Result], content: Mapping[str, Any]) -> Result:
         try:
-            return result_from_dict(kind, self.summary)
+            return result_from_dict(kind, content)
         except ArtefactError as error:
             raise ArtefactError(f"{self.folder / SUMMARY}: {error}") from error
 

@@ -9,26 +9,23 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pneumorph.base.artefact import write_atomically, write_json
-from pneumorph.base.run_folder import (
-    SETTINGS,
-    SUMMARY,
-    TRAINING_FOLDER,
-    finite,
-    read_settings,
-    read_summary,
-)
+from pneumorph.base.result import result_to_dict
+from pneumorph.base.run_folder import SETTINGS, SUMMARY, TRAINING_FOLDER
 from pneumorph.learn.cooptimise import GAIT_FOLDER, POLICY_FILE
 from pneumorph.learn.metrics import METRICS_FILE, read_metrics
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.training_run import TrainingResult
 
 DIGITS = 5
 """Digits of the metrics that are kept."""
 
 
-def keep_run(run: Path, folder: Path) -> dict[str, Any]:
+def keep_run(run: Path, folder: Path) -> TrainingResult:
     """Copy the small files of a finished coopt run.
 
     Args:
@@ -37,15 +34,16 @@ def keep_run(run: Path, folder: Path) -> dict[str, Any]:
             and ``training/policy.npz``; those of an earlier run are replaced.
 
     Returns:
-        The summary as it is kept: its pairs name the gaits in ``folder``.
+        What the run found, as it is kept: its pairs name the gaits in ``folder``.
 
     Raises:
-        ArtefactError: The folder holds no finished run.
+        ArtefactError: The folder holds no finished training, or it is damaged.
         ValueError: The run has no pairs, or is to be kept in its own folder.
         FileNotFoundError: The run lacks its policy.
     """
-    summary = read_summary(run)
-    if not summary.get("pairs"):
+    learned = FinishedRun.read(run)
+    found = learned.result(TrainingResult)
+    if not found.pairs:
         raise ValueError(f"{run} holds no design-gait pairs; expected a coopt run")
     if run.resolve() == folder.resolve():
         raise ValueError(f"{folder} is the run itself, expected another folder to keep it in")
@@ -54,18 +52,18 @@ def keep_run(run: Path, folder: Path) -> dict[str, Any]:
     for name in (GAIT_FOLDER, TRAINING_FOLDER):
         (folder / name).mkdir(parents=True, exist_ok=True)
     pairs = []
-    for rank, pair in enumerate(summary["pairs"], start=1):
+    for rank, pair in enumerate(found.pairs, start=1):
         gait = f"{GAIT_FOLDER}/L{rank}.csv"
-        shutil.copyfile(run / pair["gait"], folder / gait)
-        pairs.append({**pair, "gait": gait})
+        shutil.copyfile(run / learned.of_summary(f"pairs.{rank - 1}.gait", str), folder / gait)
+        pairs.append(replace(pair, gait=gait))
     metrics = read_metrics(run / TRAINING_FOLDER)
     lines = "".join(json.dumps(_rounded(line)) + "\n" for line in metrics)
     training = folder / TRAINING_FOLDER
     write_atomically(training / METRICS_FILE, lambda stream: stream.write(lines.encode()))
     write_atomically(training / POLICY_FILE, lambda stream: stream.write(policy))
-    write_json(folder / SETTINGS, read_settings(run))
-    kept = {**summary, "best_gait": pairs[0]["gait"], "pairs": pairs}
-    write_json(folder / SUMMARY, finite(kept))
+    write_json(folder / SETTINGS, learned.settings)
+    kept = replace(found, best_gait=pairs[0].gait, pairs=tuple(pairs))
+    write_json(folder / SUMMARY, {**learned.summary, **result_to_dict(kept)})
     return kept
 
 

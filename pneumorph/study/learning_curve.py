@@ -7,6 +7,7 @@ from pathlib import Path
 from pneumorph.base.run_folder import TRAINING_FOLDER
 from pneumorph.learn.metrics import read_metrics
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.training_run import TrainingResult
 
 
 def learning_curve(run: Path) -> tuple[list[float], list[float]]:
@@ -19,7 +20,7 @@ def learning_curve(run: Path) -> tuple[list[float], list[float]]:
         run: Folder of a coopt run.
     """
     learned = FinishedRun.read(run)
-    summary = learned.summary
+    found = learned.result(TrainingResult)
     action_s = learned.task.action_step_count * learned.robot.physics.time_step_s
     metrics = read_metrics(run / TRAINING_FOLDER)
     points = [
@@ -27,7 +28,8 @@ def learning_curve(run: Path) -> tuple[list[float], list[float]]:
         for line in metrics
         if line["best_distance_cm"] is not None
     ]
-    end = (summary["timesteps"] + summary["finetuning_timesteps"]) * action_s
-    best = max([summary["best_distance_cm"], *(distance for _, distance in points)])
+    end = (found.timesteps + found.finetuning_timesteps) * action_s
+    seen = [distance for _, distance in points]
+    best = max([*seen, *([] if found.best_distance_cm is None else [found.best_distance_cm])])
     simulated_s, distance_cm = zip(*points, (end, best), strict=True)
     return list(simulated_s), list(distance_cm)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -30,7 +30,7 @@ def study_folder(path: Path, verb: str) -> RunFolder:
 def study_once(
     folder: RunFolder,
     kind: type[Result],
-    asked: Mapping[str, Any],
+    asked: Any,
     make: Callable[[], Result],
     *,
     begun: bool = False,
@@ -38,45 +38,65 @@ def study_once(
 ) -> Result:
     """Return the result that a folder holds, or make it there and keep it with its settings.
 
+    A study whose status is not ``completed``, such as a walk that diverged, is made again.
+
     Args:
         folder: The folder; nobody else may write into it meanwhile.
         kind: Class of the result.
-        asked: What decides the result, as ``settings.json`` shall hold it: settings classes and
-            JSON values by name.
+        asked: What decides the result, as ``settings.json`` shall hold it: a settings class, or
+            settings classes and JSON values by name.
         make: Makes the result in the folder; called where there is none.
         begun: Whether a study that was stopped there must be of the same settings. Most find out
             for themselves.
         free: Names of what is asked that may differ: it does not decide the result.
 
     Raises:
-        ValueError: The folder holds a study of other settings, or another process writes into it.
+        ValueError: The folder holds a study of other settings or of another kind, or another
+            process writes into it.
         ArtefactError: The folder is damaged.
     """
     with folder.alone():
+        folder.refuse_other_verb()
         finished = (folder.path / SUMMARY).exists()
         if (finished or begun) and (folder.path / SETTINGS).exists():
-            _refuse_others(folder.path, {k: v for k, v in asked.items() if k not in free})
+            _refuse_others(folder.path, asked, free)
         if finished:
-            return FinishedRun.read(folder.path).result(kind)
-        folder.save_settings({name: _plain(value) for name, value in asked.items()})
-        found = make()
-        folder.save_summary(result_to_dict(found))
+            found = FinishedRun.read(folder.path).result(kind)
+            if getattr(found, "status", "completed") == "completed":
+                return found
+        return make_study(folder, asked, make)
+
+
+def make_study(folder: RunFolder, asked: Any, make: Callable[[], Result]) -> Result:
+    """Make a study in a folder and keep it there with its settings; arguments as `study_once`."""
+    folder.save_settings({name: _plain(value) for name, value in _by_name(asked).items()})
+    found = make()
+    folder.save_summary(result_to_dict(found))
     return found
 
 
-def _refuse_others(folder: Path, asked: Mapping[str, Any]) -> None:
-    there = read_settings(folder)
-    for name, value in asked.items():
+def _refuse_others(folder: Path, asked: Any, free: Collection[str]) -> None:
+    there: Mapping[str, Any] = read_settings(folder)
+    if is_dataclass(asked):
+        # Read as settings: one that is newer than the study had its default.
+        there = _by_name(settings_from_dict(type(asked), there))
+    for name, value in _by_name(asked).items():
         kept = there.get(name)
         if is_dataclass(value) and isinstance(kept, Mapping):
-            # Read as settings: one that is newer than the study had its default.
-            kept = _plain(settings_from_dict(type(value), kept))
-        if kept != _plain(value):
+            kept = settings_from_dict(type(value), kept)
+        if name not in free and _plain(kept) != _plain(value):
             raise ValueError(
                 f"{folder} holds a run of other settings ({name} differs), expected the same; "
                 "choose another folder"
             )
 
 
+def _by_name(asked: Any) -> dict[str, Any]:
+    if is_dataclass(asked):
+        return {field.name: getattr(asked, field.name) for field in fields(asked)}
+    return dict(asked)
+
+
 def _plain(value: Any) -> Any:
-    return settings_to_dict(value) if is_dataclass(value) else value
+    """A setting as JSON holds it."""
+    return settings_to_dict({"value": value})["value"]

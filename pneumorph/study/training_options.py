@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 from pneumorph.base.checked import Checked, Count
 from pneumorph.base.flags import flat
-from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.settings import CooptSettings, quick_settings
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.study_once import study_once
 from pneumorph.study.training_run import TrainingResult, TrainingWorlds, train
 
 
@@ -32,6 +34,31 @@ class TrainingOptions(Checked):
     coopt: Annotated[CooptSettings, flat] = field(default_factory=quick_settings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     baseline: PhaseSweepSettings = field(default_factory=PhaseSweepSettings)
+
+
+def train_once(options: TrainingOptions, folder: RunFolder, threads: int = 0) -> TrainingResult:
+    """Train as the options say, or go on with it; a finished run of the same options is read.
+
+    Args:
+        options: The training.
+        folder: Where it is.
+        threads: The engine's, where the options leave their number open: it does not change what
+            comes out.
+
+    Raises:
+        ValueError: The folder holds another run, or another process writes into it.
+        ArtefactError: The folder is damaged.
+    """
+    options = replace(options, resume=True)
+    robot = replace(options.robot, threads=options.robot.threads or threads)
+    return study_once(
+        folder,
+        TrainingResult,
+        options,
+        lambda: train_as_asked(replace(options, robot=robot), folder),
+        begun=has_checkpoint(folder.path / TRAINING_FOLDER),
+        free=("resume",),  # of a run that was begun alone
+    )
 
 
 def train_as_asked(options: TrainingOptions, folder: RunFolder) -> TrainingResult:

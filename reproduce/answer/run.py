@@ -17,15 +17,17 @@ from typing import Any, Literal
 import tyro
 
 from pneumorph.base.artefact import write_json
-from pneumorph.base.result import result_from_dict
-from pneumorph.base.run_folder import SUMMARY, finite, read_summary
+from pneumorph.base.result import result_to_dict
+from pneumorph.base.run_folder import SUMMARY, finite
 from pneumorph.learn.search_run import CURVE_FILE
 from pneumorph.report.learning_figures import learning_curves_figure, own_gaits_figure
 from pneumorph.report.style import save_figure
-from pneumorph.run_once import run_once
-from pneumorph.study.finished_run import run_digest
+from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.learning_curve import learning_curve
+from pneumorph.study.search import SearchSettings, search
 from pneumorph.study.search_findings import SearchFindings
+from pneumorph.study.study_once import study_folder, study_once
+from pneumorph.study.training_run import TrainingResult
 
 HERE = Path(__file__).parent
 METHODS: tuple[Literal["random", "genetic"], ...] = ("random", "genetic")
@@ -47,45 +49,57 @@ def main(
         steps: Which of them.
         gait_timesteps: Less than the 960 gaits a design.
     """
-    learned = read_summary(run)
-    timesteps = learned["timesteps"] + learned["finetuning_timesteps"]
-    work = work / run_digest(run)
+    learned = FinishedRun.read(run)
+    trained = learned.result(TrainingResult)
+    timesteps = trained.timesteps + trained.finetuning_timesteps
+    work = work / learned.digest()
     result: dict[str, Any] = {
-        "run": learned.get("made_by"),
+        "run": learned.summary.get("made_by"),
         "timesteps": timesteps,
-        "coopt": {name: learned[name] for name in ("best_design", "best_distance_cm")},
+        "coopt": {name: getattr(trained, name) for name in ("best_design", "best_distance_cm")},
     }
-    shorter = () if gait_timesteps is None else ("--timesteps", gait_timesteps)
 
-    def searched(step: str, *flags: object) -> dict[str, Any] | None:
-        """A search's summary; None where it is neither asked for nor finished."""
-        if step not in steps:
-            return read_summary(work / step) if (work / step / SUMMARY).exists() else None
-        return run_once(work / step, "search", "--run", run, *flags)
+    def searched(
+        method: Literal["gaits", "random", "genetic"], timesteps: int | None
+    ) -> SearchFindings | None:
+        """What a search found; None where it is neither asked for nor finished."""
+        if method not in steps:
+            there = (work / method / SUMMARY).exists()
+            return FinishedRun.read(work / method).result(SearchFindings) if there else None
+        place = study_folder(work / method, "search")
+        settings = SearchSettings(
+            method=method, timesteps=timesteps, task=learned.task, space=learned.space
+        )
+        return study_once(
+            place,
+            SearchFindings,
+            {"run": str(run), "search": settings, "robot": learned.robot},
+            lambda: search(settings, learned.robot.spec(), place, learned),
+        )
 
-    gaits = searched("gaits", *shorter)
+    gaits = searched("gaits", gait_timesteps)
     if gaits is not None:
-        result["gaits"] = {
-            name: gaits[name] for name in ("designs", "policy_gaps_cm", "timesteps", "wall_s")
-        }
-        found_gaits = result_from_dict(SearchFindings, gaits).designs or ()
-        save_figure(own_gaits_figure(found_gaits), out / "own_gaits.png", ("png",))
+        result["gaits"] = _chosen(gaits, "designs", "policy_gaps_cm", "timesteps", "wall_s")
+        save_figure(own_gaits_figure(gaits.designs or ()), out / "own_gaits.png", ("png",))
     curves = {"learned together": learning_curve(run)}
     for method in METHODS:
-        found = searched(method, "--method", method, "--timesteps", timesteps)
+        found = searched(method, timesteps)
         if found is None:
             continue
         curve = json.loads((work / method / CURVE_FILE).read_text())
         curves[f"{method} search"] = (curve["simulated_s"], curve["best_distance_cm"])
-        result[method] = {
-            name: found[name]
-            for name in ("best_design", "best_distance_cm", "timesteps", "simulated_s", "pairs",
-                         "wall_s")
-        }  # fmt: skip
-    figure = learning_curves_figure(curves, learned["baseline_best_distance_cm"])
+        result[method] = _chosen(
+            found, "best_design", "best_distance_cm", "timesteps", "simulated_s", "pairs", "wall_s"
+        )
+    figure = learning_curves_figure(curves, trained.baseline_best_distance_cm)
     save_figure(figure, out / "learning_curves.png", ("png",))
     write_json(out / "answer.json", finite(result))
     print(f"wrote {out / 'answer.json'}")
+
+
+def _chosen(found: SearchFindings, *names: str) -> dict[str, Any]:
+    content = result_to_dict(found)
+    return {name: content[name] for name in names}
 
 
 if __name__ == "__main__":

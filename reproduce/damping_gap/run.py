@@ -19,8 +19,9 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.run_folder import SUMMARY, finite
-from pneumorph.base.settings import load_settings, settings_to_dict
+from pneumorph.base.settings import load_settings
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.learn.settings import fast_settings
 from pneumorph.physics.physics import Damping
 from pneumorph.report.style import (
     BASELINE_COLOUR,
@@ -30,9 +31,11 @@ from pneumorph.report.style import (
     new_figure,
     save_figure,
 )
-from pneumorph.run_once import run_once
+from pneumorph.study.analysis import AnalysedRobot, Analysis, AnalysisSettings, analyse
 from pneumorph.study.finished_run import FinishedRun, run_digest
 from pneumorph.study.kept_run import keep_run
+from pneumorph.study.study_once import study_folder, study_once
+from pneumorph.study.training_options import TrainingOptions, train_once
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,28 +48,31 @@ SURVIVES_WITHIN_CM = 1.0
 """The paper calls a distance within 1 cm of the simulated one a strong agreement (section VI-B)."""
 
 
-def damped(robot: RobotOptions, damping: Damping, file: Path) -> Path:
-    """Settings of a robot under a damping, all other physics as they are, as a file for verbs."""
-    chosen = replace(robot, physics=replace(robot.physics, damping=damping))
-    return write_json(file, {"robot": settings_to_dict(chosen)})
+def damped(robot: RobotOptions, damping: Damping) -> RobotOptions:
+    """A robot under a damping, all other physics as they are."""
+    return replace(robot, physics=replace(robot.physics, damping=damping))
 
 
-def analysed(run: Path, damping: Damping, folder: Path) -> dict[str, Any]:
+def analysed(run: Path, damping: Damping, folder: Path) -> Analysis:
     """The best pairs of a run under a damping."""
-    settings = damped(FinishedRun.read(run).robot, damping, folder.with_suffix(".json"))
-    return run_once(folder, "analyse", run, "--afresh", "--settings", settings)
+    learned, place = FinishedRun.read(run), study_folder(folder, "analyse")
+    robot, settings = damped(learned.robot, damping), AnalysisSettings()
+    asked = {"run": str(run), "analysis": settings, "robot": robot}
+    return study_once(
+        place, Analysis, asked, lambda: analyse(learned, settings, robot.spec(), place)
+    )
 
 
-def compared(own: dict[str, Any], other: dict[str, Any]) -> list[dict[str, Any]]:
+def compared(own: Analysis, other: Analysis) -> list[dict[str, Any]]:
     """Each pair under its own damping and the other."""
     rows = []
-    for mine, theirs in zip(own["robots"], other["robots"], strict=True):
-        if mine["label"] == "B":
+    for mine, theirs in zip(own.robots, other.robots, strict=True):
+        if mine.label == "B":
             continue
         rows.append(
             {
-                "label": mine["label"],
-                "design": mine["design"],
+                "label": mine.label,
+                "design": mine.design,
                 "survives": survives(mine, theirs),
                 **walk_of(mine, "own"),
                 **walk_of(theirs, "other"),
@@ -75,38 +81,38 @@ def compared(own: dict[str, Any], other: dict[str, Any]) -> list[dict[str, Any]]
     return rows
 
 
-def walk_of(robot: dict[str, Any], damping: str) -> dict[str, Any]:
+def walk_of(robot: AnalysedRobot, damping: str) -> dict[str, Any]:
     """What a pair does under its own damping or the other."""
-    slipping = {f"{leg['angle_deg']:.1f}": leg["slipping_share"] for leg in robot["legs"]}
+    slipping = {f"{leg.angle_deg:.1f}": leg.slipping_share for leg in robot.legs}
     walk = {
         "front_slipping_share": front_slipping(robot),
         "slipping_share_by_leg_angle_deg": slipping,
-        **{name: robot[name] for name in
+        **{name: getattr(robot, name) for name in
            ("distance_cm", "backsliding_cm", "hub_load_share", "pitch_range_deg")},
     }  # fmt: skip
     return {f"{damping}_{name}": value for name, value in walk.items()}
 
 
-def survives(own: dict[str, Any], other: dict[str, Any]) -> bool:
+def survives(own: AnalysedRobot, other: AnalysedRobot) -> bool:
     """Whether a pair comes as far under the other damping, to the paper's 1 cm."""
-    if any(walk["status"] != "completed" for walk in (own, other)):
+    if own.distance_cm is None or other.distance_cm is None:
         return False
-    return bool(other["distance_cm"] > own["distance_cm"] - SURVIVES_WITHIN_CM)
+    return other.distance_cm > own.distance_cm - SURVIVES_WITHIN_CM
 
 
-def front_slipping(robot: dict[str, Any]) -> float | None:
+def front_slipping(robot: AnalysedRobot) -> float | None:
     """Share of the front legs' load that rests on points which slip; None where none is pressed.
 
     Front legs are those that lie before the middle of the robot's own legs: many a learned robot
     has all of them on one side of its disk.
     """
-    forward = np.cos(np.radians([leg["angle_deg"] for leg in robot["legs"]]))
+    forward = np.cos(np.radians([leg.angle_deg for leg in robot.legs]))
     middle = 0.5 * (forward.max() + forward.min())
-    legs = [leg for leg, place in zip(robot["legs"], forward, strict=True) if place >= middle]
-    load = sum(leg["mean_load_mN"] for leg in legs)
+    legs = [leg for leg, place in zip(robot.legs, forward, strict=True) if place >= middle]
+    load = sum(leg.mean_load_mN for leg in legs)
     if not load:
         return None
-    return sum(leg["mean_load_mN"] * leg["slipping_share"] for leg in legs) / load
+    return sum(leg.mean_load_mN * leg.slipping_share for leg in legs) / load
 
 
 @figure_style()
@@ -152,10 +158,9 @@ def main(
     runs: dict[Damping, Path] = {"published": published, "objective": objective}
     for damping, run in runs.items():
         if not (run / SUMMARY).exists():
-            run_once(
-                run, "coopt", "--preset", "fast", "--seed", seed, "--resume",
-                "--settings", damped(PUBLISHED, damping, work / f"{damping}.json"),
-            )  # fmt: skip
+            coopt = replace(fast_settings(), seed=seed)
+            robot = damped(PUBLISHED, damping)
+            train_once(TrainingOptions(coopt=coopt, robot=robot), study_folder(run, "coopt"))
         there = FinishedRun.read(run).robot.physics.damping
         if there != damping:
             raise SystemExit(f"{run} was trained with {there} damping, expected {damping}")

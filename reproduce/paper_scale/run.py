@@ -7,7 +7,7 @@ works with what lies beside this file. After a training of one's own,
     pneumorph coopt --preset paper --seed 0 --resume --out runs/paper
     python reproduce/paper_scale/run.py --run runs/paper --out runs/kept
 
-keeps that one's first. Each step is a verb in a folder of its own under --work; those that are
+keeps that one's first. Each step is a study in a folder of its own under --work; those that are
 finished are not made again, and full-order robots go on where they were stopped. Figures go to
 --out, and at last every number to its summary.json.
 """
@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -26,7 +26,8 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.machine import describe_machine
-from pneumorph.base.provenance import source_commit
+from pneumorph.base.provenance import source, source_commit
+from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import (
     SUMMARY,
     TRAINING_FOLDER,
@@ -35,9 +36,11 @@ from pneumorph.base.run_folder import (
     read_settings,
     read_summary,
 )
-from pneumorph.base.settings import load_settings, settings_to_dict
+from pneumorph.base.settings import load_settings
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM, read_metrics
+from pneumorph.report.analysis_figures import draw_analysis
 from pneumorph.report.learning_figures import phase_figure, reward_figure
 from pneumorph.report.style import (
     BASELINE_COLOUR,
@@ -48,10 +51,15 @@ from pneumorph.report.style import (
     save_figure,
 )
 from pneumorph.robot.design import Design
-from pneumorph.run_once import run_once
+from pneumorph.study.analysis import Analysis, AnalysisSettings, analyse
 from pneumorph.study.finished_run import FinishedRun, run_digest
+from pneumorph.study.gait_walks import GaitWalkSettings
 from pneumorph.study.kept_run import keep_run
-from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.reduction import Reduction
+from pneumorph.study.reduction_options import learned, reduce_as_asked
+from pneumorph.study.simulated_walk import SimulatedWalk, WalkSettings, simulate
+from pneumorph.study.study_once import study_folder, study_once
+from pneumorph.study.training_run import LearnedPair, TrainingResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,21 +86,33 @@ class PaperScale:
         return self.runs / run_digest(self.out)
 
     @property
+    def kept(self) -> TrainingResult:
+        """What the training found."""
+        return FinishedRun.read(self.out).result(TrainingResult)
+
+    @property
     def gaits(self) -> list[Path]:
         """The best pairs, each a gait that names its design."""
-        return [self.out / pair["gait"] for pair in read_summary(self.out)["pairs"]]
+        return [self.out / pair.gait for pair in self.kept.pairs if pair.gait is not None]
 
-    def walk(self, folder: str, *flags: object) -> dict[str, Any]:
-        """Simulate one robot in the training's physics; one that diverges has no distance."""
-        robot = settings_to_dict(FinishedRun.read(self.out).robot)
-        settings = write_json(self.work / "robots.json", {"robot": robot})
-        try:
-            return run_once(self.work / folder, "simulate", "--settings", settings, *flags)
-        except RuntimeError:
-            found = read_summary(self.work / folder)
-            if found["status"] == "completed":
-                raise
-            return {**found, "distance_cm": None}
+    def walk(self, folder: str, part: Path | None = None, **walk: Any) -> SimulatedWalk:
+        """Simulate one robot in the training's physics; one that diverges has no distance.
+
+        Args:
+            folder: Where, under the working folder.
+            part: Another reduced leg than the training's.
+            **walk: Fields of `WalkSettings`.
+        """
+        robot = FinishedRun.read(self.out).robot
+        if part is not None:
+            robot = replace(robot, part=part)
+        place, settings = study_folder(self.work / folder, "simulate"), WalkSettings(**walk)
+        return study_once(
+            place,
+            SimulatedWalk,
+            {"walk": settings, "robot": robot},
+            lambda: simulate(settings, robot.spec(), place),
+        )
 
     def keep(self) -> None:
         """The training's small files and its figure.
@@ -103,58 +123,65 @@ class PaperScale:
         if self.run is None:
             raise SystemExit("keep needs a finished training; give its folder by --run")
         keep_run(self.run, self.out)
-        learned = FinishedRun.read(self.out).result(TrainingResult)
+        found = self.kept
         for earlier in ("full_order", "learned_leg"):  # of another training
             shutil.rmtree(self.out / earlier, ignore_errors=True)
         figure = reward_figure(
             read_metrics(self.out / TRAINING_FOLDER),
             HISTOGRAM_EDGES_CM,
-            learned.baseline_best_distance_cm,
-            learned.best_distance_cm,
-            learned.seen_pairs[: len(learned.pairs)],
+            found.baseline_best_distance_cm,
+            found.best_distance_cm,
+            found.seen_pairs[: len(found.pairs)],
         )
         save_figure(figure, self.out / "training.png", ("png",))
 
     def analysis(self) -> None:
         """Rewards of each step, tilt, load and friction of each leg, distance over friction."""
-        run_once(self.work / "analysis", "analyse", self.out)
+        run, settings = FinishedRun.read(self.out), AnalysisSettings()
+        place, spec = study_folder(self.work / "analysis", "analyse"), run.robot.spec()
+        found = study_once(
+            place,
+            Analysis,
+            {"run": str(self.out), "analysis": settings, "robot": run.robot},
+            lambda: analyse(run, settings, spec, place),
+        )
+        draw_analysis(found, settings, run, spec.physics, place)
         for figure in sorted((self.work / "analysis").glob("*.png")):
             shutil.copy(figure, self.out / figure.name)
         shutil.copy(self.work / "analysis" / "analysis.json", self.out / "analysis.json")
 
     def baseline(self) -> None:
         """The expert's gait at every phase."""
-        found = read_summary(self.out)
-        figure = phase_figure(found["phases_deg"], found["distances_cm"])
+        figure = phase_figure(self.kept.phases_deg, self.kept.distances_cm)
         save_figure(figure, self.out / "baseline.png", ("png",))
 
     def baseline_full(self) -> dict[str, Any]:
         """The expert's best phase as finite elements."""
-        phase = read_summary(self.out)["baseline_best_phase_deg"]
-        return self.full_order("B", "--expert.phase-deg", phase)
+        expert = ExpertGait(phase_deg=self.kept.baseline_best_phase_deg)
+        return self.full_order("B", expert=expert)
 
-    def full_order(self, name: str, *gait: object) -> dict[str, Any]:
+    def full_order(self, name: str, **walk: Any) -> dict[str, Any]:
         """A walk of finite elements: ten minutes, so its summary is kept and not made again."""
         return made_once(
             self.out / f"full_order/{name}.json",
-            lambda: self.walk(f"full/{name}", "--model", "full", *gait),
+            lambda: told(self.walk(f"full/{name}", model="full", **walk)),
         )
 
-    def reduced(self) -> list[dict[str, Any]]:
+    def reduced(self) -> list[SimulatedWalk]:
         """The best pairs in the reduced simulator."""
-        return [self.walk(f"reduced/{gait.stem}", "--gait", gait) for gait in self.gaits]
+        return [self.walk(f"reduced/{gait.stem}", gait=gait) for gait in self.gaits]
 
     def full(self) -> list[dict[str, Any]]:
         """The best pairs as finite elements."""
-        return [self.full_order(gait.stem, "--gait", gait) for gait in self.gaits]
+        return [self.full_order(gait.stem, gait=gait) for gait in self.gaits]
 
     def learned_leg(self) -> list[dict[str, Any]]:
         """The best pairs with a leg that was reduced from the walks of some of them."""
         return [
             made_once(
                 self.out / f"learned_leg/{gait.stem}.json",
-                lambda gait=gait: self.walk(
-                    f"learned_leg/{gait.stem}", "--gait", gait, "--part", self.make_learned_leg()
+                lambda gait=gait: told(
+                    self.walk(f"learned_leg/{gait.stem}", self.make_learned_leg(), gait=gait)
                 ),
             )
             for gait in self.gaits
@@ -162,10 +189,10 @@ class PaperScale:
 
     def learned_from(self) -> list[Path]:
         """The gaits whose walks the leg is reduced from."""
-        places = best_of_each_leg_count(read_summary(self.out)["pairs"])
+        places = best_of_each_leg_count(self.kept.pairs)
         return [self.gaits[place] for place in places]
 
-    def make_learned_leg(self) -> str:
+    def make_learned_leg(self) -> Path:
         """A leg reduced from full walks under the training's damping: half an hour.
 
         Raises:
@@ -179,30 +206,30 @@ class PaperScale:
                 "learned_leg needs a training with the paper's leg and physics, but for the "
                 f"damping; got leg {robot.leg}, calibration {robot.calibration} and {robot.physics}"
             )
-        found = run_once(
-            self.work / "leg", "reduce", "--preset", "learned", "--leg", robot.leg,
-            "--hub", "soft", "--walked.damping", robot.physics.damping,
-            "--walked.gaits", *self.learned_from(),
-        )  # fmt: skip
-        return str(found["part"])
+        walked = GaitWalkSettings(gaits=tuple(self.learned_from()), damping=robot.physics.damping)
+        options, place = (
+            replace(learned(), leg=robot.leg, walked=walked),
+            study_folder(self.work / "leg", "reduce"),
+        )
+        found = study_once(place, Reduction, options, lambda: reduce_as_asked(options, place))
+        return Path(found.part)
 
-    def mirror(self) -> dict[str, Any]:
+    def mirror(self) -> SimulatedWalk:
         """The mirror image of the best design, driven by the best design's gait."""
-        best = self.reduced()[0]
-        mirrored = Design.parse(best["design"]).mirror()
-        return self.walk("mirror", "--gait", self.gaits[0], "--design", mirrored)
+        mirrored = Design.parse(self.reduced()[0].design).mirror()
+        return self.walk("mirror", gait=self.gaits[0], design=str(mirrored))
 
     def summary(self) -> None:
         """Lay what followed the training over its own summary."""
-        learned = read_summary(self.out)
+        summary = read_summary(self.out)
         learned_leg, learned_from = self.learned_leg(), self.learned_from()
         walks = zip(
-            learned["pairs"], self.gaits, self.reduced(), learned_leg, self.full(), strict=True
+            summary["pairs"], self.gaits, self.reduced(), learned_leg, self.full(), strict=True
         )
         pairs = [
             {
                 **pair,
-                "distance_cm": reduced["distance_cm"],
+                "distance_cm": reduced.distance_cm,
                 "distance_learned_leg_cm": again["distance_cm"],
                 "leg_learned_from_it": gait in learned_from,
                 "distance_full_order_cm": full["distance_cm"],
@@ -212,17 +239,17 @@ class PaperScale:
         best_cm, best_full_cm = (
             pairs[0][name] for name in ("distance_cm", "distance_full_order_cm")
         )
-        baseline_cm = learned["baseline_best_distance_cm"]
+        baseline_cm = summary["baseline_best_distance_cm"]
         baseline_full_cm = self.baseline_full()["distance_cm"]
         content = {
-            **learned,
+            **summary,
             "best_distance_cm": best_cm,
             "best_distance_learned_leg_cm": pairs[0]["distance_learned_leg_cm"],
             "best_distance_full_order_cm": best_full_cm,
             "baseline_best_distance_full_order_cm": baseline_full_cm,
             "times_the_baseline": ratio(best_cm, baseline_cm),
             "times_the_baseline_full_order": ratio(best_full_cm, baseline_full_cm),
-            "mirror_image_distance_cm": self.mirror()["distance_cm"],
+            "mirror_image_distance_cm": self.mirror().distance_cm,
             "learned_leg": learned_leg[0]["leg"],
             "pairs": pairs,
             "settings": read_settings(self.out),
@@ -255,11 +282,16 @@ def distances_figure(pairs: list[dict[str, Any]], baselines: tuple[float, float 
     return figure
 
 
-def best_of_each_leg_count(pairs: list[dict[str, Any]]) -> list[int]:
+def told(walk: SimulatedWalk) -> dict[str, Any]:
+    """A walk as it is kept, with what made it."""
+    return {"verb": "simulate", "made_by": source(), **result_to_dict(walk)}
+
+
+def best_of_each_leg_count(pairs: Sequence[LearnedPair]) -> list[int]:
     """Places of the pairs that are the best with their number of legs, ascending."""
     best: dict[int, int] = {}
     for place, pair in enumerate(pairs):
-        best.setdefault(Design.parse(pair["design"]).leg_count, place)
+        best.setdefault(Design.parse(pair.design).leg_count, place)
     return sorted(best.values())
 
 

@@ -15,18 +15,49 @@ from pathlib import Path
 
 import tyro
 
-from pneumorph.base.artefact import write_json
-from pneumorph.base.settings import load_settings, settings_to_dict
+from pneumorph.base.settings import load_settings
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.run_once import run_once
+from pneumorph.reduction.ecsw import EcswSettings
+from pneumorph.reduction.reduce import ReductionSettings
+from pneumorph.report.comparison_figures import draw_comparison
+from pneumorph.study.comparison import Comparison, ComparisonSettings, compare
+from pneumorph.study.reduction import Reduction
+from pneumorph.study.reduction_options import ReduceOptions, reduce_as_asked
+from pneumorph.study.study_once import study_folder, study_once
 
 PUBLISHED = load_settings(RobotOptions, Path(__file__).parent.parent / "published.toml")
 MODES = (0.03, 0.018, 0.0126)
 ELEMENTS = (0.03, 0.012, 0.005)
-LIMITS = (
-    "--reduction.mode-limit", 32, "--reduction.ecsw.element-limit", 500,
-    "--reduction.bend-share", 0.2, "--reduction.load-share", 0.1,
-)  # fmt: skip
+
+
+def reduced(folder: Path, modes: float, elements: float) -> Path:
+    """The file of a leg that was reduced to two tolerances, from the snapshots in its folder."""
+    ecsw = EcswSettings(hyperreduction_tolerance=elements, element_limit=500)
+    options = ReduceOptions(
+        leg=PUBLISHED.leg,
+        reduction=ReductionSettings(
+            mode_tolerance=modes, mode_limit=32, bend_share=0.2, load_share=0.1, ecsw=ecsw
+        ),
+    )
+    place = study_folder(folder, "reduce")
+    found = study_once(place, Reduction, options, lambda: reduce_as_asked(options, place))
+    return Path(found.part)
+
+
+def compared(folder: Path, parts: list[Path]) -> Comparison:
+    """How the reductions walk beside finite elements."""
+    settings = ComparisonSettings(
+        heldout_count=0, floating_duration_s=0.0, timed_steps=0, grid=tuple(parts)
+    )
+    place = study_folder(folder, "compare")
+    found = study_once(
+        place,
+        Comparison,
+        {"comparison": settings, "robot": PUBLISHED},
+        lambda: compare(settings, PUBLISHED.spec(), place),
+    )
+    draw_comparison(found, place)
+    return found
 
 
 def main(source: tyro.conf.Positional[Path], out: Path) -> None:
@@ -43,17 +74,8 @@ def main(source: tyro.conf.Positional[Path], out: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         if not (folder / "snapshots").exists():
             (folder / "snapshots").symlink_to(snapshots)
-        run_once(
-            folder, "reduce", "--preset", "paper", "--leg", PUBLISHED.leg, "--hub", "soft",
-            "--reduction.mode-tolerance", modes,
-            "--reduction.ecsw.hyperreduction-tolerance", elements, *LIMITS,
-        )  # fmt: skip
-        parts.append(folder / "leg.npz")
-    robot = write_json(out / "robot.json", {"robot": settings_to_dict(PUBLISHED)})
-    run_once(
-        out / "compare", "compare", "--settings", robot, "--heldout-count", 0,
-        "--floating-duration-s", 0, "--timed-steps", 0, "--grid", *parts,
-    )  # fmt: skip
+        parts.append(reduced(folder, modes, elements))
+    compared(out / "compare", parts)
 
 
 if __name__ == "__main__":

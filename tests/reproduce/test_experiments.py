@@ -4,28 +4,31 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import shlex
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import pytest
 import tyro
+from helpers.result_example import example
 from helpers.synthetic_part import synthetic_reduced_part
 
-from pneumorph.base.run_folder import read_summary
+from pneumorph.base.artefact import write_json
+from pneumorph.base.run_folder import RunFolder, read_settings, read_summary
 from pneumorph.base.settings import load_settings, read_settings_file
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.run_once import run_once
-from pneumorph.study.finished_run import FinishedRun, run_digest
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.gait_walks import GaitWalkSettings
 from pneumorph.study.kept_run import keep_run
 from pneumorph.study.learning_curve import learning_curve
+from pneumorph.study.reduction import Reduction
+from pneumorph.study.reduction_options import ReduceOptions
+from pneumorph.study.training_run import LearnedPair, TrainingResult
 
 REPRODUCE = Path(__file__).parent.parent.parent / "reproduce"
 _SHORT = (
@@ -63,19 +66,9 @@ def runs(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]
     """A short coopt run under each damping."""
     folder = tmp_path_factory.mktemp("runs")
     for damping in ("published", "objective"):
-        run_once(
-            folder / damping, "coopt", "--preset", "fast", "--part", leg,
-            "--physics.damping", damping, *_SHORT.split(),
-        )  # fmt: skip
+        asked = f"--preset fast --part {leg} --physics.damping {damping} {_SHORT}"
+        assert run(["coopt", *asked.split(), "--out", str(folder / damping)]) == 0
     return {damping: folder / damping for damping in ("published", "objective")}
-
-
-def finished(folder: Path, content: dict[str, Any], *arguments: object) -> None:
-    """Stand for a finished run of finite elements, which takes too long for a test."""
-    folder.mkdir(parents=True)
-    command = shlex.join(["pneumorph", *map(str, arguments), "--out", str(folder)])
-    summary = {"verb": arguments[0], "made_by": {"command": command}, **content}
-    (folder / "summary.json").write_text(json.dumps(summary))
 
 
 def test_the_published_physics_is_named_in_full() -> None:
@@ -93,7 +86,9 @@ def test_everything_after_the_paper_scale_training(
 ) -> None:
     learned_folder = runs["published"]
     learned = read_summary(learned_folder)
-    learned_from = script("paper_scale").best_of_each_leg_count(learned["pairs"])
+    learned_from = script("paper_scale").best_of_each_leg_count(
+        FinishedRun.read(learned_folder).result(TrainingResult).pairs
+    )
     kept_folder = ("--out", tmp_path, "--work", learned_folder / "paper_scale")
     call("paper_scale", monkeypatch, *kept_folder, "--run", learned_folder, "--steps", "keep")
     (tmp_path / "full_order").mkdir()
@@ -105,12 +100,17 @@ def test_everything_after_the_paper_scale_training(
         (tmp_path / "full_order" / f"{name}.json").write_text(kept_walk)
     gaits = [tmp_path / "gaits" / f"L{place + 1}.csv" for place in learned_from]
     finer = synthetic_reduced_part(mode_count=6, cells=(4, 4, 4))
-    finished(
-        learned_folder / "paper_scale" / run_digest(tmp_path) / "leg",
-        {"part": str(finer.save(tmp_path / "finer.npz"))},
-        "reduce", "--preset", "learned", "--leg", "published", "--hub", "soft",
-        "--walked.damping", "published", "--walked.gaits", *gaits,
-    )  # fmt: skip
+
+    def reduced(options: ReduceOptions, folder: RunFolder) -> Reduction:
+        """Stand for the walks of finite elements, which take too long for a test."""
+        assert options == replace(
+            ReduceOptions(), snapshots=options.snapshots, reduction=options.reduction,
+            walked=GaitWalkSettings(gaits=tuple(gaits)),
+        )  # fmt: skip
+        part = str(finer.save(folder / "leg.npz"))
+        return replace(example(Reduction), part=part)
+
+    monkeypatch.setattr("pneumorph.study.reduction_options.reduce_as_asked", reduced)
     call("paper_scale", monkeypatch, *kept_folder)
     summary = json.loads((tmp_path / "summary.json").read_text())
     for name in ("timesteps", "wall_s", "best_design", "best_distance_cm",
@@ -146,7 +146,7 @@ def test_everything_after_the_paper_scale_training(
 
 def test_a_leg_is_learned_from_the_best_pair_of_each_number_of_legs() -> None:
     designs = ("0.0.1.2.1.0.0.0", "0.0.1.2.3.0.0.0", "0.0.1.2.2.1.0.0", "1.1.1.0.1.0.0.0")
-    pairs = [{"design": design} for design in designs]
+    pairs = [LearnedPair(design, 1.0, "policy") for design in designs]
     assert script("paper_scale").best_of_each_leg_count(pairs) == [0, 2]
 
 
@@ -199,9 +199,10 @@ def test_each_runs_pairs_under_the_other_damping(
 def test_seeds_of_the_fast_preset_beside_the_full_run(
     runs: dict[str, Path], leg: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    settings = write_json(tmp_path / "short.json", {"run": read_settings(runs["published"])})
     call(
         "fast_schedule", monkeypatch, "--full", runs["published"], "--seeds", 0, 1,
-        "--runs", tmp_path / "runs", "--out", tmp_path, f"--flags=--part {leg} {_SHORT}",
+        "--runs", tmp_path / "runs", "--out", tmp_path, "--settings", settings,
     )  # fmt: skip
     found = json.loads((tmp_path / "fast.json").read_text())
     learned = read_summary(runs["published"])
@@ -217,23 +218,6 @@ def test_seeds_of_the_fast_preset_beside_the_full_run(
         assert kept.pairs()[0].distance_cm == row["best_distance_cm"]
         policy, _, _ = load_policy(kept.folder / "training" / "policy.npz")
         assert policy.action_size == kept.task.regulator_count
-
-
-def test_a_folder_of_another_command_is_refused(runs: dict[str, Path], tmp_path: Path) -> None:
-    finished(tmp_path / "there", {}, "evaluate", "elsewhere")
-    with pytest.raises(ValueError, match="holds the run of `pneumorph evaluate elsewhere"):
-        run_once(tmp_path / "there", "evaluate", runs["published"])
-    with pytest.raises(RuntimeError, match="failed; see its message"):
-        run_once(tmp_path / "new", "evaluate", tmp_path)
-    assert run(["evaluate", str(tmp_path), "--out", str(tmp_path / "new")]) == 1
-
-
-def test_a_run_that_was_not_completed_is_made_again(leg: Path, tmp_path: Path) -> None:
-    walk = ("simulate", "--part", leg, "--expert.duration-s", 1)
-    finished(tmp_path / "walk", {"status": "diverged", "distance_cm": 7.0}, *walk)
-    assert run_once(tmp_path / "walk", *walk)["status"] == "completed"
-    finished(tmp_path / "done", {"status": "completed", "distance_cm": 7.0}, *walk)
-    assert run_once(tmp_path / "done", *walk)["distance_cm"] == 7.0
 
 
 @pytest.mark.parametrize("kept", ["paper_scale", "fast_schedule/seed_0"])
