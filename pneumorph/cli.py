@@ -14,6 +14,7 @@ import traceback
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import field, make_dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -183,6 +184,7 @@ def _parsed(
     if "-h" in arguments or "--help" in arguments:
         # Before tyro's own help, which would run the paragraphs' lines together.
         print(_wrapped(description), end="\n\n")
+        _join_lines_of_help()
     parsed: Any = tyro.cli(
         make_dataclass("Arguments", groups),
         args=arguments,
@@ -204,6 +206,22 @@ def _parsed(
         print(f"{earlier.said}{but}", file=sys.stderr)
         origin["taken_over_from"] = str(earlier.run)
     return options, parsed.common, origin
+
+
+@cache
+def _join_lines_of_help() -> None:
+    """Let each option's help be one paragraph: tyro keeps line breaks before indented lines."""
+    import docstring_parser
+
+    parsed = docstring_parser.parse_from_object
+
+    def joined(described: Any, *style: Any) -> Any:
+        result = parsed(described, *style)
+        for each in result.params:
+            each.description = each.description and " ".join(each.description.split())
+        return result
+
+    docstring_parser.parse_from_object = joined  # type: ignore[assignment]
 
 
 def _wrapped(description: str) -> str:

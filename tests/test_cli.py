@@ -89,3 +89,14 @@ def test_unknown_setting_in_a_file_is_refused(
     assert "unknown setting disk.heigth_mm of DiskShape: did you mean height_mm?" in (
         capsys.readouterr().err
     )
+
+
+def test_help_of_an_option_is_one_paragraph(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lines of a docstring are no lines of the help."""
+    monkeypatch.setenv("COLUMNS", "400")
+    with pytest.raises(SystemExit):
+        run(["mesh", "--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "such as the settings.json of a run; flags come last. (default: None)" in shown

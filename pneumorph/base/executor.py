@@ -35,13 +35,13 @@ class ExecutorSettings(Checked):
     backend: Backend = "processes"
     """`processes` of this machine, or `ray` (needs the extra `ray`)."""
     process_count: Count | None = None
-    """Tasks that run at the same time; None: two processes, or all processors of the Ray cluster.
-    With `processes`, 1 needs no other process than this one, unless tasks may be given up."""
+    """Tasks that run at the same time. None: two processes, or all processors of the Ray cluster.
+    One task at a time with `processes` stays in this process, unless tasks may be given up."""
     address: str | None = None
     """Ray cluster to join, such as auto or ray://head:10001, with pneumorph installed on every
     machine; without it Ray starts on this machine alone."""
     attempt_limit: Count = 3
-    """How often a task is begun at most when its workers die."""
+    """How often a task is tried when its worker dies."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

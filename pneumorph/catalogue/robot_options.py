@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pneumorph.base.checked import Checked, Count, CountOrNone
+from pneumorph.base.checked import Bounds, Checked, Count
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
 from pneumorph.catalogue.paper_robot import (
@@ -77,12 +77,11 @@ class RobotOptions(Checked):
     """The leg and the physics."""
 
     leg: LegName = "published"
-    """`published`: the material of the article, linear elements. `hyperelastic`: the silicone's own
-    stiffness, quadratic neo-Hookean elements; in place of the published pressure map it has its
-    own."""
+    """`published`: the article's material, linear elements. `hyperelastic`: the silicone's own
+    stiffness, quadratic neo-Hookean elements, and a pressure map of its own."""
     part: Path | None = None
     """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
-    threads: CountOrNone = 0
+    threads: Annotated[int, Bounds(least=0, why="0 takes every processor")] = 0
     """Threads of the engine; 0 takes every processor."""
     full: FullOptions = field(default_factory=FullOptions)
     calibration: Path | None = None

@@ -36,7 +36,7 @@ class ConversionSettings(Checked):
     repetitions: Count = 1
     """How often a sorotraj file's main part is run."""
     hold_s: Positive = 0.1
-    """Straight lines become commands that are held for so long in a CSV file [s]."""
+    """In a CSV file, straight lines become commands that are each held for so long [s]."""
     mesh: Path | None = None
     """Mesh that a reduction belongs to; by default the shipped leg's."""
     physics: Physics = field(default_factory=Physics)

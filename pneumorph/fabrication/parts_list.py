@@ -25,15 +25,15 @@ class WorkshopSettings(Checked):
     silicone_density_g_per_ml: Positive = 1.08
     """Its density [g/ml]."""
     silicone_waste: NotNegative = 0.2
-    """Share that stays in cups, holes and syringes."""
+    """Share of the silicone that stays in cups, holes and syringes."""
     print_density_g_per_ml: Positive = 1.24
     """Density of printed parts (PLA) [g/ml]."""
     tube: str = "silicone tube 2 x 3 mm"
     """Name of the tube."""
     supply_tube_mm: Positive = 800.0
-    """From the middle of the hub to a regulator [mm]."""
+    """Length of tube from the middle of the hub to a regulator [mm]."""
     tube_slack_mm: NotNegative = 40.0
-    """Added to each leg's tube: into the leg, and slack at the hub [mm]."""
+    """Length added to each leg's tube: into the leg, and slack at the hub [mm]."""
 
 
 @dataclass(frozen=True)

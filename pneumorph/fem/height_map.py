@@ -17,7 +17,7 @@ class HeightMap(Checked):
     """A file of heights, seen from above: columns go along x (forward), rows from +y to -y."""
 
     path: Path | None = None
-    """A grey image (such as PNG of 8 or 16 bits), or ``.npy`` with heights in mm; none for a
+    """A grey image (such as PNG of 8 or 16 bits), or an .npy file with heights in mm. None: a
     plane."""
     mm_per_pixel: Positive = 1.0
     """Distance between neighbouring pixels [mm]."""

@@ -15,7 +15,7 @@ that nearly incompressible ones do not lock."""
 
 @dataclass(frozen=True, repr=False)
 class Material(Checked):
-    """Hooke's constants at small strain, and the law that goes on from there.
+    """Hooke's constants, which hold at small strain, and the law that holds at large strain.
 
     Args:
         young_modulus_kPa: Young's modulus E [kPa].
@@ -23,7 +23,7 @@ class Material(Checked):
         law: ``corotational``, ``st_venant_kirchhoff``, ``stable_neo_hookean``, ``yeoh``, or one
             registered with `pneumorph.fem.law_registry.register_law`.
         yeoh_c2_over_c1: C2 / C1 of the law ``yeoh``; C1 is mu / 2.
-        yeoh_c3_over_c1: C3 / C1 of it.
+        yeoh_c3_over_c1: C3 / C1 of the law ``yeoh``.
         dilatation: Where a solid's elements take their change of volume; ``mean`` is for laws whose
             energy depends on lambda by lambda/2 (J - 1)^2 alone.
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any, cast
+
 import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
-from pneumorph.fem.rigid_hub import RigidHubState
-from pneumorph.fem.soft_hub import SoftHubState
 
 _ARRAYS = ("regulated_kPa", "impulses", "contact_velocities", "pressure_work_mJ")
 _NUMBERS = ("active_contacts", "contact_residual", "penetration_mm", "iterations", "substeps")
@@ -33,7 +34,8 @@ def state_from_arrays(robot: FullRobot, arrays: dict[str, np.ndarray]) -> FullRo
     Raises:
         ArtefactError: The arrays are of another robot.
     """
-    usual = state_to_arrays(robot.initial_state())
+    initial = robot.initial_state()
+    usual = state_to_arrays(initial)
     for name, value in usual.items():
         if name not in arrays or np.shape(arrays[name]) != np.shape(value):
             raise ArtefactError(
@@ -45,7 +47,7 @@ def state_from_arrays(robot: FullRobot, arrays: dict[str, np.ndarray]) -> FullRo
     numbers = dict(zip(_NUMBERS, arrays["numbers"], strict=True))
     legs = range(len(robot.legs))
     return FullRobotState(
-        hub=SoftHubState(**hub) if "positions" in hub else RigidHubState(**hub),
+        hub=replace(cast(Any, initial.hub), **hub),  # a dataclass of arrays, as `HubMotion` says
         positions=tuple(arrays[f"positions_{leg}"] for leg in legs),
         velocities=tuple(arrays[f"velocities_{leg}"] for leg in legs),
         **{name: arrays[name] for name in _ARRAYS},

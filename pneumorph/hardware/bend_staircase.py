@@ -19,7 +19,7 @@ class BendTestSettings(Checked):
     step_kPa: Positive = 10.0
     """Step between pressures [kPa]."""
     hold_s: Positive = 10.0
-    """How long each is held, to read the bend [s]."""
+    """How long each pressure is held, to read the bend [s]."""
     repeats: Count = 3
     """Measurements of each pressure on the virtual rig."""
 

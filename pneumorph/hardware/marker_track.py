@@ -31,14 +31,14 @@ class VideoSettings(Checked):
     units_per_mm: Positive = 1.0
     """Pixels (or the tracker's units) for one millimetre."""
     frames_per_second: Positive = 30.0
-    """Of the video, where a table counts frames."""
+    """Frame rate of the video, for a table that counts frames [1/s]."""
     start_s: float = 0.0
     """Time in the video at which the gait starts [s]."""
     heading_deg: float = 0.0
     """Direction of the robot's forward axis in the picture, counter-clockwise from the picture's x
     axis [degrees]."""
     y_down: bool = True
-    """Whether the picture's y axis points down, as pixels do (Tracker's points up)."""
+    """The picture's y axis points down, as pixels do (that of Tracker points up)."""
     marker: str = ""
     """Which body part or node to follow; empty for the first."""
     least_likelihood: float = 0.6

@@ -28,7 +28,7 @@ class VirtualRigSettings(Checked):
     """How the virtual reality differs from the simulation, and how imperfect its rig is."""
 
     seed: CountOrNone = 0
-    """Of what is off; trials of one seed share the same robot."""
+    """Seed of the reality; trials of one seed share the same robot."""
     reality: Randomisation = field(
         default_factory=lambda: Randomisation(
             friction="N(1.1, 0.1)",
@@ -38,12 +38,12 @@ class VirtualRigSettings(Checked):
             floor_slope_deg="0",
         )
     )
-    """Distributions of what is off."""
+    """Distributions that the reality is drawn from."""
     pressure_slope_factor: str = "N(1, 0.05)"
     """Slope of the true pressure map over the simulation's."""
     pressure_intercept_kPa: str = "N(-20, 3)"
-    """Intercept of the true pressure map where the published line is simulated, -20.361
-    [simulated kPa]; any other line is off by as much real pressure."""
+    """Intercept of the true pressure map, where the simulated one is the published line with
+    -20.361 [simulated kPa]. Any other line is off by as much real pressure."""
     regulator_noise_kPa: NotNegative = 0.3
     """Standard deviation of a regulator's pressure about its course [kPa]."""
     sensor_noise_kPa: NotNegative = 0.2
@@ -51,13 +51,13 @@ class VirtualRigSettings(Checked):
     resolution_kPa: Positive = 0.1
     """Step of commands and readings [kPa]."""
     frames_per_second: Positive = 30.0
-    """Of the camera that follows the marker."""
+    """Frame rate of the camera that follows the marker [1/s]."""
     marker_noise_mm: NotNegative = 0.2
     """Standard deviation of the marker's place [mm]."""
     bend_noise_deg: NotNegative = 0.5
     """Standard deviation of a measured bend [degrees]."""
     friction_between_trials: NotNegative = 0.02
-    """Standard deviation of a trial's friction, relative."""
+    """Standard deviation of the friction from trial to trial, relative."""
     settling_steps: CountOrNone = 15
     """Time steps at zero pressure before a trial."""
 

@@ -42,7 +42,7 @@ class GeneticSettings(Checked):
     action_mutation_probability: Share = 0.1
     """Share of a gait's numbers that are moved."""
     action_mutation_size: Positive = 0.5
-    """Standard deviation of that move, of actions in [-1, 1]."""
+    """Standard deviation of that move; actions go from -1 to 1."""
 
 
 class GeneticAlgorithm:

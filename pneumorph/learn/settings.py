@@ -15,7 +15,7 @@ from pneumorph.robot.design_space import DesignSpace
 
 @dataclass(frozen=True)
 class FinetuningSettings(Checked):
-    """Learning on the best designs alone after training (the paper tells no numbers of it)."""
+    """Learning on the best designs alone after training (the paper gives no numbers)."""
 
     finalist_count: Count = 8
     """Designs that the policy is fine-tuned for, each from the end of training."""
@@ -54,19 +54,21 @@ class CooptSettings(Checked):
     learning_start_timestep: Count = 10_000
     """Timestep of the first update; actions are uniform until then (paper, appendix A)."""
     updates: CountOrNone = 1
-    """Learner's updates for each of what ``update_every`` names (paper, appendix A)."""
+    """Learner's updates each time, see --update-every (paper, appendix A)."""
     update_every: Literal["vector_step", "timestep"] = "vector_step"
-    """The two readings of the paper's "timesteps per SAC update: 1": one update for each action of
-    all robots together (the authors' experiment), or one for each action of each robot."""
+    """When the learner updates; the paper's "timesteps per SAC update: 1" has two readings.
+    `vector_step`: after each action of all robots together (the authors' experiment). `timestep`:
+    once for each action of each robot."""
     mirror_transitions: bool = False
-    """Whether each transition and return also counts for the mirror image of its design, which
-    walks the mirrored path as far forward (not in the paper)."""
+    """Let each transition and return count for the mirror image of its design as well, which walks
+    the mirrored path (not in the paper)."""
     expected_scores: bool = False
-    """Whether the score of a design is at least what the critic expects of it once the entropy
-    falls. The published score is the newest return, which says nothing of designs that never walked
-    and little of those that walked when the policy knew less (not in the paper)."""
+    """Take what the critic expects of a design as its least score, once the entropy falls. The
+    published score is the newest return, which says nothing of designs that never walked, and
+    little of those that walked when the policy knew less (not in the paper)."""
     checkpoint_interval_timesteps: Count = 50_000
-    """Most timesteps between checkpoints, the most that a killed run loses; at least a round."""
+    """Most timesteps between checkpoints, which is what a killed run may lose; at least one
+    round."""
     evaluation_interval_timesteps: CountOrNone = 0
     """Timesteps between deterministic evaluations; 0 for one at the end only."""
     evaluated_design_count: Count = 96

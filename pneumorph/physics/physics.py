@@ -29,8 +29,8 @@ direction is lost: the expert's gait at 110 degrees goes -1.2, -1.0, -0.3 cm, an
 class Physics(Checked):
     """Physics that the reduced and the full model share; the defaults are the published ones.
 
-    What only one of the models has, its numerics, is in `StepperSettings` and `FullOrderSettings`.
-    The time step stands here since implicit Euler damps with it: robots of another step are others.
+    The numerics of each model are settings of their own. The time step is part of the physics,
+    because implicit Euler damps more with a longer one.
 
     Raises:
         ValueError: A number is out of range, or no such damping.
@@ -42,9 +42,9 @@ class Physics(Checked):
     ] = 0.01
     """Time step [s]."""
     damping: Damping = "published"
-    """`published`: Rayleigh damping on absolute velocities by the rotated linear stiffness, with
+    """`published`: Rayleigh damping on absolute velocities, by the rotated linear stiffness with
     edge-based element rotations, as in the paper; it resists turning an inflated leg. `objective`:
-    frame-indifferent, on rates of deformation alone, with polar rotations."""
+    frame-indifferent damping, on rates of deformation alone, with polar rotations."""
     mass_damping_per_s: NotNegative = 0.1
     """Rayleigh mass coefficient alpha [1/s]."""
     stiffness_damping_s: NotNegative = 0.1

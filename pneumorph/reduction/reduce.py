@@ -36,15 +36,15 @@ class ReductionSettings(Checked):
     norm: Literal["energy", "mass"] = "energy"
     """Inner product of the POD: the mean stiffness over the snapshots, or the mass."""
     mode_tolerance: Positive = 0.0032
-    """Relative projection error (see `pneumorph.reduction.pod`) at which to stop adding modes."""
+    """Relative projection error of the snapshots at which to stop adding modes."""
     mode_limit: Count = 24
     """At most so many modes, whatever the tolerance asks for."""
     symmetric: bool = True
-    """Use the mesh's mirror plane, if it has one: symmetric or antisymmetric modes, equal weights
-    of mirrored elements."""
+    """Make modes symmetric or antisymmetric, and weights of mirrored elements equal, where the mesh
+    has a mirror plane."""
     equal_snapshots: bool = True
-    """Every snapshot of a kind counts alike, whatever its energy; else by its energy, which is that
-    of the largest pressures almost alone."""
+    """Let every snapshot of a kind count alike. Otherwise each counts by its energy, so that those
+    of the largest pressures count almost alone."""
     bend_share: Share = 0.3
     """Share of the free-bending equilibria in the weight of all snapshots."""
     load_share: Share = 0.2
@@ -54,8 +54,8 @@ class ReductionSettings(Checked):
     training_state_limit: Count = 240
     """At most so many snapshots train the sampled elements."""
     holdout_every: CountOrNone = 6
-    """Every so manieth snapshot that is not free bending is kept out, to measure errors
-    on; 0 keeps none out."""
+    """One snapshot in so many is kept out of the training, to measure errors on; free bending never
+    is. 0: none."""
     ecsw: EcswSettings = field(default_factory=EcswSettings)
     """Choice of elements."""
 

@@ -42,19 +42,19 @@ class WalkSnapshotSettings(Checked):
     """Which robots walk, and how far."""
 
     robots: Literal["drawn", "all"] = "drawn"
-    """`drawn`: robots of `leg_counts` legs at drawn places. `all`: one for each subset of the eight
-    places but the empty one."""
+    """`drawn`: robots with as many legs as --snapshots.walk.leg-counts says, at drawn places.
+    `all`: one robot for each subset of the eight places, except the empty one."""
     leg_counts: tuple[Count, ...] = (2, 3, 4, 4, 5, 6)
     """Number of legs of each drawn robot."""
     corner_limit: Count | None = 8
-    """Corners visited by each robot, along a Gray code with its legs in drawn order; `None` visits
-    all of them in a closed tour."""
+    """Corners of the pressures that each robot visits, along a Gray code with its legs in drawn
+    order. None: all of them, in a closed tour."""
     hold_s: Positive = 0.8
     """Time at each corner [s]."""
     amplitude_kPa: NotNegative = 350.0
     """Simulated pressure of an inflated leg [kPa]."""
     pressure_rate_kPa_per_s: Positive = 612.0
-    """Rate of the simulated pressure, 4.08 times 150 kPa/s [kPa/s]."""
+    """How fast the simulated pressure changes: 4.08 times the regulators' 150 kPa/s [kPa/s]."""
     settling_steps: CountOrNone = 15
     """Steps without pressure before the walk."""
     record_every: Count = 2

@@ -38,13 +38,13 @@ class FilmSettings(Checked):
     width: Annotated[int, Bounds(least=160)] = 960
     """Pixels across; the height follows from what must be in view."""
     frames_per_second: Count = 10
-    """Frames per second of film; a second of film is a second of the robot's time times `speed`."""
+    """Frames in a second of film."""
     speed: Positive = 1.0
-    """Seconds of the robot's time shown in one second."""
+    """Seconds of the robot's time in a second of film."""
     azimuth_deg: float = 12.0
     """Turn of the view about the vertical; 0 looks across the direction of travel."""
     elevation_deg: Annotated[float, Bounds(above=0.0, most=90.0)] = 42.0
-    """Height of the viewer above the horizon, up to 90: that is a plan view."""
+    """Height of the viewer above the horizon; 90 is a plan view."""
     colour_by: ColourBy = "regulator"
     """What the colour of a leg tells: its regulator, or its pressure from 0 to 90 kPa."""
 

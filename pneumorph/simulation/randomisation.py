@@ -25,9 +25,9 @@ class World:
     friction: float
     """Coulomb friction coefficient."""
     modulus_factor: float
-    """Young's moduli of the legs over the model's."""
+    """Young's moduli of the legs relative to the model's."""
     mass_factor: float
-    """Masses of legs and hub over the model's."""
+    """Masses of legs and hub relative to the model's."""
     regulator_lag_s: float
     """Time constant of the regulators, first order [s]."""
     floor_slope_deg: float
@@ -44,7 +44,7 @@ class World:
 
 @dataclass(frozen=True)
 class Randomisation:
-    """Distributions of what is uncertain; see `Distribution` for how they are written."""
+    """Distributions of what is uncertain: uniform U(0.9, 1.5), normal N(0, 0.5), or a number."""
 
     friction: str = "U(0.9, 1.5)"
     """Coulomb friction coefficient."""

@@ -13,7 +13,7 @@ InstructionSet = Literal["best", "avx512", "avx2", "baseline"]
 
 @dataclass(frozen=True)
 class StepperSettings(Checked):
-    """How the steps of reduced robots are computed; their physics is in `Physics`.
+    """How the steps of reduced robots are computed.
 
     Raises:
         ValueError: A number is out of range, or no such precision or instruction set.
@@ -29,10 +29,10 @@ class StepperSettings(Checked):
     speed_limit_mm_per_s: Positive = 1e4
     """A robot faster than this has diverged [mm/s]."""
     tangent_tolerance_mm_per_s: NotNegative = 1.0
-    """A leg keeps its stiffness from step to step while two predictions of what that stiffness
-    lacks, from one step before and from two, part by no more than this velocity, root mean square
-    over the leg [mm/s], and while it lacks less than three tenths along the motion; 0 finds the
-    stiffness afresh in every step. For corotational parts."""
+    """A leg keeps its stiffness from step to step while two predictions of what it lacks, from one
+    step before and from two, differ by no more than this velocity (root mean square over the leg)
+    [mm/s], and while it lacks less than three tenths along the motion. 0: a new stiffness in every
+    step. For corotational parts."""
     element_precision: Precision = "single"
     """Arithmetic of element forces and stiffness and of the cavity's cubic term; everything else is
     double precision."""

@@ -37,7 +37,7 @@ class CampaignSettings(Checked):
     """Which runs, where, and what they have in common."""
 
     seeds: tuple[CountOrNone, ...] = (0, 1, 2)
-    """Seeds of the runs; they replace --seed."""
+    """Seeds of the runs; --seed has no meaning here."""
     variants: tuple[Path, ...] = ()
     """Settings files, such as one that sets `coopt.updates` or `robot.physics.damping`, each laid
     over the rest; without them all runs differ by their seed alone."""

@@ -46,8 +46,7 @@ class ComparisonSettings(Checked):
     record: bool = False
     """Save the reduced trajectories too."""
     bend_limit_kPa: Positive = 300.0
-    """Largest simulated pressure of the bend; the full model's equilibria are in the reduction's
-    report."""
+    """Largest simulated pressure of the bend, which is taken from the reduction's own report."""
     bend_pressures_kPa: tuple[NotNegative, ...] = ()
     """Simulated pressures at which to bend both models anew."""
     timed_steps: CountOrNone = 21
@@ -55,7 +54,7 @@ class ComparisonSettings(Checked):
     grid: tuple[Path, ...] = ()
     """Reductions of the same leg with other tolerances, as `pneumorph reduce` writes them."""
     full_order: Path | None = None
-    """Folder of kept full-order trajectories; by default RUN/full_order and what ships."""
+    """Folder of kept full-order trajectories. None: RUN/full_order, and the folder that ships."""
 
     def runs(self) -> dict[Kind, list[Animation]]:
         """What is run of each kind; see `Comparison`."""

@@ -48,7 +48,7 @@ class DeploymentSettings(Checked):
     """Which gait, on which rig, and how often."""
 
     rank: Count = 1
-    """Which of a run's best pairs."""
+    """Which of a run's best pairs: 1 is the best."""
     design: str | None = None
     """Design, where the gait does not name it."""
     trials: Count = 5

@@ -22,15 +22,15 @@ class EngineBenchmark(Checked):
     robot_count: Count = 96
     """Robots in the batch."""
     action_count: Count = 6
-    """Random actions, each held for `action_steps`."""
+    """Random actions, each held for --action-steps."""
     action_steps: Count = 100
     """Time steps of an action."""
     settling_steps: CountOrNone = 15
-    """Time steps at zero pressure first, not counted."""
+    """Time steps at zero pressure at the start, not counted."""
     maximum_kPa: Positive = 90.0
     """Upper end of the random commands [real kPa]."""
     seed: CountOrNone = 0
-    """Of designs and commands."""
+    """Seed of designs and commands."""
 
 
 @dataclass(frozen=True)

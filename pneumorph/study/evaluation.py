@@ -43,9 +43,9 @@ class EvaluationSettings(Checked):
     randomize: bool = False
     """Walk the pairs in worlds drawn at random as well, and report how their ranking changes."""
     world_count: Count = 64
-    """Worlds of --randomize."""
+    """How many worlds --randomize draws."""
     world_seed: CountOrNone = 0
-    """Seed of their draws."""
+    """Seed of the worlds of --randomize."""
     randomisation: Randomisation = field(default_factory=Randomisation)
 
     def __post_init__(self) -> None:

@@ -24,13 +24,14 @@ class FullBenchmark(Checked):
     """What to measure of a full-order robot."""
 
     settling_steps: CountOrNone = 15
-    """Steps at zero pressure first, not counted: the robot falls."""
+    """Time steps at zero pressure at the start, not counted: the robot falls."""
     walking_steps: CountOrNone = 50
-    """Steps of the gait next, not counted: the legs are inflated and press on the floor."""
+    """Time steps of the gait that follow, not counted: the legs are inflated and press on the
+    floor."""
     timed_steps: Count = 41
-    """Steps of the gait that are timed."""
+    """Time steps of the gait that are timed."""
     repetitions: Count = 15
-    """Factorisations and matrix products that are timed."""
+    """How often a factorisation and a matrix product are timed."""
 
 
 @dataclass(frozen=True)

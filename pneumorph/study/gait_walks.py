@@ -42,7 +42,7 @@ class GaitWalkSettings(Checked):
 
     gaits: tuple[Path, ...] = ()
     """Gait files that name their designs, such as RUN/training/gaits/L1.csv. They are walked in the
-    default physics, with the pressure map of `leg`."""
+    published physics, with the pressure map of --leg."""
     duration_s: Positive = 12.0
     """Time of each gait that is walked, from its start [s]."""
     record_every: Count = 4
@@ -51,7 +51,7 @@ class GaitWalkSettings(Checked):
     """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
     combinations of few fields; 0 stores each in single precision."""
     damping: Damping = "published"
-    """Damping of the robots."""
+    """Damping of the robots; see `pneumorph simulate --help`."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -34,13 +34,14 @@ class ReduceOptions:
     """The leg, its snapshots, and how to reduce it."""
 
     leg: LegName = "published"
-    """Whose mesh that ships is taken where `mesh` names none, and whose pressure map gaits have."""
+    """A leg that ships: its mesh is reduced where no --mesh is given, and gaits have its pressure
+    map."""
     mesh: Path | None = None
     """Mesh of the leg, as `pneumorph mesh` writes it."""
     materials: LegMaterials = field(default_factory=LegMaterials)
     hub: HubModel = "soft"
-    """What carries the legs of walking robots: the paper's disk, whose give at a leg's attachment
-    becomes a stiffness of the reduced leg's mount, or a rigid one."""
+    """What carries the legs of walking robots: the paper's disk (`soft`), whose give where a leg is
+    attached becomes a stiffness of the reduced leg's mount, or a `rigid` one."""
     snapshots: SnapshotSettings = field(default_factory=SnapshotSettings)
     walked: GaitWalkSettings = field(default_factory=GaitWalkSettings)
     """Gaits that full robots walk besides, such as learned ones."""

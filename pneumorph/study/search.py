@@ -54,7 +54,8 @@ class SearchSettings(Checked):
     random_design_count: CountOrNone = 30
     """Designs drawn at random whose gaits are searched."""
     timesteps: Count | None = None
-    """Actions of all robots together; by default one million, and for gaits 960 of each design."""
+    """Actions of all robots together. None: one million, and for --method gaits 960 gaits of each
+    design."""
     seed: CountOrNone = 0
     """Seed of every random number."""
     environment_count: Count = 96

@@ -24,12 +24,12 @@ class TrainingOptions(Checked):
     resume: bool = False
     """Go on from the newest checkpoint in the run folder."""
     randomize: bool = False
-    """Train in worlds drawn anew every round, instead of one; see --randomisation."""
+    """Train in worlds drawn anew in every round instead of one; --randomisation says from what."""
     wandb_project: str | None = None
     """Project of Weights & Biases to log to besides TensorBoard; offline, into the run folder,
     unless WANDB_API_KEY is set."""
     world_count: Count = 8
-    """Worlds side by side in a round of --randomize."""
+    """How many worlds --randomize draws in a round."""
     randomisation: Randomisation = field(default_factory=Randomisation)
     coopt: Annotated[CooptSettings, flat] = field(default_factory=quick_settings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)

@@ -1,12 +1,16 @@
 """A rollout that was interrupted ends as if it had not been."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
+from helpers.box_mesh import box_mesh
 from helpers.small_robot import small_robot
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.fem.floor import HeightField
 from pneumorph.fem.resumable_rollout import _identity, resumable_rollout
+from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
 
 COMMANDS = np.tile([30.0, 10.0], (9, 1))
@@ -87,6 +91,36 @@ def test_who_watches_is_told_the_whole_way_also_of_a_resumed_rollout(tmp_path):
         np.testing.assert_allclose(times, whole.time_s[:count], rtol=1e-12)
         np.testing.assert_array_equal(np.concatenate(points), whole.tracked_point_mm[:count])
         assert all(piece.metadata["design"] == "a" for piece in pieces)
+
+
+@dataclass(frozen=True, eq=False)
+class CountedState(RigidHubState):
+    """A state that the package does not know."""
+
+    steps: np.ndarray
+
+
+class CountedHub(RigidHub):
+    """A hub of one's own, which counts its steps."""
+
+    def initial_state(self):
+        return CountedState(**vars(super().initial_state()), steps=np.zeros(1))
+
+    def advance(self, state, velocity, step):
+        moved = super().advance(state, velocity, step)
+        return CountedState(**vars(moved), steps=state.steps + 1.0)
+
+
+def test_the_state_of_a_hub_of_ones_own_is_restored():
+    robot = small_robot()
+    vars(robot)["hub"] = CountedHub(box_mesh((16.0, 16.0, 9.0), (2, 2, 1)), 0.03)
+    state = robot.step(robot.initial_state(), COMMANDS[0])
+    restored = state_from_arrays(robot, state_to_arrays(state))
+    assert type(restored.hub) is CountedState
+    assert restored.hub.steps == 1.0
+    after = [robot.step(each, COMMANDS[1]) for each in (state, restored)]
+    for name, value in state_to_arrays(after[0]).items():
+        np.testing.assert_array_equal(state_to_arrays(after[1])[name], value, err_msg=name)
 
 
 def test_a_state_of_another_robot_is_refused():

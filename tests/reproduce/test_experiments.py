@@ -113,10 +113,11 @@ def test_everything_after_the_paper_scale_training(
     monkeypatch.setattr("pneumorph.study.reduction_options.reduce_as_asked", reduced)
     call("paper_scale", monkeypatch, *kept_folder)
     summary = json.loads((tmp_path / "summary.json").read_text())
-    for name in ("timesteps", "wall_s", "best_design", "best_distance_cm",
-                 "baseline_best_distance_cm"):  # fmt: skip
+    for name in ("timesteps", "wall_s", "best_design", "baseline_best_distance_cm"):
         assert summary[name] == learned[name]
     best = learned["best_distance_cm"]
+    # The best pair is walked once more, from its file, alone.
+    assert summary["best_distance_cm"] == pytest.approx(best, rel=1e-12)
     assert summary["best_distance_full_order_cm"] == best - 0.25
     again_cm = [pair["distance_learned_leg_cm"] for pair in summary["pairs"]]
     assert summary["best_distance_learned_leg_cm"] == again_cm[0]

@@ -20,8 +20,8 @@ class LiveSettings(Checked):
     port: Annotated[int, Bounds(0, 65535)] = 0
     """Port of 127.0.0.1; 0 takes a free one."""
     linger_s: NotNegative = 120.0
-    """How long the page may still be opened when the simulation has ended [s]; the wait is over as
-    soon as a page has got every frame, which it then keeps."""
+    """How long the page can still be opened when the simulation has ended [s]. The wait ends as
+    soon as a page has every frame, which it then keeps."""
 
 
 class LiveReplay:

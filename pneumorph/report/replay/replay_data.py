@@ -29,9 +29,9 @@ class ReplaySettings(Checked):
     """How exact, and so how large, a replay is."""
 
     tolerance_mm: Positive = 0.01
-    """How far a leg's node may be off [mm], in each coordinate. Reduced robots come out exact to
-    single precision, because their own modes are found; finite elements need fewer modes for
-    more."""
+    """How far a leg's node may be off in each coordinate [mm]. Reduced robots are exact to single
+    precision, because their own modes are found; the replay of finite elements is smaller with a
+    larger tolerance."""
     frame_interval_s: NotNegative = 0.0
     """Shortest time between frames that are kept [s]; the player moves smoothly between frames. 0
     keeps every frame of the trajectory."""
