@@ -8,12 +8,16 @@ damping acts on, the converged implicit Euler step of length h asks for v such t
 Newton's method linearises it at a trial v_k: A = (1 + alpha h) M + h beta D + h^2 K and
 b = A v_k - r. The linearly implicit step (Baraff and Witkin 1998; the paper's equation for dv) is
 one such step from v_k = 0 in which K is D, without geometric and pressure terms.
+
+A solid that relaxes adds the force of its branches, which depends on the whole step: on what the
+solid remembered at its start and on where it ends (`pneumorph.fem.maxwell_group`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from pneumorph.fem.maxwell_group import ViscousState
 from pneumorph.fem.part_model import PartModel
 from pneumorph.physics.physics import Physics
 
@@ -24,6 +28,7 @@ def linearly_implicit_equations(
     v: np.ndarray,
     pressure_kPa: float,
     physics: Physics,
+    memory: ViscousState | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A = (1 + alpha h) M + h (h + beta) D and b = M v + h f, at the start of a step.
 
@@ -33,6 +38,7 @@ def linearly_implicit_equations(
         v: Their velocities [mm/s], (node, 3).
         pressure_kPa: Pressure in the cavity [simulated kPa].
         physics: Time step and the rest.
+        memory: What a solid that relaxes remembers at the start of the step.
 
     Returns:
         Data of A in the pattern of the part's assembly [kg], (entry,), and b [mN s], (3 node,).
@@ -40,6 +46,8 @@ def linearly_implicit_equations(
     data = physics.stiffness_factor * damped_stiffness_data(part, x, physics)
     data[part.assembly.diagonal] += physics.mass_factor * np.repeat(part.node_mass, 3)
     force = _force(part, x, pressure_kPa, physics)
+    if memory is not None:
+        force += _add_relaxation(data, part, memory, x, physics, definite=True)
     return data, (part.node_mass[:, None] * v + physics.time_step_s * force).ravel()
 
 
@@ -51,6 +59,7 @@ def implicit_equations(
     pressure_kPa: float,
     physics: Physics,
     definite: bool,
+    memory: ViscousState | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A and b of the implicit Euler step linearised at a trial end of it.
 
@@ -62,6 +71,7 @@ def implicit_equations(
         pressure_kPa: Pressure in the cavity [simulated kPa].
         physics: Time step and the rest.
         definite: Make A positive definite at the price of a slower convergence.
+        memory: What a solid that relaxes remembers at the start of the step.
 
     Returns:
         As `linearly_implicit_equations`; A v - b is the residual r(v).
@@ -73,6 +83,8 @@ def implicit_equations(
     velocity = v.ravel()
     residual = part.assembly.matrix(data) @ velocity - mass * start_velocity.ravel()
     residual -= h * _force(part, x, pressure_kPa, physics).ravel()
+    if memory is not None:
+        residual -= h * _add_relaxation(data, part, memory, x, physics, definite).ravel()
     data += h**2 * part.tangent_data(x, pressure_kPa, physics.rotation, definite)
     return data, part.assembly.matrix(data) @ velocity - residual
 
@@ -88,6 +100,23 @@ def damped_stiffness_data(part: PartModel, x: np.ndarray, physics: Physics) -> n
     if physics.damping == "published":
         return part.stiffness_data(x, physics.rotation)
     return part.objective_stiffness_data(x)
+
+
+def _add_relaxation(
+    data: np.ndarray,
+    part: PartModel,
+    memory: ViscousState,
+    x: np.ndarray,
+    physics: Physics,
+    definite: bool,
+) -> np.ndarray:
+    """Add h^2 K of the branches to A in place; return their force at the step's end [mN]."""
+    assert part.branches is not None, "memory is of a part that remembers"
+    h = physics.time_step_s
+    state = part.branches.advanced(memory, x, h)
+    entries = part.branches.tangent_entries(state, x, h, definite)
+    data += h**2 * part.assembly.symmetric_data([entries])
+    return part.relaxing_force(state, x)
 
 
 def _force(part: PartModel, x: np.ndarray, pressure_kPa: float, physics: Physics) -> np.ndarray:

@@ -128,6 +128,20 @@ def tangent_entries(
         Upper triangles [mN/mm], (pair, element).
     """
     tangent = group.law_with(rotation).tangent(group.deformation_gradients(x))
+    return contracted_entries(group, tangent, definite)
+
+
+def contracted_entries(group: ElementGroup, tangent: np.ndarray, definite: bool) -> np.ndarray:
+    """-d(force)/dx of every element from dP/dF at its points.
+
+    Args:
+        group: The elements.
+        tangent: dP/dF [kPa], (3, d, 3, d, element).
+        definite: Replace its negative eigenvalues by zero.
+
+    Returns:
+        Upper triangles [mN/mm], (pair, element).
+    """
     d, count = group.dimension, group.element_count
     flat = tangent.reshape(3 * d, 3 * d, count)
     flat = 0.5 * (flat + np.swapaxes(flat, 0, 1)) * group.measure

@@ -8,6 +8,7 @@ from typing import Generic
 import numpy as np
 
 from pneumorph.fem.hub_body import HubState
+from pneumorph.fem.maxwell_group import ViscousState
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,8 @@ class FullRobotState(Generic[HubState]):
     part."""
     pressure_work_mJ: np.ndarray
     """Work of the pressure in each leg since the robot was at rest [mJ], (leg,)."""
+    memories: tuple[ViscousState | None, ...]
+    """What the solid of each leg remembers of its past; None of one that does not relax."""
     active_contacts: int = 0
     """Contact points that took part in the last step."""
     contact_residual: float = 0.0

@@ -21,8 +21,11 @@ from pneumorph.fem.element_stiffness import (
     tangent_entries,
     tangent_matrices,
 )
+from pneumorph.fem.foreseen_stress import foreseen_stress_entries
 from pneumorph.fem.material import DiskMaterials, LegMaterials, Material, Membrane
+from pneumorph.fem.maxwell_group import MaxwellGroup, ViscousState
 from pneumorph.fem.membrane import membrane_group
+from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.solid import solid_groups
 from pneumorph.fem.volume_group import VolumeGroup
 from pneumorph.geometry.mesh import Mesh, MeshError
@@ -44,6 +47,8 @@ class PartModel:
         cavity: Surface region under pressure; None for a part without.
         mass_lumping: How the mass is shared among the nodes: ``even``, the paper's, gives each the
             same; ``volume`` gives each what its elements hold (Hinton, Rock and Zienkiewicz 1976).
+        relaxation: How the solid's shear modulus relaxes, `material` being what is left; None for
+            a solid that does not.
 
     Raises:
         MeshError: The mesh is faulty or lacks a region.
@@ -58,6 +63,7 @@ class PartModel:
         membranes: Sequence[Membrane] = (),
         cavity: str | None = None,
         mass_lumping: MassLumping = "even",
+        relaxation: PronySeries | None = None,
     ) -> None:
         if not 0.0 < mass_kg < float("inf"):
             raise ValueError(f"mass_kg must be positive and finite, got {mass_kg}")
@@ -85,6 +91,10 @@ class PartModel:
             ),
         )
         """Tetrahedra first, then the membranes."""
+        self.branches: MaxwellGroup | None = (
+            None if relaxation is None else MaxwellGroup(tetrahedra, relaxation)
+        )
+        """What of the solid's stress relaxes."""
         self.cavity: Cavity | None = (
             Cavity.of_surface(mesh.surface_connectivity(cavity)) if cavity else None
         )
@@ -109,6 +119,7 @@ class PartModel:
                 for membrane in self._first_membranes
             ],
             "mass_kg": self.mass_kg,
+            **({} if self.branches is None else {"relaxation": asdict(self.branches.series)}),
         }
 
     def materials_text(self) -> list[str]:
@@ -198,6 +209,7 @@ class PartModel:
         pressure_kPa: float = 0.0,
         rotation: Rotation = "edge",
         definite: bool = False,
+        change: np.ndarray | None = None,
     ) -> np.ndarray:
         """Data of `tangent`, in the pattern of `assembly`.
 
@@ -207,9 +219,15 @@ class PartModel:
             rotation: Where corotational elements take their rotation from.
             definite: Replace the elements' part by the nearest positive semi-definite matrix and
                 leave the pressure's out.
+            change: A Newton step that led here [mm], (node, 3), to take the stresses of sheets and
+                volumes as it foresaw them (`pneumorph.fem.foreseen_stress`).
         """
         entries = [tangent_entries(group, x, rotation, definite) for group in self.element_groups]
-        entries += self._volume_entries(x, definite)
+        if change is not None:
+            for place, group in enumerate(self.element_groups):
+                if group.kind == "membrane":
+                    entries[place] += foreseen_stress_entries(group, x, change, rotation)
+        entries += self._volume_entries(x, definite, change)
         if self.cavity is not None and pressure_kPa != 0.0 and not definite:
             rows, columns = np.triu_indices(9)
             entries.append(-pressure_kPa * self.cavity.hessian_blocks(x)[:, rows, columns].T)
@@ -242,11 +260,30 @@ class PartModel:
             shape=(size, size),
         ).tocsc()
 
-    def _volume_entries(self, x: np.ndarray, definite: bool = False) -> list[np.ndarray]:
+    def _volume_entries(
+        self, x: np.ndarray, definite: bool = False, change: np.ndarray | None = None
+    ) -> list[np.ndarray]:
         """Upper triangles of the volume group's tangent, in a list for `Assembly`."""
         if self.volume_group is None:
             return []
-        return [self.volume_group.tangent_entries(x, definite)]
+        return [self.volume_group.tangent_entries(x, definite, change)]
+
+    def relaxed(self, x: np.ndarray) -> ViscousState | None:
+        """What the solid remembers after a long rest at x; None if it never remembers."""
+        return None if self.branches is None else self.branches.relaxed(x)
+
+    def relaxing_force(self, state: ViscousState, x: np.ndarray) -> np.ndarray:
+        """Force of the stress that relaxes on the nodes [mN], (node, 3).
+
+        Args:
+            state: What the solid remembers, at these positions.
+            x: Node positions [mm], (node, 3).
+        """
+        assert self.branches is not None, "a state is of a part that remembers"
+        nodes = self.branches.group.nodes_by_corner.ravel()
+        by_corner = self.branches.forces_by_corner(state, x)
+        axes = [np.bincount(nodes, each.ravel(), self.node_count) for each in by_corner]
+        return np.stack(axes, axis=1)
 
     def cavity_volume(self, x: np.ndarray) -> float:
         """Volume of the cavity [mm^3].

@@ -86,6 +86,7 @@ class RobotBody(Generic[HubState]):
             impulses=np.zeros((self.contact_point_count, 3)),
             contact_velocities=np.zeros((self.contact_point_count, 3)),
             pressure_work_mJ=np.zeros(len(self.legs)),
+            memories=tuple(leg.part.relaxed(leg.initial_positions()) for leg in self.legs),
         )
 
     def tracked_point_mm(self, state: FullRobotState[HubState]) -> np.ndarray:

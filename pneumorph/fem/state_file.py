@@ -10,6 +10,7 @@ import numpy as np
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.maxwell_group import ViscousState
 
 _ARRAYS = ("regulated_kPa", "impulses", "contact_velocities", "pressure_work_mJ")
 _NUMBERS = ("active_contacts", "contact_residual", "penetration_mm", "iterations", "substeps")
@@ -21,6 +22,9 @@ def state_to_arrays(state: FullRobotState) -> dict[str, np.ndarray]:
     arrays["numbers"] = np.array([getattr(state, name) for name in _NUMBERS], dtype=float)
     for number, (x, v) in enumerate(zip(state.positions, state.velocities, strict=True)):
         arrays[f"positions_{number}"], arrays[f"velocities_{number}"] = x, v
+    for number, memory in enumerate(state.memories):
+        if memory is not None:
+            arrays |= {f"memory_{name}_{number}": value for name, value in vars(memory).items()}
     return arrays | {f"hub_{name}": value for name, value in vars(state.hub).items()}
 
 
@@ -50,6 +54,12 @@ def state_from_arrays(robot: FullRobot, arrays: dict[str, np.ndarray]) -> FullRo
         hub=replace(cast(Any, initial.hub), **hub),  # a dataclass of arrays, as `HubMotion` says
         positions=tuple(arrays[f"positions_{leg}"] for leg in legs),
         velocities=tuple(arrays[f"velocities_{leg}"] for leg in legs),
+        memories=tuple(
+            None
+            if memory is None
+            else ViscousState(*(arrays[f"memory_{name}_{leg}"] for name in vars(memory)))
+            for leg, memory in enumerate(initial.memories)
+        ),
         **{name: arrays[name] for name in _ARRAYS},
         active_contacts=int(numbers["active_contacts"]),
         contact_residual=float(numbers["contact_residual"]),

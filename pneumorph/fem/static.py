@@ -80,34 +80,18 @@ def static_equilibrium(
     Raises:
         ValueError: The pressure is not finite, or too few nodes are held.
     """
-    settings = settings or StaticSettings()
-    if not np.isfinite(pressure_kPa):
-        raise ValueError(f"pressure_kPa must be finite, got {pressure_kPa}")
-    held = np.unique(np.asarray(held_nodes))
-    if len(held) < 3:
-        raise ValueError(f"held_nodes must name at least 3 nodes, got {len(held)}: it would float")
-    tangent = _SymmetricTangent if part.has_potential(rotation) else _Tangent
-    solver = tangent(part, held, rotation)
-    x = np.array(part.rest_nodes if start is None else start, dtype=float)
-    external = np.zeros_like(x) if external_force is None else np.asarray(external_force)
-
-    current, iterations, residual = float(start_pressure_kPa), 0, np.inf
-    step = settings.load_step_kPa
-    smallest = settings.load_step_kPa / 2.0**settings.halving_limit
-    while True:
-        target = current + float(np.clip(pressure_kPa - current, -step, step))
-        found, moved, residual_there, used = _newton(
-            part, x, target, external, solver, rotation, settings
+    return next(
+        _equilibria(
+            part,
+            [pressure_kPa],
+            held_nodes,
+            start,
+            start_pressure_kPa,
+            external_force,
+            rotation,
+            settings or StaticSettings(),
         )
-        iterations += used
-        if found:
-            x, current, residual = moved, target, residual_there
-            if current == pressure_kPa:
-                return StaticResult(x, True, residual, iterations, current)
-        else:
-            step = 0.5 * abs(target - current)
-            if step < smallest:
-                return StaticResult(x, False, residual, iterations, current)
+    )
 
 
 def rising_equilibria(
@@ -122,21 +106,49 @@ def rising_equilibria(
 
     The last may not have converged: it has none after it. Arguments as of `static_equilibrium`.
     """
-    start, before = None, 0.0
-    for pressure in map(float, pressures_kPa):
-        result = static_equilibrium(
-            part,
-            pressure,
-            held_nodes,
-            start=start,
-            start_pressure_kPa=before,
-            rotation=rotation,
-            settings=settings,
-        )
-        yield result
-        if not result.converged:
+    yield from _equilibria(
+        part, pressures_kPa, held_nodes, None, 0.0, None, rotation, settings or StaticSettings()
+    )
+
+
+def _equilibria(
+    part: PartModel,
+    pressures_kPa: Iterable[float],
+    held_nodes: np.ndarray,
+    start: np.ndarray | None,
+    start_pressure_kPa: float,
+    external_force: np.ndarray | None,
+    rotation: Rotation,
+    settings: StaticSettings,
+) -> Iterator[StaticResult]:
+    """Equilibria along one path of pressure, up to the first that is not found."""
+    held = np.unique(np.asarray(held_nodes))
+    if len(held) < 3:
+        raise ValueError(f"held_nodes must name at least 3 nodes, got {len(held)}: it would float")
+    tangent = _SymmetricTangent if part.has_potential(rotation) else _Tangent
+    solver = tangent(part, held, rotation)
+    x = np.array(part.rest_nodes if start is None else start, dtype=float)
+    external = np.zeros_like(x) if external_force is None else np.asarray(external_force)
+    current, residual = float(start_pressure_kPa), np.inf
+    smallest = settings.load_step_kPa / 2.0**settings.halving_limit
+    for pressure in pressures_kPa:
+        if not np.isfinite(pressure):
+            raise ValueError(f"pressure_kPa must be finite, got {pressure}")
+        iterations, step, arrived = 0, settings.load_step_kPa, False
+        while not arrived and step >= smallest:
+            target = current + float(np.clip(pressure - current, -step, step))
+            found, moved, residual_there, used = _newton(
+                part, x, target, external, solver, rotation, settings
+            )
+            iterations += used
+            if found:
+                x, current, residual = moved, target, residual_there
+                arrived = current == pressure
+            else:
+                step = 0.5 * abs(target - current)
+        yield StaticResult(x, arrived, residual, iterations, current)
+        if not arrived:
             return
-        start, before = result.positions, pressure
 
 
 def _newton(
@@ -149,24 +161,34 @@ def _newton(
     settings: StaticSettings,
 ) -> tuple[bool, np.ndarray, float, int]:
     """One load step: found, positions, relative residual, Newton steps."""
-    x, relative, best, since = start.copy(), np.inf, np.inf, 0
-    iteration = 0
-    while True:
+
+    def unbalanced(x: np.ndarray) -> tuple[np.ndarray, float]:
         load = external + (part.pressure_force(x, pressure) if pressure != 0.0 else 0.0)
         residual = (part.internal_force(x, rotation) + load).ravel()[solver.free]
-        scale = max(float(np.linalg.norm(load)), 1.0)
-        relative = float(np.linalg.norm(residual)) / scale
-        if not np.isfinite(relative):
-            return False, x, relative, iteration
+        return residual, float(np.linalg.norm(residual)) / max(float(np.linalg.norm(load)), 1.0)
+
+    x, step, best, since = start, np.zeros_like(start), np.inf, 0
+    residual, relative = unbalanced(x)
+    iteration = 0
+    while np.isfinite(relative):
         if relative < settings.tolerance:
             return True, x, relative, iteration
         best, since = (relative, 0) if relative < best else (best, since + 1)
         if iteration == settings.iteration_limit or since == settings.patience:
-            return False, x, relative, iteration
-        change = solver.solve(x, pressure, residual)
-        longest = float(np.linalg.norm(change.reshape(-1, 3), axis=1).max())
-        x = x + change.reshape(-1, 3) * min(1.0, settings.largest_move_mm / max(longest, 1e-300))
+            break
+        step = solver.solve(x, pressure, residual, step).reshape(-1, 3)
+        longest = float(np.linalg.norm(step, axis=1).max())
+        step *= min(1.0, settings.largest_move_mm / max(longest, 1e-300))
+        residual, relative = unbalanced(x + step)
+        # Rubber that a step turns inside out has no energy: a shorter one does not.
+        for _ in range(settings.halving_limit):
+            if np.isfinite(relative):
+                break
+            step *= 0.5
+            residual, relative = unbalanced(x + step)
+        x = x + step
         iteration += 1
+    return False, x, relative, iteration
 
 
 class _Tangent:
@@ -178,8 +200,13 @@ class _Tangent:
         free_node[held] = False
         self.free: np.ndarray = np.flatnonzero(np.repeat(free_node, 3))
 
-    def solve(self, x: np.ndarray, pressure: float, residual: np.ndarray) -> np.ndarray:
-        """Change of all unknowns, (3 node,), for a residual on the free ones, (free,)."""
+    def solve(
+        self, x: np.ndarray, pressure: float, residual: np.ndarray, before: np.ndarray
+    ) -> np.ndarray:
+        """Change of all unknowns, (3 node,), for a residual on the free ones, (free,).
+
+        `before` is the step that led to x, (node, 3).
+        """
         return self._solved(self._part.tangent(x, pressure, self._rotation), residual)
 
     def _solved(self, tangent: csc_array, residual: np.ndarray) -> np.ndarray:
@@ -202,9 +229,11 @@ class _SymmetricTangent(_Tangent):
         super().__init__(part, held, rotation)
         self._pattern = FrontPattern(part.assembly, held)
 
-    def solve(self, x: np.ndarray, pressure: float, residual: np.ndarray) -> np.ndarray:
+    def solve(
+        self, x: np.ndarray, pressure: float, residual: np.ndarray, before: np.ndarray
+    ) -> np.ndarray:
         """As `_Tangent.solve`."""
-        data = self._part.tangent_data(x, pressure, self._rotation)
+        data = self._part.tangent_data(x, pressure, self._rotation, change=before)
         try:
             factor = FrontalCholesky(self._pattern, data)
         except np.linalg.LinAlgError:  # not definite, away from stable equilibria

@@ -90,9 +90,13 @@ class StepProblem(Generic[HubState]):
         return Equations(
             clock.timed("assembly", self._robot.hub.system)(start.hub, physics),
             tuple(
-                assemble(leg.part, x, v, self._pressure_of(leg), physics)
-                for leg, x, v in zip(
-                    self._robot.legs, start.positions, start.velocities, strict=True
+                assemble(leg.part, x, v, self._pressure_of(leg), physics, memory)
+                for leg, x, v, memory in zip(
+                    self._robot.legs,
+                    start.positions,
+                    start.velocities,
+                    start.memories,
+                    strict=True,
                 )
             ),
         )
@@ -105,12 +109,13 @@ class StepProblem(Generic[HubState]):
         return Equations(
             hub(start.hub, trial.hub, physics, definite),
             tuple(
-                assemble(leg.part, before, x, v, self._pressure_of(leg), physics, definite)
-                for leg, before, x, v in zip(
+                assemble(leg.part, before, x, v, self._pressure_of(leg), physics, definite, memory)
+                for leg, before, x, v, memory in zip(
                     self._robot.legs,
                     start.velocities,
                     trial.positions,
                     trial.velocities,
+                    start.memories,
                     strict=True,
                 )
             ),
@@ -251,6 +256,14 @@ class StepProblem(Generic[HubState]):
             impulses=trial.impulses,
             contact_velocities=trial.contact_velocities,
             pressure_work_mJ=work,
+            memories=tuple(
+                None
+                if leg.part.branches is None or memory is None
+                else leg.part.branches.advanced(memory, x, self._physics.time_step_s)
+                for leg, memory, x in zip(
+                    self._robot.legs, self._start.memories, trial.positions, strict=True
+                )
+            ),
             active_contacts=active_contacts,
             contact_residual=trial.contact_residual,
             penetration_mm=penetration_mm,

@@ -88,13 +88,17 @@ class VolumeGroup:
         pressure = self.lame_lambda * (1.0 - volumes / self.rest_volume)
         return pressure * np.swapaxes(gradient, 0, 1)
 
-    def tangent_entries(self, x: np.ndarray, definite: bool = False) -> np.ndarray:
+    def tangent_entries(
+        self, x: np.ndarray, definite: bool = False, change: np.ndarray | None = None
+    ) -> np.ndarray:
         """-d(force)/dx = lambda / V dv (x) dv + lambda (v / V - 1) d2v of every element.
 
         Args:
             x: Node positions [mm], (node, 3).
             definite: Leave the second term out; what is left is positive semi-definite, and zero on
                 rigid motions.
+            change: A Newton step that led here [mm], (node, 3): the second term has the volume that
+                its linearisation foresaw (`pneumorph.fem.foreseen_stress`). None for v.
 
         Returns:
             Upper triangles [mN/mm], (pair, element), as in `pneumorph.fem.element_stiffness`.
@@ -109,7 +113,12 @@ class VolumeGroup:
             np.multiply(stiff[p], rate[p:], out=entries[starts[p] : starts[p + 1]])
         if definite:
             return entries
-        volumes = np.einsum("nie,nie->e", corners, gradient) / 3.0
+        if change is None:
+            volumes = np.einsum("nie,nie->e", corners, gradient) / 3.0
+        else:
+            before, _, slope = self._volume_gradient(x - change)
+            moves = np.swapaxes(change.T[:, self.nodes_by_corner], 0, 1)
+            volumes = np.einsum("nie,nie->e", before / 3.0 + moves, slope)
         mixed = mixed * (self.lame_lambda * (volumes / self.rest_volume - 1.0))
         for u, (n, m) in zip(mixed, _volume_tensor(len(corners))[0], strict=True):
             for i, j, k, sign in SIGNED_PERMUTATIONS:

@@ -1,0 +1,96 @@
+"""How a rubber relaxes: a Prony series, the response of springs and dashpots side by side.
+
+Held at a sudden strain, its modulus falls from the instantaneous G_0 to the relaxed G_inf,
+
+    G(t) / G_0 = 1 - sum_i w_i (1 - exp(-t / tau_i)),   G_inf / G_0 = 1 - sum_i w_i,
+
+and shaken at the angular frequency w it answers with
+
+    G*(w) / G_inf = 1 + sum_i k_i (i w tau_i) / (1 + i w tau_i),   k_i = w_i G_0 / G_inf,
+
+whose real part is the storage modulus and whose imaginary part over it the loss factor (Ferry,
+Viscoelastic Properties of Polymers, chapter 3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.base.checked import Checked, Positive
+
+
+@dataclass(frozen=True)
+class PronySeries(Checked):
+    """Weights and times of Maxwell's branches.
+
+    Raises:
+        ValueError: A weight or time is not positive, their numbers differ, or the weights sum to
+            one or more.
+    """
+
+    weights: tuple[Positive, ...]
+    """w_i: what share of the instantaneous modulus relaxes, branch by branch."""
+    times_s: tuple[Positive, ...]
+    """tau_i: how fast [s]."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.weights) != len(self.times_s):
+            raise ValueError(
+                f"got {len(self.weights)} weights and {len(self.times_s)} times_s, expected one "
+                "time for each weight"
+            )
+        if sum(self.weights) >= 1.0:
+            raise ValueError(
+                f"weights sum to {sum(self.weights):g}, expected less than 1: they are shares of "
+                "the instantaneous modulus, and what is left is the relaxed one"
+            )
+
+    @property
+    def branch_ratios(self) -> np.ndarray:
+        """k_i: stiffness of each branch over the relaxed one, (branch,)."""
+        return np.array(self.weights) / (1.0 - sum(self.weights))
+
+    def relaxation(self, time_s: np.ndarray) -> np.ndarray:
+        """G(t) / G_inf after a sudden strain.
+
+        Args:
+            time_s: t [s], any shape.
+        """
+        left = np.exp(-np.multiply.outer(time_s, 1.0 / np.array(self.times_s)))
+        return 1.0 + left @ self.branch_ratios
+
+    def complex_modulus(self, angular_frequency: np.ndarray) -> np.ndarray:
+        """G*(w) / G_inf of a small vibration.
+
+        Args:
+            angular_frequency: w [rad/s], any shape.
+        """
+        turned = 1j * np.multiply.outer(angular_frequency, np.array(self.times_s))
+        return 1.0 + (turned / (1.0 + turned)) @ self.branch_ratios
+
+    def loss_factor(self, angular_frequency: np.ndarray) -> np.ndarray:
+        """Loss over storage modulus, twice the damping ratio of a vibration.
+
+        Args:
+            angular_frequency: w [rad/s], any shape.
+        """
+        modulus = self.complex_modulus(angular_frequency)
+        loss: np.ndarray = modulus.imag / modulus.real
+        return loss
+
+    def secant_ratio(self, strain: float, strain_rate_per_s: float) -> float:
+        """Secant modulus of a tension test at an even rate, over the relaxed modulus.
+
+        Constants of a law that were fitted to such a test are divided by this to be the relaxed
+        ones. It depends little on the strain chosen where branches are fast or slow beside the
+        test.
+
+        Args:
+            strain: Strain at which the two are to agree.
+            strain_rate_per_s: Rate of the test [1/s].
+        """
+        times = np.array(self.times_s) * (strain_rate_per_s / strain)  # over the test's duration
+        return float(1.0 + self.branch_ratios @ (times * -np.expm1(-1.0 / times)))

@@ -1,0 +1,83 @@
+"""Silicones that soft robots are cast of, as measured: constants of Yeoh's law and densities.
+
+The constants are least squares of the force over area at rest in a tension test, by the formula of
+`pneumorph.fem.yeoh_constants.tension_stress`, between strains of 4.5 and 100 %. The tests: ASTM
+D412 at 450 mm/min (0.23/s) with the strain of the crosshead, one curve for each rubber, from the
+Soft Robotics Materials Database of L. Marechal, L. Lindenroth and others, Univ. Savoie Mont Blanc
+(Open Database License; github.com/LucMarechal/Soft-Robotics-Materials-Database). Densities are the
+supplier's data sheets'.
+
+One curve says nothing of the scatter between batches or laboratories: for Dragon Skin 30, Young's
+moduli of 450 to 1160 kPa are in use.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from pneumorph.fem.material import Material
+from pneumorph.fem.yeoh_constants import yeoh_material
+
+BULK_OVER_SHEAR = 200.0
+"""K / mu of a silicone: Poisson's ratio 0.4975."""
+
+
+@dataclass(frozen=True)
+class Silicone:
+    """A silicone rubber."""
+
+    c1_kPa: float
+    """C1 [kPa]; Young's modulus at rest is 6 C1."""
+    c2_kPa: float
+    """C2 [kPa]."""
+    c3_kPa: float
+    """C3 [kPa]."""
+    density_kg_per_mm3: float
+    """Density [kg/mm^3]."""
+    misfit_percent: float
+    """Root mean square of what the law misses, of the stress at 100 % strain [%]."""
+
+    @property
+    def young_modulus_kPa(self) -> float:
+        """Young's modulus at rest if incompressible [kPa]."""
+        return 6.0 * self.c1_kPa
+
+    def material(self, bulk_over_shear: float = BULK_OVER_SHEAR) -> Material:
+        """The rubber as a material whose elements take its change of volume as wholes.
+
+        Args:
+            bulk_over_shear: K / mu.
+
+        Raises:
+            ValueError: K / mu is below 2/3.
+        """
+        return yeoh_material(self.c1_kPa, self.c2_kPa, self.c3_kPa, bulk_over_shear=bulk_over_shear)
+
+
+SILICONES = MappingProxyType(
+    {
+        "Dragon Skin 10 Medium": Silicone(20.45, 4.47, -0.53, 1.07e-6, 0.6),
+        "Dragon Skin 20": Silicone(55.36, 14.80, -2.04, 1.08e-6, 0.6),
+        "Dragon Skin 30": Silicone(86.56, 13.80, -1.47, 1.08e-6, 0.3),
+        "Ecoflex 00-30": Silicone(7.18, 0.62, -0.11, 1.07e-6, 1.2),
+        "Ecoflex 00-50": Silicone(9.83, 0.91, -0.16, 1.07e-6, 1.6),
+        "Mold Star 16 Fast": Silicone(40.73, 3.58, -0.18, 1.18e-6, 0.5),
+        "Sorta-Clear 40": Silicone(139.11, 5.25, 0.09, 1.08e-6, 0.2),
+    }
+)
+"""By the supplier's name."""
+
+
+def silicone(name: str) -> Silicone:
+    """A silicone by its supplier's name.
+
+    Raises:
+        ValueError: It is not in the table.
+    """
+    if name not in SILICONES:
+        raise ValueError(
+            f"no silicone {name!r} in the table, expected one of {', '.join(SILICONES)}; make "
+            "another of its constants with pneumorph.fem.yeoh_constants.yeoh_material"
+        )
+    return SILICONES[name]
