@@ -89,7 +89,7 @@ def assemble_reduced_part(
             attachment); None where it is rigid.
 
     Raises:
-        ValueError: Shapes disagree, the part has several membranes, or its solid has mean
+        ValueError: Shapes disagree, the part has several membranes, or its solid relaxes, has mean
             dilatation or Yeoh's law.
     """
     if part.material.law == "yeoh" or part.volume_group is not None:
@@ -97,6 +97,11 @@ def assemble_reduced_part(
             f"the solid's law is {part.material.law!r} with {part.material.dilatation} dilatation; "
             "reduced parts keep neither Yeoh's constants nor the volumes of whole elements, so it "
             "can only be computed with as finite elements"
+        )
+    if part.branches is not None:
+        raise ValueError(
+            "the solid relaxes; reduced parts remember nothing of their past, so it can only be "
+            "computed with as finite elements"
         )
     mesh, groups = part.mesh, tuple(part.element_groups)
     if modes.ndim != 3 or modes.shape[:2] != mesh.nodes.shape:

@@ -14,6 +14,8 @@ from helpers.synthetic_part import synthetic_part, synthetic_reduced_part, vibra
 
 from pneumorph.base.artefact import ArtefactError, save_artefact
 from pneumorph.fem.material import Material
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.prony import PronySeries
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
 from pneumorph.reduction.reduced_part import FORMAT_VERSION, ReducedPart
@@ -168,3 +170,9 @@ def test_solids_that_a_reduced_part_cannot_keep_are_refused(law):
     part = box_part(law, "quadratic")
     with pytest.raises(ValueError, match="it can only be computed with as finite elements"):
         assemble_reduced_part(part, np.zeros((part.node_count, 3, 1)))
+
+
+def test_a_solid_that_relaxes_is_refused():
+    relaxing = PartModel(PART.mesh, PART.material, 0.1, relaxation=PronySeries((0.2,), (0.1,)))
+    with pytest.raises(ValueError, match="the solid relaxes"):
+        assemble_reduced_part(relaxing, np.zeros((relaxing.node_count, 3, 1)))
