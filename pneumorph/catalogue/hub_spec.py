@@ -9,10 +9,12 @@ from typing import Literal
 import numpy as np
 
 from pneumorph.fem.hub_body import HubBody
+from pneumorph.fem.matched_mass import matched_node_mass
 from pneumorph.fem.material import Material
-from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.part_model import MassLumping, PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.robot.robot import Hub, hub_of_mesh
 
@@ -26,21 +28,42 @@ class HubSpec:
     Attributes:
         mesh: Its shape, in the robot's frame.
         material: What it is made of.
-        mass_kg: Its mass, spread evenly over the nodes [kg].
+        mass: Its mass, spread evenly over the nodes [kg], or mass, centre and inertia in the
+            robot's frame.
         tracked_point: Point whose travel is rewarded [mm], (3,).
         contact_points: Points that may touch the floor [mm], (point, 3).
     """
 
     mesh: Mesh
     material: Material
-    mass_kg: float
+    mass: float | MassProperties
     tracked_point: np.ndarray
     contact_points: np.ndarray
+
+    @property
+    def mass_kg(self) -> float:
+        """Its mass [kg]."""
+        return self.mass.mass_kg if isinstance(self.mass, MassProperties) else self.mass
+
+    def mass_numbers(self) -> list[float]:
+        """All that is given of its mass: one number, or mass, centre and inertia in a row."""
+        given = self.mass
+        if isinstance(given, MassProperties):
+            return [given.mass_kg, *given.centre_mm.tolist(), *given.inertia.ravel().tolist()]
+        return [given]
 
     @cached_property
     def rigid(self) -> Hub:
         """The rigid body of reduced robots."""
-        return hub_of_mesh(self.mesh, self.mass_kg, self.tracked_point, self.contact_points)
+        if isinstance(self.mass, MassProperties):
+            return Hub(
+                self.mass.mass_kg,
+                self.mass.first_moment,
+                self.mass.second_moment,
+                self.tracked_point,
+                self.contact_points,
+            )
+        return hub_of_mesh(self.mesh, self.mass, self.tracked_point, self.contact_points)
 
     def full(self, model: HubModel) -> HubBody:
         """The hub of a full-order robot.
@@ -49,12 +72,23 @@ class HubSpec:
             ValueError: No such model.
         """
         if model == "rigid":
-            return RigidHub(self.mesh, self.mass_kg, self.contact_points)
+            return RigidHub(self.mesh, self.mass, self.contact_points)
         if model == "soft":
-            part = PartModel(self.mesh, self.material, self.mass_kg)
+            lumping: MassLumping | np.ndarray = (
+                matched_node_mass(self.mesh, self.mass)
+                if isinstance(self.mass, MassProperties)
+                else "even"
+            )
+            part = PartModel(self.mesh, self.material, self.mass_kg, mass_lumping=lumping)
             return SoftHub(part, self.contact_points)
         raise ValueError(f'hub must be "soft" or "rigid", got {model!r}')
 
     def scaled(self, mass_factor: float) -> HubSpec:
-        """The same hub of another mass."""
-        return replace(self, mass_kg=self.mass_kg * mass_factor)
+        """The same hub of another mass; inertia is scaled with it."""
+        return self.weighing(self.mass_kg * mass_factor)
+
+    def weighing(self, mass_kg: float) -> HubSpec:
+        """The same hub of a mass that a balance says; inertia is scaled with it."""
+        if isinstance(self.mass, MassProperties):
+            return replace(self, mass=self.mass.weighing(mass_kg))
+        return replace(self, mass=mass_kg)

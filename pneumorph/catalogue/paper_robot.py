@@ -14,8 +14,10 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.settings import settings_from_dict
 from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.masses import PRINTED_HUB, Masses, cast_leg_mass_kg
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.robot_spec import RobotSpec, Site
 from pneumorph.fem.material import DiskMaterials, LegMaterials, Material
@@ -26,6 +28,7 @@ from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.scaled_part import scaled_part
 
 LegName = Literal["published", "hyperelastic"]
 """The published leg, or one of the silicone's own stiffness."""
@@ -97,7 +100,8 @@ HYPERELASTIC_MATERIALS = LegMaterials(
     silicone=Material(600.0, 0.45, "stable_neo_hookean"),
     sheet=Material(1200.0, 0.49, "stable_neo_hookean"),
 )
-"""A leg as its silicone's data sheet has it, the sheet twice as stiff."""
+"""A leg as its silicone's data sheet has it, the sheet twice as stiff; its reduction was made with
+the published mass."""
 
 HYPERELASTIC_PRESSURE_MAP = PressureMap(1.247, -4.404)
 """Makes the hyperelastic leg bend as the published pairs say the real one does, to 2 kPa; made by
@@ -159,11 +163,22 @@ def scaled_materials(
     )
 
 
+def masses_of(name: LegName) -> Masses:
+    """What a robot with a leg weighs where nothing else is asked for: a leg of the silicone's own
+    stiffness weighs what it is.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    return Masses("cast" if _known_leg(name) == "hyperelastic" else "published")
+
+
 def paper_leg(
     name: LegName = "published",
     part: ReducedPart | Path | None = None,
     mesh: Mesh | Path | None = None,
     materials: LegMaterials | None = None,
+    masses: Masses | None = None,
 ) -> Module:
     """A PneuNet leg as the paper's robot has it.
 
@@ -172,6 +187,7 @@ def paper_leg(
         part: Its reduction or the file of one; None for the one that ships.
         mesh: Its mesh or the file of one; None for the one that ships.
         materials: What it is made of; None for what its reduction says, or else the name.
+        masses: What it weighs; None for what its materials and its reduction say.
 
     Raises:
         ValueError: No such leg.
@@ -179,25 +195,55 @@ def paper_leg(
     _known_leg(name)
     shipped_mesh = hyperelastic_leg_mesh if name == "hyperelastic" else paper_leg_mesh
 
-    def reduced() -> ReducedPart:
+    def shape() -> Mesh:
+        return Mesh.load(mesh) if isinstance(mesh, Path) else mesh or shipped_mesh()
+
+    def mass_kg() -> float | None:
+        """What is asked for; None leaves it as it is."""
+        if masses is None or (masses.leg_mass_g is None and masses.model == "published"):
+            return None
+        if masses.leg_mass_g is not None:
+            return 1e-3 * masses.leg_mass_g
+        if part is not None and mesh is None:
+            _check_shape(reduced_as_made(), shipped_mesh())
+        return cast_leg_mass_kg(shape(), masses.densities)
+
+    @cache
+    def reduced_as_made() -> ReducedPart:
         if part is None:
             return load_default_leg(name)
         return part if isinstance(part, ReducedPart) else ReducedPart.load(part)
 
+    def reduced() -> ReducedPart:
+        made, weight = reduced_as_made(), mass_kg()
+        return made if weight is None else scaled_part(made, 1.0, weight / made.mass)
+
     def recorded_materials() -> LegMaterials:
         usual = leg_materials(name)
         recorded = (
-            None if part is None or name != "published" else reduced().metadata.get("materials")
+            None if part is None or name != "published" else reduced_as_made().metadata.get("materials")
         )
         return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
 
     def full(modulus_factor: float, mass_factor: float) -> PartModel:
-        made_of = materials or recorded_materials()
-        shape = Mesh.load(mesh) if isinstance(mesh, Path) else mesh or shipped_mesh()
-        return leg_model(shape, scaled_materials(made_of, modulus_factor, mass_factor))
+        made_of, weight = materials or recorded_materials(), mass_kg()
+        if weight is not None:
+            made_of = replace(made_of, mass_kg=weight)
+        return leg_model(shape(), scaled_materials(made_of, modulus_factor, mass_factor))
 
     label = f"the {name} leg that ships" if part is None or isinstance(part, ReducedPart) else part
     return Module(str(label), reduced, full)
+
+
+def _check_shape(part: ReducedPart, mesh: Mesh) -> None:
+    """Refuse to weigh a reduced part by a mesh that it was not made from."""
+    try:
+        part.check_mesh(mesh)
+    except ArtefactError as error:
+        raise ValueError(
+            "the mass of a cast leg comes from its mesh, and this reduced leg was made from another"
+            " mesh than the leg that ships; give full.mesh, or a weighed masses.leg_mass_g"
+        ) from error
 
 
 @cache
@@ -207,20 +253,28 @@ def paper_leg_model() -> PartModel:
 
 
 @cache
-def paper_hub() -> HubSpec:
-    """The disk; its rims may touch the floor, the centre of its top is rewarded."""
-    mesh = paper_disk_mesh()
-    return HubSpec(
+def paper_hub(masses: Masses | None = None) -> HubSpec:
+    """The disk; its rims may touch the floor, the centre of its top is rewarded.
+
+    Args:
+        masses: What it weighs; None for the published mass.
+    """
+    masses, mesh = masses or Masses(), paper_disk_mesh()
+    hub = HubSpec(
         mesh,
         DiskMaterials().body,
-        DISK_MASS_KG,
+        PRINTED_HUB if masses.model == "cast" else DISK_MASS_KG,
         np.array(DiskShape().top_centre_mm),
         disk_rim_points(mesh),
     )
+    return hub if masses.hub_mass_g is None else hub.weighing(1e-3 * masses.hub_mass_g)
 
 
 def paper_robot(
-    leg: LegName | Module = "published", physics: Physics | None = None, **rest: Any
+    leg: LegName | Module = "published",
+    physics: Physics | None = None,
+    masses: Masses | None = None,
+    **rest: Any,
 ) -> RobotSpec:
     """The robot of the paper: a disk with eight places for legs.
 
@@ -228,6 +282,9 @@ def paper_robot(
         leg: A leg that ships, or a module of your own for every place.
         physics: What acts on the robot; None for the published physics, with the leg's own map of
             real to simulated pressure.
+        masses: What the hub weighs, and a leg that ships; None for what is the leg's own: published
+            masses but for the hyperelastic leg, which weighs what is cast. A module of your own has
+            its own mass.
         **rest: Other fields of `RobotSpec`, such as ``thread_count``.
 
     Raises:
@@ -236,7 +293,9 @@ def paper_robot(
     if physics is None:
         name: LegName = leg if isinstance(leg, str) else "published"
         physics = Physics(pressure_map=pressure_map(name))
-    module = paper_leg(leg) if isinstance(leg, str) else leg
+    if masses is None:
+        masses = masses_of(leg) if isinstance(leg, str) else Masses()
+    module = paper_leg(leg, masses=masses) if isinstance(leg, str) else leg
     mounting = RadialMounting()
     sites = tuple(Site(mounting.pose(k), module) for k in range(mounting.location_count))
-    return RobotSpec(paper_hub(), sites, physics, **rest)
+    return RobotSpec(paper_hub(masses), sites, physics, **rest)

@@ -11,9 +11,11 @@ from typing import Annotated, Any
 from pneumorph.base.checked import Bounds, Checked, Count
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
+from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_robot import (
     LegName,
     current_leg,
+    masses_of,
     paper_leg,
     paper_robot,
     pressure_map,
@@ -84,6 +86,8 @@ class RobotOptions(Checked):
     threads: Annotated[int, Bounds(least=0, why="0 takes every processor")] = 0
     """Threads of the engine; 0 takes every processor."""
     full: FullOptions = field(default_factory=FullOptions)
+    masses: Masses = field(default_factory=Masses)
+    """What legs and hub weigh; the hyperelastic leg brings `cast` with it."""
     calibration: Path | None = None
     """Calibration file, as `pneumorph calibrate` writes it; by default the paper's line."""
     physics: Physics = field(default_factory=Physics)
@@ -95,9 +99,11 @@ class RobotOptions(Checked):
 
         One group `simulation` held what is physics and stepper now; a run of the hyperelastic leg
         kept the published pressure map in its settings and used the leg's own. The published leg
-        was called ``paper``.
+        was called ``paper``. Every robot had the published masses.
         """
         now = with_current_leg(content)
+        if "masses" not in now and {"part", "threads"} <= set(now):  # a run's, which are complete
+            now["masses"] = {"model": "published"}
         older = now.pop(OLDER_GROUP, {})
         if not older:
             return now
@@ -118,7 +124,10 @@ class RobotOptions(Checked):
         if "leg" not in content:
             return {}
         leg: LegName = content["leg"]
-        return {"physics": {"pressure_map": settings_to_dict(pressure_map(leg))}}
+        return {
+            "physics": {"pressure_map": settings_to_dict(pressure_map(leg))},
+            "masses": {"model": masses_of(leg).model},
+        }
 
     def spec(self) -> RobotSpec:
         """The robot asked for, calibrated if a calibration was given.
@@ -130,8 +139,9 @@ class RobotOptions(Checked):
         """
         full = self.full
         spec = paper_robot(
-            paper_leg(self.leg, self.part, full.mesh),
+            paper_leg(self.leg, self.part, full.mesh, masses=self.masses),
             self.physics,
+            self.masses,
             stepper=self.stepper,
             full_order=FullOrderSettings(
                 integrator=full.integrator,

@@ -4,6 +4,9 @@ STEP and STL of the mould's two halves (with registration pins, pour and vent ho
 for the cavity and of the hub with its sockets and tube channels; the parts list with the silicone's
 volume and mass; the tube plan; and an assembly drawing of this design.
 
+The masses of the simulation stand beside those that are built, with a warning where they differ by
+more than a tenth and the flag that makes them agree; --check-hub says how far the hub gives way.
+
 Everything is checked: surfaces are watertight, the mould comes off without undercut, the cast
 volume is that of the mesh within 0.5 %, and no wall is thinner than can be made.
 
@@ -21,6 +24,7 @@ from typing import Annotated
 import tyro
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.fabrication.fabricated_robot import (
     FabricatedRobot,
@@ -28,7 +32,8 @@ from pneumorph.fabrication.fabricated_robot import (
     fabricate,
 )
 from pneumorph.report.assembly_drawing import write_assembly_drawing
-from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.finished_run import FinishedRun, TakenOver
+from pneumorph.study.gait_source import robot_of_source
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,8 @@ class FabricateOptions:
     design: tyro.conf.Positional[str] = tyro.MISSING
     """Design such as 1.0.0.2.2.0.0.1, or a coopt run's folder for its best one."""
     fabrication: Annotated[FabricationSettings, flat] = field(default_factory=FabricationSettings)
+    robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+    """The simulation whose masses stand beside those that are built; a run brings its own."""
 
 
 def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
@@ -45,9 +52,16 @@ def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
     source, design = Path(options.design), options.design
     if source.is_dir():
         design = FinishedRun.read(source).of_summary("best_design", str)
-    made = fabricate(design, options.fabrication, folder)
+    full = replace(options.robot.full, mesh=options.fabrication.mesh or options.robot.full.mesh)
+    robot = replace(options.robot, full=full).spec()
+    made = fabricate(design, options.fabrication, folder, robot)
     drawing = write_assembly_drawing(folder / "drawing.pdf", made, options.fabrication)
     return replace(made, drawing=str(drawing))
 
 
-VERB = Verb(FabricateOptions, run)
+def taken_over(options: FabricateOptions) -> TakenOver | None:
+    """Leg and physics of the run whose best design is built."""
+    return robot_of_source(Path(options.design))
+
+
+VERB = Verb(FabricateOptions, run, taken_over=taken_over)

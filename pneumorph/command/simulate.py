@@ -7,7 +7,7 @@ design is --design, or the one that the file names, or the expert's.
 A full robot (--model full) takes ten minutes for 20 s, or an hour or two with the hyperelastic leg.
 Its way is saved every minute: the same command with the same --out goes on where it was stopped.
 Presets: paper, and hyperelastic, legs of the silicone's own stiffness with a pressure map of their
-own and objective damping.
+own, the mass that is cast and objective damping.
 
 With --live the robot can be watched in the browser while it is simulated: the address is printed,
 and the page keeps what it has seen. Writes trajectory.npz, replay.html and, with --film, film.mp4.
@@ -23,7 +23,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_robot import HYPERELASTIC_PRESSURE_MAP
+from pneumorph.catalogue.paper_robot import HYPERELASTIC_PRESSURE_MAP, masses_of
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.physics.physics import Physics
@@ -78,9 +78,8 @@ def _until_read(live: LiveReplay, folder: RunFolder) -> bool:
 def hyperelastic() -> SimulateOptions:
     """Legs of the silicone's own stiffness, damped in proportion to deformation alone."""
     physics = Physics(damping="objective", pressure_map=HYPERELASTIC_PRESSURE_MAP)
-    return SimulateOptions(
-        WalkSettings(model="full"), robot=RobotOptions(leg="hyperelastic", physics=physics)
-    )
+    robot = RobotOptions(leg="hyperelastic", masses=masses_of("hyperelastic"), physics=physics)
+    return SimulateOptions(WalkSettings(model="full"), robot=robot)
 
 
 VERB = Verb(

@@ -12,11 +12,21 @@ import numpy as np
 from pneumorph.base.artefact import write_atomically
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_robot import paper_leg_mesh
+from pneumorph.catalogue.masses import PRINTED_HUB, cast_leg_mass_kg
+from pneumorph.catalogue.paper_robot import paper_leg_mesh, paper_robot
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.hub import HubSettings, make_hub
+from pneumorph.fabrication.hub_stiffness import (
+    HubCheckSettings,
+    HubStiffness,
+    hub_model,
+    hub_stiffness,
+)
 from pneumorph.fabrication.leg_mould import MouldSettings, check_leg_mould, make_leg_mould
 from pneumorph.fabrication.parts_list import (
+    MM3_PER_ML,
     Part,
+    Printed,
     TubeRun,
     WorkshopSettings,
     parts_csv,
@@ -33,6 +43,9 @@ from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.surface import write_stl
 from pneumorph.robot.design import Design
 
+LARGEST_MASS_DIFFERENCE = 0.1
+"""Share by which a simulated mass may differ from the built one without a warning."""
+
 
 @dataclass(frozen=True)
 class FabricationSettings(Checked):
@@ -48,6 +61,9 @@ class FabricationSettings(Checked):
     mould: MouldSettings = field(default_factory=MouldSettings)
     hub: HubSettings = field(default_factory=HubSettings)
     workshop: WorkshopSettings = field(default_factory=WorkshopSettings)
+    check_hub: bool = False
+    """Compute as finite elements how far the hub gives way, which takes a minute."""
+    hub_check: HubCheckSettings = field(default_factory=HubCheckSettings)
 
 
 @dataclass(frozen=True)
@@ -79,16 +95,30 @@ class FabricatedRobot:
     silicone_ml: float
     silicone_g: float
     leg_mass_g: float
+    """Silicone and sheet of a leg as it is cast [g]."""
     solids: dict[str, FabricatedSolid]
     parts: tuple[Part, ...]
     tubes: tuple[TubeRun, ...]
     wall_s: float
     drawing: str | None = None
     """The assembly drawing, once it is drawn."""
+    hub_mass_g: float | None = None
+    """Mass of the hub as it is printed [g]."""
+    simulated_leg_mass_g: float | None = None
+    """Mass of a leg in the simulation [g]."""
+    simulated_hub_mass_g: float | None = None
+    """Mass of the hub in the simulation [g]."""
+    mass_warning: str | None = None
+    """What to do where built and simulated masses differ; None where they agree."""
+    hub_stiffness: HubStiffness | None = None
+    """How far the hub gives way; None where it was not computed."""
 
 
 def fabricate(
-    design: Design | str, settings: FabricationSettings, folder: RunFolder
+    design: Design | str,
+    settings: FabricationSettings,
+    folder: RunFolder,
+    robot: RobotSpec | None = None,
 ) -> FabricatedRobot:
     """Make, check and write mould, core, hub and leg, the parts list and the tube plan.
 
@@ -97,6 +127,8 @@ def fabricate(
         settings: Shapes and how they are made.
         folder: Receives ``mould_upper``, ``mould_lower``, ``core``, ``hub`` and ``leg`` (.step,
             .stl), ``parts.csv`` and ``tubes.csv``.
+        robot: The simulation whose masses stand beside those that are built; the paper's robot by
+            default.
 
     Raises:
         ValueError: The design has no legs, or does not fit the hub's sockets.
@@ -104,6 +136,7 @@ def fabricate(
     """
     start = time.monotonic()
     design = _fitting(design, settings.mounting)
+    robot = robot or paper_robot()
     mesh = paper_leg_mesh() if settings.mesh is None else Mesh.load(settings.mesh)
     folder.progress.stage("making the mould")
     mould = make_leg_mould(settings.leg, settings.mould)
@@ -125,17 +158,37 @@ def fabricate(
     tubes = tube_plan(
         design, settings.mounting, _channel_length_mm(settings.mounting), settings.workshop
     )
+    printed = _printed(made["hub"].volume_mm3, settings.hub)
     parts = parts_list(
         design,
         settings.leg,
         mould.cast_volume_mm3,
-        made["hub"].volume_mm3,
+        printed,
         {n: made[n].volume_mm3 for n in ("mould_upper", "mould_lower", "core")},
         tubes,
         settings.workshop,
     )
     write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
     write_atomically(folder / "tubes.csv", lambda stream: stream.write(tubes_csv(tubes).encode()))
+    leg_mass_g = _known(parts[0].mass_g) + _known(parts[2].mass_g)
+    simulated_leg_g, simulated_hub_g = (
+        1e3 * robot.module.full.mass_kg,
+        1e3 * robot.hub.mass_kg,
+    )
+    warning = mass_warning(leg_mass_g, printed.mass_g, simulated_leg_g, simulated_hub_g)
+    if warning is not None:
+        folder.progress.say(warning)
+    stiffness = None
+    if settings.check_hub:
+        folder.progress.stage("computing how far the hub gives way")
+        mass_kg = 1e-3 * (printed.mass_g + design.leg_count * leg_mass_g)
+        stiffness = hub_stiffness(
+            hub_model(hub, 1e-3 * printed.mass_g, settings.hub_check),
+            robot.module.full,
+            settings.leg,
+            settings.mounting,
+            settings.hub_check.largest_force_mN(mass_kg),
+        )
     return FabricatedRobot(
         design=str(design),
         leg_count=design.leg_count,
@@ -143,12 +196,55 @@ def fabricate(
         watertight=True,  # surface_of raises otherwise
         silicone_ml=_known(parts[1].volume_ml),
         silicone_g=_known(parts[1].mass_g),
-        leg_mass_g=_known(parts[0].mass_g),
+        leg_mass_g=leg_mass_g,
         solids=made,
         parts=tuple(parts),
         tubes=tuple(tubes),
         wall_s=time.monotonic() - start,
+        hub_mass_g=printed.mass_g,
+        simulated_leg_mass_g=simulated_leg_g,
+        simulated_hub_mass_g=simulated_hub_g,
+        mass_warning=warning,
+        hub_stiffness=stiffness,
     )
+
+
+def mass_warning(
+    leg_g: float, hub_g: float, simulated_leg_g: float, simulated_hub_g: float
+) -> str | None:
+    """Say where built and simulated masses differ by more than a tenth, and what makes them agree.
+
+    Args:
+        leg_g: Mass of a leg as it is built [g].
+        hub_g: Mass of the hub as it is built [g].
+        simulated_leg_g: Mass of a leg in the simulation [g].
+        simulated_hub_g: Mass of the hub in the simulation [g].
+    """
+    pairs = {"leg": (leg_g, simulated_leg_g), "hub": (hub_g, simulated_hub_g)}
+    apart = {name: pair for name, pair in pairs.items() if _differ(*pair)}
+    if not apart:
+        return None
+    masses = "; ".join(
+        f"{name}: {built:.1f} g as built, {simulated:.1f} g in the simulation "
+        f"({100.0 * (simulated / built - 1.0):+.0f} %)"
+        for name, (built, simulated) in apart.items()
+    )
+    usual = (1e3 * cast_leg_mass_kg(paper_leg_mesh()), 1e3 * PRINTED_HUB.mass_kg)
+    if not any(_differ(*each) for each in zip((leg_g, hub_g), usual, strict=True)):
+        flags = "--masses.model cast"
+    else:
+        flags = " ".join(f"--masses.{name}-mass-g {pair[0]:.1f}" for name, pair in apart.items())
+    return f"masses differ: {masses}; distances depend on them: simulate and learn with {flags}"
+
+
+def _differ(built: float, simulated: float) -> bool:
+    return abs(simulated / built - 1.0) > LARGEST_MASS_DIFFERENCE
+
+
+def _printed(volume_mm3: float, settings: HubSettings) -> Printed:
+    volume_ml = volume_mm3 / MM3_PER_ML
+    detail = f"{settings.material}, walls of {settings.wall_mm:g} mm, open below"
+    return Printed(detail, volume_ml, volume_ml * settings.density_g_per_ml)
 
 
 def _known(value: float | None) -> float:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pneumorph.base.checked import Checked, NotNegative, Positive
+from pneumorph.catalogue.masses import PRINT_DENSITY_G_PER_ML, CastDensities
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.robot.design import Design
@@ -22,18 +23,32 @@ class WorkshopSettings(Checked):
 
     silicone: str = "Dragon Skin 30"
     """Name of the silicone."""
-    silicone_density_g_per_ml: Positive = 1.08
+    silicone_density_g_per_ml: Positive = CastDensities().silicone_g_per_ml
     """Its density [g/ml]."""
+    sheet_g_per_m2: NotNegative = CastDensities().sheet_g_per_m2
+    """Mass of the sheet under the leg by its area [g/m^2]."""
     silicone_waste: NotNegative = 0.2
     """Share of the silicone that stays in cups, holes and syringes."""
-    print_density_g_per_ml: Positive = 1.24
-    """Density of printed parts (PLA) [g/ml]."""
+    print_density_g_per_ml: Positive = PRINT_DENSITY_G_PER_ML
+    """Density of printed moulds (PLA) [g/ml]."""
     tube: str = "silicone tube 2 x 3 mm"
     """Name of the tube."""
     supply_tube_mm: Positive = 800.0
     """Length of tube from the middle of the hub to a regulator [mm]."""
     tube_slack_mm: NotNegative = 40.0
     """Length added to each leg's tube: into the leg, and slack at the hub [mm]."""
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A printed part."""
+
+    detail: str
+    """What it is printed of, and how."""
+    volume_ml: float
+    """Its volume [ml]."""
+    mass_g: float
+    """Its mass [g]."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +104,7 @@ def parts_list(
     design: Design,
     leg: PneuNetShape,
     leg_volume_mm3: float,
-    hub_volume_mm3: float,
+    hub: Printed,
     mould_volumes_mm3: dict[str, float],
     tubes: list[TubeRun],
     workshop: WorkshopSettings,
@@ -100,7 +115,7 @@ def parts_list(
         design: The design.
         leg: The leg's sizes.
         leg_volume_mm3: Silicone of one leg [mm^3].
-        hub_volume_mm3: Printed volume of the hub [mm^3].
+        hub: The hub as it is printed.
         mould_volumes_mm3: Printed volume of each part of the mould by name [mm^3].
         tubes: The tube plan.
         workshop: Materials.
@@ -108,7 +123,6 @@ def parts_list(
     count = design.leg_count
     leg_ml = leg_volume_mm3 / MM3_PER_ML
     mixed_ml = count * leg_ml * (1.0 + workshop.silicone_waste)
-    hub_ml = hub_volume_mm3 / MM3_PER_ML
     regulators = sorted({run.regulator for run in tubes})
     # A regulator with n legs needs n - 1 tees.
     tees = sum(sum(run.regulator == r for run in tubes) - 1 for r in regulators)
@@ -129,14 +143,14 @@ def parts_list(
             mixed_ml,
             mixed_ml * workshop.silicone_density_g_per_ml,
         ),
-        ("paper layer", count, f"{plate_length:g} x {plate_width:g} mm, under the leg", None, None),
         (
-            "hub, printed",
-            1,
-            "solid, eight sockets",
-            hub_ml,
-            hub_ml * workshop.print_density_g_per_ml,
+            "paper layer",
+            count,
+            f"{plate_length:g} x {plate_width:g} mm, under the leg, each",
+            None,
+            1e-6 * plate_length * plate_width * workshop.sheet_g_per_m2,
         ),
+        ("hub, printed", 1, hub.detail, hub.volume_ml, hub.mass_g),
         ("tube", 1, f"{workshop.tube}, {math.ceil(tube_mm / 10) / 100:g} m in all", None, None),
         ("T piece", tees, "joins legs of one regulator", None, None),
         ("tube to a regulator", len(regulators), f"{workshop.supply_tube_mm:g} mm", None, None),

@@ -46,13 +46,14 @@ class PartModel:
         membranes: Sheets on surface regions.
         cavity: Surface region under pressure; None for a part without.
         mass_lumping: How the mass is shared among the nodes: ``even``, the paper's, gives each the
-            same; ``volume`` gives each what its elements hold (Hinton, Rock and Zienkiewicz 1976).
+            same; ``volume`` gives each what its elements hold (Hinton, Rock and Zienkiewicz 1976);
+            or the mass of each node itself [kg], (node,), as `matched_node_mass` makes them.
         relaxation: How the solid's shear modulus relaxes, `material` being what is left; None for
             a solid that does not.
 
     Raises:
         MeshError: The mesh is faulty or lacks a region.
-        ValueError: The mass is not positive.
+        ValueError: The mass is not positive, or node masses do not add up to it.
     """
 
     def __init__(
@@ -62,7 +63,7 @@ class PartModel:
         mass_kg: float,
         membranes: Sequence[Membrane] = (),
         cavity: str | None = None,
-        mass_lumping: MassLumping = "even",
+        mass_lumping: MassLumping | np.ndarray = "even",
         relaxation: PronySeries | None = None,
     ) -> None:
         if not 0.0 < mass_kg < float("inf"):
@@ -73,7 +74,11 @@ class PartModel:
         self.material = material
         self.mass_kg = mass_kg
         self.membranes = tuple(membranes)
-        self.node_mass: np.ndarray = node_mass(mesh, mass_kg, mass_lumping)
+        self.node_mass: np.ndarray = (
+            node_mass(mesh, mass_kg, mass_lumping)
+            if isinstance(mass_lumping, str)
+            else _given(mass_lumping, mesh, mass_kg)
+        )
         """Lumped mass [kg], (node,)."""
         tetrahedra, volumes = solid_groups(mesh.nodes, mesh.connectivity, material)
         self.volume_group: VolumeGroup | None = volumes
@@ -331,6 +336,20 @@ def node_mass(mesh: Mesh, mass_kg: float, lumping: MassLumping) -> np.ndarray:
     )
     result: np.ndarray = mass * (mass_kg / mass.sum())
     return result
+
+
+def _given(masses: np.ndarray, mesh: Mesh, mass_kg: float) -> np.ndarray:
+    count = len(mesh.nodes)
+    if masses.shape != (count,) or not masses.min() > 0.0:
+        raise ValueError(
+            f"mass_lumping has shape {masses.shape} and a least mass of {masses.min():g} kg, "
+            f"expected one positive mass for each of {count} nodes"
+        )
+    if not np.isclose(masses.sum(), mass_kg, rtol=1e-9, atol=0.0):
+        raise ValueError(
+            f"mass_lumping adds up to {masses.sum():g} kg, expected mass_kg, {mass_kg:g}"
+        )
+    return masses
 
 
 def leg_model(mesh: Mesh, materials: LegMaterials | None = None) -> PartModel:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.fem.hub_body import Body
+from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Physics
 
@@ -24,11 +25,11 @@ class RigidHubState:
 
 
 class RigidHub:
-    """A rigid body with the mass of a mesh spread evenly over its nodes.
+    """A rigid body: that of a mesh with its mass spread evenly over the nodes, or a given one.
 
     Args:
         mesh: Shape of the hub in the robot's frame.
-        mass_kg: Total mass [kg].
+        mass: Total mass [kg], or mass, centre and inertia in the robot's frame.
         contact_points: Points that may touch the floor [mm], (point, 3); those of the mesh by
             default.
 
@@ -37,16 +38,16 @@ class RigidHub:
     """
 
     def __init__(
-        self, mesh: Mesh, mass_kg: float, contact_points: np.ndarray | None = None
+        self,
+        mesh: Mesh,
+        mass: float | MassProperties,
+        contact_points: np.ndarray | None = None,
     ) -> None:
-        if not 0.0 < mass_kg < float("inf"):
-            raise ValueError(f"mass_kg must be positive and finite, got {mass_kg}")
-        self.mass_kg = mass_kg
-        self.rest_centre: np.ndarray = mesh.nodes.mean(axis=0)
+        body = mass if isinstance(mass, MassProperties) else _of_nodes(mesh, mass)
+        self.mass_kg = body.mass_kg
+        self.rest_centre: np.ndarray = body.centre_mm
         """Centre of mass at rest [mm], (3,)."""
-        arms = mesh.nodes - self.rest_centre
-        second_moment = mass_kg / len(arms) * arms.T @ arms
-        self.inertia: np.ndarray = np.trace(second_moment) * np.eye(3) - second_moment
+        self.inertia: np.ndarray = body.inertia
         """About the centre, in the hub's frame [kg mm^2], (3, 3)."""
         self.contact_points: np.ndarray = np.array(
             mesh.contact_points if contact_points is None else contact_points, dtype=float
@@ -120,6 +121,15 @@ class RigidHub:
             rotation_of(step * velocity[3:]) @ state.rotation,
             velocity,
         )
+
+
+def _of_nodes(mesh: Mesh, mass_kg: float) -> MassProperties:
+    if not 0.0 < mass_kg < float("inf"):
+        raise ValueError(f"mass_kg must be positive and finite, got {mass_kg}")
+    centre = mesh.nodes.mean(axis=0)
+    arms = mesh.nodes - centre
+    second_moment = mass_kg / len(arms) * arms.T @ arms
+    return MassProperties(mass_kg, centre, np.trace(second_moment) * np.eye(3) - second_moment)
 
 
 def rotation_of(vector: np.ndarray) -> np.ndarray:

@@ -40,6 +40,18 @@ def enclosed_volume(nodes: np.ndarray, triangles: np.ndarray) -> float:
     return float(np.einsum("ti,ti->", corners[:, 0], normal) / 6.0)
 
 
+def surface_area(nodes: np.ndarray, triangles: np.ndarray) -> float:
+    """Area of triangles [mm^2].
+
+    Args:
+        nodes: Positions [mm], (node, 3).
+        triangles: Node indices, (triangle, 3).
+    """
+    corners = nodes[triangles]
+    crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return float(0.5 * np.linalg.norm(crosses, axis=1).sum())
+
+
 def write_stl(path: Path, nodes: np.ndarray, triangles: np.ndarray) -> Path:
     """Write a surface as binary STL, which knows no units: millimetres.
 

@@ -44,10 +44,37 @@ def fabrication_sections(made: FabricatedRobot, run: FinishedRun, sheet: Sheet) 
     header = ["solid", "STEP", "STL", "volume mm3", "triangle count", "thinnest wall mm"]
     return [
         Section("Drawing", page.picture(run.folder / "drawing.png", caption)),
+        Section("Masses", _masses(made)),
         Section("Solids to print or mill", page.table(header, rows)),
         Section("Parts", _table_of(parts_csv(made.parts))),
         Section("Tubes", _table_of(tubes_csv(made.tubes))),
     ]
+
+
+def _masses(made: FabricatedRobot) -> str:
+    """Built and simulated masses side by side, and how far the hub gives way."""
+    pairs = {
+        "leg": (made.leg_mass_g, made.simulated_leg_mass_g),
+        "hub": (made.hub_mass_g, made.simulated_hub_mass_g),
+    }
+    rows = [
+        (name, built, simulated, 100.0 * (simulated / built - 1.0))
+        for name, (built, simulated) in pairs.items()
+        if built is not None and simulated is not None
+    ]
+    body = page.table(["part", "built g", "simulated g", "difference %"], rows)
+    if made.mass_warning is not None:
+        body += page.paragraph(made.mass_warning)
+    if made.hub_stiffness is not None:
+        found = made.hub_stiffness
+        body += page.paragraph(
+            f"Under {found.largest_force_N:.2g} N at a leg's outer end the hub turns the leg's "
+            f"mount by {found.mount_turns_deg:.2g} degrees and moves that end by "
+            f"{found.end_moves_mm:.2g} mm, {found.share_of_leg_percent:.2g} % of what the leg "
+            "itself gives.",
+            "note",
+        )
+    return body
 
 
 def _table_of(text: str) -> str:

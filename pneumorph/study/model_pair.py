@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.paper_robot import DISK_MASS_KG
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.physics.open_loop_gait import commands_of
@@ -104,7 +105,7 @@ class ModelPair:
 
     def _described(self, record_every: int) -> dict[str, Any]:
         # All that decides the full robot's way, but for the commands.
-        spec, leg = self.spec, self.spec.module.full
+        spec, leg, hub = self.spec, self.spec.module.full, self.spec.hub.mass_numbers()
         return {
             "design": str(self.animation.design),
             "physics": settings_to_dict(spec.physics),
@@ -119,4 +120,6 @@ class ModelPair:
             "mesh": leg.mesh.digest(),
             "leg": [*leg.materials_text(), float(leg.node_mass.sum())],
             "record_every": record_every,
+            # Ways that ship are of the published hub, and do not say so.
+            **({} if hub == [DISK_MASS_KG] else {"hub_mass": hub}),
         }

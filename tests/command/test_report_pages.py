@@ -55,7 +55,7 @@ SECTIONS = {
     "transfer": ["Simulated and measured", "Replay of B", "Step by step"],
     "exchange": ["What was written"],
     "reduce": ["Where the time went", "How well the reduced leg"],
-    "fabricate": ["Drawing", "Solids to print or mill", "Parts", "Tubes"],
+    "fabricate": ["Drawing", "Masses", "Solids to print or mill", "Parts", "Tubes"],
 }
 OpenPage = Callable[[Path | str], Any]
 
@@ -104,6 +104,19 @@ def test_results_stand_beside_the_baseline(runs: Path) -> None:
     content = (runs / "evaluate" / "report" / "page.html").read_text()
     assert f"<b>{baseline:.1f} cm</b><span>expert&#x27;s best phase</span>" in content
     assert "<td>B</td><td>1.0.0.2.2.0.0.1</td>" in content
+
+
+def test_built_and_simulated_masses_stand_side_by_side(runs: Path) -> None:
+    """The published simulation weighs 2.2 and 2.5 times what is built; the page says what to do."""
+    summary = json.loads((runs / "fabricate" / "summary.json").read_text())
+    assert summary["leg_mass_g"] == pytest.approx(46.8, abs=0.1)
+    assert summary["hub_mass_g"] == pytest.approx(30.0, rel=0.05)
+    assert summary["simulated_leg_mass_g"] == pytest.approx(105.0)
+    assert summary["simulated_hub_mass_g"] == pytest.approx(75.0)
+    assert run(["report", str(runs / "fabricate")]) == 0
+    content = (runs / "fabricate" / "report" / "page.html").read_text()
+    assert summary["mass_warning"] in content
+    assert "<td>leg</td>" in content
 
 
 def test_settings_repeat_a_run(

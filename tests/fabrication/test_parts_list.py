@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pneumorph.fabrication.parts_list import (
+    Printed,
     WorkshopSettings,
     parts_csv,
     parts_list,
@@ -16,6 +17,8 @@ from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.report.assembly_drawing import SCALE, assembly_drawing
 from pneumorph.robot.design import Design
 
+HUB = Printed("PLA", 24.2, 30.0)
+
 
 def test_parts_of_the_experts_robot() -> None:
     design, workshop = Design.parse("1.0.0.2.2.0.0.1"), WorkshopSettings()
@@ -24,11 +27,14 @@ def test_parts_of_the_experts_robot() -> None:
     parts = {
         part.name: part
         for part in parts_list(
-            design, PneuNetShape(), 43072.0, 160e3, {"core": 38e3}, tubes, workshop
+            design, PneuNetShape(), 43072.0, HUB, {"core": 38e3}, tubes, workshop
         )
     }
     assert parts["PneuNet leg, cast"].count == 4
     assert parts["PneuNet leg, cast"].mass_g == pytest.approx(43.072 * 1.08)
+    # 115 x 32 mm of 80 g/m^2.
+    assert parts["paper layer"].mass_g == pytest.approx(0.2944)
+    assert parts["hub, printed"].mass_g == 30.0
     assert parts["silicone to mix"].volume_ml == pytest.approx(4 * 43.072 * 1.2)
     # Two legs a regulator: one T each.
     assert parts["T piece"].count == 2
@@ -45,7 +51,7 @@ def test_the_drawing_is_to_scale() -> None:
     """The disk of 109 mm is drawn 54.5 mm wide on the A3 sheet."""
     design = Design.parse("1.2.3.0.0.0.0.1")
     tubes = tube_plan(design, RadialMounting(), 52.0, WorkshopSettings())
-    parts = parts_list(design, PneuNetShape(), 43072.0, 160e3, {}, tubes, WorkshopSettings())
+    parts = parts_list(design, PneuNetShape(), 43072.0, HUB, {}, tubes, WorkshopSettings())
     figure = assembly_drawing(design, parts, tubes)
     figure.canvas.draw()
     plan = figure.axes[0]

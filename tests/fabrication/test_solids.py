@@ -1,8 +1,7 @@
-"""Moulds, hub and walls against volumes and thicknesses that are known."""
+"""Moulds and walls against volumes and thicknesses that are known."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,6 @@ occ = pytest.importorskip("netgen.occ")
 
 
 from pneumorph.catalogue.paper_robot import paper_leg_mesh  # noqa: E402
-from pneumorph.fabrication.hub import HubSettings, make_hub  # noqa: E402
 from pneumorph.fabrication.leg_mould import (  # noqa: E402
     LegMould,
     MouldSettings,
@@ -95,24 +93,6 @@ def test_thickness_of_a_tube_and_a_wedge() -> None:
     assert wall_thickness_mm(surface_of(box((0, 0, 0), (30, 30, 30)))).min() == np.inf
 
 
-def test_the_hub_carries_legs_without_touching_them() -> None:
-    """Every socket clears its leg by the gap; the channel is open from the socket to the well."""
-    hub, mounting, leg = make_hub(), RadialMounting(), PneuNetShape()
-    surface = surface_of(hub)
-    # Facets of the round faces are chords: the volume differs by some hundredths of a percent.
-    assert surface.volume_mm3 == pytest.approx(hub.mass, rel=1e-3)
-    assert wall_thickness_mm(surface, 5.0).min() > HubSettings().smallest_wall_mm
-    boxes = [box(low, size) for low, size in leg.solid_boxes()]
-    for location in (0, 3):
-        for each in boxes:
-            placed = mounted(each, mounting, location)
-            assert sum(solid.mass for solid in (placed * hub).solids) == 0.0
-        probe = occ.Cylinder(occ.Pnt(-51.0, 0, 8.0), occ.Dir(-1, 0, 0), 1.5, 40.0)
-        assert sum(s.mass for s in (mounted(probe, mounting, location) * hub).solids) == 0.0
-        fat = occ.Cylinder(occ.Pnt(-53.0, 0, 8.0), occ.Dir(-1, 0, 0), 2.5, 20.0)
-        assert sum(s.mass for s in (mounted(fat, mounting, location) * hub).solids) > 1.0
-
-
 def test_solids_sit_where_the_simulated_legs_do() -> None:
     mounting = RadialMounting(location_count=5)
     low, size = np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0])
@@ -146,5 +126,3 @@ def test_files_read_back(mould: LegMould, tmp_path: Path) -> None:
 def test_sizes_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ValueError, match=r"pin_length_mm is 3\.0, expected more than"):
         MouldSettings(pin_length_mm=3.0)
-    with pytest.raises(FabricationError, match="the hub consists of"):
-        make_hub(settings=replace(HubSettings(), well_radius_mm=60.0, well_depth_mm=30.0))

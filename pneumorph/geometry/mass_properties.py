@@ -1,0 +1,157 @@
+"""Mass, centre of mass and inertia of a body, from its shape and density."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+KG_PER_MM3 = 1e-6
+"""Kilograms in a cubic millimetre of density 1 g/ml."""
+
+
+@dataclass(frozen=True, eq=False)
+class MassProperties:
+    """What a rigid body is in mechanics.
+
+    Args:
+        mass_kg: Mass [kg].
+        centre_mm: Centre of mass [mm], (3,).
+        inertia: Inertia tensor about the centre of mass, along the frame's axes [kg mm^2], (3, 3).
+
+    Raises:
+        ValueError: The mass is not positive, or the tensor is no body's: not symmetric, or a
+            principal moment larger than the sum of the others.
+    """
+
+    mass_kg: float
+    centre_mm: np.ndarray
+    inertia: np.ndarray
+
+    def __post_init__(self) -> None:
+        _check_positive("mass_kg", self.mass_kg)
+        for name, shape in (("centre_mm", (3,)), ("inertia", (3, 3))):
+            value = np.array(getattr(self, name), dtype=float)
+            if value.shape != shape or not np.isfinite(value).all():
+                raise ValueError(f"{name} must be finite of shape {shape}, got {value.shape}")
+            object.__setattr__(self, name, value)
+        scale = np.trace(self.inertia)
+        principal = np.linalg.eigvalsh(self.inertia)
+        tolerance = 1e-9 * abs(scale)
+        if (
+            np.abs(self.inertia - self.inertia.T).max() > tolerance
+            or principal[0] < -tolerance
+            or principal[2] > principal[0] + principal[1] + tolerance
+        ):
+            raise ValueError(
+                f"inertia has principal moments {', '.join(f'{m:g}' for m in principal)} kg mm^2, "
+                "which no body has: expected a symmetric tensor whose moments are not negative, "
+                "none larger than the sum of the others"
+            )
+
+    @property
+    def first_moment(self) -> np.ndarray:
+        """sum m r about the frame's origin [kg mm], (3,)."""
+        return self.mass_kg * self.centre_mm
+
+    @property
+    def second_moment(self) -> np.ndarray:
+        """sum m r r^T about the frame's origin [kg mm^2], (3, 3)."""
+        about_centre = 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
+        moved = about_centre + self.mass_kg * np.outer(self.centre_mm, self.centre_mm)
+        return 0.5 * (moved + moved.T)
+
+    def weighing(self, mass_kg: float) -> MassProperties:
+        """The same shape of another mass, as a balance says; inertia is scaled with it.
+
+        Raises:
+            ValueError: The mass is not positive.
+        """
+        _check_positive("mass_kg", mass_kg)
+        return replace(self, mass_kg=mass_kg, inertia=self.inertia * (mass_kg / self.mass_kg))
+
+    @classmethod
+    def of_moments(
+        cls, mass_kg: float, first_moment: np.ndarray, second_moment: np.ndarray
+    ) -> MassProperties:
+        """From sums over the mass about the frame's origin.
+
+        Args:
+            mass_kg: Mass [kg].
+            first_moment: sum m r [kg mm], (3,).
+            second_moment: sum m r r^T [kg mm^2], (3, 3).
+        """
+        _check_positive("mass_kg", mass_kg)
+        centre = first_moment / mass_kg
+        about_centre = second_moment - mass_kg * np.outer(centre, centre)
+        return cls(mass_kg, centre, np.trace(about_centre) * np.eye(3) - about_centre)
+
+    @classmethod
+    def of_tetrahedra(
+        cls, nodes: np.ndarray, tetrahedra: np.ndarray, density_g_per_ml: float
+    ) -> MassProperties:
+        """Of a mesh filled evenly.
+
+        A tetrahedron of volume V with corners x_i has the integrals V/4 sum x_i and
+        V/20 (sum x_i x_i^T + s s^T), s = sum x_i.
+
+        Args:
+            nodes: Positions [mm], (node, 3).
+            tetrahedra: Corners of positive tetrahedra, (element, 4).
+            density_g_per_ml: Density [g/ml].
+
+        Raises:
+            ValueError: The density is not positive.
+        """
+        _check_positive("density_g_per_ml", density_g_per_ml)
+        return cls._of_corners(nodes[tetrahedra], density_g_per_ml)
+
+    @classmethod
+    def of_surface(
+        cls, nodes: np.ndarray, triangles: np.ndarray, density_g_per_ml: float
+    ) -> MassProperties:
+        """Of what a closed surface encloses: signed tetrahedra from the origin to its triangles.
+
+        Args:
+            nodes: Positions [mm], (node, 3).
+            triangles: Corners, normals outward, (triangle, 3).
+            density_g_per_ml: Density [g/ml].
+
+        Raises:
+            ValueError: The density or the volume is not positive.
+        """
+        _check_positive("density_g_per_ml", density_g_per_ml)
+        corners = np.concatenate([np.zeros((len(triangles), 1, 3)), nodes[triangles]], axis=1)
+        return cls._of_corners(corners, density_g_per_ml)
+
+    @classmethod
+    def of_solid(cls, solid: Any, density_g_per_ml: float) -> MassProperties:
+        """Of an OpenCASCADE solid, round faces exactly.
+
+        Args:
+            solid: The solid.
+            density_g_per_ml: Density [g/ml].
+
+        Raises:
+            ValueError: The density is not positive.
+        """
+        _check_positive("density_g_per_ml", density_g_per_ml)
+        scale, centre, about = KG_PER_MM3 * density_g_per_ml, solid.center, solid.inertia
+        inertia = np.array([[about[row, column] for column in range(3)] for row in range(3)])
+        return cls(scale * solid.mass, np.array([centre.x, centre.y, centre.z]), scale * inertia)
+
+    @classmethod
+    def _of_corners(cls, corners: np.ndarray, density_g_per_ml: float) -> MassProperties:
+        edges = corners[:, 1:] - corners[:, :1]
+        mass = KG_PER_MM3 * density_g_per_ml * np.linalg.det(edges) / 6.0
+        total = corners.sum(axis=1)
+        second = np.einsum("e,eci,ecj->ij", mass, corners, corners)
+        second += np.einsum("e,ei,ej->ij", mass, total, total)
+        return cls.of_moments(float(mass.sum()), mass @ total / 4.0, second / 20.0)
+
+
+def _check_positive(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"{name} must be positive and finite, got {value}")

@@ -1,0 +1,32 @@
+"""What is said where built and simulated masses differ."""
+
+from __future__ import annotations
+
+import pytest
+
+from pneumorph.fabrication.fabricated_robot import mass_warning
+
+
+@pytest.mark.parametrize("simulated", [(46.8, 30.1), (51.0, 32.5), (42.6, 27.6)])
+def test_masses_that_agree_within_a_tenth_are_silent(simulated: tuple[float, float]) -> None:
+    assert mass_warning(46.8, 30.1, *simulated) is None
+
+
+def test_the_published_masses_are_far_from_what_is_built() -> None:
+    warning = mass_warning(46.8, 30.1, 105.0, 75.0)
+    assert warning == (
+        "masses differ: leg: 46.8 g as built, 105.0 g in the simulation (+124 %); hub: 30.1 g as "
+        "built, 75.0 g in the simulation (+149 %); distances depend on them: simulate and learn "
+        "with --masses.model cast"
+    )
+
+
+def test_parts_that_are_no_usual_ones_are_told_by_their_mass() -> None:
+    """A hub with thicker walls is not the one that `cast` knows."""
+    warning = mass_warning(46.8, 55.0, 46.8, 30.1)
+    assert warning is not None
+    assert "leg:" not in warning
+    assert warning.endswith("with --masses.hub-mass-g 55.0")
+    both = mass_warning(80.0, 55.0, 105.0, 75.0)
+    assert both is not None
+    assert both.endswith("with --masses.leg-mass-g 80.0 --masses.hub-mass-g 55.0")
