@@ -221,7 +221,9 @@ def paper_leg(
     def recorded_materials() -> LegMaterials:
         usual = leg_materials(name)
         recorded = (
-            None if part is None or name != "published" else reduced_as_made().metadata.get("materials")
+            None
+            if part is None or name != "published"
+            else reduced_as_made().metadata.get("materials")
         )
         return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
 
