@@ -29,7 +29,7 @@ test: .venv-test/.installed
 	.venv-test/bin/lint-imports --no-cache --no-logo
 	$(MAKE) --jobs=2 --output-sync types site
 	.venv-test/bin/pytest -m alone
-	.venv-test/bin/pytest -m "not alone" --numprocesses auto --dist loadfile
+	.venv-test/bin/pytest -m "not alone" --numprocesses auto --dist worksteal
 
 types: .venv-test/.installed
 	.venv-test/bin/mypy

@@ -20,6 +20,7 @@ from pneumorph.command.verb import Verb
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.run_page import RunPage, write_run_page
 from pneumorph.report.sheet import PAGE_REPLAY
+from pneumorph.report.style import FIGURE_FILES, FigureFormat
 from pneumorph.study.finished_run import FinishedRun
 
 
@@ -29,6 +30,8 @@ class ReportOptions:
 
     run: tyro.conf.Positional[Path] = tyro.MISSING
     """Folder of a finished run of any verb."""
+    figure_files: tuple[FigureFormat, ...] = FIGURE_FILES
+    """What each figure is saved as beside the page; with none named the page is alone."""
     replay: ReplaySettings = PAGE_REPLAY
 
 
@@ -36,7 +39,8 @@ def run(options: ReportOptions, folder: RunFolder) -> RunPage:
     """Write the page."""
     finished = FinishedRun.read(options.run)
     folder.progress.stage("drawing the page")
-    return write_run_page(finished, folder / "page.html", options.replay)
+    page = folder / "page.html"
+    return write_run_page(finished, page, options.replay, options.figure_files)
 
 
 VERB = Verb(ReportOptions, run, folder=lambda options: options.run / "report")

@@ -33,6 +33,7 @@ from pneumorph.report.repeat_section import repeat_section
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.search_sections import search_sections
 from pneumorph.report.sheet import Sheet
+from pneumorph.report.style import FIGURE_FILES, FigureFormat
 from pneumorph.report.training_sections import (
     evaluation_sections,
     learned_pair_sections,
@@ -221,19 +222,25 @@ class RunPage:
     wall_s: float
 
 
-def write_run_page(run: FinishedRun, path: Path, replay: ReplaySettings | None = None) -> RunPage:
+def write_run_page(
+    run: FinishedRun,
+    path: Path,
+    replay: ReplaySettings | None = None,
+    figure_files: tuple[FigureFormat, ...] = FIGURE_FILES,
+) -> RunPage:
     """Write the page of a run.
 
     Args:
         run: The run.
-        path: The HTML file; figures are written beside it.
+        path: The HTML file; files of its figures are written beside it.
         replay: How exact replays are.
+        figure_files: What each figure is saved as.
 
     Raises:
         ArtefactError: Its summary is damaged, or of another version.
     """
     start = time.monotonic()
-    sheet = Sheet(path.parent, replay)
+    sheet = Sheet(path.parent, replay, figure_files)
     usual = PAGES.get(run.verb, VerbPage(f"pneumorph {run.verb}", ""))
     shown = PAGES.get(f"{run.verb} {run.settings.get('subject')}", usual)
     found = None if shown.result is None else run.result(shown.result)

@@ -10,7 +10,7 @@ from pneumorph.report import page
 from pneumorph.report.film import side_by_side
 from pneumorph.report.replay.page import replay_assets, replay_fragment
 from pneumorph.report.replay.replay_data import ReplaySettings
-from pneumorph.report.style import save_figure
+from pneumorph.report.style import FIGURE_FILES, FigureFormat, place_once, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,19 +23,28 @@ class Sheet:
     """Makes what a page shows.
 
     Args:
-        folder: Where the page is; figures go to its ``figures`` as PDF and PNG.
+        folder: Where the page is; files of its figures go to its ``figures``.
         replay: How exact replays are.
+        figure_files: What each figure is saved as.
     """
 
-    def __init__(self, folder: Path, replay: ReplaySettings | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        replay: ReplaySettings | None = None,
+        figure_files: tuple[FigureFormat, ...] = FIGURE_FILES,
+    ) -> None:
         self.folder = folder
+        self.figure_files = figure_files
         self.files: list[Path] = []
         self._replay = replay or PAGE_REPLAY
         self._has_replay = False
 
     def drawn(self, name: str, figure: Figure, caption: str) -> str:
         """Return a figure for the page, and save it under a name."""
-        self.files += save_figure(figure, self.folder / "figures" / name)
+        place_once(figure)
+        if self.figure_files:
+            self.files += save_figure(figure, self.folder / "figures" / name, self.figure_files)
         return page.drawn(figure, caption)
 
     def replayed(self, actors: Sequence[Actor | MarkerActor], caption: str) -> str:

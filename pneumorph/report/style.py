@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -121,10 +121,22 @@ def legend_above(axes: Axes) -> None:
                 borderaxespad=0.1)  # fmt: skip
 
 
+FigureFormat = Literal["png", "pdf", "svg"]
+FIGURE_FILES: tuple[FigureFormat, ...] = ("png", "pdf")
+"""What a figure is saved as: for a screen and for print."""
+
+
+def place_once(figure: Figure) -> None:
+    """Find where everything in a figure lies, once for all the files that it is saved as."""
+    with figure_style():
+        figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+
+
 def save_figure(
-    figure: Figure, path: Path | str, formats: tuple[str, ...] = ("png", "pdf")
+    figure: Figure, path: Path | str, formats: tuple[FigureFormat, ...] = FIGURE_FILES
 ) -> list[Path]:
-    """Save a figure beside ``path`` as png, pdf or svg, or several of them; return the files."""
+    """Save a figure beside ``path`` in each of some formats; return the files."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     written = []

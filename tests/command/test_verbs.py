@@ -149,7 +149,7 @@ def test_simulate_refuses_bad_input(
 
 
 def test_report_is_one_page_of_the_run(learned: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    summary = run_json(f"report {learned} --replay.frame-interval-s 0.5", capsys)
+    summary = run_json(f"report {learned} --replay.frame-interval-s 0.5 --figure-files", capsys)
     content = Path(summary["page"]).read_text()
     assert Path(summary["page"]) == learned / "report" / "page.html"
     for heading in ("Replay", "Distance and path", "Gait", "The expert&#x27;s gait", "Training",

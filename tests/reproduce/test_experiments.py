@@ -223,7 +223,8 @@ def test_seeds_of_the_fast_preset_beside_the_full_run(
 
 @pytest.mark.parametrize("kept", ["paper_scale", "fast_schedule/seed_0"])
 def test_kept_runs_have_a_page(kept: str, tmp_path: Path) -> None:
-    assert run(["report", str(REPRODUCE / kept), "--out", str(tmp_path)]) == 0
+    report = ["report", str(REPRODUCE / kept), "--figure-files", "--out", str(tmp_path)]
+    assert run(report) == 0
     page = (tmp_path / "page.html").read_text()
     for heading in ("Training", "The best pairs", "How to repeat it"):
         assert f"<h2>{heading}" in page
