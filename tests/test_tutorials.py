@@ -51,7 +51,22 @@ def test_the_tutorial_ends_with_a_robot_that_crawls(
         "simulate", "report", "baseline", "coopt", "explore", "evaluate",
     }  # fmt: skip
     assert "completed" in capsys.readouterr().out
-    assert summary("quick")["best_distance_cm"] > 0
+    first, baseline, quick = summary("first"), summary("baseline"), summary("quick")
+    # The expert's gait slides back, 0.68 cm in its first 4 s at 60 degrees, and does no better than
+    # stand still at 0 degrees. Rounding moves such walks by less than a tenth of this.
+    assert first["distance_cm"] == pytest.approx(-0.68, abs=0.1)
+    assert baseline["baseline_best_distance_cm"] == pytest.approx(0.0, abs=0.1)
+    # Drawn gaits are 4 s long, and the furthest of 48 goes 1.5 cm, the next ones 1.0.
+    learned = quick["best_distance_cm"]
+    assert 0.7 < learned < 4.0
+    assert quick["replayed_distance_cm"] == pytest.approx(learned, abs=0.05)
+    slippery, worlds = summary("slippery"), summary("worlds")
+    assert slippery["design"] == worlds["best_design"] == quick["best_design"]
+    assert slippery["simulated_s"] == pytest.approx(4.0)
+    assert abs(slippery["distance_cm"] - learned) > 0.05  # another friction is another walk
+    assert worlds["reported_distance_cm"] == learned
+    assert worlds["best_distance_cm"] == pytest.approx(learned, abs=0.05)
+    assert worlds["robustness"]["world_count"] == 4
     for page in (
         "first/report/page.html",
         "quick/report/page.html",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.hardware.rig import RigSettings
-from pneumorph.physics.open_loop_gait import SAME_TIME_S, OpenLoopGait, sample_commands
+from pneumorph.physics.open_loop_gait import SAME_TIME_S, OpenLoopGait, sample_commands, step_count
 
 SEARCH_STEP_S = 0.01
 """The gait is looked at this often for changes [s]: the simulation's time step."""
@@ -63,8 +63,8 @@ def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:
         rig: The rig.
 
     Raises:
-        ValueError: Another number of regulators, a pressure beyond the gait's own limit, or one
-            beyond a channel's hard limits.
+        ValueError: Another number of regulators, a pressure beyond the gait's own limit or a
+            channel's hard limits, or a gait that is too short or too long to be stepped through.
     """
     if gait.regulator_count != len(rig.channels):
         raise ValueError(
@@ -72,7 +72,7 @@ def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:
             f"{len(rig.channels)} channels, expected the same number"
         )
     times, pressures = [0.0], [np.zeros(gait.regulator_count)]
-    count = max(1, round(gait.duration_s / SEARCH_STEP_S))
+    count = step_count(gait.duration_s, SEARCH_STEP_S)
     targets = sample_commands(gait, SEARCH_STEP_S, count)
     pressures[0] = _approached(pressures[0], targets[0], rig, rig.update_interval_s)
     for step in range(1, count):

@@ -32,7 +32,7 @@ from pneumorph.hardware.rig import RigSettings, load_rig
 from pneumorph.hardware.schedule import SEARCH_STEP_S, Schedule, plan_schedule
 from pneumorph.hardware.trial import LOG_FILE
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
-from pneumorph.physics.open_loop_gait import sample_commands
+from pneumorph.physics.open_loop_gait import sample_commands, step_count
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import Design
 from pneumorph.study.gait_source import GaitSource, find_gait, recalibrated
@@ -221,7 +221,7 @@ def _calibrated(
     """The gait with the measured robot's pressures, and where the rig's limit cuts it off."""
     highest = min(channel.highest_kPa for channel in rig.channels)
     meant = recalibrated(found.gait, found.pressure_map, measured, math.inf)
-    count = max(1, round(meant.duration_s / SEARCH_STEP_S))
+    count = step_count(meant.duration_s, SEARCH_STEP_S)
     needed = float(sample_commands(meant, SEARCH_STEP_S, count).max())
     gait = recalibrated(found.gait, found.pressure_map, measured, highest)
     if needed <= highest:

@@ -1,7 +1,8 @@
 """Every flag of every verb with values that nobody should ask for: no call may end in a traceback.
 
 All calls are made in this process. A verb whose work is long ends where its options are checked and
-its robot is specified; what is quick is done in earnest, on a small leg::
+its robot is specified; what is quick is done in earnest, on a small leg, and so are files that are
+none, for they are refused at once::
 
     PYTHONPATH=tests python -m helpers.command_line_fuzz            # every call, half an hour
     PYTHONPATH=tests python -m helpers.command_line_fuzz --calls 300 --seed 1
@@ -17,12 +18,13 @@ import sys
 import tempfile
 import time
 import traceback
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 from unittest.mock import patch
 
 import numpy as np
@@ -30,14 +32,17 @@ import numpy as np
 from helpers.run_folders import write_run
 from helpers.synthetic_part import synthetic_reduced_part
 from pneumorph.base.layers import _flags
+from pneumorph.base.settings import dataclass_of
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import VERBS, run
 from pneumorph.command.verb import CommonOptions
 from pneumorph.study.training_options import TrainingOptions
 
-VALUES = ("nan", "inf", "-inf", "-1", "0", "1e-300", "1e300", "99999999999999999999", "nonsense",
-          "", "{folder}", "{file}")  # fmt: skip
-"""What each flag is given; a folder and a file of random bytes among it."""
+VALUES = ("nan", "inf", "-inf", "-1", "0", "1e300", "99999999999999999999", "nonsense", "")
+"""What each flag is given."""
+
+PATHS = ("nonsense", "", "{folder}", "{file}")
+"""What each flag that names a file is given besides: a folder, and a file of random bytes."""
 
 LIMIT_S = 5.0
 """A call that takes longer is stopped: it does what it was asked for."""
@@ -73,6 +78,7 @@ def ground(folder: Path) -> Path:
     """What the calls read: a finished run, a small leg, bytes that are no file of ours."""
     write_run(folder / "run", "coopt", TrainingOptions(), best_design="1.0.0.2.2.0.0.1")
     synthetic_reduced_part(mode_count=4, cells=(4, 4, 4)).save(folder / "leg.npz")
+    (folder / "here").mkdir()
     (folder / "bytes").write_bytes(np.random.default_rng(0).bytes(300))
     return folder
 
@@ -96,25 +102,56 @@ def needed(verb: str, folder: Path) -> list[str]:
 IN_EARNEST = ("simulate", "deploy", "exchange", "transfer", "replay")
 """Verbs whose work is done, as `needed` keeps it short."""
 
+UNUSED = ("--out", "--full.", "--wandb")
+"""Flags of files that are not read where reduced robots walk, or not at all."""
 
-def all_calls(folder: Path) -> list[tuple[str, ...]]:
-    """Every flag of every verb with every value, and every positional argument."""
-    calls: list[tuple[str, ...]] = []
+
+def all_calls(folder: Path) -> list[tuple[tuple[str, ...], bool]]:
+    """Every flag of every verb with every value, and every positional argument.
+
+    Returns:
+        Arguments, and whether the verb's work is to be done.
+    """
+    calls: list[tuple[tuple[str, ...], bool]] = []
     for verb in VERBS:
-        kinds = (import_module(f"pneumorph.command.{verb}").VERB.options, CommonOptions)
-        flags = [flag for kind in kinds for _, flag in _flags(kind) if flag is not None]
-        if import_module(f"pneumorph.command.{verb}").VERB.presets:
-            flags.append("--preset")
-        begin = needed(verb, folder)
-        for value in VALUES:
-            value = value.format(folder=folder, file=folder / "bytes")
-            calls.append((verb, value, *begin[1:]))
-            calls += [(verb, *begin, f"{flag}={value}") for flag in flags]
+        module = import_module(f"pneumorph.command.{verb}")
+        begin, earnest = needed(verb, folder), verb in IN_EARNEST
+        positional = False
+        for kind in (module.VERB.options, CommonOptions):
+            for path, flag in _flags(kind):
+                if flag is None:
+                    positional = True
+                    continue
+                calls += [((verb, *begin, f"{flag}={value}"), earnest) for value in VALUES]
+                if _names_files(kind, path):
+                    reads = earnest or not flag.startswith(UNUSED)
+                    calls += [((verb, *begin, f"{flag}={value}"), reads) for value in PATHS]
+        if positional:
+            calls += [((verb, value, *begin[1:]), True) for value in PATHS]
+        if module.VERB.presets:
+            calls += [((verb, *begin, f"--preset={value}"), earnest) for value in VALUES]
+    there = {"{folder}": str(folder), "{file}": str(folder / "bytes")}
+    for old, new in there.items():
+        calls = [(tuple(each.replace(old, new) for each in each_call), earnest)
+                 for each_call, earnest in calls]  # fmt: skip
     return calls
 
 
-def make_call(arguments: Sequence[str], folder: Path) -> Call:
-    """Make one call, and return what came of it."""
+def _names_files(kind: Any, path: tuple[str, ...]) -> bool:
+    """Whether an option of a settings class holds paths."""
+    for name in path[:-1]:
+        kind = dataclass_of(get_type_hints(kind, include_extras=True)[name])
+    return "Path" in str(get_type_hints(kind)[path[-1]])
+
+
+def make_call(arguments: Sequence[str], earnest: bool, folder: Path) -> Call:
+    """Make one call, and return what came of it.
+
+    Args:
+        arguments: The command line.
+        earnest: Whether the verb's work is done.
+        folder: Where `ground` has put what it reads; outputs are written there.
+    """
     out = folder / "out"
     verb = arguments[0]
     module = import_module(f"pneumorph.command.{verb}")
@@ -125,9 +162,10 @@ def make_call(arguments: Sequence[str], folder: Path) -> Call:
     said = io.StringIO()
     ended: int | str
     with (
+        chdir(folder / "here"),
         redirect_stderr(said),
         redirect_stdout(io.StringIO()),
-        patch.object(module, "VERB", module.VERB if verb in IN_EARNEST else stub),
+        patch.object(module, "VERB", module.VERB if earnest else stub),
     ):
         try:
             with _limit(LIMIT_S):
@@ -164,33 +202,33 @@ def _limit(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
+def draw(calls: list[Any], count: int | None, seed: int) -> list[Any]:
+    """Some of the calls, or all where no count is given."""
+    if count is None:
+        return calls
+    chosen = np.random.default_rng(seed).permutation(len(calls))[:count]
+    return [calls[number] for number in chosen]
+
+
 def main() -> int:
+    """Make the calls that are asked for, print those that failed, and say how all ended."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--calls", type=int, help="how many, drawn by the seed; all by default")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--verbs", nargs="+", default=list(VERBS))
     asked = parser.parse_args()
-    ended: dict[str, int] = {}
-    failed: list[Call] = []
+    ended: Counter[str] = Counter()
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as temporary:
         folder = ground(Path(temporary))
-        calls = [each for each in all_calls(folder) if each[0] in asked.verbs]
-        if asked.calls is not None:
-            chosen = np.random.default_rng(asked.seed).permutation(len(calls))[: asked.calls]
-            calls = [calls[number] for number in chosen]
-        for arguments in calls:
-            call = make_call(arguments, folder)
-            name = "traceback" if call.failed else str(call.ended)
-            ended[name] = ended.get(name, 0) + 1
-            if call.failed:
-                failed.append(call)
-                last = call.ended.strip().splitlines()[-1] if isinstance(call.ended, str) else ""
-                print(" ".join(map(repr, arguments)), "|", last, flush=True)
-            elif call.ended == "stopped":
-                print("stopped:", " ".join(arguments), flush=True)
-    print(f"{len(calls)} calls in {time.monotonic() - start:.0f} s: {ended}")
-    return 1 if failed else 0
+        calls = [each for each in all_calls(folder) if each[0][0] in asked.verbs]
+        for arguments, earnest in draw(calls, asked.calls, asked.seed):
+            call = make_call(arguments, earnest, folder)
+            ended["traceback" if call.failed else str(call.ended)] += 1
+            if call.failed or call.ended == "stopped":
+                print(" ".join(map(repr, arguments)), call.ended, call.said, sep="\n", flush=True)
+    print(f"{ended.total()} calls in {time.monotonic() - start:.0f} s: {dict(ended)}")
+    return 1 if ended["traceback"] else 0
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from pneumorph.learn.networks import Policy
+from pneumorph.learn.networks import FeedForward, Policy
 from pneumorph.learn.replay_buffer import ReplayBuffer
 from pneumorph.learn.sac import Batch, Sac, SacSettings, SacState
 from pneumorph.robot.design_space import DesignSpace
@@ -134,6 +134,60 @@ def test_temperature_holds_the_entropy_at_its_target(tuned: tuple[Sac, SacState]
     _, density = state.policy.sample(jnp.zeros((20000, 1)), jax.random.PRNGKey(1))
     # A control loop with Adam's steps of 1 % in alpha swings about its target.
     assert abs(-float(density.mean()) - learner.target_entropy) < 0.3
+
+
+@pytest.mark.parametrize("first_is_lower", [True, False])
+def test_the_policy_follows_the_lower_of_the_two_critics(first_is_lower: bool) -> None:
+    """One critic promises more for larger actions, the other, the lower, for smaller."""
+    low, high = sloped_critic(-1.0, -5.0), sloped_critic(1.0, 5.0)
+    first, second = (low, high) if first_is_lower else (high, low)
+    state = GREEDY.initial_state(0)
+    state = eqx.tree_at(lambda s: (s.critic.first, s.critic.second), state, (first, second))
+    nothing = np.zeros((1, 1), np.float32)
+    before = float(GREEDY.mode_actions(state.policy, nothing)[0, 0])
+    probe = batches(0, np.zeros(1), lambda s, a: np.zeros_like(a), np.zeros(1), np.ones(1))
+    state, _ = GREEDY.update(state, probe)
+    after = float(GREEDY.mode_actions(state.policy, nothing)[0, 0])
+    # Fifty steps of Adam at 3e-3 on each weight of the policy. The critics' rewards are zero, but
+    # steps of 2e-3 turn neither slope round.
+    assert after < before - 0.2
+
+
+def test_values_are_those_of_the_lower_critic() -> None:
+    """Both what a critic learns from and what is told of a state."""
+    low, high = sloped_critic(-1.0, -5.0), sloped_critic(1.0, 5.0)
+    state = GREEDY.initial_state(0)
+    state = eqx.tree_at(lambda s: (s.critic.first, s.critic.second), state, (high, low))
+    targets = jax.tree.map(jnp.copy, (high, low))
+    state = eqx.tree_at(lambda s: (s.target_critic.first, s.target_critic.second), state, targets)
+    nothing = np.zeros((3, 1), np.float32)
+    action = GREEDY.mode_actions(state.policy, nothing)[:, 0]
+    np.testing.assert_allclose(GREEDY.values(state, nothing), -5.0 - action, rtol=1e-5)
+    probe = batches(0, np.zeros(1), lambda s, a: np.zeros_like(a), np.zeros(1), np.zeros(1))
+    _, metrics = GREEDY.update(state, probe)
+    # 0.95 of -4 to -6, while the targets follow critics by a hundredth in each of fifty updates.
+    assert -6.0 < float(metrics["mean_target_value"]) < -3.0
+
+
+def sloped_critic(slope: float, offset: float) -> FeedForward:
+    """A network whose value is slope times the action, plus an offset.
+
+    Its first hidden unit is the action + 1, which is never negative, and is handed on.
+    """
+    network = FeedForward(2, SMALL["hidden_sizes"], 1, jax.random.PRNGKey(0))
+    network = jax.tree.map(jnp.zeros_like, network)
+    one, two, last = network.layers
+    return eqx.tree_at(
+        lambda n: (
+            n.layers[0].weight, n.layers[0].bias, n.layers[1].weight, n.layers[2].weight,
+            n.layers[2].bias,
+        ),
+        network,
+        (
+            one.weight.at[0, 1].set(1.0), one.bias.at[0].set(1.0), two.weight.at[0, 0].set(1.0),
+            last.weight.at[0, 0].set(slope), last.bias.at[0].set(offset - slope),
+        ),
+    )  # fmt: skip
 
 
 def test_log_density_is_that_of_the_squashed_gaussian() -> None:

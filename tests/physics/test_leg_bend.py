@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.paper_robot import hyperelastic_leg_mesh, paper_leg, pressure_map
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel, leg_model
 from pneumorph.fem.static import StaticSettings, static_equilibrium
 from pneumorph.geometry.pose import rotation_about
+from pneumorph.reduction.held_bend import held_bends
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +56,19 @@ def test_bend_matches_an_independent_simulator(leg):
     mirror, flip = leg.mesh.mirror_nodes, np.array([1.0, -1.0, 1.0])
     image = (large.positions * flip)[mirror]
     np.testing.assert_allclose(image, large.positions, atol=1e-4)
+
+
+@pytest.mark.parametrize(("real_kPa", "real_deg"), [(40.0, 48.8), (60.0, 84.9), (80.0, 125.8)])
+def test_the_hyperelastic_leg_follows_its_pressure_map(real_kPa, real_deg):
+    """Bends that the published pairs say the real leg has (reproduce/actuator_bend).
+
+    The map is a line through nine pairs, 2 kPa off (root mean square); a leg bends up to 2 degrees
+    further for one kPa.
+    """
+    leg, simulated = paper_leg("hyperelastic"), pressure_map("hyperelastic").simulated(real_kPa)
+    ((bend_deg, end),) = held_bends(leg.reduced, hyperelastic_leg_mesh(), [float(simulated)])
+    assert end.converged
+    assert bend_deg == pytest.approx(real_deg, abs=4.0)
 
 
 def test_too_few_held_nodes_and_bad_pressure_are_refused(leg):

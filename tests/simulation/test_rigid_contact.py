@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from pneumorph.geometry.pose import rotation_about
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.robot import Hub, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
@@ -94,6 +97,34 @@ def test_block_dropped_on_the_floor_does_not_pass_through():
     simulator = run(world, 200)
     assert simulator.read("worst_penetration")[0] < 1e-4
     assert simulator.read("position")[0, 2] == pytest.approx(-30.0, abs=1e-4)
+
+
+@pytest.mark.parametrize("angle_deg", [10.0, 35.0, -60.0])
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_the_lowest_corner_of_a_tilted_block_comes_down_to_the_floor_and_no_further(
+    axis: str, angle_deg: float
+) -> None:
+    """Its gap is where the turned corner is: levelled, another one would be lower, or higher."""
+    rotation = rotation_about(axis, angle_deg) @ rotation_about("z", 20.0)
+    corners = block().hub.contact_points @ rotation.T
+    gap, speed = 0.05, 10.0
+    simulator = BatchedSimulator([block()], physics(gravity_mm_per_s2=0.0), STEPPER, 1)
+    height = physics().floor_height_mm - corners[:, 2].min() + gap
+    start = replace(
+        simulator.state(0),
+        position=np.array([0.0, 0.0, height]),
+        rotation=rotation,
+        velocity=np.array([0.0, 0.0, -speed]),
+    )
+    simulator.set_state(0, start)
+    simulator.advance(np.zeros((1, 1)), 1)
+    after = simulator.state(0)
+    lowest = (block().hub.contact_points @ after.rotation.T)[:, 2].min() + after.position[2]
+    # The step moves corners along straight lines; what turning bends of these is the square of the
+    # angle, which is speed times step over the arm of 20 mm and more.
+    bent = 25.0 * (speed * 0.01 / 20.0) ** 2 / 2.0
+    assert lowest == pytest.approx(physics().floor_height_mm, abs=2.0 * bent)
+    assert np.count_nonzero(after.impulses[:, 0]) == 1
 
 
 def test_free_fall_is_implicit_eulers():
