@@ -10,8 +10,8 @@ import numpy as np
 
 from pneumorph.fem.hub_body import HubBody
 from pneumorph.fem.matched_mass import matched_node_mass
-from pneumorph.fem.material import Material
-from pneumorph.fem.part_model import MassLumping, PartModel
+from pneumorph.fem.material import MassLumping, Material
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.mass_properties import MassProperties

@@ -8,6 +8,9 @@ from typing import Annotated, Any, Literal
 
 from pneumorph.base.checked import Bounds, Checked, Positive
 
+MassLumping = Literal["even", "volume"]
+"""How a mass is shared among nodes: evenly, or by what their elements hold."""
+
 Dilatation = Literal["pointwise", "mean"]
 """Where elements take their change of volume: at each integration point, or once for an element, so
 that nearly incompressible ones do not lock."""
@@ -105,7 +108,10 @@ class LegMaterials(Checked):
     sheet_thickness_mm: Positive = 1.0
     """Thickness of that layer [mm]."""
     mass_kg: Positive = 0.105
-    """Mass of the leg, spread evenly over its nodes [kg]."""
+    """Mass of the leg [kg]."""
+    mass_lumping: MassLumping = "even"
+    """Share of each node in that mass. `even`, the paper's: the same for all. `volume`: what its
+    elements hold, as a casting has it."""
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
@@ -22,7 +22,13 @@ from pneumorph.fem.element_stiffness import (
     tangent_matrices,
 )
 from pneumorph.fem.foreseen_stress import foreseen_stress_entries
-from pneumorph.fem.material import DiskMaterials, LegMaterials, Material, Membrane
+from pneumorph.fem.material import (
+    DiskMaterials,
+    LegMaterials,
+    MassLumping,
+    Material,
+    Membrane,
+)
 from pneumorph.fem.maxwell_group import MaxwellGroup, ViscousState
 from pneumorph.fem.membrane import membrane_group
 from pneumorph.fem.prony import PronySeries
@@ -32,8 +38,6 @@ from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.region_names import first_name
 from pneumorph.physics.physics import Rotation
-
-MassLumping = Literal["even", "volume"]
 
 
 class PartModel:
@@ -74,6 +78,7 @@ class PartModel:
         self.material = material
         self.mass_kg = mass_kg
         self.membranes = tuple(membranes)
+        self._mass_lumping = mass_lumping
         self.node_mass: np.ndarray = (
             node_mass(mesh, mass_kg, mass_lumping)
             if isinstance(mass_lumping, str)
@@ -124,8 +129,16 @@ class PartModel:
                 for membrane in self._first_membranes
             ],
             "mass_kg": self.mass_kg,
+            **self.lumping(),
             **({} if self.branches is None else {"relaxation": asdict(self.branches.series)}),
         }
+
+    def lumping(self) -> dict[str, Any]:
+        """``mass_lumping`` unless it is even: what earlier versions kept does not say so."""
+        chosen = self._mass_lumping
+        if isinstance(chosen, str):
+            return {} if chosen == "even" else {"mass_lumping": chosen}
+        return {"mass_lumping": chosen.tolist()}
 
     def materials_text(self) -> list[str]:
         """Its material and its membranes as text, for digests of what was computed with it."""
@@ -356,7 +369,9 @@ def leg_model(mesh: Mesh, materials: LegMaterials | None = None) -> PartModel:
     """The leg of the paper: silicone with a sheet and one cavity."""
     materials = materials or LegMaterials()
     sheet = Membrane("sheet", materials.sheet, materials.sheet_thickness_mm)
-    return PartModel(mesh, materials.silicone, materials.mass_kg, (sheet,), cavity="cavity")
+    return PartModel(
+        mesh, materials.silicone, materials.mass_kg, (sheet,), "cavity", materials.mass_lumping
+    )
 
 
 def disk_model(mesh: Mesh, materials: DiskMaterials | None = None) -> PartModel:

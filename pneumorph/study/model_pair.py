@@ -120,6 +120,7 @@ class ModelPair:
             "mesh": leg.mesh.digest(),
             "leg": [*leg.materials_text(), float(leg.node_mass.sum())],
             "record_every": record_every,
-            # Ways that ship are of the published hub, and do not say so.
+            # Ways that ship are of the published hub and of even masses, and do not say so.
             **({} if hub == [DISK_MASS_KG] else {"hub_mass": hub}),
+            **leg.lumping(),
         }
