@@ -1,6 +1,5 @@
 // Parts as the kernels read them: modes padded to whole vectors, elements and contact points side by side.
 #pragma once
-#include <cstdlib>
 #include <memory>
 #include <new>
 #include <vector>
@@ -21,19 +20,21 @@ struct PartInput {
   const double *contact_points, *contact_modes;
 };
 
+// Zeros on a boundary of 64 bytes, with a little to spare.
 class AlignedArray {
  public:
   AlignedArray() = default;
   explicit AlignedArray(size_t bytes)
-      : data_(static_cast<char*>(std::aligned_alloc(64, (bytes + 127) / 64 * 64)), &std::free) {
-    if (!data_) throw std::bad_alloc();
+      : data_(static_cast<char*>(::operator new((bytes + 127) / 64 * 64, kAlignment)), &release) {
     __builtin_memset(data_.get(), 0, (bytes + 127) / 64 * 64);
   }
   template <class T>
   T* as() const { return reinterpret_cast<T*>(data_.get()); }
 
  private:
-  std::unique_ptr<char, void (*)(void*)> data_{nullptr, &std::free};
+  static constexpr std::align_val_t kAlignment{64};
+  static void release(char* data) { ::operator delete(data, kAlignment); }
+  std::unique_ptr<char, void (*)(char*)> data_{nullptr, &release};
 };
 
 // The part with `padded` modes; its arrays live in `storage`. Throws std::invalid_argument for too many cavities.

@@ -1,6 +1,8 @@
 #include "thread_pool.hpp"
 
+#if !defined(_WIN32)
 #include <unistd.h>
+#endif
 
 #include <condition_variable>
 #include <exception>
@@ -64,6 +66,15 @@ class ThreadPool {
   long round_ = 0;
 };
 
+// Threads do not follow a fork, so a pool is of one process. Windows has no forks.
+int current_process() {
+#if defined(_WIN32)
+  return 1;
+#else
+  return int(getpid());
+#endif
+}
+
 }  // namespace
 
 void run_in_threads(int count, const std::function<void(int)>& job) {
@@ -71,11 +82,11 @@ void run_in_threads(int count, const std::function<void(int)>& job) {
   // Never destroyed: its threads wait in it until the process ends.
   static std::mutex creation;
   static ThreadPool* pool = nullptr;
-  static pid_t owner = 0;
+  static int owner = 0;
   ThreadPool* mine;
   {
     const std::lock_guard<std::mutex> guard(creation);
-    if (owner != getpid()) pool = new ThreadPool, owner = getpid();
+    if (owner != current_process()) pool = new ThreadPool, owner = current_process();
     mine = pool;
   }
   mine->run(count, job);

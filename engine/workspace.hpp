@@ -82,7 +82,11 @@ struct Clock {
   }
   static double now() {
     timespec t;
+#if defined(_WIN32)
+    timespec_get(&t, TIME_UTC);
+#else
     clock_gettime(CLOCK_MONOTONIC, &t);
+#endif
     return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
   }
   StageSeconds* stages;
