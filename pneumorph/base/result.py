@@ -27,8 +27,8 @@ def result_to_dict(result: Any) -> dict[str, Any]:
     """Return a result as JSON values: arrays and tuples become lists, paths text, NaN null."""
     content: dict[str, Any] = _converter().unstructure(result)
     derived = result.derived() if hasattr(result, "derived") else {}
-    finite: dict[str, Any] = _finite({**content, **derived})
-    return finite
+    plain: dict[str, Any] = finite({**content, **derived})
+    return plain
 
 
 def result_from_dict(kind: type[Result], content: Mapping[str, Any]) -> Result:
@@ -91,11 +91,12 @@ def _known(value: Any) -> Any:
     return math.nan if value is None else value
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """JSON values with null for every number that is not finite: JSON has no NaN."""
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     if isinstance(value, np.generic):
         value = value.item()
     return None if isinstance(value, float) and not math.isfinite(value) else value

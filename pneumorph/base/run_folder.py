@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import fcntl
 import json
-import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -15,6 +14,7 @@ from typing import Any
 
 from pneumorph.base.artefact import ArtefactError, read_json, write_json
 from pneumorph.base.progress import Progress
+from pneumorph.base.result import finite
 
 SUMMARY = "summary.json"
 SETTINGS = "settings.json"
@@ -161,14 +161,3 @@ def made_once(path: Path, make: Callable[[], Mapping[str, Any]], **made_of: Any)
                 "another folder"
             )
     return content
-
-
-def finite(value: Any) -> Any:
-    """Return ``value`` with every number that is not finite replaced by None: JSON has no NaN."""
-    if isinstance(value, dict):
-        return {key: finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -85,11 +85,6 @@ class FrontPattern:
         beyond = height - width
         return float(np.sum(width**3 / 3 + width**2 * beyond + width * beyond**2))
 
-    @property
-    def factor_size(self) -> int:
-        """Numbers in the factor, the zeros above its diagonal blocks included."""
-        return int(np.sum(np.diff(self.starts) * self._heights))
-
     def _engine_pattern(self, assembly: Assembly, fronts: list[np.ndarray]) -> engine.FrontPattern:
         self._heights: np.ndarray = np.array([len(front) for front in fronts])
         width = np.diff(self.starts)

@@ -260,8 +260,3 @@ class FinishedRun:
             file = self.of_summary(f"pairs.{number}.gait", str)
             digest.update((self.folder / file).read_bytes())
         return digest.hexdigest()[:12]
-
-
-def run_digest(folder: Path) -> str:
-    """Return a digest of a run's settings and best gaits, which tells one training from another."""
-    return FinishedRun.read(folder).digest()

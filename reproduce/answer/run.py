@@ -17,8 +17,8 @@ from typing import Any, Literal
 import tyro
 
 from pneumorph.base.artefact import write_json
-from pneumorph.base.result import result_to_dict
-from pneumorph.base.run_folder import SUMMARY, finite
+from pneumorph.base.result import finite, result_to_dict
+from pneumorph.base.run_folder import SUMMARY
 from pneumorph.learn.search_run import CURVE_FILE
 from pneumorph.report.learning_figures import learning_curves_figure, own_gaits_figure
 from pneumorph.report.style import save_figure

@@ -18,7 +18,8 @@ import numpy as np
 import tyro
 
 from pneumorph.base.artefact import write_json
-from pneumorph.base.run_folder import SUMMARY, finite
+from pneumorph.base.result import finite
+from pneumorph.base.run_folder import SUMMARY
 from pneumorph.base.settings import load_settings
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.learn.settings import fast_settings
@@ -32,7 +33,7 @@ from pneumorph.report.style import (
     save_figure,
 )
 from pneumorph.study.analysis import AnalysedRobot, Analysis, AnalysisSettings, analyse
-from pneumorph.study.finished_run import FinishedRun, run_digest
+from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.kept_run import keep_run
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_options import TrainingOptions, train_once
@@ -167,7 +168,7 @@ def main(
     if objective.resolve() != (out / "objective").resolve():
         keep_run(objective, out / "objective")
     found = {
-        (trained, walked): analysed(run, walked, work / run_digest(run) / walked)
+        (trained, walked): analysed(run, walked, work / FinishedRun.read(run).digest() / walked)
         for trained, run in runs.items()
         for walked in DAMPINGS
     }

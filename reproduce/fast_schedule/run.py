@@ -16,8 +16,7 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.executor import ExecutorSettings
-from pneumorph.base.result import result_to_dict
-from pneumorph.base.run_folder import finite
+from pneumorph.base.result import finite, result_to_dict
 from pneumorph.base.settings import load_settings
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.learn.settings import fast_settings

@@ -27,11 +27,10 @@ import tyro
 from pneumorph.base.artefact import write_json
 from pneumorph.base.machine import describe_machine
 from pneumorph.base.provenance import source, source_commit
-from pneumorph.base.result import result_to_dict
+from pneumorph.base.result import finite, result_to_dict
 from pneumorph.base.run_folder import (
     SUMMARY,
     TRAINING_FOLDER,
-    finite,
     made_once,
     read_settings,
     read_summary,
@@ -52,7 +51,7 @@ from pneumorph.report.style import (
 )
 from pneumorph.robot.design import Design
 from pneumorph.study.analysis import Analysis, AnalysisSettings, analyse
-from pneumorph.study.finished_run import FinishedRun, run_digest
+from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.gait_walks import GaitWalkSettings
 from pneumorph.study.kept_run import keep_run
 from pneumorph.study.reduction import Reduction
@@ -83,7 +82,7 @@ class PaperScale:
     @property
     def work(self) -> Path:
         """Where the steps run: one training's walks are not another's."""
-        return self.runs / run_digest(self.out)
+        return self.runs / FinishedRun.read(self.out).digest()
 
     @property
     def kept(self) -> TrainingResult:

@@ -22,7 +22,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.finished_run import FinishedRun, run_digest
+from pneumorph.study.finished_run import FinishedRun
 
 DESIGNS = (BASELINE_DESIGN, "0.0.1.2.1.0.0.0", "0.0.1.2.3.0.0.0")
 SPACE = DesignSpace(maximum_legs=5)
@@ -86,15 +86,18 @@ def test_a_pair_that_no_robot_survived_has_no_distance(tmp_path: Path) -> None:
 
 def test_the_digest_tells_one_training_from_another(tmp_path: Path) -> None:
     folder = learned(tmp_path / "run")
-    before = run_digest(folder)
-    assert before == run_digest(learned(tmp_path / "same"))
+    before = FinishedRun.read(folder).digest()
+    assert before == FinishedRun.read(learned(tmp_path / "same")).digest()
     change(folder / "summary.json", lambda summary: summary.update(wall_s=3.0))
-    assert run_digest(folder) == before
+    assert FinishedRun.read(folder).digest() == before
     gait = folder / "training" / "gaits" / "L2.csv"
     gait.write_text(gait.read_text().replace("design", "sign"))
-    assert run_digest(folder) != before
+    assert FinishedRun.read(folder).digest() != before
     change(folder / "settings.json", lambda settings: settings.update(randomize=True))
-    assert run_digest(folder) not in (before, run_digest(learned(tmp_path / "same")))
+    assert FinishedRun.read(folder).digest() not in (
+        before,
+        FinishedRun.read(learned(tmp_path / "same")).digest(),
+    )
 
 
 Change = Callable[[Any], object]
