@@ -1,6 +1,7 @@
 # make install   everything into .venv
 # make demo      install, then a robot learns to crawl and a page shows it
 # make test      an environment of its own (.venv-test), then lint, layers, types, pages and tests
+# make test-core the tests that a change to a law, an element, a reduction or a step needs
 # make site      the documentation as pages, in docs/_site
 # make docs      its pictures again (those of pages need a Chromium), and then the pages
 #
@@ -10,13 +11,14 @@ PYTHON ?= $(firstword $(foreach name,python3 python3.13 python3.12 python3.11,$(
 	$(name) -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
 	&& command -v $(name))))
 EXTRAS := meshing,hardware
+CORE := $(addprefix tests/,geometry fem physics reduction robot simulation)
 ENGINE := pyproject.toml CMakeLists.txt $(wildcard engine/*)
 
 # Our own threads share the cores with BLAS: two BLAS threads stall tens of milliseconds at random.
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: install demo test types site docs clean
+.PHONY: install demo test test-core types site docs clean
 
 install: .venv/.installed
 
@@ -30,6 +32,9 @@ test: .venv-test/.installed
 	$(MAKE) --jobs=2 --output-sync types site
 	.venv-test/bin/pytest -m alone
 	.venv-test/bin/pytest -m "not alone" --numprocesses auto --dist worksteal
+
+test-core: .venv-test/.installed
+	.venv-test/bin/pytest --numprocesses auto --dist worksteal $(CORE)
 
 types: .venv-test/.installed
 	.venv-test/bin/mypy
