@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_reduced_part
 
-from pneumorph.catalogue.paper_robot import paper_leg, paper_robot
+from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.paper_robot import data_folder, paper_leg, paper_robot
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.material import LegMaterials
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.animations import animations
 from pneumorph.study.full_order_store import (
@@ -18,6 +21,7 @@ from pneumorph.study.full_order_store import (
     rollout_identity,
     thinned,
 )
+from pneumorph.study.model_pair import ModelPair
 from pneumorph.study.robot_error import robot_error
 
 
@@ -56,3 +60,22 @@ def test_a_trajectory_without_nodes_cannot_be_kept() -> None:
     bare = rollout(model, np.zeros((2, 3)), record_nodes=False)[1]
     with pytest.raises(ValueError, match="record them"):
         thinned(bare)
+
+
+@pytest.mark.parametrize("name", ["two_leg", "baseline"])
+def test_ways_that_ship_are_of_the_published_masses(name: str) -> None:
+    """Found for the published robot, and for none of another hub, leg or spread of mass."""
+    (animation,) = animations([name], 10.0)
+    shipped = FullOrderStore((data_folder("full_order"),))
+    by_volume = paper_leg(materials=LegMaterials(mass_lumping="volume"))
+
+    def found(robot: RobotSpec) -> bool:
+        pair = ModelPair(animation, robot)
+        identity = rollout_identity(pair._described(10), pair.commands_kPa)
+        return shipped.find(name, identity) is not None
+
+    assert found(paper_robot())
+    assert not found(paper_robot(masses=Masses(hub_mass_g=30.0)))
+    assert not found(paper_robot(masses=Masses("cast", leg_mass_g=105.0)))
+    assert not found(paper_robot(masses=Masses(leg_mass_g=42.0)))
+    assert not found(paper_robot(by_volume))
