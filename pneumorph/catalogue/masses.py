@@ -53,6 +53,16 @@ class Masses(Checked):
     hub_mass_g: Positive | None = None
     """Weighed mass of the hub [g], in place of the model's; its inertia is scaled with it."""
     densities: CastDensities = CastDensities()
+    """Densities of cast legs."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        weighed = self.model == "published" or self.leg_mass_g is not None
+        if weighed and self.densities != CastDensities():
+            raise ValueError(
+                f"densities are {self.densities}, expected those by default: nothing looks at them "
+                'where model is not "cast" or leg_mass_g is given'
+            )
 
 
 def cast_leg_mass_kg(mesh: Mesh, densities: CastDensities | None = None) -> float:

@@ -200,6 +200,10 @@ def test_a_reduced_leg_of_another_mesh_has_to_be_weighed() -> None:
             lambda: CastDensities(sheet_g_per_m2=-1.0),
             r"sheet_g_per_m2 must be at least 0, got -1\.0",
         ),
+        (
+            lambda: Masses(densities=CastDensities(silicone_g_per_ml=1.2)),
+            r"densities are .*1\.2.*nothing looks at them where model is not \"cast\"",
+        ),
         (lambda: Masses("iron"), "model must be one of published, cast, got 'iron'"),
     ],
 )
