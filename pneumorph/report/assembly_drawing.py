@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from pneumorph.fabrication.parts_list import Part, TubeRun
 
 A3_INCH = (16.54, 11.69)
-WELL_RADIUS_MM = HubSettings().well_radius_mm
 SCALE = 2.0
 """Drawn one to two."""
 _INCH_MM = 25.4
@@ -45,6 +44,7 @@ def assembly_drawing(
     leg: PneuNetShape | None = None,
     disk: DiskShape | None = None,
     mounting: RadialMounting | None = None,
+    hub: HubSettings | None = None,
 ) -> Figure:
     """Return an A3 sheet, views at 1:2.
 
@@ -55,11 +55,13 @@ def assembly_drawing(
         leg: Sizes of the leg.
         disk: Sizes of the disk.
         mounting: Where legs sit.
+        hub: Sizes of the printed hub.
     """
     leg, disk, mounting = leg or PneuNetShape(), disk or DiskShape(), mounting or RadialMounting()
     figure = new_figure(*A3_INCH)
     figure.set_layout_engine("none")  # views keep their places and scale
-    _plan(_view(figure, (20.0, 100.0), (175.0, 190.0)), design, leg, disk, mounting)
+    well_mm = (hub or HubSettings()).well_radius_mm
+    _plan(_view(figure, (20.0, 100.0), (175.0, 190.0)), design, leg, disk, mounting, well_mm)
     _side(_view(figure, (20.0, 15.0), (175.0, 70.0)), design, leg, disk, mounting)
     _section(_view(figure, (205.0, 245.0), (120.0, 40.0)), leg)
     _tables(figure, parts, tubes)
@@ -78,6 +80,7 @@ def write_assembly_drawing(
         settings.leg,
         settings.disk,
         settings.mounting,
+        settings.hub,
     )
     return save_figure(figure, path, ("pdf", "png"))[0]
 
@@ -113,14 +116,19 @@ def _outline(axes: Axes, points: np.ndarray, colour: str, order: float) -> None:
 
 
 def _plan(
-    axes: Axes, design: Design, leg: PneuNetShape, disk: DiskShape, mounting: RadialMounting
+    axes: Axes,
+    design: Design,
+    leg: PneuNetShape,
+    disk: DiskShape,
+    mounting: RadialMounting,
+    well_mm: float,
 ) -> None:
     from matplotlib.patches import Circle
 
     for location, regulator in design.legs:
         for corners in _leg_boxes(leg, mounting, location):
             _outline(axes, corners[:, :2], regulator_colour(regulator), 2)
-    for radius, fill in ((disk.top_radius_mm, DISK_COLOUR), (WELL_RADIUS_MM, "white")):
+    for radius, fill in ((disk.top_radius_mm, DISK_COLOUR), (well_mm, "white")):
         axes.add_patch(
             Circle((0, 0), radius, facecolor=fill, edgecolor=INK_COLOUR, linewidth=0.7, zorder=3)
         )
@@ -130,7 +138,7 @@ def _plan(
         direction = np.array([np.cos(angle), np.sin(angle)])
         regulator = regulators.get(location, 0)
         if regulator:
-            x, y = np.outer(direction, [WELL_RADIUS_MM, disk.top_radius_mm])
+            x, y = np.outer(direction, [well_mm, disk.top_radius_mm])
             axes.plot(x, y, color=regulator_colour(regulator), linewidth=2.0, zorder=4)
         text = f"{location}: " + (f"regulator {regulator}" if regulator else "free socket")
         side, flip = ("left", 0.0) if direction[0] > 0 else ("right", 180.0)

@@ -127,6 +127,22 @@ def test_another_flag_leaves_the_legs_pressure_map_alone(tmp_path: Path, asked: 
         assert robot.physics.pressure_map == HYPERELASTIC_PRESSURE_MAP, command
 
 
+def test_a_leg_brings_its_masses_and_a_run_keeps_its_own(tmp_path: Path, asked: Ask) -> None:
+    def masses_of(command: str) -> str:
+        found: str = asked(command).robot.masses.model
+        return found
+
+    assert masses_of("simulate") == "published"
+    assert masses_of("simulate --leg hyperelastic") == "cast"
+    assert masses_of("simulate --preset hyperelastic") == "cast"
+    assert masses_of("simulate --leg hyperelastic --masses.model published") == "published"
+    # What is built of a run's best design stands beside the masses it was learned with.
+    cast = learned(tmp_path / "cast", masses={"model": "cast"})
+    assert masses_of(f"fabricate {cast}") == "cast"
+    assert masses_of(f"fabricate {cast} --masses.model published") == "published"
+    assert masses_of("fabricate 1.0.0.2.2.0.0.1") == "published"
+
+
 def test_a_variant_of_a_campaign_is_a_layer(tmp_path: Path) -> None:
     for name, text in (("leg", '[robot]\nleg = "hyperelastic"\n'), ("seed", "[coopt]\nseed = 4\n")):
         (tmp_path / f"{name}.toml").write_text(text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from pneumorph.fabrication.hub import HubSettings
 from pneumorph.fabrication.parts_list import (
     Printed,
     WorkshopSettings,
@@ -57,6 +58,14 @@ def test_the_drawing_is_to_scale() -> None:
     plan = figure.axes[0]
     left, right = plan.transData.transform([(-54.5, 0.0), (54.5, 0.0)])[:, 0]
     assert (right - left) / figure.dpi * 25.4 == pytest.approx(109.0 / SCALE, rel=1e-6)
+    wells = [
+        assembly_drawing(design, parts, tubes, hub=HubSettings(well_radius_mm=radius))
+        .axes[0]
+        .patches[-1]
+        .get_radius()
+        for radius in (20.0, 24.0)
+    ]
+    assert wells == [20.0, 24.0]
     shown = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
     assert "crawling robot 1.2.3.0.0.0.0.1" in shown
     assert "1: regulator 2" in shown
