@@ -7,6 +7,10 @@ Needs the extra ``pneumorph[stable-baselines3]``, which brings PyTorch.
 
     python examples/train_with_stable_baselines3.py --timesteps 20000
     python examples/train_with_stable_baselines3.py --viscous --timesteps 5000  # without engine
+
+No test runs it, for PyTorch weighs a gigabyte. It ran last with Stable-Baselines3 2.9.2, PyTorch
+2.13.0 (CPU), Gymnasium 1.4.0, NumPy 2.4.6 and Python 3.11: from 0.01 to 10.10 cm with ``--robots 4
+--timesteps 600``, and from 0.01 to 6.07 cm as the second line above.
 """
 
 from __future__ import annotations
