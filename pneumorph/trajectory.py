@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
 
@@ -21,35 +22,35 @@ class Trajectory:
     hub_rotation r in the world.
     """
 
-    time_s: np.ndarray
-    """Time of each frame since the start of the recording [s], (frame,)."""
-    hub_position_mm: np.ndarray
-    """World position of the hub frame's origin [mm], (frame, 3)."""
-    hub_rotation: np.ndarray
-    """Hub frame to world, (frame, 3, 3)."""
-    tracked_point_mm: np.ndarray
-    """World position of the point whose travel is rewarded [mm], (frame, 3)."""
-    commanded_kPa: np.ndarray
-    """Real pressure asked for in the step before the frame [kPa], (frame, regulator)."""
-    regulated_kPa: np.ndarray
-    """Real pressure after the regulators' rate limit [kPa], (frame, regulator)."""
+    time_s: Float[np.ndarray, " frame"]
+    """Time of each frame since the start of the recording [s]."""
+    hub_position_mm: Float[np.ndarray, "frame 3"]
+    """World position of the hub frame's origin [mm]."""
+    hub_rotation: Float[np.ndarray, "frame 3 3"]
+    """Hub frame to world."""
+    tracked_point_mm: Float[np.ndarray, "frame 3"]
+    """World position of the point whose travel is rewarded [mm]."""
+    commanded_kPa: Float[np.ndarray, "frame regulator"]
+    """Real pressure asked for in the step before the frame [kPa]."""
+    regulated_kPa: Float[np.ndarray, "frame regulator"]
+    """Real pressure after the regulators' rate limit [kPa]."""
     contact_count: np.ndarray
     """Contact points that took part in the contact solve, (frame,)."""
-    node_positions_mm: np.ndarray | None = None
-    """World positions of every leg's nodes [mm], (frame, leg, node, 3) float32, where recorded."""
+    node_positions_mm: Float[np.ndarray, "frame leg node 3"] | None = None
+    """World positions of every leg's nodes [mm], in single precision, where recorded."""
     skin_triangles: np.ndarray | None = None
     """Outer triangles of a leg, indices of its nodes, (triangle, 3), for drawing."""
-    cavity_volume_mm3: np.ndarray | None = None
-    """Volume of each leg's cavity [mm^3], (frame, leg), of full-order robots."""
-    pressure_work_mJ: np.ndarray | None = None
-    """Work of the pressure in each leg since the robot was at rest [mJ], (frame, leg), of
+    cavity_volume_mm3: Float[np.ndarray, "frame leg"] | None = None
+    """Volume of each leg's cavity [mm^3], of full-order robots."""
+    pressure_work_mJ: Float[np.ndarray, "frame leg"] | None = None
+    """Work of the pressure in each leg since the robot was at rest [mJ], of
     full-order robots."""
-    contact_force_mN: np.ndarray | None = None
+    contact_force_mN: Float[np.ndarray, "frame leg point 3"] | None = None
     """Force of the floor on each leg's contact points in the step before the frame, world axes
-    [mN], (frame, leg, point, 3) float32; recorded with the nodes."""
-    contact_velocity_mm_per_s: np.ndarray | None = None
-    """Velocities of these points after that step, zero where there is no force [mm/s], (frame, leg,
-    point, 3) float32; recorded with the nodes."""
+    [mN], in single precision; recorded with the nodes."""
+    contact_velocity_mm_per_s: Float[np.ndarray, "frame leg point 3"] | None = None
+    """Velocities of these points after that step, zero where there is no force [mm/s], in single
+    precision; recorded with the nodes."""
     status: str = "completed"
     """How the rollout ended: `completed`, or why it stopped early."""
     metadata: dict[str, Any] = field(default_factory=dict)
@@ -87,8 +88,8 @@ class Trajectory:
         return self.forward_distance_cm if self.status == "completed" else None
 
     @property
-    def forward_cm(self) -> np.ndarray:
-        """Forward travel of the tracked point since the first frame [cm], (frame,)."""
+    def forward_cm(self) -> Float[np.ndarray, " frame"]:
+        """Forward travel of the tracked point since the first frame [cm]."""
         forward: np.ndarray = (self.tracked_point_mm[:, 0] - self.tracked_point_mm[0, 0]) / 10.0
         return forward
 

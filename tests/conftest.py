@@ -6,13 +6,28 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
+from jaxtyping import install_import_hook
 
-from pneumorph.geometry.mesh import Mesh
+# Before anything imports them: arrays of these files have the axes that their annotations name.
+# Meshes and reduced parts refuse others themselves, wherever they are made.
+AXES_ARE_CHECKED_IN = (
+    "pneumorph.trajectory",
+    "pneumorph.simulation.reduced_state",
+    "pneumorph.simulation.reference_step",
+    "pneumorph.simulation.reference_mass",
+    "pneumorph.simulation.reference_forces",
+    "pneumorph.simulation.reference_contact",
+)
+if find_spec("beartype"):
+    install_import_hook(AXES_ARE_CHECKED_IN, "beartype.beartype")
+
+from pneumorph.geometry.mesh import Mesh  # noqa: E402
 
 # Learners compiled once serve pytest's workers and every process that tests start: compiling is
 # most of a short run. Workers inherit the environment of the process that began them.

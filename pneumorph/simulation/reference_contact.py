@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from jaxtyping import Float
 
 from pneumorph.robot.robot import Robot
 
@@ -29,34 +30,34 @@ pull impulses drift to where the law has a solution."""
 class FrictionLaw:
     """Points coupled by an operator, and the law that they obey. Rows of a point: z, x, y."""
 
-    operator: np.ndarray
-    """Delassus operator W of (27) [1/kg], (3 point, 3 point)."""
-    free: np.ndarray
-    """q of (27): velocities without impulses, gap over time step included [mm/s], (3 point,)."""
+    operator: Float[np.ndarray, "row row"]
+    """Delassus operator W of (27) [1/kg]."""
+    free: Float[np.ndarray, " row"]
+    """q of (27): velocities without impulses, gap over time step included [mm/s]."""
     friction: float
     """Coulomb's coefficient mu."""
 
     @cached_property
-    def scale(self) -> np.ndarray:
-        """rho of (29) [1/kg], (point, 3)."""
+    def scale(self) -> Float[np.ndarray, "point 3"]:
+        """rho of (29) [1/kg]."""
         count = len(self.free) // 3
         number = np.arange(count)
         blocks = self.operator.reshape(count, 3, count, 3)[number, :, number]
         tangents = np.linalg.eigvalsh(blocks[:, 1:, 1:])[:, -1]
         return np.stack([blocks[:, 0, 0], tangents, tangents], axis=1)
 
-    def predicted(self, impulses: np.ndarray) -> np.ndarray:
-        """lambda - v / rho of (29) [mN s], (point, 3)."""
+    def predicted(self, impulses: Float[np.ndarray, "point 3"]) -> Float[np.ndarray, "point 3"]:
+        """lambda - v / rho of (29) [mN s]."""
         velocity = (self.operator @ impulses.ravel() + self.free).reshape(-1, 3)
         return impulses - velocity / self.scale
 
-    def violation(self, impulses: np.ndarray) -> np.ndarray:
-        """What (29) leaves, times rho [mm/s], (point, 3)."""
+    def violation(self, impulses: Float[np.ndarray, "point 3"]) -> Float[np.ndarray, "point 3"]:
+        """What (29) leaves, times rho [mm/s]."""
         inside = projection(self.predicted(impulses), self.friction)
         wrong: np.ndarray = self.scale * (impulses - inside)
         return wrong
 
-    def residual(self, impulses: np.ndarray) -> float:
+    def residual(self, impulses: Float[np.ndarray, "point 3"]) -> float:
         """r of (30), the largest among normals and tangents [mm/s]."""
         wrong = self.violation(impulses)
         tangents = np.linalg.norm(wrong[:, 1:], axis=1)
@@ -64,19 +65,22 @@ class FrictionLaw:
 
 
 def contact_kinematics(
-    robot: Robot, position: np.ndarray, rotation: np.ndarray, modes: tuple[np.ndarray, ...]
-) -> tuple[np.ndarray, np.ndarray]:
+    robot: Robot,
+    position: Float[np.ndarray, " 3"],
+    rotation: Float[np.ndarray, "3 3"],
+    modes: tuple[np.ndarray, ...],
+) -> tuple[Float[np.ndarray, "point 3"], Float[np.ndarray, "point 3 unknown"]]:
     """Where the contact points are by (11), and how they move by (18).
 
     Args:
         robot: The robot.
-        position: Hub's origin in the world [mm], (3,).
-        rotation: Hub frame to world, (3, 3).
+        position: Hub's origin in the world [mm].
+        rotation: Hub frame to world.
         modes: Modal coordinates of each mount, each (mode,).
 
     Returns:
-        World positions [mm], (point, 3), the hub's points first, and velocities by the unknowns in
-        rows z, x, y: J, (point, 3, 6 + modes of all mounts).
+        World positions [mm], the hub's points first, and velocities by the unknowns in
+        rows z, x, y: J.
     """
     counts = [len(alpha) for alpha in modes]
     arms, fields = [robot.hub.contact_points], [np.zeros((*robot.hub.contact_points.shape, 0))]
@@ -103,7 +107,9 @@ def _jacobian(arms: np.ndarray, fields: np.ndarray, start: int, count: int) -> n
     return np.concatenate([moving, turning, padded], axis=2)
 
 
-def solve_friction(law: FrictionLaw, start: np.ndarray, tolerance: float) -> np.ndarray:
+def solve_friction(
+    law: FrictionLaw, start: Float[np.ndarray, "point 3"], tolerance: float
+) -> Float[np.ndarray, "point 3"]:
     """Impulses that obey the contact law (28), by Newton's method (31) on its equation (29).
 
     Where it fails, it starts again from where more and more Gauss-Seidel sweeps lead: (29) for one
@@ -111,11 +117,11 @@ def solve_friction(law: FrictionLaw, start: np.ndarray, tolerance: float) -> np.
 
     Args:
         law: The contacts.
-        start: Impulses to start from [mN s], (point, 3).
+        start: Impulses to start from [mN s].
         tolerance: Largest residual (30) allowed [mm/s].
 
     Returns:
-        Impulses within their cones [mN s], (point, 3). Where W is singular, others give the same
+        Impulses within their cones [mN s]. Where W is singular, others give the same
         velocities.
 
     Raises:
@@ -152,8 +158,10 @@ def _newton(law: FrictionLaw, impulses: np.ndarray, tolerance: float) -> np.ndar
     return impulses
 
 
-def projection(impulses: np.ndarray, friction: float) -> np.ndarray:
-    """P of (29), (point, 3): normals made non-negative, tangents cut to the disc of the normal."""
+def projection(
+    impulses: Float[np.ndarray, "point 3"], friction: float
+) -> Float[np.ndarray, "point 3"]:
+    """P of (29): normals made non-negative, tangents cut to the disc of the normal."""
     normal = np.maximum(impulses[:, :1], 0.0)
     length = np.linalg.norm(impulses[:, 1:], axis=1, keepdims=True)
     limit = friction * normal
@@ -161,8 +169,10 @@ def projection(impulses: np.ndarray, friction: float) -> np.ndarray:
     return np.concatenate([normal, share * impulses[:, 1:]], axis=1)
 
 
-def projection_slope(impulses: np.ndarray, friction: float) -> np.ndarray:
-    """dP by the impulses, (point, 3, 3), where a point is free, sticks or slips as in (31)."""
+def projection_slope(
+    impulses: Float[np.ndarray, "point 3"], friction: float
+) -> Float[np.ndarray, "point 3 3"]:
+    """dP by the impulses, where a point is free, sticks or slips as in (31)."""
     normal, tangent = impulses[:, 0], impulses[:, 1:]
     length = np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)
     limit = friction * normal

@@ -7,6 +7,7 @@ rate along the hub's axes and the modal rates, as in `reference_mass`.
 from __future__ import annotations
 
 import numpy as np
+from jaxtyping import Float
 
 from pneumorph.physics.physics import Damping
 from pneumorph.reduction.sampled_elements import SampledElements
@@ -14,19 +15,19 @@ from pneumorph.robot.robot import Mount
 
 
 def elastic_forces(
-    mount: Mount, alpha: np.ndarray, damping: Damping
-) -> tuple[np.ndarray, np.ndarray]:
+    mount: Mount, alpha: Float[np.ndarray, " mode"], damping: Damping
+) -> tuple[Float[np.ndarray, " 6+mode"], Float[np.ndarray, "6+mode 6+mode"]]:
     """Forces and the stiffness that a step takes, (15) with the turns' columns (22).
 
     Args:
         mount: The part and its pose.
-        alpha: Modal coordinates, (mode,).
+        alpha: Modal coordinates.
         damping: With ``published`` the stiffness is that of (6), or the definite part of dP/dF by
             (16), and acts on turns of the hub; with ``objective`` it is that of (10) and acts on
             the modes alone.
 
     Returns:
-        Force [mN, mm], (6 + mode,), and stiffness, (6 + mode, 6 + mode).
+        Force [mN, mm], and stiffness.
     """
     mounting = mount.part.linear_stiffness
     force, stiffness = np.pad(-mounting @ alpha, (6, 0)), np.pad(mounting, (6, 0))
@@ -48,15 +49,17 @@ def elastic_forces(
     return force, stiffness
 
 
-def pressure_force(mount: Mount, alpha: np.ndarray, pressure_kPa: np.ndarray) -> np.ndarray:
-    """Pressure's force (7) by the cavities' polynomials (17) [mN, mm], (6 + mode,).
+def pressure_force(
+    mount: Mount, alpha: Float[np.ndarray, " mode"], pressure_kPa: Float[np.ndarray, " regulator"]
+) -> Float[np.ndarray, " 6+mode"]:
+    """Pressure's force (7) by the cavities' polynomials (17) [mN, mm].
 
     A closed cavity has neither resultant nor moment.
 
     Args:
         mount: The part, and the regulator of each cavity.
-        alpha: Modal coordinates, (mode,).
-        pressure_kPa: Simulated pressure of each regulator [kPa], (regulator,).
+        alpha: Modal coordinates.
+        pressure_kPa: Simulated pressure of each regulator [kPa].
     """
     each = [
         pressure_kPa[regulator] * mount.part.cavity(number).gradient(alpha)

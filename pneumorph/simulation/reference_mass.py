@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
 from pneumorph.robot.robot import Hub, Mount
 
@@ -22,16 +23,16 @@ class MassMoments:
 
     mass: float
     """sum m [kg]."""
-    first: np.ndarray
-    """sum m y [kg mm], (3,)."""
-    second: np.ndarray
-    """sum m y y^T [kg mm^2], (3, 3)."""
-    modes: np.ndarray
-    """sum m Phi_a, (3, mode)."""
-    arms: np.ndarray
-    """sum m y_i Phi_ja, (3, 3, mode)."""
-    pairs: np.ndarray
-    """sum m Phi_ia Phi_jb, (3, 3, mode, mode)."""
+    first: Float[np.ndarray, " 3"]
+    """sum m y [kg mm]."""
+    second: Float[np.ndarray, "3 3"]
+    """sum m y y^T [kg mm^2]."""
+    modes: Float[np.ndarray, "3 mode"]
+    """sum m Phi_a."""
+    arms: Float[np.ndarray, "3 3 mode"]
+    """sum m y_i Phi_ja."""
+    pairs: Float[np.ndarray, "3 3 mode mode"]
+    """sum m Phi_ia Phi_jb."""
 
 
 def hub_moments(hub: Hub) -> MassMoments:
@@ -42,12 +43,12 @@ def hub_moments(hub: Hub) -> MassMoments:
     )
 
 
-def mount_moments(mount: Mount, alpha: np.ndarray) -> MassMoments:
+def mount_moments(mount: Mount, alpha: Float[np.ndarray, " mode"]) -> MassMoments:
     """Moments of a mounted part at modal coordinates, with y = R (Y + Phi alpha) + t of (11).
 
     Args:
         mount: The part and its pose.
-        alpha: Modal coordinates, (mode,).
+        alpha: Modal coordinates.
     """
     part, turn, place = mount.part, mount.pose.rotation, mount.pose.translation
     fixed, pairs = part.second_moment_modes, part.second_moment_mode_pairs
@@ -65,8 +66,8 @@ def mount_moments(mount: Mount, alpha: np.ndarray) -> MassMoments:
     return MassMoments(part.mass, first + part.mass * place, second, modes, arms, pairs)
 
 
-def mass_matrix(body: MassMoments) -> np.ndarray:
-    """M of (19) [kg, mm], (6 + mode, 6 + mode); modes are orthonormal in mass."""
+def mass_matrix(body: MassMoments) -> Float[np.ndarray, "unknown unknown"]:
+    """M of (19) [kg, mm]; modes are orthonormal in mass."""
     first = cross_matrix(body.first)
     turning = np.trace(body.second) * np.eye(3) - body.second
     rigid = np.block([[body.mass * np.eye(3), -first], [first, turning]])
@@ -75,25 +76,27 @@ def mass_matrix(body: MassMoments) -> np.ndarray:
     return np.block([[rigid, coupling], [coupling.T, np.eye(coupling.shape[1])]])
 
 
-def weight(body: MassMoments, gravity: np.ndarray) -> np.ndarray:
-    """Generalised weight (20) [mN, mm], (6 + mode,).
+def weight(body: MassMoments, gravity: Float[np.ndarray, " 3"]) -> Float[np.ndarray, " unknown"]:
+    """Generalised weight (20) [mN, mm].
 
     Args:
         body: The body.
-        gravity: Along the hub's axes [mm/s^2], (3,).
+        gravity: Along the hub's axes [mm/s^2].
     """
     return np.concatenate(
         [body.mass * gravity, np.cross(body.first, gravity), body.modes.T @ gravity]
     )
 
 
-def velocity_products(body: MassMoments, turning: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """Coriolis and centrifugal forces (21) [mN, mm], (6 + mode,).
+def velocity_products(
+    body: MassMoments, turning: Float[np.ndarray, " 3"], rates: Float[np.ndarray, " mode"]
+) -> Float[np.ndarray, " 6+mode"]:
+    """Coriolis and centrifugal forces (21) [mN, mm].
 
     Args:
         body: The body.
-        turning: Turning rate of the hub [rad/s], (3,).
-        rates: Modal rates, (mode,).
+        turning: Turning rate of the hub [rad/s].
+        rates: Modal rates.
     """
     turn = cross_matrix(turning)
     circling = turn @ turn
@@ -105,6 +108,6 @@ def velocity_products(body: MassMoments, turning: np.ndarray, rates: np.ndarray)
     return -np.concatenate([force, moment, modal])
 
 
-def cross_matrix(vector: np.ndarray) -> np.ndarray:
-    """[v]x, with [v]x w = v x w, (3, 3)."""
+def cross_matrix(vector: Float[np.ndarray, " 3"]) -> Float[np.ndarray, "3 3"]:
+    """[v]x, with [v]x w = v x w."""
     return np.cross(vector, np.eye(3)).T

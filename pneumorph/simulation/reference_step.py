@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from jaxtyping import Float
 
 from pneumorph.fem.rigid_hub import rotation_of
 from pneumorph.physics.physics import Physics
@@ -40,19 +41,19 @@ from pneumorph.simulation.stepper_settings import StepperSettings
 class StepSystem:
     """What (8) is made of, at the start of a step and without contact; all projected (Galerkin)."""
 
-    mass: np.ndarray
-    """M of (19), (unknown, unknown)."""
-    stiffness: np.ndarray
-    """K of (15), (unknown, unknown)."""
-    force: np.ndarray
-    """f: elastic, pressure, weight (20) and products of velocities (21), (unknown,)."""
+    mass: Float[np.ndarray, "unknown unknown"]
+    """M of (19)."""
+    stiffness: Float[np.ndarray, "unknown unknown"]
+    """K of (15)."""
+    force: Float[np.ndarray, " unknown"]
+    """f: elastic, pressure, weight (20) and products of velocities (21)."""
 
 
 def reference_step(
     robot: Robot,
     physics: Physics,
     state: ReducedState,
-    command_kPa: np.ndarray,
+    command_kPa: Float[np.ndarray, " regulator"],
     friction_tolerance: float = 1e-10,
     margin_mm: float = StepperSettings.contact_margin_mm,
 ) -> ReducedState:
@@ -62,7 +63,7 @@ def reference_step(
         robot: The robot.
         physics: What acts on it.
         state: Where it is.
-        command_kPa: Real pressure asked of each regulator [kPa], (regulator,).
+        command_kPa: Real pressure asked of each regulator [kPa].
         friction_tolerance: Largest residual (30) allowed [mm/s].
         margin_mm: Points nearer to the floor than this take part [mm].
 
@@ -95,7 +96,10 @@ def reference_step(
 
 
 def step_system(
-    robot: Robot, physics: Physics, state: ReducedState, pressure_kPa: np.ndarray
+    robot: Robot,
+    physics: Physics,
+    state: ReducedState,
+    pressure_kPa: Float[np.ndarray, " regulator"],
 ) -> StepSystem:
     """Mass, stiffness and force of a robot, summed over the hub and the mounts.
 
@@ -103,7 +107,7 @@ def step_system(
         robot: The robot.
         physics: What acts on it.
         state: Where it is.
-        pressure_kPa: Simulated pressure of each regulator [kPa], (regulator,).
+        pressure_kPa: Simulated pressure of each regulator [kPa].
     """
     velocity = unknowns_of(robot, state)
     turning, gravity = velocity[3:6], state.rotation.T @ physics.gravity_vector
@@ -126,13 +130,13 @@ def step_system(
 
 
 def step_equations(
-    system: StepSystem, velocity: np.ndarray, physics: Physics
-) -> tuple[np.ndarray, np.ndarray]:
+    system: StepSystem, velocity: Float[np.ndarray, " unknown"], physics: Physics
+) -> tuple[Float[np.ndarray, "unknown unknown"], Float[np.ndarray, " unknown"]]:
     """Left matrix and right side of (8), without impulses.
 
     Args:
         system: Mass, stiffness and force at the start.
-        velocity: The unknowns at the start, (unknown,).
+        velocity: The unknowns at the start.
         physics: Time step and damping.
     """
     h = physics.time_step_s
@@ -142,14 +146,14 @@ def step_equations(
 
 
 def moved_state(
-    robot: Robot, state: ReducedState, velocity: np.ndarray, time_step_s: float
+    robot: Robot, state: ReducedState, velocity: Float[np.ndarray, " unknown"], time_step_s: float
 ) -> ReducedState:
     """The state after moving with new unknowns for a time step (24).
 
     Args:
         robot: The robot.
         state: Where it was.
-        velocity: The new unknowns, (unknown,).
+        velocity: The new unknowns.
         time_step_s: Time step [s].
     """
     moving, turning = state.rotation @ velocity[:3], state.rotation @ velocity[3:6]
@@ -170,8 +174,8 @@ def moved_state(
     )
 
 
-def unknowns_of(robot: Robot, state: ReducedState) -> np.ndarray:
-    """V and W along the hub's axes, then the modal rates of every mount, (unknown,)."""
+def unknowns_of(robot: Robot, state: ReducedState) -> Float[np.ndarray, " unknown"]:
+    """V and W along the hub's axes, then the modal rates of every mount."""
     hub = (state.velocity @ state.rotation, state.angular_velocity @ state.rotation)
     rates = zip(robot.mounts, state.mode_rates, strict=True)
     return np.concatenate([*hub, *(rate[: mount.part.mode_count] for mount, rate in rates)])
