@@ -71,7 +71,7 @@ def mount_compliance(
         location: The mount that is loaded.
 
     Returns:
-        (location, 6, 6): translation [mm] and turn [rad] of each mount, along the axes of its own
+        Translation [mm] and turn [rad] of each mount, (location, 6, 6), along the axes of its own
         leg and about the middle of its face, for a unit force [1/mN] and a unit moment
         [1/(mN mm)] on the loaded one.
     """

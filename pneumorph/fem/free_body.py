@@ -18,7 +18,7 @@ def rigid_motions(points: np.ndarray, centre: np.ndarray) -> np.ndarray:
         centre: What the turns are about [mm], (3,).
 
     Returns:
-        (point, 3, 6): three translations [mm/mm], then three turns [mm/rad].
+        Three translations [mm/mm], then three turns [mm/rad], (point, 3, 6).
     """
     motions = np.zeros((len(points), 3, 6))
     motions[:, :, :3] = np.eye(3)
