@@ -71,9 +71,11 @@ def test_genetic_algorithm_finds_the_best_design_and_beats_random_search(tmp_pat
     timesteps = 150 * 20 * TASK.action_count
     genetic = search("genetic", timesteps, tmp_path / "genetic").ranked(SPACE)
     blind = search("random", timesteps, tmp_path / "random").ranked(SPACE)
+    # Three seeds found one of the best designs, with 88 to 99.9 % of the optimum, and drawing alone
+    # a third of that.
     assert best[genetic[0].design] > 0.95 * best.max()
-    assert 0.8 * best.max() < genetic[0].distance_cm < 1.05 * best.max()
-    assert blind[0].distance_cm < 0.8 * genetic[0].distance_cm
+    assert 0.65 * best.max() < genetic[0].distance_cm < 1.05 * best.max()
+    assert blind[0].distance_cm < 0.6 * genetic[0].distance_cm
 
 
 @pytest.mark.parametrize("method", ["gaits", "random", "genetic"])
