@@ -32,15 +32,18 @@ from pneumorph.hardware.rig import RigSettings, load_rig
 from pneumorph.hardware.schedule import SEARCH_STEP_S, Schedule, plan_schedule
 from pneumorph.hardware.trial import LOG_FILE
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
-from pneumorph.physics.open_loop_gait import sample_commands, step_count
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
+from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import Design
-from pneumorph.study.gait_source import GaitSource, find_gait, recalibrated
+from pneumorph.study.gait_source import find_gait, recalibrated
 from pneumorph.study.recorded_walk import Model
 from pneumorph.study.virtual_reality import VirtualReality
 
 SCHEDULE_FILE = "schedule.csv"
 BENDS_FILE = "bends.csv"
+CUT_FACTOR = 1.5
+"""A gait that with a calibration asks for more than this times the limit is refused, not cut."""
 
 
 @dataclass(frozen=True)
@@ -118,9 +121,9 @@ class DeployedGait:
     design: str | None = None
     """None of a bend test."""
     highest_meant_kPa: float | None = None
-    """What the gait asks for with this calibration, where that is beyond the rig's limit."""
+    """What the gait asks for with this calibration, where that is beyond the limit."""
     cut_off_at_kPa: float | None = None
-    """And that limit."""
+    """And that limit: the least of the channels', and of what any gait may command."""
     schedule: tuple[str, ...] = ()
     """What a dry run would have commanded, line by line."""
     model: str | None = None
@@ -169,8 +172,8 @@ def deploy_gait(
 
     Raises:
         DriverError: A trial was stopped; the summary of the trials so far is on disk.
-        ValueError: The gait does not fit the rig's limits, a bend test is given one, or an option
-            would be ignored.
+        ValueError: The gait does not fit the rig's limits, or would be cut to another gait by its
+            calibration; a bend test is given one; or an option would be ignored.
     """
     start = time.monotonic()
     settings.refuse_source_of_bend_test(source)
@@ -186,7 +189,9 @@ def deploy_gait(
         design, described = found.design, {"gait": found.name, "design": str(found.design)}
         gait = found.gait
         if spec.calibration is not None:  # otherwise its pressures are commanded as they are
-            gait, cut = _calibrated(found, spec.physics.pressure_map, rig, folder)
+            # Beside a calibration, the options hold the map of the leg as it is before measuring.
+            trained = found.pressure_map or robot.physics.pressure_map
+            gait, cut = _calibrated(found.gait, trained, spec.physics.pressure_map, rig, folder)
             described |= cut
     schedule = plan_schedule(gait, rig)
     _save_schedule(schedule, design, folder)
@@ -216,21 +221,39 @@ def deploy_gait(
 
 
 def _calibrated(
-    found: GaitSource, measured: PressureMap, rig: RigSettings, folder: RunFolder
-) -> tuple[Any, dict[str, Any]]:
-    """The gait with the measured robot's pressures, and where the rig's limit cuts it off."""
-    highest = min(channel.highest_kPa for channel in rig.channels)
-    meant = recalibrated(found.gait, found.pressure_map, measured, math.inf)
+    gait: OpenLoopGait,
+    trained: PressureMap,
+    measured: PressureMap,
+    rig: RigSettings,
+    folder: RunFolder,
+) -> tuple[OpenLoopGait, dict[str, Any]]:
+    """The gait with the measured robot's pressures, and where the limit cuts it off.
+
+    Raises:
+        ValueError: So much would be cut off that it would be another gait.
+    """
+    if trained == measured:
+        return gait, {}
+    highest = min(HIGHEST_COMMAND_KPA, *(channel.highest_kPa for channel in rig.channels))
+    meant = recalibrated(gait, trained, measured, math.inf)
     count = step_count(meant.duration_s, SEARCH_STEP_S)
     needed = float(sample_commands(meant, SEARCH_STEP_S, count).max())
-    gait = recalibrated(found.gait, found.pressure_map, measured, highest)
+    if needed > CUT_FACTOR * highest:
+        raise ValueError(
+            f"with this calibration the gait asks for {needed:.1f} kPa, expected at most "
+            f"{CUT_FACTOR:g} times the limit of {highest:g} kPa, where little is cut off; the gait "
+            f"was made for p_sim = {trained.slope:g} p {trained.intercept_kPa:+g} kPa, the "
+            f"calibration is {measured.slope:g} p {measured.intercept_kPa:+g} kPa: one of them may "
+            "be of another leg (--leg)"
+        )
     if needed <= highest:
-        return gait, {}
+        return recalibrated(gait, trained, measured, highest), {}
     folder.progress.say(
-        f"with this calibration the gait asks for {needed:.1f} kPa: it is cut off at the rig's "
-        f"{highest:g} kPa"
+        f"with this calibration the gait asks for {needed:.1f} kPa: it is cut off at {highest:g} "
+        "kPa"
     )
-    return gait, {"highest_meant_kPa": needed, "cut_off_at_kPa": highest}
+    cut = {"highest_meant_kPa": needed, "cut_off_at_kPa": highest}
+    return recalibrated(gait, trained, measured, highest), cut
 
 
 def _save_schedule(schedule: Schedule, design: Design | None, folder: RunFolder) -> None:

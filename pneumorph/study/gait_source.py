@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,12 +21,15 @@ from pneumorph.study.finished_run import FinishedRun, TakenOver
 
 @dataclass(frozen=True)
 class GaitSource:
-    """A gait, whose it is, and what it was made with: pressure map, and steps before it starts."""
+    """A gait, whose it is, and what it was made with: pressure map, and steps before it starts.
+
+    The map is None where the source does not say: then it is that of the leg that walks.
+    """
 
     gait: OpenLoopGait
     design: Design
     name: str
-    pressure_map: PressureMap = field(default_factory=PressureMap)
+    pressure_map: PressureMap | None = None
     settling_steps: int = 15
 
 

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from helpers.published_pairs import PAPER_PAIRS
 from helpers.run_json import run_json
 
+from pneumorph.catalogue.paper_robot import LegName, pressure_map
 from pneumorph.cli import run
 from pneumorph.command.deploy import DeployOptions
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.parameter_fit import ParameterFitSettings
+from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 from pneumorph.study.deployed_gait import DeploymentSettings
 
 SHORT = "--expert.duration-s 1 --expert.period-s 1"
@@ -136,9 +141,33 @@ def test_a_calibrated_gait_that_the_rig_cuts_off_says_so(
     assert summary["highest_meant_kPa"] == pytest.approx(
         0.5 * (4.0785 * 60 - 20.361) + 10, abs=0.01
     )
-    assert summary["cut_off_at_kPa"] == 95.0
-    planned, _ = read_gait(tmp_path / "d" / "schedule.csv", maximum_pressure_kPa=95.0)
-    assert planned.held_kPa.max() <= 95.0
+    assert summary["cut_off_at_kPa"] == HIGHEST_COMMAND_KPA
+    planned, _ = read_gait(tmp_path / "d" / "schedule.csv")
+    assert planned.held_kPa.max() == HIGHEST_COMMAND_KPA
+
+
+@pytest.mark.parametrize("leg", get_args(LegName))
+def test_the_legs_own_map_as_calibration_leaves_the_experts_gait_alone(
+    leg: LegName, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A gait that does not say what it was made for was made for the leg that is asked for."""
+    file = Calibration(pressure_map(leg)).save(tmp_path / "calibration.json")
+    command = f"deploy --dry-run --leg {leg} {SHORT}"
+    usual = run_json(f"{command} --out {tmp_path / 'a'}", capsys)
+    same = run_json(f"{command} --calibration {file} --out {tmp_path / 'b'}", capsys)
+    assert same["schedule"] == usual["schedule"]
+
+
+def test_a_gait_that_a_calibration_would_cut_to_another_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The published leg's gait for a robot with the hyperelastic leg's line: a mixed-up leg."""
+    file = Calibration(pressure_map("hyperelastic")).save(tmp_path / "calibration.json")
+    refused = _refused(
+        f"deploy --dry-run {SHORT} --calibration {file} --out {tmp_path / 'd'}", capsys
+    )
+    assert re.search(r"asks for 224\.2 kPa, expected at most 1\.5 times the limit", refused)
+    assert not (tmp_path / "d" / "schedule.csv").exists()
 
 
 def test_a_calibration_with_a_modulus_changes_the_robot(
