@@ -138,7 +138,7 @@ def quick_settings(seed: int = 0) -> CooptSettings:
 
 
 def fast_settings(seed: int = 0) -> CooptSettings:
-    """All 6972 designs in a quarter of the paper's timesteps, fine-tuning included.
+    """All 6972 designs in 21 % of the timesteps of the paper's run, fine-tuning included.
 
     What saves timesteps: eight updates for each action of all robots (16 thousand in all, one and a
     half times the paper's), the mirror image of every transition, bootstrapping at the time limit,

@@ -19,7 +19,6 @@ from pneumorph.base.artefact import write_json
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.run_folder import made_once
 from pneumorph.base.settings import load_settings
-from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.fem.false_moment import false_moment
 from pneumorph.fem.full_robot import FullRobot
@@ -89,7 +88,7 @@ def walk(duration_s: float, way: tuple[str, str, Damping]) -> dict[str, Any]:
     if gait_name == "learned":
         gait, _ = read_gait(HERE / "learned_gait.csv")
     physics = replace(PUBLISHED.physics, damping=damping)
-    robot = paper_robot(PUBLISHED.leg, physics).full(DESIGNS[design])
+    robot = replace(PUBLISHED, physics=physics).spec().full(DESIGNS[design])
     commands = sample_commands(gait, physics.time_step_s, round(duration_s / physics.time_step_s))
     observer = Observer(robot)
     _, trajectory = robot.rollout(

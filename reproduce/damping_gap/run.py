@@ -95,10 +95,10 @@ def walk_of(robot: AnalysedRobot, damping: str) -> dict[str, Any]:
 
 
 def survives(own: AnalysedRobot, other: AnalysedRobot) -> bool:
-    """Whether a pair comes as far under the other damping, to the paper's 1 cm."""
+    """Whether a pair keeps its distance under the other damping, to the paper's 1 cm either way."""
     if own.distance_cm is None or other.distance_cm is None:
         return False
-    return other.distance_cm > own.distance_cm - SURVIVES_WITHIN_CM
+    return abs(other.distance_cm - own.distance_cm) < SURVIVES_WITHIN_CM
 
 
 def front_slipping(robot: AnalysedRobot) -> float | None:

@@ -22,7 +22,6 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.settings import load_settings
-from pneumorph.catalogue.paper_robot import paper_leg, paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.expert_gait import ExpertGait
@@ -37,8 +36,9 @@ from pneumorph.simulation.stepper_settings import StepperSettings
 
 ACTION_S, ACTION_COUNT, SETTLING_S, MAXIMUM_KPA = 1.0, 20, 0.15, 90.0
 PUBLISHED = load_settings(RobotOptions, Path(__file__).parent.parent / "published.toml")
-PHYSICS, DEFAULT = PUBLISHED.physics, StepperSettings()
-REFERENCE = StepperSettings(
+PHYSICS, DEFAULT = PUBLISHED.physics, PUBLISHED.stepper
+REFERENCE = replace(
+    DEFAULT,
     element_precision="double",
     tangent_tolerance_mm_per_s=0.0,
     contact_tolerance_mm_per_s=1e-8,
@@ -111,7 +111,7 @@ def main(out: Path, pairs: int = 20, threads: int = 0, part: Path | None = None)
         threads: Of the simulator; 0 takes every processor.
         part: Reduced leg; by default the one that ships.
     """
-    spec, space = paper_robot(paper_leg(PUBLISHED.leg, part), PHYSICS), DesignSpace()
+    spec, space = replace(PUBLISHED, part=part).spec(), DesignSpace()
     generator = np.random.default_rng(0)
     drawn = generator.integers(len(space), size=pairs)
     designs = [Design.parse(BASELINE_DESIGN), *(space[int(index)] for index in drawn)]

@@ -22,7 +22,6 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.settings import load_settings
-from pneumorph.catalogue.paper_robot import paper_leg, paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.physics import Damping
@@ -68,7 +67,7 @@ def main(out: Path, steps: int = 10_000_000, threads: int = 0, part: Path | None
         threads: Of the simulator; 0 takes every processor.
         part: Reduced leg; by default the one that ships.
     """
-    leg = paper_leg(PUBLISHED.leg, part)
+    spec = replace(PUBLISHED, part=part, threads=threads).spec()
     path = out / "long_run.json"
     total: dict[str, Any] = {
         "batches": 0,
@@ -86,7 +85,7 @@ def main(out: Path, steps: int = 10_000_000, threads: int = 0, part: Path | None
         number = total["batches"]
         damping: Damping = ("published", "objective")[number % 2]
         physics = replace(PUBLISHED.physics, damping=damping)
-        batch = run_batch(number, paper_robot(leg, physics, thread_count=threads))
+        batch = run_batch(number, replace(spec, physics=physics))
         total["batches"] += 1
         total["steps"] += batch["steps"]
         for name, count in zip(total["statuses"], batch["statuses"], strict=True):

@@ -77,7 +77,7 @@ def walked(part: PartModel, hold_s: float, path: Path) -> Motion:
             pressure_rate_kPa_per_s=settings.pressure_rate_kPa_per_s,
         )
         mounts = [(part, poses[place], leg) for leg, place in enumerate(plan.places)]
-        robot = FullRobot(paper_hub().full("rigid"), mounts, physics)
+        robot = FullRobot(paper_hub(PUBLISHED.masses).full("rigid"), mounts, physics)
         recorded: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         steps = 0
 
@@ -161,7 +161,7 @@ def main(out: Path = Path("runs/frame"), modes: int = 24, hold_s: float = 0.6) -
         modes: Of each basis.
         hold_s: How long a corner of the pressures is held [s].
     """
-    part = paper_leg(PUBLISHED.leg).full
+    part = paper_leg(PUBLISHED.leg, masses=PUBLISHED.masses).full
     walk = walked(part, hold_s, out / "walk.npz")
     bend = bend_snapshots(part, StaticSnapshotSettings(bend_pressure_kPa=BEND_KPA, bend_count=10))
     pitch = RadialMounting().pose(0).rotation.T @ np.array([0.0, 0.0, 1.0])

@@ -199,11 +199,12 @@ class PaperScale:
         """
         robot = FinishedRun.read(self.out).robot
         if replace(robot.physics, damping=PUBLISHED.physics.damping) != PUBLISHED.physics or (
-            (robot.leg, robot.calibration) != (PUBLISHED.leg, None)
+            (robot.leg, robot.masses, robot.calibration) != (PUBLISHED.leg, PUBLISHED.masses, None)
         ):
             raise SystemExit(
-                "learned_leg needs a training with the paper's leg and physics, but for the "
-                f"damping; got leg {robot.leg}, calibration {robot.calibration} and {robot.physics}"
+                "learned_leg needs a training with the paper's leg, masses and physics, but for "
+                f"the damping; got leg {robot.leg}, {robot.masses}, calibration "
+                f"{robot.calibration} and {robot.physics}"
             )
         walked = GaitWalkSettings(gaits=tuple(self.learned_from()), damping=robot.physics.damping)
         options, place = (

@@ -61,10 +61,14 @@ class RobotVariant:
 
     def robot(self, case: ReferenceCase) -> FullRobot:
         """The full-order robot of a case, elastic disk and published damping."""
-        numerics = FullOrderSettings(friction_solver=self.friction_solver)
+        numerics = FullOrderSettings(
+            integrator=PUBLISHED.full.integrator,
+            friction_solver=self.friction_solver,
+            contact_sweeps=PUBLISHED.full.contact_sweeps,
+        )
         if self.friction_solver == "gauss_seidel":
             numerics = replace(numerics, contact_sweeps=250, contact_tolerance_mm_per_s=1e-8)
-        part, disk = self.leg_part(), paper_hub().full("soft")
+        part, disk = self.leg_part(), paper_hub(PUBLISHED.masses).full("soft")
         rim = disk_rim_points(paper_disk_mesh())
         if self.rim_corner_count:
             rim = _polygon(self.rim_corner_count)

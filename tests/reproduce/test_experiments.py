@@ -7,7 +7,7 @@ import json
 import sys
 from dataclasses import fields, replace
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 import tyro
@@ -17,11 +17,14 @@ from helpers.synthetic_part import synthetic_reduced_part
 from pneumorph.base.artefact import write_json
 from pneumorph.base.run_folder import RunFolder, read_settings, read_summary
 from pneumorph.base.settings import load_settings, read_settings_file
-from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.paper_robot import leg_materials
+from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
 from pneumorph.cli import run
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.gait_walks import GaitWalkSettings
 from pneumorph.study.kept_run import keep_run
@@ -74,11 +77,29 @@ def runs(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]
 def test_the_published_physics_is_named_in_full() -> None:
     """Every field: one that is left out would follow the package's default wherever that goes."""
     named = read_settings_file(REPRODUCE / "published.toml")
-    assert set(named["physics"]) == {each.name for each in fields(Physics)}
-    assert set(named["physics"]["pressure_map"]) == {each.name for each in fields(PressureMap)}
-    assert named["leg"] == "published"
+    not_of_it = {"part", "threads", "calibration"}
+    assert set(named) == {each.name for each in fields(RobotOptions)} - not_of_it
+    for group, settings, left_out in (
+        (named["physics"], Physics, set()),
+        (named["physics"]["pressure_map"], PressureMap, set()),
+        (named["stepper"], StepperSettings, set()),
+        # Nothing is weighed, and densities are of cast legs.
+        (named["masses"], Masses, {"leg_mass_g", "hub_mass_g", "densities"}),
+        (named["full"], FullOptions, {"mesh", "height_map"}),
+    ):
+        assert set(group) == {each.name for each in fields(settings)} - left_out
     published = load_settings(RobotOptions, REPRODUCE / "published.toml")
-    assert published.spec().physics == published.physics
+    spec = published.spec()
+    assert spec.physics == published.physics
+    assert spec.stepper == published.stepper
+    # What its names stand for, as its comments say.
+    assert named["leg"] == named["masses"]["model"] == "published"
+    part, materials = spec.module.full, leg_materials(published.leg)
+    assert (materials.silicone.young_modulus_kPa, materials.silicone.poisson_ratio) == (1160.0, 0.2)
+    assert (materials.sheet.young_modulus_kPa, materials.sheet.poisson_ratio) == (2320.0, 0.49)
+    for leg_mass_kg in (part.mass_kg, spec.module.reduced.mass):
+        assert leg_mass_kg == pytest.approx(0.105, rel=1e-9)
+    assert spec.hub.rigid.mass == pytest.approx(0.075, rel=1e-12)
 
 
 def test_everything_after_the_paper_scale_training(
@@ -173,6 +194,17 @@ def test_searches_beside_learning(
     assert json.loads((tmp_path / "answer.json").read_text()) == found
 
 
+@pytest.mark.parametrize(
+    ("own_cm", "other_cm", "survives"),
+    [(7.4, 7.9, True), (7.4, 6.6, True), (7.4, 11.4, False), (7.4, 5.8, False), (7.4, None, False)],
+)
+def test_a_distance_survives_neither_a_loss_nor_a_gain(
+    own_cm: float, other_cm: float | None, survives: bool
+) -> None:
+    own, other = (SimpleNamespace(distance_cm=far) for far in (own_cm, other_cm))
+    assert script("damping_gap").survives(own, other) is survives
+
+
 def test_each_runs_pairs_under_the_other_damping(
     runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -187,7 +219,7 @@ def test_each_runs_pairs_under_the_other_damping(
             # Under its own damping a pair repeats what its run reported.
             assert row["own_distance_cm"] == pytest.approx(pair["distance_cm"], abs=1e-9)
             assert row["other_distance_cm"] != row["own_distance_cm"]
-            close = row["other_distance_cm"] > row["own_distance_cm"] - 1.0
+            close = abs(row["other_distance_cm"] - row["own_distance_cm"]) < 1.0
             assert row["survives"] == close
             for name in ("own_front_slipping_share", "other_front_slipping_share"):
                 assert 0.0 <= row[name] <= 1.0
