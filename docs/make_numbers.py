@@ -57,7 +57,8 @@ def number_table() -> str:
         ),
     ]
     lines = [
-        "| 20 s on a plane; published physics unless the row says otherwise | distance | experiment |",
+        "| 20 s on a plane; published physics unless the row says otherwise | distance "
+        "| experiment |",
         "|---|---|---|",
     ]
     lines += [
