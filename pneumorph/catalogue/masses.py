@@ -45,9 +45,9 @@ class Masses(Checked):
     """What the robot's parts weigh."""
 
     model: MassModel = "published"
-    """`published`: 105 g a leg and 75 g the hub, 2.5 times the real ones, spread evenly over the
-    nodes. `cast`: a leg is the silicone that its mould holds and its sheet, the hub is the printed
-    one."""
+    """`published`: the hub has 75 g, 2.5 times the real one's mass, and a leg what its materials or
+    its reduction say (105 g of the legs that ship, 2.5 times the real ones). `cast`: a leg is the
+    silicone that its mould holds and its sheet, the hub is the printed one."""
     leg_mass_g: Positive | None = None
     """Weighed mass of a leg [g], in place of the model's."""
     hub_mass_g: Positive | None = None

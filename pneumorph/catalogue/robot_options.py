@@ -80,7 +80,8 @@ class RobotOptions(Checked):
 
     leg: LegName = "published"
     """`published`: the article's material, linear elements. `hyperelastic`: the silicone's own
-    stiffness, quadratic neo-Hookean elements, and a pressure map of its own."""
+    stiffness, quadratic neo-Hookean elements, a pressure map of its own, and where no
+    `--masses.model` is given the masses that are cast and printed."""
     part: Path | None = None
     """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
     threads: Annotated[int, Bounds(least=0, why="0 takes every processor")] = 0
@@ -89,7 +90,8 @@ class RobotOptions(Checked):
     masses: Masses = field(default_factory=Masses)
     """What legs and hub weigh; the hyperelastic leg brings `cast` with it."""
     calibration: Path | None = None
-    """Calibration file, as `pneumorph calibrate` writes it; by default the paper's line."""
+    """Calibration file, as `pneumorph calibrate` writes it; by default the leg's own
+    map of real to simulated pressure."""
     physics: Physics = field(default_factory=Physics)
     stepper: StepperSettings = field(default_factory=StepperSettings)
 

@@ -55,8 +55,8 @@ def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:
     """Plan the commands of a gait.
 
     A command is given when the gait's target differs from the last command, at least
-    ``update_interval_s`` after it, and changes by at most ``rate_kPa_per_s`` times the time since
-    (the first: times the interval). At the end everything is vented.
+    ``update_interval_s`` after it, and changes by at most ``rate_kPa_per_s`` times
+    ``update_interval_s``, however long the last one has held. At the end everything is vented.
 
     Args:
         gait: The gait; it must command as many regulators as the rig has channels.

@@ -158,7 +158,7 @@ class VirtualRig:
     """Regulators with lag, noise and quantisation, and a robot they inflate.
 
     Args:
-        robot: The true robot; its settings must not limit the pressures' rate (`Reality.settings`).
+        robot: The true robot; its settings must not limit the pressures' rate (`Reality.physics`).
         rig: Channels and rate of the rig.
         settings: How imperfect it is.
         lag_s: Time constant of the regulators [s].

@@ -126,13 +126,13 @@ PAGES = {
     ),
     "analyse": VerbPage(
         "What learned robots do",
-        "Steps, tilt, loads and friction of the best pairs.",
+        "Steps, tilt, loads and friction of the best pairs; L1 is the training's first.",
         Analysis,
         (analysis_sections,),
     ),
     "evaluate": VerbPage(
         "Learned pairs, walked again",
-        "The best pairs of a training, simulated anew.",
+        "The best pairs of a training, simulated anew; L1 is the training's first.",
         Evaluation,
         (evaluation_sections, leg_sections),
     ),

@@ -84,9 +84,11 @@ def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> li
         )
         for rank, pair in enumerate(found.pairs, start=1)
     ]
-    header = ["", "design", "reported by the run (cm)", f"{found.model} model (cm)"]
+    header = ["place in the run", "design", "reported by the run (cm)", f"{found.model} model (cm)"]
     sections = [
-        *_pair_sections(found.pairs, Path(found.run), run, sheet, baseline),
+        *_pair_sections(
+            found.pairs, Path(found.run), run, sheet, baseline, "The best pairs of the run"
+        ),
         Section("Walked again", page.table(header, rows)),
     ]
     if found.robustness is not None:
@@ -119,6 +121,7 @@ def _pair_sections(
     run: FinishedRun,
     sheet: Sheet,
     baseline: BestPhase | None = None,
+    title: str = "The best pairs",
 ) -> list[Section]:
     pairs = [pair for pair in pairs if pair.gait]
     if not pairs:
@@ -134,7 +137,7 @@ def _pair_sections(
             f"regulators' {rate:g} kPa/s."
         )
         body = sheet.drawn("pairs", pairs_figure(found, rate), caption) + body
-    return [Section("The best pairs", body)]
+    return [Section(title, body)]
 
 
 def searched_pair_sections(found: SearchFindings, run: FinishedRun, sheet: Sheet) -> list[Section]:

@@ -19,7 +19,7 @@ from pneumorph.gait.friction_margin import FrictionMargin, friction_margin
 from pneumorph.gait.walk import cycle_slides_cm, step_rewards_cm, walk
 from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.robot.design import Design
-from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.finished_run import FinishedRun, furthest
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.trajectory import Trajectory
 
@@ -107,6 +107,7 @@ class Analysis:
 
     run: str
     best_design: str
+    """The pair that came furthest here; the run's first where all failed."""
     best_distance_cm: float | None
     damping: str
     friction: float
@@ -189,17 +190,19 @@ def analyse(
         folder.progress(number, len(robots), "recording")
     folder.progress.stage("walking over the range of friction")
     distances = _over_friction(spec, robots, settings.frictions, folder)
+    analysed = tuple(
+        _analysed(each, trajectory, spec, step_s, settings.cycle_s, distances[each.label])
+        for each, trajectory in zip(robots, recorded, strict=True)
+    )
+    best = furthest(analysed[1:])
     found = Analysis(
         run=str(run.folder),
-        best_design=str(robots[1].design),
-        best_distance_cm=recorded[1].distance_cm,
+        best_design=best.design,
+        best_distance_cm=best.distance_cm,
         **spec.describe(reduced=False),
         friction=spec.physics.friction,
         frictions=settings.frictions,
-        robots=tuple(
-            _analysed(each, trajectory, spec, step_s, settings.cycle_s, distances[each.label])
-            for each, trajectory in zip(robots, recorded, strict=True)
-        ),
+        robots=analysed,
         wall_s=time.monotonic() - start,
     )
     content = result_to_dict(found)

@@ -17,7 +17,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.walk import walk
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.finished_run import FinishedRun, Pair
+from pneumorph.study.finished_run import FinishedRun, Pair, furthest
 from pneumorph.study.recorded_walk import Model, recorded_walk
 from pneumorph.study.robustness import (
     Robustness,
@@ -76,13 +76,16 @@ class Evaluation:
     run: str
     model: str
     best_design: str
+    """The pair that came furthest here; the run's first where all failed."""
     best_distance_cm: float | None
     reported_distance_cm: float | None
+    """What the run reported of that pair."""
     damping: str
     calibration: dict[str, Any]
     notes: tuple[str, ...]
     """Pairs that did not repeat what their run reported."""
     pairs: tuple[EvaluatedPair, ...]
+    """In the run's order."""
     wall_s: float
     leg: dict[str, Any] | None = None
     """The reduced leg; None for finite elements."""
@@ -127,12 +130,13 @@ def evaluate(
         EvaluatedPair(str(pair.design), pair.gait_file, pair.distance_cm, distance)
         for pair, distance in zip(pairs, distances, strict=True)
     ]
+    best = furthest(evaluated)
     return Evaluation(
         run=str(run.folder),
         model=settings.model,
-        best_design=evaluated[0].design,
-        best_distance_cm=evaluated[0].distance_cm,
-        reported_distance_cm=evaluated[0].reported_distance_cm,
+        best_design=best.design,
+        best_distance_cm=best.distance_cm,
+        reported_distance_cm=best.reported_distance_cm,
         **spec.describe(reduced=settings.model == "reduced"),
         notes=tuple(_notes(evaluated)) if settings.model == "reduced" else (),
         pairs=tuple(evaluated),

@@ -7,12 +7,13 @@ run, is refused by the name of the file and the field, and what was expected the
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.provenance import Provenance
@@ -49,6 +50,27 @@ class Pair:
     gait_file: str
     gait: HeldGait
     distance_cm: float | None
+
+
+class Walked(Protocol):
+    """What walked again, perhaps in another physics."""
+
+    @property
+    def distance_cm(self) -> float | None: ...
+
+
+WalkedAgain = TypeVar("WalkedAgain", bound=Walked)
+
+
+def furthest(walked: Sequence[WalkedAgain]) -> WalkedAgain:
+    """Return what came furthest, the first of them where all failed.
+
+    A run's best pair need not be the best in another physics, or as finite elements.
+
+    Args:
+        walked: One or more, in the run's order.
+    """
+    return max(walked, key=lambda each: -math.inf if each.distance_cm is None else each.distance_cm)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from helpers.run_json import run_json
 
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.cli import run
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import BASELINE_DESIGN
@@ -84,6 +85,22 @@ def test_a_kept_run_of_objective_damping_walks_both(
         assert found["best_distance_cm"] == pytest.approx(far, abs=1.0), flags
         assert found["reported_distance_cm"] == pytest.approx(pair["own_distance_cm"], abs=1e-6)
     assert pair["other_distance_cm"] - pair["own_distance_cm"] > 3.0
+
+
+def test_the_best_is_the_furthest_of_what_walked_not_the_first_of_the_training(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Under objective damping L3 and L5 of the kept run come 1.0 cm, L1 goes back by 0.3 cm."""
+    kept = REPRODUCE / "paper_scale"
+    found = run_json(f"evaluate {kept} --physics.damping objective --out {tmp_path}", capsys)
+    best = max(found["pairs"], key=lambda pair: pair["distance_cm"])
+    assert best["distance_cm"] > found["pairs"][0]["distance_cm"] + 0.5
+    for name in ("design", "distance_cm", "reported_distance_cm"):
+        assert found[name if name.startswith("reported") else f"best_{name}"] == best[name]
+    assert run(["report", str(tmp_path)]) == 0
+    page = (tmp_path / "report" / "page.html").read_text()
+    assert "place in the run" in page
+    assert f"{best['distance_cm']:.1f} cm" in page
 
 
 def test_randomize_draws_from_the_runs_own_worlds(

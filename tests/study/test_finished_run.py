@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -22,7 +23,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.finished_run import FinishedRun, furthest
 
 DESIGNS = (BASELINE_DESIGN, "0.0.1.2.1.0.0.0", "0.0.1.2.3.0.0.0")
 SPACE = DesignSpace(maximum_legs=5)
@@ -82,6 +83,16 @@ def test_a_pair_that_no_robot_survived_has_no_distance(tmp_path: Path) -> None:
     folder = learned(tmp_path)
     change(folder / "summary.json", lambda summary: summary["pairs"][0].update(distance_cm=None))
     assert FinishedRun.read(folder).pairs(1)[0].distance_cm is None
+
+
+@pytest.mark.parametrize(
+    ("distances_cm", "place"), [((1.0, 2.0, -3.0), 1), ((None, -2.0), 1), ((None, None), 0)]
+)
+def test_what_failed_is_the_furthest_only_where_all_failed(
+    distances_cm: tuple[float | None, ...], place: int
+) -> None:
+    walked = [SimpleNamespace(distance_cm=far) for far in distances_cm]
+    assert furthest(walked) is walked[place]
 
 
 def test_the_digest_tells_one_training_from_another(tmp_path: Path) -> None:
