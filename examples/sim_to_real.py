@@ -13,6 +13,7 @@ behind the rig and takes hours.
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -49,18 +50,14 @@ def main(arguments: list[str] | None = None) -> dict[str, Any]:
     calibrated = RobotOptions(calibration=Path(calibration.calibration))
 
     # The expert's gait at its best phase, and learned ones, several trials each.
-    trials = DeploymentSettings(
-        virtual=virtual,
-        model=asked.model,
-        trials=asked.trials,
-        expert=ExpertGait(phase_deg=20.0),
-    )
-    for label, gait in (
-        ("B", None),
-        ("L", GAITS / "learned.csv"),
-        ("R", GAITS / "learned_robustly.csv"),
+    trials = DeploymentSettings(virtual=virtual, model=asked.model, trials=asked.trials)
+    expert = replace(trials, expert=ExpertGait(phase_deg=20.0))
+    for label, gait, settings in (
+        ("B", None, expert),
+        ("L", GAITS / "learned.csv", trials),
+        ("R", GAITS / "learned_robustly.csv", trials),
     ):
-        deploy_gait(gait, trials, calibrated, RunFolder(out / label, "deploy"))
+        deploy_gait(gait, settings, calibrated, RunFolder(out / label, "deploy"))
 
     # Beside the calibrated simulation.
     runs = [f"{label}={out / label}" for label in "BLR"]
