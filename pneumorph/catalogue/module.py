@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from pneumorph.fem.part_model import PartModel
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
 
@@ -22,6 +23,8 @@ class Module:
         make_full: Makes the finite elements, given factors on all Young's moduli and on the mass.
         modulus_factor: Young's moduli of this module over those it was made with.
         mass_factor: Mass of this module over that it was made with.
+        pressure_map: Real to simulated pressure that makes it bend as the real one does, where that
+            is known of it.
     """
 
     name: str
@@ -29,6 +32,7 @@ class Module:
     make_full: Callable[[float, float], PartModel]
     modulus_factor: float = 1.0
     mass_factor: float = 1.0
+    pressure_map: PressureMap | None = None
 
     @classmethod
     def of_full(cls, name: str, part: PartModel) -> Module:

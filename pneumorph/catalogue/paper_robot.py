@@ -234,7 +234,7 @@ def paper_leg(
         return leg_model(shape(), scaled_materials(made_of, modulus_factor, mass_factor))
 
     label = f"the {name} leg that ships" if part is None or isinstance(part, ReducedPart) else part
-    return Module(str(label), reduced, full)
+    return Module(str(label), reduced, full, pressure_map=pressure_map(name))
 
 
 def _check_shape(part: ReducedPart, mesh: Mesh) -> None:
@@ -272,6 +272,10 @@ def paper_hub(masses: Masses | None = None) -> HubSpec:
     return hub if masses.hub_mass_g is None else hub.weighing(1e-3 * masses.hub_mass_g)
 
 
+def _named(leg: LegName | Module) -> str:
+    return f"the {leg} leg" if isinstance(leg, str) else leg.name
+
+
 def paper_robot(
     leg: LegName | Module = "published",
     physics: Physics | None = None,
@@ -282,19 +286,26 @@ def paper_robot(
 
     Args:
         leg: A leg that ships, or a module of your own for every place.
-        physics: What acts on the robot; None for the published physics, with the leg's own map of
-            real to simulated pressure.
+        physics: What acts on the robot, with the leg's own map of real to simulated pressure; None
+            for the published physics with that map.
         masses: What the hub weighs, and a leg that ships; None for what is the leg's own: published
             masses but for the hyperelastic leg, which weighs what is cast. A module of your own has
             its own mass.
         **rest: Other fields of `RobotSpec`, such as ``thread_count``.
 
     Raises:
-        ValueError: No such leg.
+        ValueError: No such leg, or physics with the published leg's pressure map for another leg.
     """
+    own = pressure_map(leg) if isinstance(leg, str) else leg.pressure_map or PressureMap()
     if physics is None:
-        name: LegName = leg if isinstance(leg, str) else "published"
-        physics = Physics(pressure_map=pressure_map(name))
+        physics = Physics(pressure_map=own)
+    elif physics.pressure_map == PressureMap() != own:
+        raise ValueError(
+            "physics.pressure_map is the published leg's, of slope "
+            f"{PressureMap().slope:g}, expected that of {_named(leg)}, of slope {own.slope:g}: it "
+            "would be inflated otherwise than the real one; give Physics(pressure_map="
+            'pressure_map("hyperelastic")), which is in pneumorph.catalogue.paper_robot'
+        )
     if masses is None:
         masses = masses_of(leg) if isinstance(leg, str) else Masses()
     module = paper_leg(leg, masses=masses) if isinstance(leg, str) else leg

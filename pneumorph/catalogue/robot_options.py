@@ -48,12 +48,20 @@ def _current_flag(argument: str) -> str:
         return f"{flag}{equals}{current_leg(value)}"
     if flag.startswith("--materials.paper"):
         return argument.replace("paper", "sheet", 1)
-    start = f"--{OLDER_GROUP}."
-    if not argument.startswith(start):
+    if not argument.startswith(f"--{OLDER_GROUP}."):
         return argument
-    name = argument.removeprefix(start).split("=", 1)[0].replace("-", "_")
+    now = current_setting(flag.removeprefix("--").replace("-", "_")).split(".")[0]
+    return argument.replace(OLDER_GROUP, now, 1)
+
+
+def current_setting(name: str) -> str:
+    """What a setting of the group ``simulation`` is called now, such as ``physics.friction``; the
+    name itself of another."""
+    group, _, field_name = name.partition(".")
+    if group != OLDER_GROUP:
+        return name
     numerics = {each.name for each in fields(StepperSettings)}
-    return argument.replace(start, "--stepper." if name in numerics else "--physics.", 1)
+    return f"{'stepper' if field_name in numerics else 'physics'}.{field_name}"
 
 
 @dataclass(frozen=True)
@@ -137,7 +145,8 @@ class RobotOptions(Checked):
         Raises:
             FileNotFoundError: The calibration file is missing.
             ArtefactError: It cannot be read.
-            ValueError: It is given together with a pressure map.
+            ValueError: It is given together with a pressure map, or the physics have the published
+                leg's pressure map for another leg.
         """
         full = self.full
         spec = paper_robot(

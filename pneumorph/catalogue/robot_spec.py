@@ -94,7 +94,11 @@ class RobotSpec:
         Args:
             design: The design, or its text such as ``1.0.0.2.2.0.0.1``.
             watch: Told every recorded frame as it is simulated.
+
+        Raises:
+            ValueError: The floor is a height map, which only full robots walk on.
         """
+        self.check_plane()
         return ReducedRobot(self.assembly(design), self.physics, self.stepper, watch)
 
     def full(self, design: Design | str) -> FullRobot:
@@ -114,9 +118,23 @@ class RobotSpec:
         )
 
     def simulator(self, robots: Sequence[Robot | Design | str]) -> BatchedSimulator:
-        """Reduced robots side by side, given as designs or as what `assembly` made of them."""
+        """Reduced robots side by side, given as designs or as what `assembly` made of them; raises
+        as `reduced`."""
+        self.check_plane()
         assembled = [each if isinstance(each, Robot) else self.assembly(each) for each in robots]
         return BatchedSimulator(assembled, self.physics, self.stepper, self.thread_count)
+
+    def check_plane(self) -> None:
+        """Refuse a floor that reduced robots cannot walk on.
+
+        Raises:
+            ValueError: The floor is a height map.
+        """
+        if self.height_map.path is not None:
+            raise ValueError(
+                f"height_map is {self.height_map.path}, expected none for reduced robots: they "
+                "walk on a plane, and only full ones on a floor of heights"
+            )
 
     def scaled(self, modulus_factor: float = 1.0, mass_factor: float = 1.0) -> RobotSpec:
         """The same robot of stiffer or heavier modules; the hub's mass is scaled with theirs."""

@@ -11,6 +11,7 @@ from typing import Any
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.catalogue.robot_options import current_setting
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
@@ -137,7 +138,9 @@ def _restore(
     # Read as settings: one that is newer than the checkpoint had its default.
     theirs = settings_from_dict(CooptSettings, checkpoint.metadata["settings"])
     changed = _differences(settings_to_dict(theirs), settings_to_dict(training.settings), "")
-    changed += _differences(checkpoint.metadata["provenance"], _as_json(provenance), "")
+    changed += _differences(
+        checkpoint.metadata["provenance"], _as_json(provenance), "", current_setting
+    )
     if changed:
         raise ValueError(
             f"{folder} was trained with other settings ({'; '.join(changed)}), expected the same; "
@@ -166,16 +169,19 @@ def _as_json(values: Mapping[str, Any]) -> dict[str, Any]:
     return copy
 
 
-def _differences(theirs: Any, ours: Any, name: str) -> list[str]:
-    """What two nested settings differ in, one line each."""
+def _differences(
+    theirs: Any, ours: Any, name: str, called: Callable[[str], str] = str
+) -> list[str]:
+    """What two nested settings differ in, one line each, under what their names are called."""
     if isinstance(theirs, Mapping) and isinstance(ours, Mapping):
-        names = sorted({*theirs, *ours})
         return [
             line
-            for key in names
-            for line in _differences(theirs.get(key), ours.get(key), f"{name}.{key}".lstrip("."))
+            for key in sorted({*theirs, *ours})
+            for line in _differences(
+                theirs.get(key), ours.get(key), f"{name}.{key}".lstrip("."), called
+            )
         ]
-    return [] if theirs == ours else [f"{name} {theirs!r}, now {ours!r}"]
+    return [] if theirs == ours else [f"{called(name)} {theirs!r}, now {ours!r}"]
 
 
 def _train(

@@ -125,9 +125,16 @@ class FinishedRun:
 
     @property
     def calibration(self) -> UsedCalibration | None:
-        """Which pressures and what else was measured that its robots have."""
-        used = self.summary.get("calibration")
-        return self._result(UsedCalibration, used) if isinstance(used, dict) else None
+        """Which pressures and what else was measured that its robots have; None where nothing is
+        said of it.
+
+        Raises:
+            ArtefactError: The summary is damaged.
+        """
+        # A run of calibrate names the file that it wrote there.
+        if self.summary.get("calibration") is None or self.verb == "calibrate":
+            return None
+        return self._result(UsedCalibration, self.of_summary("calibration", dict))
 
     def of_summary(self, place: str, kind: type[Kind]) -> Kind:
         """A value of the summary by its place, such as ``pairs.0.design``.
@@ -199,11 +206,15 @@ class FinishedRun:
 
     @property
     def source(self) -> FinishedRun | None:
-        """The run that this one looks at; None where there is none or it is gone."""
-        folder = self.summary.get("run")
-        if folder is None or not (Path(folder) / SUMMARY).exists():
+        """The run that this one looks at; None where there is none or it is gone.
+
+        Raises:
+            ArtefactError: One of the two summaries is damaged.
+        """
+        if self.summary.get("run") is None:
             return None
-        return FinishedRun.read(Path(folder))
+        folder = Path(self.of_summary("run", str))
+        return FinishedRun.read(folder) if (folder / SUMMARY).exists() else None
 
     @property
     def _learner(self) -> str:

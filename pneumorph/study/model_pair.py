@@ -29,9 +29,13 @@ class ModelPair:
         animation: Design and pressures; it may drive more regulators than the robot has.
         spec: The robot.
         floating: Leave out gravity and floor.
+
+    Raises:
+        ValueError: The floor is a height map, which the reduced robot cannot walk on.
     """
 
     def __init__(self, animation: Animation, spec: RobotSpec, floating: bool = False) -> None:
+        spec.check_plane()
         physics = replace(spec.physics, regulator_count=animation.gait.regulator_count)
         if floating:
             physics = replace(physics, gravity_mm_per_s2=0.0, floor_height_mm=-1e4)

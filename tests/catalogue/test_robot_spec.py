@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -243,11 +244,37 @@ def test_the_hub_and_the_floor_of_full_robots_are_asked_for(tmp_path: Path) -> N
     assert full.floor.gap(np.array([[0.0, 0.0, 2.0 - 1e5]]))[0] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: paper_robot("hyperelastic", Physics(damping="objective")),
+        lambda: paper_robot(paper_leg("hyperelastic").scaled(1.2), Physics()),
+        lambda: RobotOptions(leg="hyperelastic").spec(),
+    ],
+)
+def test_the_published_legs_map_is_refused_for_another_leg(make: Callable[[], RobotSpec]) -> None:
+    """It is 3.3 times the pressure."""
+    with pytest.raises(
+        ValueError, match=r"slope 4\.0785, expected .* slope 1\.247.*pressure_map\(\"hyperelas"
+    ):
+        make()
+
+
+def test_reduced_robots_are_refused_on_a_height_map() -> None:
+    hills = replace(SPEC, height_map=HeightMap(Path("hills.npy")))
+    for make in (hills.reduced, lambda design: hills.simulator([design])):
+        with pytest.raises(ValueError, match=r"height_map is .*hills\.npy, expected none"):
+            make("1.0.0.2.2.0.0.1")
+
+
 def test_the_papers_robot_has_the_map_of_its_leg() -> None:
     assert paper_robot().physics == Physics()
     other = paper_robot("hyperelastic").physics
     assert other == Physics(pressure_map=HYPERELASTIC_PRESSURE_MAP)
-    given = Physics(friction=0.4)
+    assert paper_robot(paper_leg("hyperelastic")).physics == other
+    given = Physics(friction=0.4, pressure_map=HYPERELASTIC_PRESSURE_MAP)
     assert paper_robot("hyperelastic", given).physics is given
+    measured = Physics(pressure_map=PressureMap(1.1, -4.0))
+    assert paper_robot("hyperelastic", measured).physics is measured
     assert paper_robot(paper_leg(), thread_count=2).thread_count == 2
     assert RobotOptions(threads=2).spec().physics == paper_robot().physics

@@ -174,7 +174,13 @@ def test_policy_file_of_other_layers_is_refused(
 
 
 def test_other_physics_is_not_resumed(tmp_path: Path) -> None:
+    """Refused by the names that settings and flags have."""
+    then = {"friction": 1.2, "contact_sweeps": 100}
     with pytest.raises(Killed):
-        run(tmp_path, kill_after_round=2, provenance={"simulation": {"friction": 1.2}})
-    with pytest.raises(ValueError, match=r"other settings \(simulation.friction 1.2, now 0.5"):
-        run(tmp_path, resume=True, provenance={"simulation": {"friction": 0.5}})
+        run(tmp_path, kill_after_round=2, provenance={"simulation": then})
+    now = {"friction": 0.5, "contact_sweeps": 50}
+    with pytest.raises(
+        ValueError,
+        match=r"\(stepper\.contact_sweeps 100, now 50; physics\.friction 1\.2, now 0\.5\)",
+    ):
+        run(tmp_path, resume=True, provenance={"simulation": now})

@@ -238,6 +238,30 @@ def test_a_missing_phase_of_the_baseline_is_refused(
         _ = FinishedRun.read(folder).best_expert
 
 
+def test_a_damaged_source_or_calibration_is_refused(tmp_path: Path) -> None:
+    folder = learned(tmp_path)
+    for field_name, value, expected in (
+        ("run", 5, "has 5 as run, expected a str"),
+        ("run", ["a"], "as run, expected a str"),
+        ("calibration", "a.json", "has 'a.json' as calibration, expected a dict"),
+        ("calibration", {}, "it is no UsedCalibration"),
+    ):
+        learned(folder)
+        change(folder / "summary.json", lambda c, new={field_name: value}: c.update(new))
+        found = FinishedRun.read(folder)
+        with pytest.raises(ArtefactError, match=r"summary\.json") as refused:
+            _ = found.source if field_name == "run" else found.calibration
+        assert expected in str(refused.value)
+    change(folder / "summary.json", lambda c: c.update(verb="calibrate", calibration="c.json"))
+    assert FinishedRun.read(folder).calibration is None
+    change(folder / "summary.json", lambda c: c.update(run=str(folder)))
+    source = FinishedRun.read(folder).source
+    assert source is not None
+    assert source.folder == folder
+    change(folder / "summary.json", lambda c: c.update(run=str(folder / "gone")))
+    assert FinishedRun.read(folder).source is None
+
+
 @pytest.mark.parametrize("name", ["summary.json", "settings.json"])
 def test_files_that_are_cut_short_or_no_table_are_refused_by_name(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -79,6 +79,7 @@ def scored_by_evaluation(run: FinishedRun, space: DesignSpace) -> ScoredDesigns:
     """Return a space with the distances of an evaluation's pairs.
 
     Raises:
+        ArtefactError: The run holds no pairs, or is damaged.
         ValueError: A pair's design is not in the space.
     """
     pairs = _pairs(space, run)
@@ -91,22 +92,25 @@ def scored_by_evaluation(run: FinishedRun, space: DesignSpace) -> ScoredDesigns:
 
 
 @dataclass(frozen=True)
-class _Pair:
+class ScoredPair:
+    """A design and how far it went [cm]."""
+
     design: str
     distance_cm: float
 
 
 @dataclass(frozen=True)
-class _BestPairs:
+class BestPairs:
     """What a training and an evaluation both say."""
 
-    pairs: tuple[_Pair, ...]
+    pairs: tuple[ScoredPair, ...]
 
 
 def _pairs(space: DesignSpace, run: FinishedRun) -> dict[int, tuple[str, float]]:
+    run.of_summary("pairs", list)  # a run of another kind is refused by what it is
     return {
         space.index(Design.parse(pair.design)): (f"L{rank}", pair.distance_cm)
-        for rank, pair in enumerate(run.result(_BestPairs).pairs, start=1)
+        for rank, pair in enumerate(run.result(BestPairs).pairs, start=1)
     }
 
 

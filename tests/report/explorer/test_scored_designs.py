@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.learn.checkpoint import save_checkpoint
 from pneumorph.learn.design_distribution import gibbs
@@ -42,6 +43,14 @@ def test_a_training_gives_scores_probabilities_and_pairs(tmp_path: Path) -> None
 def test_scores_of_another_space_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"score_cm has shape \(3,\), expected"):
         ScoredDesigns(SPACE, np.zeros(3))
+
+
+def test_a_run_of_another_kind_is_refused_by_what_it_is(tmp_path: Path) -> None:
+    with pytest.raises(ArtefactError, match=r"has no pairs, expected a list.*`pneumorph reduce`"):
+        scored_by_evaluation(FinishedRun(tmp_path, {"verb": "reduce"}, {}), SPACE)
+    damaged = FinishedRun(tmp_path, {"verb": "evaluate", "pairs": [{"design": 3}]}, {})
+    with pytest.raises(ArtefactError, match=r"summary\.json: it is no BestPairs: .*distance_cm"):
+        scored_by_evaluation(damaged, SPACE)
 
 
 def test_an_evaluation_scores_its_pairs_alone() -> None:
