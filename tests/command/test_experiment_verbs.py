@@ -17,7 +17,7 @@ from pneumorph.base.settings import load_settings, settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.cli import run
 from pneumorph.gait.gait_file import read_gait
-from pneumorph.robot.design import BASELINE_DESIGN, Design
+from pneumorph.robot.design import Design
 from pneumorph.study import analysis
 from pneumorph.study.campaign import run_one
 from pneumorph.study.kept_run import keep_run
@@ -102,26 +102,34 @@ def test_analyse_tells_steps_legs_and_friction(
     assert sum(leg["mean_load_mN"] for leg in found["robots"][1]["legs"]) > 0.0
 
 
-def test_analyse_goes_on_where_a_robot_diverges(
+@pytest.mark.parametrize("diverging_count", [1, 2])
+def test_analyse_goes_on_where_robots_diverge(
+    diverging_count: int,
     learned: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    recorded = analysis.recorded_walk
+    """The best is the furthest of those that came to their end."""
+    recorded, walked = analysis.recorded_walk, []
 
     def diverging(spec: RobotSpec, design: Design, *arguments: Any, **options: Any) -> Trajectory:
         whole = recorded(spec, design, *arguments, **options)
-        if design == Design.parse(BASELINE_DESIGN):
+        walked.append(design)
+        if not 1 < len(walked) <= 1 + diverging_count:  # the expert's robot is the first
             return whole
         names = [name for name, array in whole.arrays().items() if len(array) == len(whole.time_s)]
         start = {name: getattr(whole, name)[:2] for name in names}
         return replace(whole, status="diverged", **start)
 
     monkeypatch.setattr(analysis, "recorded_walk", diverging)
-    found = run_json(f"analyse {learned} --out {tmp_path}", capsys)
-    assert [robot["status"] for robot in found["robots"]] == ["completed", "diverged", "diverged"]
-    assert found["best_distance_cm"] is None
+    found = run_json(f"analyse {learned} --cycle-s 0.4 --out {tmp_path}", capsys)
+    ends = ["completed", *["diverged"] * diverging_count, "completed"][:3]
+    assert [robot["status"] for robot in found["robots"]] == ends
+    best = found["robots"][1 if diverging_count == 2 else 2]
+    assert found["best_design"] == best["design"]
+    assert found["best_distance_cm"] == best["distance_cm"]
+    assert (found["best_distance_cm"] is None) == (diverging_count == 2)
     assert found["robots"][1]["step_rewards_cm"] is None
     assert (tmp_path / "cycle_B.png").exists()
     assert not (tmp_path / "cycle_L1.png").exists()
