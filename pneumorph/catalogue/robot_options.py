@@ -8,19 +8,23 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
+import tyro
+
 from pneumorph.base.checked import Bounds, Checked, Count
-from pneumorph.base.settings import settings_to_dict
+from pneumorph.base.settings import laid_over, settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_robot import (
+from pneumorph.catalogue.paper_leg import (
     LegName,
+    PhysicsName,
     current_leg,
+    leg_kind,
     masses_of,
     paper_leg,
-    paper_robot,
     pressure_map,
     with_current_leg,
 )
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_order_settings import FrictionSolver, FullOrderSettings, Integrator
 from pneumorph.fem.height_map import HeightMap
@@ -86,10 +90,15 @@ class FullOptions(Checked):
 class RobotOptions(Checked):
     """The leg and the physics."""
 
+    based_on: Annotated[PhysicsName, tyro.conf.arg(name="physics")] = "published"
+    """What all of leg, masses, hub and physics are where nothing else is asked for. `published`:
+    as the article simulated its robots. `measured`: as their materials were measured; finite
+    elements only."""
     leg: LegName = "published"
     """`published`: the article's material, linear elements. `hyperelastic`: the silicone's own
     stiffness, quadratic neo-Hookean elements, a pressure map of its own, and where no
-    `--masses.model` is given the masses that are cast and printed."""
+    `--masses.model` is given the masses that are cast and printed. `measured`: that of the
+    silicone's tension test, which relaxes, under the pressure of the real leg."""
     part: Path | None = None
     """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
     threads: Annotated[int, Bounds(least=0, why="0 takes every processor")] = 0
@@ -130,14 +139,25 @@ class RobotOptions(Checked):
 
     @classmethod
     def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Settings that a choice of leg brings with it where they are not set themselves."""
-        if "leg" not in content:
-            return {}
-        leg: LegName = content["leg"]
-        return {
-            "physics": {"pressure_map": settings_to_dict(pressure_map(leg))},
-            "masses": {"model": masses_of(leg).model},
-        }
+        """Settings that a choice of physics or leg brings with it where they are not set."""
+        brought: dict[str, Any] = {}
+        if "based_on" in content:
+            name: PhysicsName = content["based_on"]
+            kind = leg_kind(name)
+            brought = {
+                "leg": name,
+                "physics": settings_to_dict(kind.physics),
+                "full": {"hub": kind.hub_model, "integrator": kind.integrator},
+                "masses": {"model": kind.mass_model},
+            }
+        if "leg" in content:
+            leg: LegName = content["leg"]
+            own = {
+                "physics": {"pressure_map": settings_to_dict(pressure_map(leg))},
+                "masses": {"model": masses_of(leg).model},
+            }
+            brought = laid_over(brought, own)
+        return brought
 
     def spec(self) -> RobotSpec:
         """The robot asked for, calibrated if a calibration was given.

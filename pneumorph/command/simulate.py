@@ -23,7 +23,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_robot import HYPERELASTIC_PRESSURE_MAP, masses_of
+from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, masses_of
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.physics.physics import Physics

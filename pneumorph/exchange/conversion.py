@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_robot import paper_leg, paper_leg_mesh
+from pneumorph.catalogue.paper_leg import paper_leg, paper_leg_mesh
 from pneumorph.exchange.sofa_reduction import read_sofa_reduction, reduced_part_of
 from pneumorph.exchange.sofa_scene import export_sofa_scene
 from pneumorph.exchange.sorotraj import read_sorotraj, write_sorotraj

@@ -13,7 +13,8 @@ from pneumorph.base.artefact import write_atomically
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.masses import PRINTED_HUB, cast_leg_mass_kg
-from pneumorph.catalogue.paper_robot import paper_leg_mesh, paper_robot
+from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.hub import HubSettings, make_hub
 from pneumorph.fabrication.hub_stiffness import (

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Annotated, Any, Literal
 
 from pneumorph.base.checked import Bounds, Checked, Positive
+from pneumorph.fem.prony import PronySeries
 
 MassLumping = Literal["even", "volume"]
 """How a mass is shared among nodes: evenly, or by what their elements hold."""
@@ -112,6 +113,8 @@ class LegMaterials(Checked):
     mass_lumping: MassLumping = "even"
     """Share of each node in that mass. `even`, the paper's: the same for all. `volume`: what its
     elements hold, as a casting has it."""
+    relaxation: PronySeries = field(default_factory=PronySeries)
+    """How the silicone relaxes to the constants of `silicone`."""
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -52,8 +52,8 @@ class PartModel:
         mass_lumping: How the mass is shared among the nodes: ``even``, the paper's, gives each the
             same; ``volume`` gives each what its elements hold (Hinton, Rock and Zienkiewicz 1976);
             or the mass of each node itself [kg], (node,), as `matched_node_mass` makes them.
-        relaxation: How the solid's shear modulus relaxes, `material` being what is left; None for
-            a solid that does not.
+        relaxation: How the solid's shear modulus relaxes, `material` being what is left; None, or
+            a series without branches, for a solid that does not.
 
     Raises:
         MeshError: The mesh is faulty or lacks a region.
@@ -102,7 +102,7 @@ class PartModel:
         )
         """Tetrahedra first, then the membranes."""
         self.branches: MaxwellGroup | None = (
-            None if relaxation is None else MaxwellGroup(tetrahedra, relaxation)
+            MaxwellGroup(tetrahedra, relaxation) if relaxation and relaxation.weights else None
         )
         """What of the solid's stress relaxes."""
         self.cavity: Cavity | None = (
@@ -141,8 +141,9 @@ class PartModel:
         return {"mass_lumping": chosen.tolist()}
 
     def materials_text(self) -> list[str]:
-        """Its material and its membranes as text, for digests of what was computed with it."""
-        return [repr(self.material), repr(self._first_membranes)]
+        """What it is made of as text, for digests of what was computed with it."""
+        relaxation = [] if self.branches is None else [repr(self.branches.series)]
+        return [repr(self.material), repr(self._first_membranes), *relaxation]
 
     @property
     def _first_membranes(self) -> tuple[Membrane, ...]:
@@ -370,7 +371,13 @@ def leg_model(mesh: Mesh, materials: LegMaterials | None = None) -> PartModel:
     materials = materials or LegMaterials()
     sheet = Membrane("sheet", materials.sheet, materials.sheet_thickness_mm)
     return PartModel(
-        mesh, materials.silicone, materials.mass_kg, (sheet,), "cavity", materials.mass_lumping
+        mesh,
+        materials.silicone,
+        materials.mass_kg,
+        (sheet,),
+        "cavity",
+        materials.mass_lumping,
+        materials.relaxation,
     )
 
 

@@ -23,16 +23,16 @@ from pneumorph.base.checked import Checked, Positive
 
 @dataclass(frozen=True)
 class PronySeries(Checked):
-    """Weights and times of Maxwell's branches.
+    """Weights and times of Maxwell's branches; none by default, a rubber that does not relax.
 
     Raises:
         ValueError: A weight or time is not positive, their numbers differ, or the weights sum to
             one or more.
     """
 
-    weights: tuple[Positive, ...]
+    weights: tuple[Positive, ...] = ()
     """w_i: what share of the instantaneous modulus relaxes, branch by branch."""
-    times_s: tuple[Positive, ...]
+    times_s: tuple[Positive, ...] = ()
     """tau_i: how fast [s]."""
 
     def __post_init__(self) -> None:

@@ -9,6 +9,8 @@ supplier's data sheets'.
 
 One curve says nothing of the scatter between batches or laboratories: for Dragon Skin 30, Young's
 moduli of 450 to 1160 kPa are in use.
+
+How a silicone relaxes was measured of Dragon Skin 10 alone: `reproduce/released_beam`.
 """
 
 from __future__ import annotations
@@ -16,11 +18,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from types import MappingProxyType
 
+import numpy as np
+
 from pneumorph.fem.material import Material
+from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.yeoh_constants import yeoh_material
 
 BULK_OVER_SHEAR = 200.0
 """K / mu of a silicone: Poisson's ratio 0.4975."""
+
+TEST_RATE_PER_S = 0.23
+"""Strain rate of the tension tests [1/s]."""
+TEST_STRAIN = 0.5
+"""Strain at which a rubber that relaxes has the secant modulus of its test."""
+
+BEAM_RELAXATION = PronySeries((0.0281, 0.2132), (0.65, 0.03))
+"""Branches of 0.037 and 0.281 times the relaxed modulus, fitted to a beam of Dragon Skin 10 that
+swings at 3 to 8 Hz (`reproduce/released_beam`); of other silicones an assumption."""
 
 
 @dataclass(frozen=True)
@@ -43,16 +57,23 @@ class Silicone:
         """Young's modulus at rest if incompressible [kPa]."""
         return 6.0 * self.c1_kPa
 
-    def material(self, bulk_over_shear: float = BULK_OVER_SHEAR) -> Material:
+    def material(
+        self, bulk_over_shear: float = BULK_OVER_SHEAR, relaxation: PronySeries | None = None
+    ) -> Material:
         """The rubber as a material whose elements take its change of volume as wholes.
 
         Args:
             bulk_over_shear: K / mu.
+            relaxation: How it relaxes. Its constants are then the relaxed ones, so much lower that
+                it has the secant modulus of the test at `TEST_STRAIN` and the test's rate.
 
         Raises:
             ValueError: K / mu is below 2/3.
         """
-        return yeoh_material(self.c1_kPa, self.c2_kPa, self.c3_kPa, bulk_over_shear=bulk_over_shear)
+        series = relaxation or PronySeries()
+        constants = np.array([self.c1_kPa, self.c2_kPa, self.c3_kPa])
+        constants /= series.secant_ratio(TEST_STRAIN, TEST_RATE_PER_S)
+        return yeoh_material(*constants.tolist(), bulk_over_shear=bulk_over_shear)
 
 
 SILICONES = MappingProxyType(

@@ -14,8 +14,8 @@ from pneumorph.base.artefact import write_atomically
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 from pneumorph.base.result import save_result
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_robot import data_folder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.study.animations import Animation, animations
 from pneumorph.study.bend_error import BendComparison, bend_of_report, compare_bend
 from pneumorph.study.full_benchmark import FullBenchmark, bench_full

@@ -10,14 +10,14 @@ from typing import Any
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
-from pneumorph.catalogue.paper_robot import (
+from pneumorph.catalogue.paper_leg import (
     HYPERELASTIC_MATERIALS,
     LegName,
     paper_leg,
-    paper_robot,
     pressure_map,
     with_current_leg,
 )
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.material import LegMaterials
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.collect import SnapshotSettings

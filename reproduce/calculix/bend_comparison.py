@@ -10,7 +10,7 @@ from typing import Any
 from calculix_deck import CalculixSettings, calculix_deck
 from calculix_run import run_calculix
 
-from pneumorph.catalogue.paper_robot import leg_materials
+from pneumorph.catalogue.paper_leg import leg_kind
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.bend_curve import bend_curve
 from pneumorph.fem.material import Material, Membrane
@@ -83,13 +83,13 @@ class BendCurve:
 
 def silicone(law: str) -> Material:
     """The silicone of the paper in another law."""
-    material = leg_materials("published").silicone
+    material = leg_kind("published").materials.silicone
     return Material(material.young_modulus_kPa, material.poisson_ratio, law)
 
 
 def sheet_membrane() -> Membrane:
     """The sheet of the paper's leg, in the law that both codes have."""
-    materials = leg_materials("published")
+    materials = leg_kind("published").materials
     sheet = materials.sheet
     return Membrane(
         "sheet",
@@ -168,7 +168,9 @@ def our_bend(
         settings: Steps and tolerance.
     """
     membranes = (sheet_membrane(),) if with_sheet else ()
-    part = PartModel(mesh, silicone(law), leg_materials("published").mass_kg, membranes, "cavity")
+    part = PartModel(
+        mesh, silicone(law), leg_kind("published").materials.mass_kg, membranes, "cavity"
+    )
     start = time.perf_counter()
     found = bend_curve(part, pressures_kPa, rotation=rotation, settings=settings)
     wall = time.perf_counter() - start

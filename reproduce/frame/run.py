@@ -17,7 +17,8 @@ import tyro
 
 from pneumorph.base.artefact import load_artefact, save_artefact, write_json
 from pneumorph.base.settings import load_settings
-from pneumorph.catalogue.paper_robot import paper_hub, paper_leg
+from pneumorph.catalogue.paper_leg import paper_leg
+from pneumorph.catalogue.paper_robot import paper_hub
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.full_robot import FullRobot

@@ -9,13 +9,8 @@ from typing import Literal
 import numpy as np
 from reference_case import PUBLISHED, ReferenceCase, case_physics
 
-from pneumorph.catalogue.paper_robot import (
-    disk_rim_points,
-    leg_materials,
-    paper_disk_mesh,
-    paper_hub,
-    paper_leg_mesh,
-)
+from pneumorph.catalogue.paper_leg import leg_kind, paper_leg_mesh
+from pneumorph.catalogue.paper_robot import disk_rim_points, paper_disk_mesh, paper_hub
 from pneumorph.fem.full_order_settings import FrictionSolver, FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_model import PartModel, leg_model
@@ -98,7 +93,7 @@ class RobotVariant:
             mesh = whole_leg_mesh(MesherSettings(self.size_mm, self.grading))
         else:
             mesh = paper_leg_mesh()
-        return leg_model(self._reordered(mesh), leg_materials(PUBLISHED.leg))
+        return leg_model(self._reordered(mesh), leg_kind(PUBLISHED.leg).materials)
 
     def _reordered(self, mesh: Mesh) -> Mesh:
         nodes, tetrahedra = mesh.nodes, mesh.tetrahedra

@@ -17,13 +17,8 @@ from pneumorph.catalogue.masses import (
     Masses,
     cast_leg_mass_kg,
 )
-from pneumorph.catalogue.paper_robot import (
-    load_default_leg,
-    paper_hub,
-    paper_leg,
-    paper_leg_mesh,
-    paper_robot,
-)
+from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg, paper_leg_mesh
+from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.matched_mass import matched_node_mass

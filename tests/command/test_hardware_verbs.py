@@ -11,7 +11,7 @@ import pytest
 from helpers.published_pairs import PAPER_PAIRS
 from helpers.run_json import run_json
 
-from pneumorph.catalogue.paper_robot import LegName, pressure_map
+from pneumorph.catalogue.paper_leg import LegName, pressure_map
 from pneumorph.cli import run
 from pneumorph.command.deploy import DeployOptions
 from pneumorph.gait.gait_file import read_gait

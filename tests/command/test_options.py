@@ -15,7 +15,7 @@ from helpers.run_folders import write_run
 
 from pneumorph.base.layers import _flags, _switched_off, layered
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
-from pneumorph.catalogue.paper_robot import HYPERELASTIC_PRESSURE_MAP
+from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, leg_kind
 from pneumorph.catalogue.robot_options import RobotOptions, current_arguments
 from pneumorph.cli import VERBS, run
 from pneumorph.fem.material import LegMaterials, Material
@@ -141,6 +141,22 @@ def test_a_leg_brings_its_masses_and_a_run_keeps_its_own(tmp_path: Path, asked: 
     assert masses_of(f"fabricate {cast}") == "cast"
     assert masses_of(f"fabricate {cast} --masses.model published") == "published"
     assert masses_of("fabricate 1.0.0.2.2.0.0.1") == "published"
+
+
+def test_a_choice_of_physics_brings_leg_masses_hub_and_damping(tmp_path: Path, asked: Ask) -> None:
+    measured = asked("simulate --physics measured").robot
+    assert (measured.leg, measured.masses.model) == ("measured", "cast")
+    assert (measured.full.hub, measured.full.integrator) == ("rigid", "implicit_euler")
+    assert measured.physics == leg_kind("measured").physics
+    some = asked(
+        "simulate --physics measured --physics.friction 0.8 --masses.model published"
+    ).robot
+    assert some.physics == replace(measured.physics, friction=0.8)
+    assert some.masses.model == "published"
+    # A run's own friction gives way: it was asked for other physics.
+    folder = learned(tmp_path / "run", based_on="measured", physics={"friction": 0.5})
+    assert asked(f"evaluate {folder}").robot.physics == replace(measured.physics, friction=0.5)
+    assert asked(f"evaluate {folder} --physics published").robot == RobotOptions()
 
 
 def test_a_variant_of_a_campaign_is_a_layer(tmp_path: Path) -> None:

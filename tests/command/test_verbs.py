@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from helpers.run_json import run_json
 
-from pneumorph.catalogue.paper_robot import data_folder
+from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.cli import run
 from pneumorph.trajectory import Trajectory
 

@@ -10,7 +10,7 @@ import pytest
 from helpers.held_leg import held_leg
 
 from pneumorph.base.artefact import ArtefactError
-from pneumorph.catalogue.paper_robot import load_default_leg, paper_leg_model
+from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg_model
 from pneumorph.exchange.sofa_reduction import (
     in_hub_frame,
     read_sofa_reduction,

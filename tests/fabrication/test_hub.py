@@ -13,7 +13,8 @@ occ = pytest.importorskip("netgen.occ")
 from helpers.box_mesh import box_mesh  # noqa: E402
 
 from pneumorph.catalogue.masses import PRINTED_HUB  # noqa: E402
-from pneumorph.catalogue.paper_robot import paper_leg_model, paper_robot  # noqa: E402
+from pneumorph.catalogue.paper_leg import paper_leg_model  # noqa: E402
+from pneumorph.catalogue.paper_robot import paper_robot  # noqa: E402
 from pneumorph.fabrication.hub import HubSettings, make_hub  # noqa: E402
 from pneumorph.fabrication.hub_stiffness import (  # noqa: E402
     HubCheckSettings,

@@ -48,6 +48,15 @@ def test_branches_of_no_weight_change_nothing(integrator):
     assert none.memories == (None, None)
 
 
+def test_how_a_solid_relaxes_is_part_of_what_it_is():
+    """Walks are kept by what they were made with."""
+    elastic, relaxing, other = (
+        relaxing_leg(each).materials_text() for each in (None, SERIES, PronySeries((0.1,), (0.65,)))
+    )
+    assert len({tuple(elastic), tuple(relaxing), tuple(other)}) == 3
+    assert elastic == relaxing_leg(PronySeries()).materials_text() == relaxing[:-1]
+
+
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_a_leg_that_relaxes_gives_way_more_slowly(integrator):
     """Branches of 100 s do not relax in 0.06 s: as stiff as if the modulus were 1 / 0.7 times so

@@ -8,7 +8,8 @@ import pytest
 from helpers.box_mesh import box_mesh
 
 from pneumorph.base.artefact import load_artefact
-from pneumorph.catalogue.paper_robot import data_file, paper_leg_mesh
+from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.fem.material import LegMaterials, Material, Membrane
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.mesh import Mesh

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from helpers.faulty_rig import Pusher
 
-from pneumorph.catalogue.paper_robot import (
+from pneumorph.catalogue.paper_leg import (
     HYPERELASTIC_PRESSURE_MAP,
     LegName,
     paper_leg_mesh,
-    paper_robot,
     pressure_map,
 )
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.rigid_hub import RigidHub

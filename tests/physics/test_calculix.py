@@ -14,7 +14,7 @@ from calculix_laws import CalculixCorotational, CalculixNeoHooke
 from calculix_run import calculix_command, read_displacements, run_calculix
 from helpers.box_mesh import box_mesh
 
-from pneumorph.catalogue.paper_robot import paper_leg_mesh
+from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.part_model import PartModel

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_robot import hyperelastic_leg_mesh, paper_leg, pressure_map
+from pneumorph.catalogue.paper_leg import hyperelastic_leg_mesh, paper_leg, pressure_map
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel, leg_model
 from pneumorph.fem.static import StaticSettings, static_equilibrium

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_robot import (
+from pneumorph.catalogue.paper_leg import (
     hyperelastic_leg_mesh,
     load_default_leg,
     paper_leg,
     paper_leg_mesh,
     paper_leg_model,
-    paper_robot,
 )
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.geometry.pose import rotation_about
 from pneumorph.physics.physics import Physics

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_robot import paper_leg_model, paper_robot
+from pneumorph.catalogue.paper_leg import paper_leg_model
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.full_robot import FullRobot, FullRobotState
 from pneumorph.fem.static import StaticSettings, static_equilibrium

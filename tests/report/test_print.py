@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_robot import paper_leg_mesh, paper_robot
+from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.report.frames_figure import frames_figure

@@ -18,7 +18,7 @@ from pneumorph.base.artefact import write_json
 from pneumorph.base.run_folder import RunFolder, read_settings, read_summary
 from pneumorph.base.settings import load_settings, read_settings_file
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_robot import leg_materials
+from pneumorph.catalogue.paper_leg import leg_kind
 from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
 from pneumorph.cli import run
 from pneumorph.learn.policy_file import load_policy
@@ -94,7 +94,7 @@ def test_the_published_physics_is_named_in_full() -> None:
     assert spec.stepper == published.stepper
     # What its names stand for, as its comments say.
     assert named["leg"] == named["masses"]["model"] == "published"
-    part, materials = spec.module.full, leg_materials(published.leg)
+    part, materials = spec.module.full, leg_kind(published.leg).materials
     assert (materials.silicone.young_modulus_kPa, materials.silicone.poisson_ratio) == (1160.0, 0.2)
     assert (materials.sheet.young_modulus_kPa, materials.sheet.poisson_ratio) == (2320.0, 0.49)
     for leg_mass_kg in (part.mass_kg, spec.module.reduced.mass):

@@ -9,8 +9,10 @@ import pytest
 from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_robot import data_folder, paper_leg, paper_robot
+from pneumorph.catalogue.paper_leg import paper_leg
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.fem.material import LegMaterials
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.animations import animations

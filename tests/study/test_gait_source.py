@@ -13,7 +13,7 @@ import pytest
 from pneumorph.base.artefact import write_json
 from pneumorph.base.layers import layered
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.paper_robot import LegName, pressure_map
+from pneumorph.catalogue.paper_leg import LegName, pressure_map
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_reduced_part
 
-from pneumorph.catalogue.paper_robot import paper_leg, paper_robot
+from pneumorph.catalogue.paper_leg import paper_leg
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.animations import animations
 from pneumorph.study.robot_error import node_error, robot_error

@@ -1,0 +1,258 @@
+"""The legs of the paper's robot, by name: shape, material, and the physics that belongs to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.settings import settings_from_dict
+from pneumorph.catalogue.hub_spec import HubModel
+from pneumorph.catalogue.masses import Masses, MassModel, cast_leg_mass_kg
+from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.shipped_data import data_file
+from pneumorph.fem.full_order_settings import Integrator
+from pneumorph.fem.material import LegMaterials, Material
+from pneumorph.fem.part_model import PartModel, leg_model
+from pneumorph.fem.silicones import BEAM_RELAXATION, silicone
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.physics.physics import Physics
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.scaled_part import scaled_part
+
+LegName = Literal["published", "hyperelastic", "measured"]
+"""The published leg, one of the silicone's own stiffness, or one of all that was measured of it."""
+
+PhysicsName = Literal["published", "measured"]
+"""As the paper simulated its robots, or as their materials were measured; each has its leg."""
+
+_OLDER_LEGS = {"paper": "published"}
+
+
+@cache
+def paper_leg_mesh() -> Mesh:
+    """Mesh of the PneuNet leg that ships; made by ``pneumorph mesh leg``."""
+    return Mesh.load(data_file("leg_mesh.npz"))
+
+
+@cache
+def load_default_leg(name: LegName = "published") -> ReducedPart:
+    """A reduced leg that ships; see `pneumorph reduce` for what made it.
+
+    Raises:
+        ValueError: No such leg.
+        FileNotFoundError: Its reduction does not ship.
+    """
+    try:
+        path = data_file(f"leg_{name}.npz")
+    except FileNotFoundError as error:
+        raise FileNotFoundError(
+            f"no reduction of the {name} leg ships; make one with pneumorph reduce and "
+            "give it as --part, or simulate finite elements with --model full"
+        ) from error
+    return ReducedPart.load(path)
+
+
+HYPERELASTIC_MATERIALS = LegMaterials(
+    silicone=Material(600.0, 0.45, "stable_neo_hookean"),
+    sheet=Material(1200.0, 0.49, "stable_neo_hookean"),
+)
+"""A leg as its silicone's data sheet has it, the sheet twice as stiff; its reduction was made with
+the published mass."""
+
+HYPERELASTIC_PRESSURE_MAP = PressureMap(1.247, -4.404)
+"""Makes the hyperelastic leg bend as the published pairs say the real one does, to 2 kPa; made by
+reproduce/actuator_bend."""
+
+
+MEASURED_MATERIALS = LegMaterials(
+    silicone=silicone("Dragon Skin 30").material(relaxation=BEAM_RELAXATION),
+    sheet=Material(2e6, 0.3, "st_venant_kirchhoff"),
+    sheet_thickness_mm=0.1,
+    mass_kg=0.0468,
+    mass_lumping="volume",
+    relaxation=BEAM_RELAXATION,
+)
+"""A leg of the silicone's tension test. The sheet is paper of 2 GPa, which nobody measured: the leg
+bends alike as long as it is stiff (`reproduce/measured_bend`)."""
+
+
+@cache
+def hyperelastic_leg_mesh() -> Mesh:
+    """Mesh of quadratic tetrahedra that ships.
+
+    Made by ``pneumorph mesh leg --quadratic --leg-mesher.size-mm 6 --leg-mesher.grading 0.9``.
+    """
+    return Mesh.load(data_file("leg_mesh_quadratic.npz"))
+
+
+def current_leg(name: Any) -> Any:
+    """What a leg is called now that an earlier version called ``paper``."""
+    return _OLDER_LEGS.get(name, name)
+
+
+def with_current_leg(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings of an earlier version with their leg as it is called now."""
+    return {**content, "leg": current_leg(content["leg"])} if "leg" in content else dict(content)
+
+
+@dataclass(frozen=True)
+class LegKind:
+    """What a leg's name stands for: its shape and material, and the robot and physics about it."""
+
+    mesh: Callable[[], Mesh]
+    materials: LegMaterials
+    physics: Physics
+    mass_model: MassModel
+    hub_model: HubModel = "soft"
+    integrator: Integrator = "linearly_implicit"
+
+
+def leg_kind(name: LegName) -> LegKind:
+    """What a leg's name stands for.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    if name not in _KINDS:
+        raise ValueError(f"leg must be one of {', '.join(_KINDS)}, got {name!r}")
+    return _KINDS[name]
+
+
+_KINDS: dict[str, LegKind] = {
+    "published": LegKind(paper_leg_mesh, LegMaterials(), Physics(), "published"),
+    "hyperelastic": LegKind(
+        hyperelastic_leg_mesh,
+        HYPERELASTIC_MATERIALS,
+        Physics(pressure_map=HYPERELASTIC_PRESSURE_MAP),
+        "cast",
+    ),
+    "measured": LegKind(
+        hyperelastic_leg_mesh,
+        MEASURED_MATERIALS,
+        Physics(
+            damping="objective",
+            mass_damping_per_s=0.0,
+            stiffness_damping_s=0.0,  # what damps is the silicone, which relaxes
+            pressure_map=PressureMap(1.0, 0.0),
+        ),
+        "cast",
+        hub_model="rigid",  # the printed hub gives a fiftieth of what a leg does
+        integrator="implicit_euler",
+    ),
+}
+
+
+def pressure_map(name: LegName) -> PressureMap:
+    """Real to simulated pressure of a leg.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    return leg_kind(name).physics.pressure_map
+
+
+def scaled_materials(
+    usual: LegMaterials, modulus_factor: float = 1.0, mass_factor: float = 1.0
+) -> LegMaterials:
+    """A leg of a stiffer or heavier material."""
+    return replace(
+        usual,
+        silicone=usual.silicone.stiffer(modulus_factor),
+        sheet=usual.sheet.stiffer(modulus_factor),
+        mass_kg=usual.mass_kg * mass_factor,
+    )
+
+
+def masses_of(name: LegName) -> Masses:
+    """What a robot with a leg weighs where nothing else is asked for: a leg of the silicone's own
+    stiffness weighs what it is.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    return Masses(leg_kind(name).mass_model)
+
+
+def paper_leg(
+    name: LegName = "published",
+    part: ReducedPart | Path | None = None,
+    mesh: Mesh | Path | None = None,
+    materials: LegMaterials | None = None,
+    masses: Masses | None = None,
+) -> Module:
+    """A PneuNet leg as the paper's robot has it.
+
+    Args:
+        name: Which material and elements.
+        part: Its reduction or the file of one; None for the one that ships.
+        mesh: Its mesh or the file of one; None for the one that ships.
+        materials: What it is made of; None for what its reduction says, or else the name.
+        masses: What it weighs; None for what its materials and its reduction say.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    shipped_mesh = leg_kind(name).mesh
+
+    def shape() -> Mesh:
+        return Mesh.load(mesh) if isinstance(mesh, Path) else mesh or shipped_mesh()
+
+    def mass_kg() -> float | None:
+        """What is asked for; None leaves it as it is."""
+        if masses is None or (masses.leg_mass_g is None and masses.model == "published"):
+            return None
+        if masses.leg_mass_g is not None:
+            return 1e-3 * masses.leg_mass_g
+        if part is not None and mesh is None:
+            _check_shape(reduced_as_made(), shipped_mesh())
+        return cast_leg_mass_kg(shape(), masses.densities)
+
+    @cache
+    def reduced_as_made() -> ReducedPart:
+        if part is None:
+            return load_default_leg(name)
+        return part if isinstance(part, ReducedPart) else ReducedPart.load(part)
+
+    def reduced() -> ReducedPart:
+        made, weight = reduced_as_made(), mass_kg()
+        return made if weight is None else scaled_part(made, 1.0, weight / made.mass)
+
+    def recorded_materials() -> LegMaterials:
+        usual = leg_kind(name).materials
+        recorded = (
+            None
+            if part is None or name != "published"
+            else reduced_as_made().metadata.get("materials")
+        )
+        return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
+
+    def full(modulus_factor: float, mass_factor: float) -> PartModel:
+        made_of, weight = materials or recorded_materials(), mass_kg()
+        if weight is not None:
+            made_of = replace(made_of, mass_kg=weight)
+        return leg_model(shape(), scaled_materials(made_of, modulus_factor, mass_factor))
+
+    label = f"the {name} leg that ships" if part is None or isinstance(part, ReducedPart) else part
+    return Module(str(label), reduced, full, pressure_map=pressure_map(name))
+
+
+def _check_shape(part: ReducedPart, mesh: Mesh) -> None:
+    """Refuse to weigh a reduced part by a mesh that it was not made from."""
+    try:
+        part.check_mesh(mesh)
+    except ArtefactError as error:
+        raise ValueError(
+            "the mass of a cast leg comes from its mesh, and this reduced leg was made from another"
+            " mesh than the leg that ships; give full.mesh, or a weighed masses.leg_mass_g"
+        ) from error
+
+
+@cache
+def paper_leg_model() -> PartModel:
+    """Finite elements of the leg that ships, with the paper's materials."""
+    return paper_leg().full
