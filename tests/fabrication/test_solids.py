@@ -11,7 +11,7 @@ import pytest
 occ = pytest.importorskip("netgen.occ")
 
 
-from pneumorph.catalogue.paper_robot import paper_leg_mesh  # noqa: E402
+from pneumorph.catalogue.paper_leg import paper_leg_mesh  # noqa: E402
 from pneumorph.fabrication.leg_mould import (  # noqa: E402
     LegMould,
     MouldSettings,
