@@ -198,7 +198,9 @@ class RobotOptions(Checked):
         Raises:
             ValueError: One of them is not the usual one.
         """
-        usual, asked = (settings_to_dict(each) for each in (FullOptions(), self.full))
+        kind = leg_kind(self.based_on)
+        full = FullOptions(hub=kind.hub_model, integrator=kind.integrator)
+        usual, asked = (settings_to_dict(each) for each in (full, self.full))
         changed = [name for name in usual if usual[name] != asked[name]]
         if changed:
             raise ValueError(

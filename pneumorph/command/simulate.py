@@ -22,11 +22,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
+from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, masses_of
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
-from pneumorph.physics.physics import Physics
 from pneumorph.report.film import FilmSettings
 from pneumorph.report.replay.live_replay import LiveReplay, LiveSettings
 from pneumorph.report.shown_walk import show_walk
@@ -62,29 +61,19 @@ def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
         found = simulate(settings, spec, folder, live)
         found = show_walk(found, folder, options.film_settings if options.film else None)
         if live is not None:
-            found = replace(found, live_page_read=_until_read(live, folder))
+            folder.progress.say(f"the live page can still be opened: {live.address}")
+            found = replace(found, live_page_read=live.finish())
     return replace(found, wall_s=time.monotonic() - start)
 
 
-def _until_read(live: LiveReplay, folder: RunFolder) -> bool:
-    """Leave the live page time to be read to its end; the keyboard may end the wait."""
-    folder.progress.say(f"the live page can still be opened: {live.address}")
-    try:
-        return live.finish()
-    except KeyboardInterrupt:
-        return False
-
-
-def hyperelastic() -> SimulateOptions:
-    """Legs of the silicone's own stiffness, damped in proportion to deformation alone."""
-    physics = Physics(damping="objective", pressure_map=HYPERELASTIC_PRESSURE_MAP)
-    robot = RobotOptions(leg="hyperelastic", masses=masses_of("hyperelastic"), physics=physics)
-    return SimulateOptions(WalkSettings(model="full"), robot=robot)
-
+_HYPERELASTIC = {
+    "walk": {"model": "full"},
+    "robot": {"leg": "hyperelastic", "physics": {"damping": "objective"}},
+}
 
 VERB = Verb(
     SimulateOptions,
     run,
-    {"paper": SimulateOptions, "hyperelastic": hyperelastic},
+    {"paper": SimulateOptions, "hyperelastic": lambda: layered(SimulateOptions(), [_HYPERELASTIC])},
     taken_over=lambda options: robot_of_source(options.walk.gait),
 )

@@ -55,17 +55,6 @@ def write_film(
         return write_atomically(path, lambda stream: stream.write(draft.read_bytes()))
 
 
-def write_still(
-    path: Path | str,
-    actors: Sequence[Actor | MarkerActor],
-    time_s: float,
-    settings: FilmSettings | None = None,
-) -> Path:
-    """Write one frame of a film as PNG."""
-    picture = FramePainter(actors, settings).paint(time_s)
-    return write_atomically(path, lambda stream: picture.save(stream, format="png", optimize=True))
-
-
 def side_by_side(actors: Sequence[Shown], spacing_mm: float = 340.0) -> list[Shown]:
     """Return the actors in lanes of their own, the first one farthest from the viewer."""
     count = len(actors)

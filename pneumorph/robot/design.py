@@ -100,12 +100,6 @@ class Design:
         number[0] = 0
         return Design(tuple(number[regulator] for regulator in self.assignment))
 
-    @property
-    def is_canonical(self) -> bool:
-        """Whether the regulators are already numbered in order of first appearance."""
-        order = self.regulator_order()
-        return order == tuple(range(1, len(order) + 1))
-
     def mirror(self) -> Design:
         """The mirror image about the forward axis, with the regulators' names kept.
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pneumorph.report.film import FilmSettings, side_by_side, write_film, write_still
+from pneumorph.report.film import FilmSettings, side_by_side, write_film
 from pneumorph.report.frame_painter import FramePainter
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.scene import Actor
@@ -104,12 +104,10 @@ def test_legs_can_be_coloured_by_pressure(make_trajectory) -> None:
     np.testing.assert_allclose(full, [0.996, 0.909, 0.218], atol=0.01)
 
 
-def test_gif_and_still(make_trajectory, tmp_path: Path) -> None:
+def test_gif(make_trajectory, tmp_path: Path) -> None:
     actors = [Actor.of(make_trajectory(), "a")]
     with Image.open(write_film(tmp_path / "f.gif", actors, SMALL)) as film:
         assert film.n_frames == 11
-    with Image.open(write_still(tmp_path / "s.png", actors, 1.0, SMALL)) as still:
-        assert still.width == 240
 
 
 def test_a_trajectory_of_the_skin_alone_gives_the_same_picture(make_trajectory) -> None:

@@ -65,9 +65,13 @@ class LiveReplay:
             self._sent_s = float(time_s)
 
     def finish(self) -> bool:
-        """Say that this was all, and wait until a page has got it; return whether one has."""
+        """Say that this was all, and wait until a page has got it or the keyboard ends the wait;
+        return whether one has."""
         self._page.send("end", {})
-        return self._page.wait_until_read(self._settings.linger_s)
+        try:
+            return self._page.wait_until_read(self._settings.linger_s)
+        except KeyboardInterrupt:
+            return False
 
     def __enter__(self) -> LiveReplay:
         return self
