@@ -23,20 +23,53 @@ static NewArray to_numpy(std::vector<double> values, std::vector<size_t> shape) 
   return NewArray(owned->data(), shape.size(), shape.data(), owner);
 }
 
-static std::tuple<NewArray, double, int> solve_friction_contacts(Matrix delassus, Vector free_velocity,
-                                                                 double friction, Vector warm_start,
-                                                                 double tolerance, int max_sweeps) {
-  const size_t n = free_velocity.shape(0);
-  if (n % 3 != 0 || delassus.shape(0) != n || delassus.shape(1) != n || warm_start.shape(0) != n)
-    throw std::invalid_argument("delassus must be (3c, 3c) and free_velocity, warm_start (3c,)");
-  pneumorph::ContactSolution solution;
-  {
-    nb::gil_scoped_release release;
-    solution = pneumorph::solve_dense_contacts(delassus.data(), free_velocity.data(), int(n / 3), friction,
-                                               warm_start.data(), tolerance, max_sweeps);
+// Contacts of a full-order robot, with the shapes of what comes from Python checked.
+class PythonFriction {
+ public:
+  PythonFriction(Matrix delassus, Vector free_velocity, Vector friction)
+      : points_(check(delassus, free_velocity, friction)),
+        problem_(delassus.data(), free_velocity.data(), friction.data(), int(points_)) {}
+
+  NewArray sweep(Matrix start, double tolerance, int most) {
+    std::vector<double> impulse;
+    const double* from = checked(start);
+    {
+      nb::gil_scoped_release release;
+      impulse = problem_.sweep(from, tolerance, most);
+    }
+    return to_numpy(std::move(impulse), {points_, 3});
   }
-  return {to_numpy(std::move(solution.impulse), {n}), solution.residual, solution.sweeps};
-}
+
+  std::tuple<NewArray, NewArray, double> newton(Matrix start, double tolerance) {
+    const double* from = checked(start);
+    std::vector<double> impulse, velocity;
+    double residual;
+    {
+      nb::gil_scoped_release release;
+      const auto& best = problem_.newton(from, tolerance);
+      impulse.assign(best.impulse, best.impulse + 3 * points_);
+      velocity.assign(best.velocity, best.velocity + 3 * points_);
+      residual = best.residual;
+    }
+    return {to_numpy(std::move(impulse), {points_, 3}), to_numpy(std::move(velocity), {points_, 3}), residual};
+  }
+
+ private:
+  static size_t check(const Matrix& delassus, const Vector& free_velocity, const Vector& friction) {
+    const size_t points = friction.shape(0), n = 3 * points;
+    if (delassus.shape(0) != n || delassus.shape(1) != n || free_velocity.shape(0) != n)
+      throw std::invalid_argument("delassus must be (3c, 3c), free_velocity (3c,) and friction (c,)");
+    return points;
+  }
+  const double* checked(const Matrix& start) const {
+    if (start.shape(0) != points_ || start.shape(1) != 3)
+      throw std::invalid_argument("start must be (" + std::to_string(points_) + ", 3), got (" +
+                                  std::to_string(start.shape(0)) + ", " + std::to_string(start.shape(1)) + ")");
+    return start.data();
+  }
+  size_t points_;
+  pneumorph::DenseFriction problem_;
+};
 
 // Reads named arrays of one part, checking every shape; keeps them alive while the batch copies them.
 class PartReader {
@@ -281,12 +314,15 @@ NB_MODULE(_engine, module) {
   module.doc() = "Batched reduced-order stepper; contact solver and sparse factors of full robots.";
   bind_frontal_cholesky(module);
   module.attr("LAWS") = nb::make_tuple("corotational", "st_venant_kirchhoff", "stable_neo_hookean");  // enum Law
-  module.def("solve_friction_contacts", &solve_friction_contacts, nb::arg("delassus"),
-             nb::arg("free_velocity"), nb::arg("friction"), nb::arg("warm_start"), nb::arg("tolerance"),
-             nb::arg("max_sweeps"),
-             "Unilateral contact with Coulomb friction over a dense Delassus operator.\n\n"
-             "Rows of a contact are normal, tangent, tangent. Returns impulse [mN s] (3c,), the largest\n"
-             "violated velocity [mm/s] and the number of sweeps.");
+  nb::class_<PythonFriction>(module, "Friction",
+                             "Unilateral contact with Coulomb friction over a dense Delassus operator.\n\n"
+                             "Rows of a contact are normal, tangent, tangent.")
+      .def(nb::init<Matrix, Vector, Vector>(), nb::arg("delassus"), nb::arg("free_velocity"), nb::arg("friction"))
+      .def("sweep", &PythonFriction::sweep, nb::arg("start"), nb::arg("tolerance"), nb::arg("most"),
+           "Impulses (c, 3) [mN s] after projected Gauss-Seidel sweeps, at most so many.")
+      .def("newton", &PythonFriction::newton, nb::arg("start"), nb::arg("tolerance"),
+           "Impulses (c, 3), velocities (c, 3) [mm/s] and the largest violated velocity of the best that Newton's\n"
+           "method finds; with an infinite tolerance of the start, put into the cones.");
   nb::class_<PythonBatch>(module, "Batch")
       .def(nb::init<nb::list, nb::dict, bool, std::string>(), nb::arg("parts"), nb::arg("settings"),
            nb::arg("single_precision"), nb::arg("instruction_set"))

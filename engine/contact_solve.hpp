@@ -76,8 +76,8 @@ double sweep_contacts(const Settings& settings, int row_count, int most, Workspa
 template <int M>
 void pose_friction(const ContactRow<M>* rows, int row_count, double friction, FrictionProblem& problem, int* order) {
   problem.count = row_count;
-  problem.friction = friction;
   problem.group_count = 0;
+  problem.caution = kReducedCaution;
   double* block = problem.blocks;
   int placed = 0;
   for (int mount = -1; placed < row_count; ++mount) {
@@ -105,6 +105,7 @@ void pose_friction(const ContactRow<M>* rows, int row_count, double friction, Fr
   for (int c = 0; c < row_count; ++c) {
     const ContactRow<M>& row = rows[order[c]];
     problem.points[c] = row.point;
+    problem.friction[c] = friction;
     problem.scale[c][0] = 1.0 / row.point.normal_inverse;
     problem.scale[c][1] = 1.0 / row.point.tangent_inverse;
     for (int i = 0; i < 3; ++i) {

@@ -1,13 +1,13 @@
-// Semi-smooth Newton method for contact with Coulomb friction at a few points: equations (29) to (31) of docs/physics.md.
+// Semi-smooth Newton method for contact with Coulomb friction: equations (29) to (31) of docs/physics.md. Of both models:
+// the stepper poses it by legs and a hub (contact_solve.hpp), the full-order model as one dense operator (dense_contact.hpp).
 //
 // With u = W lambda + q and any positive rho, the law of friction.hpp is lambda = P(lambda - u / rho), P the projection
 // on lambda_n >= 0 and then on the disc of radius mu lambda_n (Alart and Curnier 1991). Each Newton step solves, for
 // the points now pressed,
 //   u_n = 0,   sticking: u_t = 0,   slipping: lambda_t - mu lambda_n e - s (I - e e^T) (lambda_t - u_t / rho) = 0,
 // with e the direction of lambda_t - u_t / rho and s the disc's radius over its length, and sets all other impulses to
-// zero: pneumorph/fem/friction_problem.py in the stepper's arithmetic. Points are grouped by their part, and
-// W = blocks + P P^T with six columns P of the hub, so each group is eliminated alone and six unknowns z = P^T lambda
-// are left.
+// zero. Points are grouped by their part, and W = blocks + P P^T with six columns P of the hub, so each group is
+// eliminated alone and six unknowns z = P^T lambda are left.
 #pragma once
 #include "friction.hpp"
 #include "lanes.hpp"
@@ -16,22 +16,25 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-constexpr int kNewtonPoints = 128; // most points; more are left to sweeps
-constexpr int kFrictionRows = 3 * kNewtonPoints;
 constexpr int kNewtonSteps = 40;   // most steps of one attempt
-constexpr int kHalvings = 2;       // most halvings of a step
 constexpr int kMemory = 10;        // a step must improve on the worst of so many last iterates, to pass kinks of the law
-// Share of W's diagonal that pulls a step to the last iterate, at a residual of 1 mm/s and more. Where more points are
-// pressed than the body has freedoms, or nearly so, W is singular, and a step would go to huge impulses of both signs;
-// the pull keeps impulses near the last ones and vanishes as the iteration converges.
-constexpr double kProximal = 3e-3;
-constexpr double kLeastProximal = 1e-7;
+
+// How a step is kept from going too far.
+struct StepCaution {
+  int halvings;  // most of a step
+  // Share of W's diagonal that pulls a step to the last iterate, at a residual of 1 mm/s and more, and the least. Where
+  // more points are pressed than the body has freedoms, or nearly so, W is singular, and a step would go to huge impulses
+  // of both signs; the pull keeps impulses near the last ones and vanishes as the iteration converges.
+  double proximal, least_proximal;
+};
+constexpr StepCaution kReducedCaution{2, 3e-3, 1e-7};   // the stepper: starts from the last step, few halvings
+constexpr StepCaution kDenseCaution{8, 1e-10, 1e-10};   // full robots: finds more solutions where W is badly conditioned
 
 struct FrictionIterate {
-  alignas(64) double impulse[kFrictionRows];
-  alignas(64) double velocity[kFrictionRows + 8]; // W impulse + q
-  double merit;                                    // sum of squared violations
-  double residual;                                 // the largest [mm/s]
+  double* impulse;   // (row)
+  double* velocity;  // W impulse + q, (row + 8)
+  double merit;      // sum of squared violations
+  double residual;   // the largest [mm/s]
 };
 
 struct PointGroup {
@@ -47,19 +50,38 @@ struct FrictionProblem {
   using L = Lanes<double, 64>;
   using Vector = L::type;
 
-  int count = 0, group_count = 0;
-  double friction = 0;
-  PointGroup groups[kNewtonPoints];
-  PointOperator points[kNewtonPoints];
-  double scale[kNewtonPoints][2];                           // rho of normal and tangents
-  alignas(64) double free[kFrictionRows + 8];               // q
-  alignas(64) double hub[kFrictionRows][8];                 // P, two zeros behind
-  alignas(64) double hub_columns[6][kFrictionRows + 8];     // its transpose
-  alignas(64) double blocks[kFrictionRows * kFrictionRows];
-  alignas(64) double matrix[kFrictionRows * (kFrictionRows + 8)];
+  int count, group_count;
+  StepCaution caution;
+  double* friction;            // mu of each point
+  PointGroup* groups;
+  PointOperator* points;
+  double (*scale)[2];          // rho of normal and tangents
+  double* free;                // q, (row + 8)
+  double (*hub)[8];            // P, two zeros behind
+  double* hub_columns[6];      // its transpose, each (row + 8)
+  double* blocks;              // (row, row + 7) at most
+  double* matrix;              // (row, row + 15) at most
   FrictionIterate now, trial, best;
-  double target[kFrictionRows];
-  int pressed[kNewtonPoints];
+  double* target;
+  int* pressed;
+
+  // Takes its arrays for `most` points from the front of `memory`, on a boundary of 64 bytes; returns how many bytes.
+  // Without memory it only counts them.
+  unsigned long place(char* memory, int most) {
+    const unsigned long rows = 3 * (unsigned long)(most);
+    unsigned long taken = 0;
+    const auto take = [&](auto*& array, unsigned long length) {
+      array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(memory ? memory + taken : nullptr);
+      taken += (length * sizeof(*array) + 63) / 64 * 64;
+    };
+    take(friction, most), take(groups, most), take(points, most), take(scale, most), take(pressed, most);
+    take(free, rows + 8), take(hub, rows), take(target, rows);
+    for (double*& column : hub_columns) take(column, rows + 8);
+    FrictionIterate* const iterates[] = {&now, &trial, &best};
+    for (FrictionIterate* each : iterates) take(each->impulse, rows + 8), take(each->velocity, rows + 8);
+    take(blocks, rows * (rows + 7)), take(matrix, rows * (rows + 15));
+    return taken;
+  }
 
   // Predicted impulse lambda - u / rho of a point.
   void predict(const FrictionIterate& at, int c, double predicted[3]) const {
@@ -68,9 +90,9 @@ struct FrictionProblem {
       predicted[i] = at.impulse[3 * c + i] - at.velocity[3 * c + i] * points[c].tangent_inverse;
   }
 
-  void project(double impulse[3]) const {
+  void project(int c, double impulse[3]) const {
     impulse[0] = std::fmax(impulse[0], 0.0);
-    const double limit = friction * impulse[0], square = impulse[1] * impulse[1] + impulse[2] * impulse[2];
+    const double limit = friction[c] * impulse[0], square = impulse[1] * impulse[1] + impulse[2] * impulse[2];
     if (square <= limit * limit) return;
     const double share = limit / std::sqrt(square);
     impulse[1] *= share, impulse[2] *= share;
@@ -98,7 +120,7 @@ struct FrictionProblem {
     for (int c = 0; c < count; ++c) {
       double inside[3], change[3];
       predict(at, c, inside);
-      project(inside);
+      project(c, inside);
       for (int i = 0; i < 3; ++i) change[i] = at.impulse[3 * c + i] - inside[i];
       const double normal = change[0] * change[0] * scale[c][0] * scale[c][0];
       const double tangent = (change[1] * change[1] + change[2] * change[2]) * scale[c][1] * scale[c][1];
@@ -112,7 +134,8 @@ struct FrictionProblem {
   // The solution of the equations linearised at `now` into `target`; false where they are singular.
   bool linearise() {
     // Fading with the residual, so that the last steps converge fast where the law couples stiff and soft directions.
-    const double pulling = std::fmax(kLeastProximal, kProximal * std::fmin(1.0, std::sqrt(now.residual)));
+    const double pulling =
+        std::fmax(caution.least_proximal, caution.proximal * std::fmin(1.0, std::sqrt(now.residual)));
     double* room = matrix;
     int m = 0;
     // (I + sum P^T X) z = sum P^T x with [X, x] the groups' answers to their rows of P and their right sides.
@@ -170,7 +193,7 @@ struct FrictionProblem {
       double worst = 0;
       for (double merit : merits) worst = std::fmax(worst, merit);
       double share = 1, best_share = 0, least = 1e301;
-      for (int halving = 0; halving <= kHalvings; ++halving, share *= 0.5) {
+      for (int halving = 0; halving <= caution.halvings; ++halving, share *= 0.5) {
         blend(share);
         if (trial.merit < least) least = trial.merit, best_share = share;
         if (trial.merit < worst) break;
@@ -180,7 +203,7 @@ struct FrictionProblem {
       merits[step % kMemory] = now.merit;
       if (now.residual < best.residual) copy(now, best);
     }
-    for (int c = 0; c < count; ++c) project(best.impulse + 3 * c);
+    for (int c = 0; c < count; ++c) project(c, best.impulse + 3 * c);
     evaluate(best);
     return step;
   }
@@ -218,7 +241,7 @@ struct FrictionProblem {
     }
     double predicted[3];
     predict(now, c, predicted);
-    const double limit = friction * predicted[0];
+    const double limit = friction[c] * predicted[0];
     const double length = std::sqrt(predicted[1] * predicted[1] + predicted[2] * predicted[2]);
     if (length < limit) return;
     const double inverse = 1.0 / std::fmax(length, 1e-300);  // no friction, no motion: 0 / 0
@@ -230,8 +253,8 @@ struct FrictionProblem {
       store(rows[2] + v, a01 * x + a11 * y);
     }
     const double rho = scale[c][1];
-    rows[1][3 * p] -= rho * friction * e0;
-    rows[2][3 * p] -= rho * friction * e1;
+    rows[1][3 * p] -= rho * friction[c] * e0;
+    rows[2][3 * p] -= rho * friction[c] * e1;
     rows[1][3 * p + 1] += rho * (1 - a00);
     rows[1][3 * p + 2] -= rho * a01;
     rows[2][3 * p + 1] -= rho * a01;

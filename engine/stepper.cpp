@@ -274,6 +274,7 @@ void advance(const void* parts, const RobotModel& robot, const Settings& setting
              long long steps, RobotState& state, void* workspace, StageSeconds* stages) {
   auto& work = *static_cast<Workspace<M, Real>*>(workspace);
   work.mounts = static_cast<MountMemory<M, Real>*>(state.memory);
+  work.place_friction(robot);
   for (long long step = 0; step < steps && state.status == kRunning; ++step)
     state.status =
         step_robot<M, Real>(static_cast<const Part<Real>*>(parts), robot, settings, command, state, work, stages);
@@ -284,7 +285,8 @@ Kernel kernel_for(int contact_capacity) {
   Kernel kernel;
   kernel.advance = &advance<M, Real>;
   kernel.mount_bytes = sizeof(MountMemory<M, Real>);
-  kernel.workspace_bytes = sizeof(Workspace<M, Real>) + (sizeof(ContactRow<M>) + sizeof(Candidate)) * (unsigned long)(contact_capacity);
+  kernel.workspace_bytes = sizeof(Workspace<M, Real>) + (sizeof(ContactRow<M>) + sizeof(Candidate)) * (unsigned long)(contact_capacity) +
+                           64 + FrictionProblem().place(nullptr, kNewtonPoints);
   return kernel;
 }
 

@@ -8,6 +8,9 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
+constexpr int kNewtonPoints = 128;  // most points of Newton's method; more are left to sweeps
+constexpr int kFrictionRows = 3 * kNewtonPoints;
+
 // A point near the floor at the start of a step.
 struct Candidate {
   double gap;    // mm
@@ -68,6 +71,11 @@ struct Workspace {
   ContactRow<M> rows[1];                 // as many as the robot has contact points; behind them as many candidates
 
   Candidate* candidates(const RobotModel& robot) { return reinterpret_cast<Candidate*>(rows + robot.contact_count); }
+  // And behind those the friction's arrays, on a boundary of 64 bytes.
+  void place_friction(const RobotModel& robot) {
+    const auto behind = reinterpret_cast<unsigned long long>(candidates(robot) + robot.contact_count);
+    friction.place(reinterpret_cast<char*>((behind + 63) / 64 * 64), kNewtonPoints);
+  }
 };
 
 struct Clock {

@@ -94,8 +94,7 @@ def _solve_friction(
     left = numerics.contact_sweeps
     while True:
         impulses = problem.sweep(impulses, tolerance, min(sweeps, left))
-        found = problem.newton(impulses, tolerance) if newton else impulses
-        solution = problem.solution(found)
+        solution = problem.newton(impulses, tolerance if newton else np.inf)
         if best is None or solution.residual < best.residual:
             best = solution
         left -= sweeps
