@@ -70,7 +70,8 @@ void Batch::check_mounts(const std::vector<MountInput>& mounts) const {
 }
 
 void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
-                       const std::vector<std::vector<MountInput>>& mounts) {
+                       const std::vector<std::vector<MountInput>>& mounts,
+                       const std::vector<std::vector<double>>& pressure_rates) {
   const size_t count = mounts.size();
   // Everything is checked first, so that a refused call leaves the old robots as they were.
   for (size_t r = 0; r < count; ++r) {
@@ -78,7 +79,12 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
       throw std::invalid_argument("a robot names hub " + std::to_string(hub_of_robot[r]) + " of " +
                                   std::to_string(hubs.size()));
     check_mounts(mounts[r]);
+    const size_t rates = 2 * size_t(settings_.regulator_count) * settings_.pressure_cells;
+    if (pressure_rates[r].size() != rates)
+      throw std::invalid_argument("a robot has " + std::to_string(pressure_rates[r].size()) +
+                                  " rates of pressure, expected " + std::to_string(rates));
   }
+  pressure_rates_ = pressure_rates;
   robots_.assign(count, RobotModel{});
   states_.assign(count, RobotState{});
   mounts_.assign(count, {});
@@ -113,6 +119,7 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     robot.mounts = mounts_[r].data();
     robot.mount_count = int(mounts_[r].size());
     robot.contact_count = contacts;
+    robot.pressure_rates = pressure_rates_[r].data();
     contact_capacity_ = std::max(contact_capacity_, contacts);
     const size_t modal = size_t(robot.mount_count) * padded_;
     state_storage_.emplace_back(robot.mount_count * mount_bytes_);

@@ -31,7 +31,8 @@ class Batch {
 
   // Robots at rest: hub at the origin, modes zero, pressures zero.
   void set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
-                  const std::vector<std::vector<MountInput>>& mounts);
+                  const std::vector<std::vector<MountInput>>& mounts,
+                  const std::vector<std::vector<double>>& pressure_rates);
   void reset(int robot);
   // `command`: (robot, regulator) real kPa. `active`: null or one byte a robot.
   void advance(const double* command, long long steps, const unsigned char* active, int threads, bool profile);
@@ -63,7 +64,7 @@ class Batch {
   std::vector<RobotState> states_;
   std::vector<std::vector<Mount>> mounts_;
   std::vector<std::vector<int>> regulators_;
-  std::vector<std::vector<double>> hub_points_;
+  std::vector<std::vector<double>> hub_points_, pressure_rates_;
   std::vector<AlignedArray> state_storage_;
   int contact_capacity_ = 0;
   std::vector<AlignedArray> workspaces_;  // one for each thread

@@ -141,7 +141,8 @@ static pneumorph::Settings read_settings(nb::dict d) {
   s.friction = number("friction"), s.floor_height = number("floor_height");
   s.contact_margin = number("contact_margin"), s.contact_tolerance = number("contact_tolerance");
   s.contact_sweeps = nb::cast<int>(d["contact_sweeps"]);
-  s.pressure_rate = number("pressure_rate"), s.pressure_slope = number("pressure_slope");
+  s.pressure_rate = number("pressure_rate"), s.pressure_cell = number("pressure_cell");
+  s.pressure_cells = nb::cast<int>(d["pressure_cells"]), s.pressure_slope = number("pressure_slope");
   s.pressure_intercept = number("pressure_intercept"), s.speed_limit = number("speed_limit");
   s.tangent_tolerance = number("tangent_tolerance");
   s.regulator_count = nb::cast<int>(d["regulator_count"]);
@@ -154,7 +155,8 @@ class PythonBatch {
       : batch_(make(parts, settings, single_precision, instruction_set)) {}
 
   // hubs: list of (mass, first_moment (3,), second_moment (3,3), contact_points (p,3)).
-  // robots: list of (hub index, [(part, rotation (3,3), translation (3,), [regulators])]).
+  // robots: list of (hub index, [(part, rotation (3,3), translation (3,), [regulators])],
+  // rates of pressure (regulator x rising and falling x cell,)).
   void set_robots(nb::list hubs, nb::list robots) {
     std::vector<pneumorph::HubInput> hub_inputs;
     for (nb::handle item : hubs) {
@@ -168,9 +170,11 @@ class PythonBatch {
     }
     std::vector<int> hub_of_robot;
     std::vector<std::vector<pneumorph::MountInput>> mounts;
+    std::vector<std::vector<double>> pressure_rates;
     for (nb::handle item : robots) {
-      auto [hub, list] = nb::cast<std::tuple<int, nb::list>>(item);
+      auto [hub, list, rates] = nb::cast<std::tuple<int, nb::list, Vector>>(item);
       hub_of_robot.push_back(hub);
+      pressure_rates.emplace_back(rates.data(), rates.data() + rates.shape(0));
       std::vector<pneumorph::MountInput> of_robot;
       for (nb::handle entry : list) {
         auto [part, rotation, translation, regulators] =
@@ -184,7 +188,7 @@ class PythonBatch {
       }
       mounts.push_back(of_robot);
     }
-    batch_.set_robots(hub_inputs, hub_of_robot, mounts);
+    batch_.set_robots(hub_inputs, hub_of_robot, mounts, pressure_rates);
   }
 
   void advance(Matrix command, long long steps, Mask active, int threads, bool profile) {

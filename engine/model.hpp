@@ -85,6 +85,7 @@ struct RobotModel {
   int mount_count = 0;
   const Mount* mounts = nullptr;
   int contact_count = 0;                     // hub and legs together
+  const double* pressure_rates = nullptr;    // (regulator, rising and falling, cell) kPa/s, where there are cells
 };
 
 struct Settings {
@@ -99,7 +100,9 @@ struct Settings {
   double contact_margin = 1;         // mm, points nearer than this take part in the contact solve
   double contact_tolerance = 1e-3;   // mm/s
   int contact_sweeps = 100;
-  double pressure_rate = 150;        // kPa/s
+  double pressure_rate = 150;        // kPa/s, where there are no cells
+  int pressure_cells = 0;            // cells of pressure with rates of their own, see regulators.hpp; 0 for none
+  double pressure_cell = 1;          // width of each, kPa
   double pressure_slope = 1;         // real to simulated pressure
   double pressure_intercept = 0;     // kPa
   double speed_limit = 1e4;          // mm/s, above it a robot counts as diverged

@@ -1,21 +1,20 @@
 // One implicit step of one robot: parts eliminated onto the hub, contact solved, everything moved on. Equations (8), (23),
-// (24), (33) and (34) of docs/physics.md; pneumorph/simulation/reference_step.py is the same step in dense NumPy.
+// (24), (33), (34) and (41) of docs/physics.md; pneumorph/simulation/reference_step.py is the same step in dense NumPy.
 //
 // Compiled once per instruction set (PNEUMORPH_INSTRUCTION_SET names the copy). The system is a block
 // arrow: modal blocks D_k of the mounted parts, and a hub block of six unknowns.
 #include "contact_solve.hpp"
+#include "regulators.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-// Regulators move towards the command at their rate; their real pressure becomes the simulated one.
+// Regulators move towards the command; their real pressure becomes the simulated one.
 template <int M, class Real>
-void regulate(const Settings& settings, const double* command, RobotState& state, Workspace<M, Real>& work) {
-  const double h = settings.time_step;
-  const double most = settings.pressure_rate * h;
+void regulate(const RobotModel& robot, const Settings& settings, const double* command, RobotState& state,
+              Workspace<M, Real>& work) {
   for (int i = 0; i < settings.regulator_count; ++i) {
-    const double change = command[i] - state.regulated[i];
-    state.regulated[i] += change > most ? most : (change < -most ? -most : change);
+    state.regulated[i] = regulated_after(settings, robot, i, state.regulated[i], command[i]);
     work.pressure[i] = std::fmax(0.0, settings.pressure_slope * state.regulated[i] + settings.pressure_intercept);
   }
 }
@@ -230,7 +229,7 @@ template <int M, class Real>
 Status step_robot(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
                 const double* command, RobotState& state, Workspace<M, Real>& work, StageSeconds* stages) {
   Clock clock(stages);
-  regulate(settings, command, state, work);
+  regulate(robot, settings, command, state, work);
   begin_hub(robot, settings, state, work.hub);
   for (int k = 0; k < robot.mount_count; ++k)
     if (!add_part(parts, robot, k, settings, state, work, clock)) return kSingular;

@@ -20,11 +20,13 @@ from pneumorph.fem.height_map import HeightMap
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.calibration import Calibration, describe_calibration
 from pneumorph.physics.physics import Physics
+from pneumorph.physics.regulators import Regulators
 from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.reduced_robot import ReducedRobot
+from pneumorph.simulation.robot_air import regulators_of
 from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.trajectory import Trajectory
 
@@ -174,6 +176,10 @@ class RobotSpec:
             names = ", ".join(sorted(module.name for module in kinds))
             raise ValueError(f"the robot has modules {names}, expected one kind for this")
         return next(iter(kinds))
+
+    def regulators(self, design: Design | str) -> Regulators:
+        """The regulators of a design, with the chambers of its legs."""
+        return regulators_of(self.assembly(design), self.physics)
 
     def weight_mN(self, design: Design | str) -> float:
         """Weight of the reduced robot of a design [mN]."""

@@ -44,7 +44,7 @@ def run(options: AnalyseOptions, folder: RunFolder) -> Analysis:
     learned, spec = FinishedRun.read(options.run), options.robot.spec()
     options.robot.refuse_full_options()
     found = analyse(learned, options.analysis, spec, folder)
-    draw_analysis(found, options.analysis, learned, spec.physics, folder)
+    draw_analysis(found, options.analysis, learned, spec, folder)
     return found
 
 

@@ -20,7 +20,6 @@ from pneumorph.fem.hub_body import HubState
 from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.time_integration import StepError, implicit_euler_step, linearly_implicit_step
 from pneumorph.physics.physics import Physics
-from pneumorph.physics.pressure import rate_limit
 from pneumorph.trajectory import Trajectory
 
 
@@ -75,9 +74,7 @@ class FullRobot(RobotBody[HubState]):
     def _undivided(
         self, state: FullRobotState[HubState], command_kPa: np.ndarray, physics: Physics
     ) -> FullRobotState[HubState]:
-        regulated = rate_limit(
-            state.regulated_kPa, command_kPa, physics.pressure_rate_kPa_per_s, physics.time_step_s
-        )
+        regulated = self.regulators.after(state.regulated_kPa, command_kPa, physics.time_step_s)
         implicit = self.numerics.integrator == "implicit_euler"
         with np.errstate(all="ignore"):
             advance = implicit_euler_step if implicit else linearly_implicit_step

@@ -58,6 +58,11 @@ class RobotBody(Generic[HubState]):
                     f"regulator must be 0 .. {self.physics.regulator_count - 1}, got "
                     f"{leg.regulator}; regulators are counted from 0"
                 )
+        chambers = np.zeros(self.physics.regulator_count)
+        for leg in self.legs:
+            if leg.part.cavity is not None:
+                chambers[leg.regulator] += leg.part.cavity_volume(leg.part.rest_nodes)
+        self.regulators = self.physics.regulators(chambers)
         self.tracked_point: np.ndarray = np.array(
             (0.0, 0.0, 0.0) if tracked_point is None else tracked_point, dtype=float
         )

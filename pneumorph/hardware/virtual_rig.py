@@ -19,9 +19,6 @@ from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.rollout import RobotModel
 
-UNLIMITED_KPA_PER_S = 1e9
-"""The rig's own regulators limit the rate, so the robot's must not."""
-
 
 @dataclass(frozen=True)
 class VirtualRigSettings(Checked):
@@ -75,12 +72,10 @@ class Reality:
     pressure_map: PressureMap
 
     def physics(self, usual: Physics) -> Physics:
-        """Physics of the true robot; the modulus and the mass are the robot's."""
-        return replace(
-            self.world.applied_to(usual),
-            pressure_map=self.pressure_map,
-            pressure_rate_kPa_per_s=UNLIMITED_KPA_PER_S,
-        )
+        """Physics of the true robot behind regulators of the rig's own; the modulus and the mass
+        are the robot's."""
+        true = replace(self.world.applied_to(usual), pressure_map=self.pressure_map)
+        return true.following_at_once()
 
 
 def draw_reality(settings: VirtualRigSettings, simulated: PressureMap) -> Reality:

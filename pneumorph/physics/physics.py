@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
+from pneumorph.physics.air import Air
 from pneumorph.physics.commands import RegulatorCount
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.physics.regulators import RateLimited, Regulators, air_regulators
+
+UNLIMITED_KPA_PER_S = 1e9
+"""A rate that is no limit [kPa/s]."""
 
 Damping = Literal["published", "objective"]
 Rotation = Literal["edge", "polar"]
@@ -33,7 +39,8 @@ class Physics(Checked):
     because implicit Euler damps more with a longer one.
 
     Raises:
-        ValueError: A number is out of range, or no such damping.
+        ValueError: A number is out of range, no such damping, or another number of regulators'
+            conductances than of regulators.
     """
 
     time_step_s: Annotated[
@@ -62,9 +69,31 @@ class Physics(Checked):
     regulator_count: RegulatorCount = 3
     """Number of pressure regulators."""
     pressure_rate_kPa_per_s: Positive = 150.0
-    """How fast a regulator moves towards its command [real kPa/s]."""
+    """How fast a regulator moves towards its command, where air has no law [real kPa/s]."""
+    air: Air = field(default_factory=Air)
+    """How air fills and vents the chambers; by default it has no law but that rate."""
     pressure_map: PressureMap = field(default_factory=PressureMap)
     """Real to simulated pressure."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("filling_mm3_per_s_kPa", "venting_mm3_per_s_kPa"):
+            self.air.of_each(name, self.regulator_count)
+
+    def regulators(self, chamber_mm3: Sequence[float] | np.ndarray) -> Regulators:
+        """The regulators of a robot.
+
+        Args:
+            chamber_mm3: Volume of all chambers of each without pressure [mm^3], (regulator,).
+        """
+        if self.air.law == "rate_limit":
+            return RateLimited(self.pressure_rate_kPa_per_s)
+        return air_regulators(self.air, chamber_mm3)
+
+    def following_at_once(self) -> Physics:
+        """The same with regulators that are at their commands in every step, as where those are
+        pressures that were sensed."""
+        return replace(self, pressure_rate_kPa_per_s=UNLIMITED_KPA_PER_S, air=Air())
 
     @property
     def gravity_vector(self) -> np.ndarray:

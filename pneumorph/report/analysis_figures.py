@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.friction_margin import friction_margin
-from pneumorph.physics.physics import Physics
 from pneumorph.report.pairs_figure import Pair, pairs_figure
 from pneumorph.report.robustness_figures import friction_figure, margin_figure
 from pneumorph.report.style import save_figure
@@ -18,7 +18,7 @@ def draw_analysis(
     found: Analysis,
     settings: AnalysisSettings,
     run: FinishedRun,
-    physics: Physics,
+    spec: RobotSpec,
     folder: RunFolder,
 ) -> None:
     """Draw steps, margin, friction, pairs and a cycle of each robot.
@@ -30,7 +30,7 @@ def draw_analysis(
         found: What `pneumorph.study.analysis.analyse` found.
         settings: What it was asked.
         run: The run that was analysed.
-        physics: What acted on the robots.
+        spec: What the robots walked as.
         folder: Where the analysis recorded its walks; receives the figures.
     """
     robots = {
@@ -40,7 +40,7 @@ def draw_analysis(
     }
     if not robots:
         return
-    step_s = run.task.action_step_count * physics.time_step_s
+    step_s = run.task.action_step_count * spec.physics.time_step_s
     figures = {
         "steps": step_figure(
             {label: (walk.time_s, walk.forward_cm) for label, (_, _, walk) in robots.items()},
@@ -64,7 +64,7 @@ def draw_analysis(
                 Pair(label, walker.design, walker.gait, each.distance_cm)
                 for label, (each, walker, _) in robots.items()
             ],
-            physics.pressure_rate_kPa_per_s,
+            spec.regulators,
         ),
         **{
             f"cycle_{label}": cycle_figure(walk, settings.cycle_s)

@@ -11,6 +11,7 @@ from pneumorph.fabrication.parts_list import parts_csv, tubes_csv
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Physics
+from pneumorph.physics.regulators import RateLimited
 from pneumorph.report import page
 from pneumorph.report.mesh_figure import mesh_figure
 from pneumorph.report.page import Section
@@ -93,6 +94,7 @@ def conversion_sections(written: ConvertedFile, run: FinishedRun, sheet: Sheet) 
         gait, comments = read_gait(run.folder / GAIT_FILE, maximum_pressure_kPa=float("inf"))
         if "design" in comments:
             pair = Pair("gait", Design.parse(comments["design"]), gait, None)
-            rate = Physics().pressure_rate_kPa_per_s
-            body += sheet.drawn("gait", pairs_figure([pair], rate), "The gait that was written.")
+            usual = RateLimited(Physics().pressure_rate_kPa_per_s)
+            figure = pairs_figure([pair], lambda _: usual)
+            body += sheet.drawn("gait", figure, "The gait that was written.")
     return [Section("What was written", body)]

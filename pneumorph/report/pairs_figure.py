@@ -3,14 +3,14 @@ commanded and smoothed pressures of its figures 8 and 10."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands
-from pneumorph.physics.pressure import rate_limit
+from pneumorph.physics.regulators import Regulators
 from pneumorph.report.plan_view import framed_plan_view
 from pneumorph.report.style import figure_style, new_figure, regulator_colour
 from pneumorph.robot.design import Design
@@ -39,12 +39,12 @@ class Pair:
 
 
 @figure_style()
-def pairs_figure(pairs: Sequence[Pair], rate_kPa_per_s: float) -> Figure:
+def pairs_figure(pairs: Sequence[Pair], regulators_of: Callable[[Design], Regulators]) -> Figure:
     """Return each design from above, and below it its pressures over time, a panel a regulator.
 
     Args:
         pairs: In the order to draw.
-        rate_kPa_per_s: Most change of a regulator's pressure, which smooths what is commanded.
+        regulators_of: The regulators of a design, which smooth what is commanded.
 
     Raises:
         ValueError: No pairs.
@@ -61,7 +61,7 @@ def pairs_figure(pairs: Sequence[Pair], rate_kPa_per_s: float) -> Figure:
         framed_plan_view(above, pair.design.assignment, number_size=6.5)
         far = "" if pair.distance_cm is None else f": {pair.distance_cm:.1f} cm"
         above.set_title(f"{pair.label}{far}\n{pair.design}", size=8, loc="center")
-        time_s, commanded, smoothed = _pressures(pair.gait, rate_kPa_per_s)
+        time_s, commanded, smoothed = _pressures(pair.gait, regulators_of(pair.design))
         for index in range(regulators):
             axes = panels[index + 1, column]
             colour = regulator_colour(index + 1)
@@ -82,12 +82,12 @@ def pairs_figure(pairs: Sequence[Pair], rate_kPa_per_s: float) -> Figure:
 
 
 def _pressures(
-    gait: OpenLoopGait, rate_kPa_per_s: float
+    gait: OpenLoopGait, regulators: Regulators
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return times, commanded and smoothed pressures of a gait that starts at rest."""
     commanded = sample_commands(gait, _STEP_S, round(gait.duration_s / _STEP_S))
     smoothed, now = [], np.zeros(gait.regulator_count)
     for command in commanded:
-        now = rate_limit(now, command, rate_kPa_per_s, _STEP_S)
+        now = regulators.after(now, command, _STEP_S)
         smoothed.append(now)
     return _STEP_S * np.arange(1, len(commanded) + 1), commanded, np.array(smoothed)

@@ -9,6 +9,7 @@ from typing import Protocol
 from pneumorph.base.run_folder import TRAINING_FOLDER
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM, read_metrics
+from pneumorph.physics.regulators import RateLimited
 from pneumorph.report import page
 from pneumorph.report.learning_figures import entropy_figure, phase_figure, reward_figure
 from pneumorph.report.page import Section
@@ -131,12 +132,17 @@ def _pair_sections(
     header = ["", "design", "distance (cm)", "over the baseline (cm)"]
     body = page.table(header, _rows(pairs, baseline))
     if found:
-        rate = run.robot.physics.pressure_rate_kPa_per_s
+        physics = run.robot.physics
+        rate = physics.pressure_rate_kPa_per_s
+        if physics.air.law == "rate_limit":
+            figure, how = pairs_figure(found, lambda _: RateLimited(rate)), f"' {rate:g} kPa/s"
+        else:
+            figure, how = pairs_figure(found, run.robot.spec().regulators), ""
         caption = (
             "Best designs from above, and their gaits: commanded (dashed) and smoothed by the "
-            f"regulators' {rate:g} kPa/s."
+            f"regulators{how}."
         )
-        body = sheet.drawn("pairs", pairs_figure(found, rate), caption) + body
+        body = sheet.drawn("pairs", figure, caption) + body
     return [Section(title, body)]
 
 

@@ -12,9 +12,11 @@ import numpy as np
 import pneumorph._engine as _engine
 from pneumorph.base.machine import processor_count
 from pneumorph.physics.physics import Physics
+from pneumorph.physics.regulators import CELL_COUNT, AirRegulators
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.robot import Hub, Robot
 from pneumorph.simulation.reduced_state import ReducedState
+from pneumorph.simulation.robot_air import regulators_of
 from pneumorph.simulation.stepper_settings import StepperSettings
 
 STAGES = ("elements", "inertia", "factorisation", "contact_setup", "friction", "integration")
@@ -110,6 +112,7 @@ class BatchedSimulator:
                         )
                         for mount in robot.mounts
                     ],
+                    _pressure_rates(robot, self.physics),
                 )
                 for robot in robots
             ],
@@ -278,6 +281,15 @@ def _part_arrays(part: ReducedPart) -> dict[str, object]:
     return arrays
 
 
+def _pressure_rates(robot: Robot, physics: Physics) -> np.ndarray:
+    """Rates of each regulator's pressure, rising and falling, as the engine has them [kPa/s]."""
+    regulators = regulators_of(robot, physics)
+    if not isinstance(regulators, AirRegulators):
+        return np.zeros(0)
+    rates = np.stack([regulators.rising_kPa_per_s, regulators.falling_kPa_per_s], axis=1)
+    return rates.ravel()
+
+
 def _engine_settings(physics: Physics, stepper: StepperSettings) -> dict[str, Any]:
     return {
         "time_step": physics.time_step_s,
@@ -292,6 +304,8 @@ def _engine_settings(physics: Physics, stepper: StepperSettings) -> dict[str, An
         "contact_tolerance": stepper.contact_tolerance_mm_per_s,
         "contact_sweeps": stepper.contact_sweeps,
         "pressure_rate": physics.pressure_rate_kPa_per_s,
+        "pressure_cells": 0 if physics.air.law == "rate_limit" else CELL_COUNT,
+        "pressure_cell": physics.air.supply_kPa / CELL_COUNT,
         "pressure_slope": physics.pressure_map.slope,
         "pressure_intercept": physics.pressure_map.intercept_kPa,
         "speed_limit": stepper.speed_limit_mm_per_s,

@@ -13,6 +13,8 @@ from pneumorph.simulation.distribution import Distribution
 _BOUNDS = {
     "modulus_factor": Bounds(above=0.0),
     "mass_factor": Bounds(above=0.0),
+    "filling_factor": Bounds(above=0.0),
+    "venting_factor": Bounds(above=0.0),
     "floor_slope_deg": Bounds(above=-90.0, below=90.0),
 }
 """Of every draw; others are not negative."""
@@ -32,10 +34,19 @@ class World:
     """Time constant of the regulators, first order [s]."""
     floor_slope_deg: float
     """How steeply the floor rises forward [degrees]."""
+    filling_factor: float = 1.0
+    """The regulators' filling conductances relative to the model's."""
+    venting_factor: float = 1.0
+    """Their venting conductances relative to the model's."""
 
     def applied_to(self, physics: Physics) -> Physics:
         """Physics of this world; modulus and mass are the robots', the lag the command's."""
-        return replace(physics, friction=self.friction, floor_slope_deg=self.floor_slope_deg)
+        return replace(
+            physics,
+            friction=self.friction,
+            floor_slope_deg=self.floor_slope_deg,
+            air=physics.air.scaled(self.filling_factor, self.venting_factor),
+        )
 
     def as_dict(self) -> dict[str, float]:
         """The numbers by name."""
@@ -56,6 +67,10 @@ class Randomisation:
     """Time constant of the regulators, first order [s]."""
     floor_slope_deg: str = "N(0, 0.5)"
     """How steeply the floor rises forward [degrees]."""
+    filling_factor: str = "1"
+    """Conductances that regulators fill through over the model's, where air has a law."""
+    venting_factor: str = "1"
+    """Conductances that they vent through over the model's."""
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -69,10 +84,17 @@ class Randomisation:
                     )
 
     def draw(self, rng: np.random.Generator) -> World:
-        """Draw a world."""
+        """Draw a world.
+
+        The air's factors have a generator of their own, so that what else a seed draws is what it
+        was before there was air.
+        """
+        (air,) = rng.spawn(1)
         return World(
             **{
-                item.name: Distribution.parse(getattr(self, item.name)).draw(rng)
+                item.name: Distribution.parse(getattr(self, item.name)).draw(
+                    air if item.name in ("filling_factor", "venting_factor") else rng
+                )
                 for item in fields(self)
             }
         )

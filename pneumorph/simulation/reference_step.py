@@ -18,7 +18,6 @@ from jaxtyping import Float
 
 from pneumorph.fem.rigid_hub import rotation_of
 from pneumorph.physics.physics import Physics
-from pneumorph.physics.pressure import rate_limit
 from pneumorph.robot.robot import Robot
 from pneumorph.simulation.reduced_state import ReducedState
 from pneumorph.simulation.reference_contact import (
@@ -34,6 +33,7 @@ from pneumorph.simulation.reference_mass import (
     velocity_products,
     weight,
 )
+from pneumorph.simulation.robot_air import regulators_of
 from pneumorph.simulation.stepper_settings import StepperSettings
 
 
@@ -71,8 +71,8 @@ def reference_step(
         ArithmeticError: No impulses were found that obey the contact law.
     """
     h, velocity = physics.time_step_s, unknowns_of(robot, state)
-    # Regulators, (33) and (34).
-    regulated = rate_limit(state.regulated, command_kPa, physics.pressure_rate_kPa_per_s, h)
+    # Regulators, (33) or (41), and (34).
+    regulated = regulators_of(robot, physics).after(state.regulated, command_kPa, h)
     pressure = physics.pressure_map.simulated(regulated)
     # The step's equations (8) without impulses.
     system = step_system(robot, physics, state, pressure)

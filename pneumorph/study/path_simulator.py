@@ -9,7 +9,6 @@ import numpy as np
 
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.parameter_fit import Parameters
-from pneumorph.hardware.virtual_rig import UNLIMITED_KPA_PER_S
 from pneumorph.physics.calibration import Calibration
 from pneumorph.robot.design import Design
 from pneumorph.robot.scaled_part import scaled_robot
@@ -31,10 +30,8 @@ def path_simulator(
         calibration: What is known of it already.
     """
     nominal = plain.assembly(design)
-    known = replace(
-        calibration.applied_to(plain.physics),
-        pressure_rate_kPa_per_s=UNLIMITED_KPA_PER_S,  # the sensed pressure is what there was
-    )
+    # The sensed pressure is what there was.
+    known = calibration.applied_to(plain.physics).following_at_once()
 
     # Paths must change with the parameters as smoothly as they can.
     smooth = replace(plain.stepper, tangent_tolerance_mm_per_s=0.0)

@@ -19,6 +19,7 @@ from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, leg_kind
 from pneumorph.catalogue.robot_options import RobotOptions, current_arguments
 from pneumorph.cli import VERBS, run
 from pneumorph.fem.material import LegMaterials, Material
+from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.simulation.randomisation import Randomisation
@@ -214,6 +215,21 @@ def test_older_flags_mean_what_they_are_called_now(asked: Ask) -> None:
     assert current_arguments(kept) == kept
     robot = asked("simulate --simulation.damping objective --simulation.contact-sweeps=7").robot
     assert (robot.physics.damping, robot.stepper.contact_sweeps) == ("objective", 7)
+
+
+def test_air_is_asked_for_by_flags_and_files(tmp_path: Path, asked: Ask) -> None:
+    """Settings of before there was air, as all others, have the published rate."""
+    flags = "--physics.air.law orifice --physics.air.filling-mm3-per-s-kPa 50 60 70"
+    air = asked(f"simulate {flags}").robot.physics.air
+    assert (air.law, air.filling_mm3_per_s_kPa) == ("orifice", (50.0, 60.0, 70.0))
+    file = tmp_path / "air.toml"
+    file.write_text('[robot.physics]\nair = { law = "orifice", venting_mm3_per_s_kPa = [900.0] }\n')
+    air = asked(f"simulate --settings {file}").robot.physics.air
+    assert (air.law, air.venting_mm3_per_s_kPa) == ("orifice", (900.0,))
+    file.write_text("[robot.physics]\nfriction = 0.8\n")
+    assert asked(f"simulate --settings {file}").robot.physics.air == Air()
+    file.write_text("[robot.physics.air]\nfilling_mm3_per_s_kPa = [900.0, 800.0]\n")
+    assert run(["simulate", "--settings", str(file), "--out", str(tmp_path / "s")]) == 1
 
 
 def test_older_settings_are_read(tmp_path: Path, asked: Ask) -> None:

@@ -14,6 +14,7 @@ from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.open_loop_gait import sample_commands
+from pneumorph.physics.regulators import RateLimited
 from pneumorph.report.frames_figure import frames_figure
 from pneumorph.report.learning_figures import phase_figure, reward_figure
 from pneumorph.report.mesh_figure import mesh_figure
@@ -100,7 +101,8 @@ FIGURES: dict[str, Callable[[Trajectory], Figure]] = {
     "frames": lambda t: frames_figure([Actor.of(t, "expert")] * 2, [0.0, 2.0, 4.0], 160),
     "mesh": lambda _: mesh_figure(paper_leg_mesh()),
     "pairs": lambda _: pairs_figure(
-        [Pair(f"L{n}", DESIGN, ExpertGait(phase_deg=20 * n), 3.0) for n in range(1, 6)], 150.0
+        [Pair(f"L{n}", DESIGN, ExpertGait(phase_deg=20 * n), 3.0) for n in range(1, 6)],
+        lambda _: RateLimited(150.0),
     ),
     "path": lambda t: path_figure({"a": t, "b": t}, dict.fromkeys("ab", DESIGN.assignment)),
     "phase": lambda _: phase_figure([0, 90, 180], [0.5, 2.0, 1.0], 6.0),
@@ -238,11 +240,11 @@ def test_tolerances_stand_where_they_were_measured() -> None:
 
 def test_smoothed_pressures_follow_at_the_limited_rate() -> None:
     gait = ExpertGait(phase_deg=0.0)
-    figure = pairs_figure([Pair("L1", DESIGN, gait, None)], 10.0)
+    figure = pairs_figure([Pair("L1", DESIGN, gait, None)], lambda _: RateLimited(10.0))
     commanded, smoothed = figure.axes[1].lines
     step_s = commanded.get_xdata()[1] - commanded.get_xdata()[0]
     rise = np.diff(smoothed.get_ydata()) / step_s
     assert np.abs(rise).max() == pytest.approx(10.0)
     assert np.abs(np.diff(commanded.get_ydata()) / step_s).max() > 20.0
     with pytest.raises(ValueError, match="pairs is empty"):
-        pairs_figure([], 150.0)
+        pairs_figure([], lambda _: RateLimited(150.0))

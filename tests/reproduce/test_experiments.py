@@ -22,6 +22,7 @@ from pneumorph.catalogue.paper_leg import leg_kind
 from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
 from pneumorph.cli import run
 from pneumorph.learn.policy_file import load_policy
+from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.simulation.stepper_settings import StepperSettings
@@ -81,6 +82,8 @@ def test_the_published_physics_is_named_in_full() -> None:
     assert set(named) == {each.name for each in fields(RobotOptions)} - not_of_it
     for group, settings, left_out in (
         (named["physics"], Physics, set()),
+        # Nothing of it counts beside this law.
+        (named["physics"]["air"], Air, {each.name for each in fields(Air)} - {"law"}),
         (named["physics"]["pressure_map"], PressureMap, set()),
         (named["stepper"], StepperSettings, set()),
         # Nothing is weighed, and densities are of cast legs.

@@ -10,6 +10,7 @@ import pytest
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 from pneumorph.simulation.batched_simulator import BatchedSimulator
@@ -103,6 +104,68 @@ def test_every_quantity_of_a_world_matters(change: dict[str, float]) -> None:
     plain = _walked(simulator_in_world([robot], AS_IS, physics, thread_count=1))
     other = _walked(simulator_in_world([robot], replace(AS_IS, **change), physics, thread_count=1))
     assert abs(other[0] - plain[0]) > 0.01
+
+
+def test_what_a_seed_drew_before_there_was_air_it_draws_still() -> None:
+    """The air's factors come from a generator of their own, whatever they are drawn from."""
+    usual = {"friction": "U(0.9, 1.5)", "modulus_factor": "2", "floor_slope_deg": "N(0, 0.5)"}
+    earlier = np.random.default_rng([0, 1])
+    friction = []
+    for _ in range(2):
+        friction.append(Distribution.parse("U(0.9, 1.5)").draw(earlier))
+        for text in ("2", "U(0.9, 1.1)", "U(0, 0.2)", "N(0, 0.5)"):
+            Distribution.parse(text).draw(earlier)
+    for law in ("1", "U(0.5, 2)"):
+        drawn = Randomisation(**usual, filling_factor=law, venting_factor=law)
+        rng = np.random.default_rng([0, 1])
+        worlds = [drawn.draw(rng) for _ in range(2)]
+        assert [world.friction for world in worlds] == friction
+        factors = {f for world in worlds for f in (world.filling_factor, world.venting_factor)}
+        assert len(factors) == (1 if law == "1" else 4)
+
+
+AIR = Physics(air=Air(law="orifice"))
+
+
+@pytest.mark.parametrize("name", ["filling_factor", "venting_factor"])
+def test_factors_on_valves_are_factors_on_time(name: str) -> None:
+    """Through twice the conductance a pressure is where it otherwise is after twice the time."""
+    robot = paper_robot().assembly(DESIGN)
+    up, down = np.array([[80.0, 40.0, 0.0]]), np.zeros((1, 3))
+    commands, steps = ([up], 20) if name == "filling_factor" else ([up, down], 4)
+
+    def pressures(factor: float, last: int) -> np.ndarray:
+        world = replace(AS_IS, **{name: factor})
+        simulator = simulator_in_world([robot], world, AIR, thread_count=1)
+        for number, command in enumerate(commands):
+            simulator.advance(command, last if number == len(commands) - 1 else 150)
+        return np.array(simulator._simulator.read("regulated")[0])
+
+    slow, quick = pressures(1.0, 2 * steps), pressures(2.0, steps)
+    assert 5.0 < slow[0] < 75.0
+    np.testing.assert_allclose(quick, slow, rtol=1e-12)
+
+
+def test_robots_in_worlds_of_unlike_air_are_each_as_alone() -> None:
+    robots = [paper_robot().assembly(each) for each in (DESIGN, "1.1.1.2.2.0.0.1", DESIGN)]
+    drawn = Randomisation(filling_factor="U(0.5, 2)", venting_factor="U(0.5, 2)")
+    simulator = RandomisedSimulator(robots, AIR, drawn, seed=1, world_count=3)
+    command = np.tile([60.0, 0.0, 0.0], (3, 1))
+    simulator.advance(command, 40)
+    together = simulator.forward_position_mm
+    for number, world in enumerate(simulator.worlds):
+        alone = simulator_in_world([robots[number]], world, AIR, thread_count=1)
+        alone.advance(command[:1], 40)
+        assert alone.forward_position_mm[0] == together[number]
+    # And side by side in one world: unlike numbers of legs are unlike chambers.
+    batch = BatchedSimulator(robots, AIR, thread_count=2)
+    batch.advance(command, 20)
+    regulated = batch.read("regulated")
+    np.testing.assert_array_equal(regulated[0], regulated[2])
+    assert regulated[1, 0] < 0.7 * regulated[0, 0]  # four legs, not two
+    single = BatchedSimulator(robots[1:2], AIR, thread_count=1)
+    single.advance(command[:1], 20)
+    np.testing.assert_array_equal(single.read("regulated")[0], regulated[1])
 
 
 def test_lagging_regulators_follow_a_first_order_filter() -> None:

@@ -11,6 +11,7 @@ from helpers.one_leg import COMMAND, HUB, POSE, motion_of, thrown
 from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.physics.air import Air
 from pneumorph.robot.robot import Hub, Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
 from pneumorph.simulation.reduced_state import ReducedState
@@ -140,6 +141,25 @@ def test_unlike_legs_on_one_hub_step_as_the_reference(damping):
     simulator.write(0, "angular_velocity", np.array([0.3, -0.6, 0.9]))
     assert_free_steps_equal(simulator, 5, 1e-11)  # as for one leg, above
     assert np.all(np.abs(simulator.state(0).mode_rates).max(axis=1) > 0.1)  # they do move
+
+
+AIR = Air(law="orifice", filling_mm3_per_s_kPa=(400.0, 300.0), venting_mm3_per_s_kPa=(900.0,))
+"""Regulators of unlike valves, which get nowhere in a step."""
+
+
+def test_air_moves_pressures_as_the_reference_does():
+    """Filling, holding, venting; both walk the same cells, and round."""
+    physics = replace(PHYSICS, floor_height_mm=-1e6, air=AIR)
+    simulator = BatchedSimulator(crawlers()[:1], physics, FRESH, 1)
+    seen = []
+    for command in ([0.0, 12.0], [15.0, 20.0], [15.0, 3.0], [300.0, 0.0], [0.0, 0.0]):
+        for _ in range(6):
+            expected, got = step(simulator, np.array(command))
+            np.testing.assert_allclose(got.regulated, expected.regulated, rtol=1e-13, atol=1e-13)
+            seen.append(got.regulated)
+    on_the_way = np.abs(np.diff(seen, axis=0)) > 1e-3
+    assert on_the_way.sum(axis=0).min() > 4
+    assert np.max(seen) > 15.0
 
 
 FRICTION_TOLERANCE = 1e-8
