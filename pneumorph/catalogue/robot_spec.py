@@ -26,7 +26,7 @@ from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.reduced_robot import ReducedRobot
-from pneumorph.simulation.robot_air import regulators_of
+from pneumorph.simulation.robot_air import chambers_of, regulators_of
 from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.trajectory import Trajectory
 
@@ -180,6 +180,12 @@ class RobotSpec:
     def regulators(self, design: Design | str) -> Regulators:
         """The regulators of a design, with the chambers of its legs."""
         return regulators_of(self.assembly(design), self.physics)
+
+    def chambers_mm3(self, design: Design | str) -> tuple[float, ...]:
+        """Volume of all chambers of each regulator of a design without pressure [mm^3]."""
+        return tuple(
+            float(each) for each in chambers_of(self.assembly(design), self.physics.regulator_count)
+        )
 
     def weight_mN(self, design: Design | str) -> float:
         """Weight of the reduced robot of a design [mN]."""

@@ -4,12 +4,21 @@ How fast a regulator is, nobody knows exactly; that it is no slower than a limit
 A first-order lag within a rate, dp/dt = clip((c - p) / lag, -rate, rate), depends monotonically on
 the command c and on where it starts, so that every regulator with a lag from zero to the slowest
 lies between two curves: one that jumps to the command when the command leads out of the band, and
-one that follows it as slowly as is allowed when it leads back in.
+one that follows it as slowly as is allowed when it leads back in. Where air flows through valves
+the rate is what the slowest healthy valve lets through at that pressure; all else is the same.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+
+from pneumorph.physics.regulators import AirRegulators
+
+LONGEST_PART_S = 0.01
+"""Times between samples are gone through in parts of at most this [s]: in each the slower of lag
+and air decides, as it does from instant to instant."""
 
 
 class HealthyBand:
@@ -18,14 +27,17 @@ class HealthyBand:
     Args:
         rate_kPa_per_s: A healthy regulator moves at least this fast while it is far away [kPa/s].
         slowest_lag_s: Longest time constant of a healthy regulator [s].
+        air: The slowest regulators that fill and vent as air flows; None where the rate tells.
 
     Attributes:
         lowest_kPa: Lowest pressure at the last sample [kPa], (channel,).
         highest_kPa: Highest pressure then [kPa], (channel,).
     """
 
-    def __init__(self, rate_kPa_per_s: float, slowest_lag_s: float) -> None:
-        self._rate_kPa_per_s, self._lag_s = rate_kPa_per_s, slowest_lag_s
+    def __init__(
+        self, rate_kPa_per_s: float, slowest_lag_s: float, air: AirRegulators | None = None
+    ) -> None:
+        self._rate_kPa_per_s, self._lag_s, self._air = rate_kPa_per_s, slowest_lag_s, air
         self._time_s: float | None = None
         self._command_kPa: np.ndarray = np.zeros(0)
         self.lowest_kPa: np.ndarray = np.zeros(0)
@@ -49,9 +61,28 @@ class HealthyBand:
             # The command changed somewhere in between: the band holds for every moment.
             above = np.maximum(self._command_kPa, command)
             below = np.minimum(self._command_kPa, command)
-            self.highest_kPa = above + self._remaining(self.highest_kPa - above, passed_s)
-            self.lowest_kPa = below - self._remaining(below - self.lowest_kPa, passed_s)
+            if self._air is None:
+                self.highest_kPa = above + self._remaining(self.highest_kPa - above, passed_s)
+                self.lowest_kPa = below - self._remaining(below - self.lowest_kPa, passed_s)
+            else:
+                falling, rising = (
+                    np.maximum(self.highest_kPa, above),
+                    np.minimum(self.lowest_kPa, below),
+                )
+                self.highest_kPa = self._flowed(self._air, falling, above, passed_s)
+                self.lowest_kPa = self._flowed(self._air, rising, below, passed_s)
         self._time_s, self._command_kPa = time_s, command
+
+    def _flowed(
+        self, air: AirRegulators, pressure: np.ndarray, command: np.ndarray, passed_s: float
+    ) -> np.ndarray:
+        """Where the slowest regulator comes to: no nearer than its lag and its air let it."""
+        count = math.ceil(passed_s / LONGEST_PART_S)
+        for _ in range(count):
+            part_s = passed_s / count
+            lagging = command + (pressure - command) * math.exp(-part_s / self._lag_s)
+            pressure = air.after(pressure, lagging, part_s)
+        return pressure
 
     def _remaining(self, distance_kPa: np.ndarray, passed_s: float) -> np.ndarray:
         """Distance to the command that the slowest regulator still has; none where it had none.

@@ -10,6 +10,8 @@ import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked, Count, NotNegative, Positive
 from pneumorph.base.settings import load_settings
+from pneumorph.physics.air import Air
+from pneumorph.physics.regulators import AirRegulators, air_regulators
 
 DriverKind = Literal["9129b", "serial", "virtual"]
 
@@ -91,6 +93,8 @@ class SafetySettings(Checked):
     slowest_lag_s: Positive = 0.25
     """A healthy regulator approaches its command at least as fast as with this time constant,
     within the rig's `rate_kPa_per_s` [s]."""
+    slowest_air_share: Annotated[float, Bounds(above=0.0, most=1.0)] = 0.6
+    """And where the rig's air has a law, at least this share of its conductances flows."""
     residual_kPa: Positive = 5.0
     """How far a sensed pressure may be outside what a healthy regulator can have [kPa]."""
     residual_s: NotNegative = 0.2
@@ -128,7 +132,13 @@ class RigSettings(Checked):
     command_time_s: NotNegative = 0.1
     """Time that a 9129B is busy after each message [s]."""
     rate_kPa_per_s: Positive = 150.0
-    """Most change of a command; a healthy regulator moves at least as fast [kPa/s]."""
+    """Most change of a command; a healthy regulator moves at least as fast where the rig's air has
+    no law [kPa/s]."""
+    air: Air = field(default_factory=Air)
+    """How air fills and vents the legs; `deploy` takes that of the physics where it has no law."""
+    chambers_mm3: tuple[NotNegative, ...] = ()
+    """Volume of all chambers of each regulator without pressure [mm^3]; empty: those of the design
+    that is deployed."""
     safety: SafetySettings = field(default_factory=SafetySettings)
     """When a run is stopped."""
 
@@ -141,11 +151,34 @@ class RigSettings(Checked):
                 f"resource is empty, expected where the {self.driver} rig is connected, such as "
                 "ASRL/dev/ttyUSB0::INSTR or /dev/ttyACM0"
             )
+        for name in ("filling_mm3_per_s_kPa", "venting_mm3_per_s_kPa"):
+            self.air.of_each(name, len(self.channels))
+        if self.chambers_mm3 and len(self.chambers_mm3) != len(self.channels):
+            raise ValueError(
+                f"chambers_mm3 has {len(self.chambers_mm3)} numbers for {len(self.channels)} "
+                "channels, expected one for each"
+            )
         if self.sample_interval_s >= self.safety.watchdog_s:
             raise ValueError(
                 f"sample_interval_s is {self.sample_interval_s}, expected less than the watchdog's "
                 f"{self.safety.watchdog_s} s: it beats once a sample"
             )
+
+    def slowest_air(self) -> AirRegulators | None:
+        """The slowest regulators that are healthy; None where air has no law.
+
+        Raises:
+            ValueError: Nobody has said how large the chambers are.
+        """
+        if self.air.law == "rate_limit":
+            return None
+        if not self.chambers_mm3:
+            raise ValueError(
+                "chambers_mm3 is empty, expected the volume of each regulator's chambers: air "
+                f"flows by the law {self.air.law!r}, and how fast depends on them"
+            )
+        share = self.safety.slowest_air_share
+        return air_regulators(self.air.scaled(share, share), self.chambers_mm3)
 
     def command_volts(self, pressure_kPa: np.ndarray) -> list[float]:
         """Command voltage of each channel [V].

@@ -13,8 +13,10 @@ from pneumorph.base.checked import Checked, CountOrNone, NotNegative, Positive
 from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.marker_track import MarkerTrack
 from pneumorph.hardware.rig import RigSettings
+from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.physics.regulators import AirRegulators, RateLimited, Regulators
 from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.rollout import RobotModel
@@ -41,6 +43,11 @@ class VirtualRigSettings(Checked):
     pressure_intercept_kPa: str = "N(-20, 3)"
     """Intercept of the true pressure map, where the simulated one is the published line with
     -20.361 [simulated kPa]. Any other line is off by as much real pressure."""
+    filling_factor: str = "N(1, 0.1)"
+    """Conductance that a regulator fills through over the simulation's, drawn for each, where its
+    air has a law; such regulators have no lag besides."""
+    venting_factor: str = "N(1, 0.1)"
+    """Conductance that it vents through, likewise."""
     regulator_noise_kPa: NotNegative = 0.3
     """Standard deviation of a regulator's pressure about its course [kPa]."""
     sensor_noise_kPa: NotNegative = 0.2
@@ -62,6 +69,11 @@ class VirtualRigSettings(Checked):
         super().__post_init__()
         Distribution.parse(self.pressure_slope_factor)
         Distribution.parse(self.pressure_intercept_kPa)
+        for name in ("filling_factor", "venting_factor"):
+            if not Distribution.parse(getattr(self, name)).lowest > 0.0:
+                raise ValueError(
+                    f"{name} is {getattr(self, name)!r}, expected every draw to be positive"
+                )
 
 
 @dataclass(frozen=True)
@@ -105,6 +117,34 @@ def trial_reality(reality: Reality, settings: VirtualRigSettings, trial: int) ->
     )
 
 
+def true_air(
+    settings: VirtualRigSettings, world: World, simulated: Air, regulator_count: int
+) -> Air:
+    """The air of a seed's rig: each valve is off by a draw of its own.
+
+    Args:
+        settings: What is off.
+        world: The reality's.
+        simulated: Air of the simulation that the reality is off from.
+        regulator_count: Valves.
+    """
+    rng = np.random.default_rng([settings.seed, 5])
+    usual = simulated.scaled(world.filling_factor, world.venting_factor)
+
+    def drawn(name: str, factor: Distribution) -> tuple[float, ...]:
+        return tuple(c * factor.draw(rng) for c in usual.of_each(name, regulator_count))
+
+    return replace(
+        usual,
+        filling_mm3_per_s_kPa=drawn(
+            "filling_mm3_per_s_kPa", Distribution.parse(settings.filling_factor)
+        ),
+        venting_mm3_per_s_kPa=drawn(
+            "venting_mm3_per_s_kPa", Distribution.parse(settings.venting_factor)
+        ),
+    )
+
+
 class VirtualClock:
     """A clock whose time is the virtual rig's: waiting simulates."""
 
@@ -123,11 +163,11 @@ class VirtualClock:
 
 
 class VirtualRegulators:
-    """Pressures that approach their commands with a first-order lag, within a rate.
+    """Pressures that approach their commands with a first-order lag, within a rate or as air flows.
 
     Args:
         count: How many.
-        rate_kPa_per_s: Most change of a pressure [kPa/s].
+        regulators: How they move when nothing lags.
         lag_s: Time constant [s]; 0 for none.
         time_step_s: Time step [s].
 
@@ -136,17 +176,18 @@ class VirtualRegulators:
         pressure_kPa: Pressures [kPa], (channel,).
     """
 
-    def __init__(self, count: int, rate_kPa_per_s: float, lag_s: float, time_step_s: float) -> None:
+    def __init__(
+        self, count: int, regulators: Regulators, lag_s: float, time_step_s: float
+    ) -> None:
         self.target_kPa, self.pressure_kPa = np.zeros(count), np.zeros(count)
         self.time_step_s = time_step_s
         self._kept = math.exp(-time_step_s / lag_s) if lag_s > 0.0 else 0.0
-        self._most_kPa = rate_kPa_per_s * time_step_s
+        self._regulators = regulators
 
     def step(self) -> None:
         """Advance by one time step."""
         wanted = self.target_kPa + (self.pressure_kPa - self.target_kPa) * self._kept
-        change = np.clip(wanted - self.pressure_kPa, -self._most_kPa, self._most_kPa)
-        self.pressure_kPa = self.pressure_kPa + change
+        self.pressure_kPa = self._regulators.after(self.pressure_kPa, wanted, self.time_step_s)
 
 
 class VirtualRig:
@@ -159,6 +200,7 @@ class VirtualRig:
         lag_s: Time constant of the regulators [s].
         time_step_s: The robot's time step [s].
         trial: Number of the trial, which seeds the noise.
+        air: The true regulators where air flows through valves; None where the rig's rate tells.
     """
 
     def __init__(
@@ -169,13 +211,14 @@ class VirtualRig:
         lag_s: float,
         time_step_s: float,
         trial: int = 1,
+        air: AirRegulators | None = None,
     ) -> None:
         self.robot = robot
         self._rig, self._settings = rig, settings
         self._step_s = time_step_s
         self._rng = np.random.default_rng([settings.seed, 3, trial])
         self.regulators = VirtualRegulators(
-            len(rig.channels), rig.rate_kPa_per_s, lag_s, time_step_s
+            len(rig.channels), air or RateLimited(rig.rate_kPa_per_s), lag_s, time_step_s
         )
         self._state: Any = None
         self._steps = 0

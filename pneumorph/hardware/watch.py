@@ -19,13 +19,16 @@ class PressureWatch:
     healthy regulator must have moved, is a fault. One that is no finite number is a fault at once.
 
     Args:
-        rig: Its channels, its rate and its `SafetySettings`.
+        rig: Its channels, its rate or air, and its `SafetySettings`.
+
+    Raises:
+        ValueError: As `RigSettings.slowest_air`.
     """
 
     def __init__(self, rig: RigSettings) -> None:
         self._safety = rig.safety
         self._has_sensor = rig.has_sensor
-        self._band = HealthyBand(rig.rate_kPa_per_s, rig.safety.slowest_lag_s)
+        self._band = HealthyBand(rig.rate_kPa_per_s, rig.safety.slowest_lag_s, rig.slowest_air())
         self._side = np.zeros(len(rig.channels))
         self._since_s = np.zeros(len(rig.channels))
         self._history: deque[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = deque()
@@ -105,6 +108,6 @@ class PressureWatch:
                 f"{commanded[channel]:.1f} kPa, {band.lowest_kPa[channel]:.1f} to "
                 f"{band.highest_kPa[channel]:.1f} kPa, by more than {safety.residual_kPa:g} kPa "
                 f"for {time_s - self._since_s[channel]:.2f} s: {cause}; or its sensor is off, or "
-                "it is slower than safety.slowest_lag_s"
+                "it is slower than safety.slowest_lag_s or safety.slowest_air_share allow"
             )
         return None

@@ -18,6 +18,7 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.held_gait import HeldGait
@@ -193,6 +194,7 @@ def deploy_gait(
             trained = found.pressure_map or robot.physics.pressure_map
             gait, cut = _calibrated(found.gait, trained, spec.physics.pressure_map, rig, folder)
             described |= cut
+    rig = _with_air(rig, spec, design)
     schedule = plan_schedule(gait, rig)
     _save_schedule(schedule, design, folder)
     planned = DeployedGait(
@@ -218,6 +220,21 @@ def deploy_gait(
         _warn_of_missing_sensors(rig, folder)
         done = _real_trials(planned, plan, before_trial)
     return replace(done, wall_s=time.monotonic() - start)
+
+
+def _with_air(rig: RigSettings, spec: RobotSpec, design: Design | None) -> RigSettings:
+    """The rig with what its file does not say of air: the simulation's, and the design's legs.
+
+    A bend test has one leg, on whichever regulator.
+    """
+    air = rig.air if rig.air.law != "rate_limit" else spec.physics.air
+    if air.law == "rate_limit" or rig.chambers_mm3:
+        return replace(rig, air=air)
+    if design is None:
+        chambers = (float(spec.module.reduced.cavity_volume.sum()),) * len(rig.channels)
+    else:
+        chambers = spec.chambers_mm3(design)
+    return replace(rig, air=air, chambers_mm3=chambers)
 
 
 def _calibrated(

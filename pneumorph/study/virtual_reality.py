@@ -16,7 +16,9 @@ from pneumorph.hardware.virtual_rig import (
     VirtualRigSettings,
     draw_reality,
     trial_reality,
+    true_air,
 )
+from pneumorph.physics.regulators import AirRegulators, air_regulators
 from pneumorph.robot.design import Design
 from pneumorph.simulation.rollout import RobotModel
 from pneumorph.study.recorded_walk import Model
@@ -39,13 +41,15 @@ class VirtualReality:
     def rig(self, design: Design, rig: RigSettings, trial: int) -> VirtualRig:
         """The rig of one trial with a design."""
         reality = trial_reality(self.reality, self._settings, trial)
+        air = self._air(design)
         return VirtualRig(
             self._robot(design, reality),
             rig,
             self._settings,
-            reality.world.regulator_lag_s,
+            reality.world.regulator_lag_s if air is None else 0.0,
             self._spec.physics.time_step_s,
             trial,
+            air,
         )
 
     def bend_test(self, pressure_kPa: np.ndarray) -> np.ndarray:
@@ -67,6 +71,14 @@ class VirtualReality:
         noise = self._settings.bend_noise_deg * rng.standard_normal(bend.shape)
         measured: np.ndarray = bend + noise
         return measured
+
+    def _air(self, design: Design) -> AirRegulators | None:
+        """The true regulators; None where the simulation's air has no law."""
+        physics = self._spec.physics
+        if physics.air.law == "rate_limit":
+            return None
+        air = true_air(self._settings, self.reality.world, physics.air, physics.regulator_count)
+        return air_regulators(air, self._spec.chambers_mm3(design))
 
     def _bend_curve(self, largest_kPa: float) -> MonotoneBend:
         module = self._spec.module.scaled(self.reality.world.modulus_factor)

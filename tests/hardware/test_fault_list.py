@@ -20,7 +20,9 @@ from pneumorph.hardware.deployment import DeploymentReport, deploy
 from pneumorph.hardware.deployment_log import DeploymentLog
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.schedule import plan_schedule
+from pneumorph.physics.air import Air
 from pneumorph.physics.open_loop_gait import OpenLoopGait
+from pneumorph.physics.regulators import air_regulators
 
 ROOT = Path(__file__).parents[2]
 LEARNED = ROOT / "examples" / "gaits" / "learned.csv"
@@ -67,8 +69,10 @@ FAULTS: dict[str, Callable[[], Fault]] = {
 }
 
 
-def _run(gait: OpenLoopGait, driver: FaultyRig, folder: Path) -> DeploymentReport:
-    rig = RigSettings()
+def _run(
+    gait: OpenLoopGait, driver: FaultyRig, folder: Path, rig: RigSettings | None = None
+) -> DeploymentReport:
+    rig = rig or RigSettings()
     with DeploymentLog(folder / "log.csv", 3) as log:
         return deploy(plan_schedule(gait, rig), driver, rig, log, driver.clock)
 
@@ -97,6 +101,38 @@ def test_what_breaks_is_found_in_time(name: str, lag_s: float, tmp_path: Path) -
             assert report.ended_s > at_s
             assert report.reason.startswith("channel 1 ")
             assert _longest_off_s(driver.residuals) < FOUND_S
+
+
+AIR_RIG = RigSettings(air=Air(law="orifice"), chambers_mm3=(3528.0, 7056.0, 3528.0))
+"""One leg, two, and one."""
+
+
+def _air_driver(fault: Fault, at_s: float = 0.0, share: float = 1.0, seed: int = 1) -> FaultyRig:
+    air = air_regulators(AIR_RIG.air.scaled(share, share), AIR_RIG.chambers_mm3)
+    return FaultyRig(fault, 0, at_s, 0.0, seed, AIR_RIG, air)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_what_breaks_where_air_flows_is_found_in_time(name: str, tmp_path: Path) -> None:
+    """As above, but the band closes as late as the slowest valve fills one leg: 1.45 s from 0 to
+    90 kPa with 0.6 of the conductance."""
+    for at_s in (0.4, 2.1, 3.7, 5.2):
+        driver = _air_driver(FAULTS[name](), at_s)
+        report = _run(ExpertGait(duration_s=12.0), driver, tmp_path, AIR_RIG)
+        assert not report.completed
+        assert report.vented
+        assert report.ended_s > at_s
+        assert report.reason.startswith("channel 1 ")
+        assert _longest_off_s(driver.residuals) < FOUND_S + 1.45
+
+
+def test_healthy_valves_raise_nothing(tmp_path: Path) -> None:
+    """From 0.7 of the conductance that is believed, the least that the virtual rig draws, on."""
+    for number, share in enumerate((0.7, 0.85, 1.0, 1.3, 3.0)):
+        for gait in (ExpertGait(phase_deg=60.0 * number), read_gait(FILES[number])[0]):
+            driver = _air_driver(Fault(), share=share, seed=number)
+            report = _run(gait, driver, tmp_path, AIR_RIG)
+            assert report.completed, (share, report.reason)
 
 
 @pytest.mark.parametrize("reading", [math.nan, math.inf, -math.inf])

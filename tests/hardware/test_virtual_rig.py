@@ -29,10 +29,17 @@ from pneumorph.hardware.parameter_fit import ParameterFitSettings, fit_parameter
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.schedule import plan_schedule
 from pneumorph.hardware.trial import Trial
-from pneumorph.hardware.virtual_rig import VirtualRig, VirtualRigSettings, draw_reality
+from pneumorph.hardware.virtual_rig import (
+    VirtualRig,
+    VirtualRigSettings,
+    draw_reality,
+    true_air,
+)
+from pneumorph.physics.air import Air
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.physics.regulators import air_regulators
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.path_simulator import path_simulator
@@ -64,6 +71,44 @@ def test_regulators_lag_within_their_rate() -> None:
     # 30 kPa reached and vented along ramps of 1.5 kPa a step: the sum of all pressures, in mm.
     travelled = fast.track().position_mm[-1, 0]
     assert travelled == pytest.approx(1.5 * sum(range(21)) + 1.5 * sum(range(20)), rel=1e-6)
+
+
+def test_regulators_fill_as_air_flows() -> None:
+    """Without a lag they are where the curve is, whatever the length of a step."""
+    air = air_regulators(Air(law="orifice"), [3528.0, 7056.0, 0.0])
+    rig = VirtualRig(Pusher(), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01, air=air)
+    rig.open()
+    command = np.array([60.0, 60.0, 60.0])
+    rig.command(command)
+    rig.clock.wait_until(0.3)
+    np.testing.assert_allclose(rig.sense(), air.after(np.zeros(3), command, 0.3), atol=1e-5)
+
+
+def test_the_rigs_valves_are_off_one_by_one_and_its_chambers_are_the_designs() -> None:
+    """Four draws of N(1, 0.1), cut off at three deviations; those of a seed stay."""
+    physics = Physics(air=Air(law="orifice"))
+    spec = replace(paper_robot(), physics=physics)
+    settings = VirtualRigSettings(seed=3)
+    world = VirtualReality(spec, settings, "reduced").reality.world
+    air = true_air(settings, world, physics.air, 3)
+    factors = np.array(air.filling_mm3_per_s_kPa + air.venting_mm3_per_s_kPa)
+    factors = factors / np.repeat([78.0, 1100.0], 3)
+    assert len(set(factors)) == 6
+    assert np.all(np.abs(factors - 1.0) < 0.31)
+    assert true_air(settings, world, physics.air, 3) == air
+    assert true_air(replace(settings, seed=4), world, physics.air, 3) != air
+    rig = VirtualReality(spec, settings, "reduced").rig(
+        Design.parse("1.0.0.2.1.0.0.1"), RigSettings(), 1
+    )
+    rig.command(np.full(3, 50.0))
+    for _ in range(10):
+        rig.regulators.step()
+    expected = air_regulators(air, [3 * 3528.0, 3528.0, 0.0]).after(
+        np.zeros(3), np.full(3, 50.0), 0.1
+    )
+    np.testing.assert_allclose(rig.regulators.pressure_kPa, expected, rtol=1e-12)
+    with pytest.raises(ValueError, match=r"venting_factor is 'U\(0, 1\)', expected every draw"):
+        VirtualRigSettings(venting_factor="U(0, 1)")
 
 
 def test_noise_and_quantisation_are_those_asked_for() -> None:

@@ -11,6 +11,8 @@ from pneumorph.hardware.healthy_band import HealthyBand
 from pneumorph.hardware.rig import Channel, RigSettings, SafetySettings
 from pneumorph.hardware.virtual_rig import VirtualRegulators
 from pneumorph.hardware.watch import PressureWatch
+from pneumorph.physics.air import Air
+from pneumorph.physics.regulators import RateLimited, air_regulators
 
 RIG = RigSettings(channels=(Channel(),))
 
@@ -52,7 +54,7 @@ def test_every_healthy_regulator_stays_inside(lag_s: float) -> None:
     150 h a little sooner than (c - p) h / lag does, where p is 150 h / 2 = 0.075 kPa further away.
     """
     rng = np.random.default_rng(0)
-    regulator = VirtualRegulators(1, 150.0, lag_s, 1e-3)
+    regulator = VirtualRegulators(1, RateLimited(150.0), lag_s, 1e-3)
     band = HealthyBand(150.0, 0.25)
     band.advance(0.0, np.zeros(1), np.zeros(1))
     step = 0
@@ -67,6 +69,76 @@ def test_every_healthy_regulator_stays_inside(lag_s: float) -> None:
             regulator.target_kPa = rng.uniform(0.0, 90.0, 1)
         band.advance(1e-3 * step, regulator.target_kPa, regulator.pressure_kPa)
         assert band.lowest_kPa[0] - 0.1 <= regulator.pressure_kPa[0] <= band.highest_kPa[0] + 0.1
+
+
+CHAMBERS = (7056.0,)
+"""Two of the paper's legs."""
+AIR_RIG = replace(RIG, air=Air(law="orifice"), chambers_mm3=CHAMBERS)
+
+
+@pytest.mark.parametrize("share", [0.6, 1.0, 5.0])
+@pytest.mark.parametrize("lag_s", [0.0, 0.25])
+def test_every_healthy_valve_stays_inside(share: float, lag_s: float) -> None:
+    """Valves from the slowest that is healthy on, behind lags up to the slowest.
+
+    The band goes in parts of 10 ms in which the slower of lag and air decides, the regulators in
+    steps of 5 ms: where the two change over, as much as either goes in a part may be between
+    them, 0.01 / 0.25 of the 10 kPa from which a lag of 0.25 s is the slower.
+    """
+    rng, air = np.random.default_rng(0), AIR_RIG.air
+    regulator = VirtualRegulators(
+        1, air_regulators(air.scaled(share, share), CHAMBERS), lag_s, 5e-3
+    )
+    band = HealthyBand(150.0, 0.25, AIR_RIG.slowest_air())
+    band.advance(0.0, np.zeros(1), np.zeros(1))
+    step, width = 0, []
+    for _ in range(60):
+        given, sampled = np.sort(rng.integers(0, 200, 2))
+        for number in range(sampled):
+            if number == given:
+                regulator.target_kPa = rng.uniform(0.0, 90.0, 1)
+            regulator.step()
+        step += sampled
+        if given == sampled:
+            regulator.target_kPa = rng.uniform(0.0, 90.0, 1)
+        band.advance(5e-3 * step, regulator.target_kPa, regulator.pressure_kPa)
+        assert band.lowest_kPa[0] - 0.4 <= regulator.pressure_kPa[0] <= band.highest_kPa[0] + 0.4
+        width.append(band.highest_kPa[0] - band.lowest_kPa[0])
+    assert np.median(width) < 45.0  # it says something: commands are 45 kPa apart, half of them
+
+
+def test_the_watch_waits_for_air_and_no_longer() -> None:
+    """A step to 60 kPa of a healthy rig, sampled each 0.1 s, is slower than 150 kPa/s: the watch
+    that knows of the air lets it be, and finds a valve stuck at 20 kPa when the slowest healthy one
+    is 5 kPa beyond that and 0.2 s have gone."""
+    times = 0.1 * np.arange(60)
+    commanded = np.full(60, 60.0)
+    healthy, slowest = (
+        np.array([each.after(np.zeros(1), np.array([60.0]), t)[0] for t in times])
+        for each in (air_regulators(AIR_RIG.air, CHAMBERS), AIR_RIG.slowest_air())
+    )
+    assert _first_fault(commanded, healthy, AIR_RIG) is None
+    rate_alone = _first_fault(commanded, healthy, RIG)
+    assert rate_alone is not None
+    assert "below what a healthy regulator has" in rate_alone[1]
+    found = _first_fault(commanded, np.minimum(healthy, 20.0), AIR_RIG)
+    assert found is not None
+    reached = times[np.argmax(slowest > 25.0)]
+    assert reached + 0.2 - 1e-9 <= found[0] < reached + 0.2 + 2 * 0.1
+    trembling = healthy[-1] + 0.1 * (-1.0) ** np.arange(20)  # else the sensor would seem stuck
+    vented = np.concatenate([healthy, trembling])
+    stuck_open = _first_fault(np.concatenate([commanded, np.zeros(20)]), vented, AIR_RIG)
+    assert stuck_open is not None
+    assert 6.2 - 1e-9 <= stuck_open[0] < 7.0
+
+
+def test_a_watch_that_does_not_know_the_chambers_is_refused() -> None:
+    with pytest.raises(ValueError, match="chambers_mm3 is empty, expected the volume of each"):
+        PressureWatch(replace(AIR_RIG, chambers_mm3=()))
+    with pytest.raises(ValueError, match="chambers_mm3 has 2 numbers for 1 channels"):
+        replace(AIR_RIG, chambers_mm3=(1.0, 2.0))
+    with pytest.raises(ValueError, match="has 2 numbers for 1 regulators"):
+        replace(AIR_RIG, air=Air(filling_mm3_per_s_kPa=(1.0, 2.0)))
 
 
 def test_a_valve_stuck_open_under_command_zero() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.virtual_rig import VirtualRegulators, VirtualRig, VirtualRigSettings
+from pneumorph.physics.regulators import AirRegulators, RateLimited
 from pneumorph.trajectory import Trajectory
 
 STEP_S = 0.02
@@ -85,6 +86,8 @@ class FaultyRig(VirtualRig):
         at_s: When [s].
         lag_s: Of the regulators [s].
         seed: Of the noise.
+        rig: Its settings; the usual ones by default.
+        air: Its regulators where air flows; None where the rig's rate tells.
 
     Attributes:
         residuals: Time [s] and reading over what a healthy regulator of that lag has [kPa], of
@@ -92,12 +95,20 @@ class FaultyRig(VirtualRig):
     """
 
     def __init__(
-        self, fault: Fault, channel: int = 0, at_s: float = 0.0, lag_s: float = 0.1, seed: int = 0
+        self,
+        fault: Fault,
+        channel: int = 0,
+        at_s: float = 0.0,
+        lag_s: float = 0.1,
+        seed: int = 0,
+        rig: RigSettings | None = None,
+        air: AirRegulators | None = None,
     ) -> None:
-        rig = RigSettings()
+        rig = rig or RigSettings()
+        moving = air or RateLimited(rig.rate_kPa_per_s)
         super().__init__(Pusher(), rig, VirtualRigSettings(seed=seed), lag_s, STEP_S)
         self.regulators = self._broken = _Regulators(
-            fault, channel, at_s, len(rig.channels), rig.rate_kPa_per_s, lag_s, STEP_S
+            fault, channel, at_s, len(rig.channels), moving, lag_s, STEP_S
         )
         self._channel, self._fault = channel, fault
         self.residuals: list[tuple[float, float]] = []
