@@ -19,16 +19,16 @@ pytest.importorskip("beartype")
 
 
 def test_axes_of_one_name_are_of_one_length() -> None:
-    StepSystem(np.eye(7), np.eye(7), np.zeros(7))
+    StepSystem(np.eye(7), np.eye(7), np.eye(7), np.zeros(7))
     with pytest.raises(TypeCheckError, match="force"):
-        StepSystem(np.eye(7), np.eye(7), np.zeros(6))
+        StepSystem(np.eye(7), np.eye(7), np.eye(7), np.zeros(6))
     with pytest.raises(TypeCheckError, match="stiffness"):
-        StepSystem(np.eye(7), np.zeros((7, 6)), np.zeros(7))
+        StepSystem(np.eye(7), np.zeros((7, 6)), np.eye(7), np.zeros(7))
     at_rest = np.zeros((2, 4))
     with pytest.raises(TypeCheckError, match="mode_rates"):
         ReducedState(
             np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), at_rest, at_rest.T,
-            np.zeros(1), np.zeros((0, 3)),
+            np.zeros(1), np.zeros((0, 3)), np.zeros((2, 0, 0, 6)),
         )  # fmt: skip
 
 

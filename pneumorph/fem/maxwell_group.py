@@ -57,7 +57,7 @@ class MaxwellGroup:
         Args:
             x: Node positions [mm], (node, 3).
         """
-        strain = _green_strain(self.group.deformation_gradients(x))
+        strain = green_strain(self.group.deformation_gradients(x))
         return ViscousState(strain, np.zeros((len(self.series.weights), *strain.shape)))
 
     def advanced(self, state: ViscousState, x: np.ndarray, step_s: float) -> ViscousState:
@@ -68,8 +68,8 @@ class MaxwellGroup:
             x: Node positions at its end [mm], (node, 3).
             step_s: h [s].
         """
-        strain = _green_strain(self.group.deformation_gradients(x))
-        decay, gain = self._factors(step_s)
+        strain = green_strain(self.group.deformation_gradients(x))
+        decay, gain = self.series.step_factors(step_s)
         change = strain - state.strain
         shape = (-1, 1, 1, 1)
         spring = decay.reshape(shape) * state.spring + gain.reshape(shape) * change
@@ -96,20 +96,22 @@ class MaxwellGroup:
             state: At these positions.
             x: Node positions [mm], (node, 3).
             step_s: h [s].
-            definite: Replace negative eigenvalues by zero, point by point.
+            definite: Leave the stress's geometric part out; what is left is positive semi-definite,
+                and zero on rigid motions.
 
         Returns:
             Upper triangles [mN/mm], (pair, element), as in `pneumorph.fem.element_stiffness`.
         """
         gradient = self.group.deformation_gradients(x)
         stress = self._stress(state)
-        gain = self._factors(step_s)[1] @ self.shear_moduli
+        gain = self.series.step_factors(step_s)[1] @ self.shear_moduli
         left = np.einsum("iap,jap->ijp", gradient, gradient) * gain
         tangent = np.einsum("icp,jap->iajcp", gradient, gradient * gain)
         for axis in range(3):
-            tangent[axis, :, axis] += stress
             tangent[:, axis, :, axis] += left
-        return contracted_entries(self.group, tangent, definite)
+            if not definite:
+                tangent[axis, :, axis] += stress
+        return contracted_entries(self.group, tangent, definite=False)
 
     def energy(self, state: ViscousState) -> float:
         """Energy in the springs [mN mm]."""
@@ -127,14 +129,13 @@ class MaxwellGroup:
         stress: np.ndarray = 2.0 * np.einsum("np,nabp->abp", self.shear_moduli, state.spring)
         return stress
 
-    def _factors(self, step_s: float) -> tuple[np.ndarray, np.ndarray]:
-        """exp(-a) and c of each branch, two of (branch,)."""
-        a = step_s / np.array(self.series.times_s)
-        return np.exp(-a), -np.expm1(-a) / a
 
+def green_strain(gradient: np.ndarray) -> np.ndarray:
+    """E = (F^T F - I) / 2, (3, 3, point).
 
-def _green_strain(gradient: np.ndarray) -> np.ndarray:
-    """E, (3, 3, point)."""
+    Args:
+        gradient: F, (3, 3, point).
+    """
     strain: np.ndarray = 0.5 * np.einsum("iap,ibp->abp", gradient, gradient)
     strain[[0, 1, 2], [0, 1, 2]] -= 0.5
     return strain

@@ -53,6 +53,17 @@ class PronySeries(Checked):
         """k_i: stiffness of each branch over the relaxed one, (branch,)."""
         return np.array(self.weights) / (1.0 - sum(self.weights))
 
+    def step_factors(self, step_s: float) -> tuple[np.ndarray, np.ndarray]:
+        """exp(-a) and (1 - exp(-a)) / a with a = h / tau_i, two of (branch,).
+
+        What a spring keeps over a step, and what it takes of a strain that changes evenly in it.
+
+        Args:
+            step_s: h [s].
+        """
+        a = step_s / np.array(self.times_s)
+        return np.exp(-a), -np.expm1(-a) / a
+
     def relaxation(self, time_s: np.ndarray) -> np.ndarray:
         """G(t) / G_inf after a sudden strain.
 

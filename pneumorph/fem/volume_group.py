@@ -126,6 +126,14 @@ class VolumeGroup:
                 entries[starts[p] + q - p] += sign * u[k]
         return entries
 
+    def volume_field(self, x: np.ndarray) -> VolumeField:
+        """Positions or displacements of the elements' corners, to be mixed with others.
+
+        Args:
+            x: Vectors at the nodes, (node, 3).
+        """
+        return VolumeField(*self._volume_gradient(x)[:2])
+
     def _volume_gradient(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Positions from the first node on, (k, 3, element), u, (pair, 3, element), and dv/dx."""
         corners = np.ascontiguousarray(np.swapaxes(x, 0, 1)[:, self.nodes_by_corner])
@@ -138,6 +146,28 @@ class VolumeGroup:
             gradient[n] += 0.5 * cross(corners[m], u)
             gradient[m] -= 0.5 * cross(corners[n], u)
         return corners, mixed, gradient
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeField:
+    """Vectors at the corners of every element, as the volumes see them.
+
+    v = D(x, x, x) with a D that is linear and symmetric in its three fields.
+    """
+
+    corners: np.ndarray
+    """From the element's first node on, (k, 3, element)."""
+    sums: np.ndarray
+    """u_nm = sum_k T_nmk x_k, (pair, 3, element)."""
+
+    def mixed(self, other: VolumeField) -> np.ndarray:
+        """6 D(self, other, .): what a third field does to the volume, (k, 3, element)."""
+        pairs, _ = _volume_tensor(len(self.corners))
+        result = np.zeros_like(self.corners)
+        for u, w, (n, m) in zip(self.sums, other.sums, pairs, strict=True):
+            result[n] += 0.5 * (cross(self.corners[m], w) + cross(other.corners[m], u))
+            result[m] -= 0.5 * (cross(self.corners[n], w) + cross(other.corners[n], u))
+        return result
 
 
 @cache

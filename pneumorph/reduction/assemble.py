@@ -15,6 +15,11 @@ from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial
 from pneumorph.reduction.inertia import mass_integrals
+from pneumorph.reduction.mixed_dilatation import (
+    MixedDilatation,
+    every_element,
+    mixed_dilatation,
+)
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.sampled_elements import SampledElements
 
@@ -73,6 +78,7 @@ def assemble_reduced_part(
     contact_modes: np.ndarray | None = None,
     metadata: Mapping[str, Any] | None = None,
     mount_stiffness: np.ndarray | None = None,
+    pressure_fields: np.ndarray | None = None,
 ) -> ReducedPart:
     """Build the reduced part of given modes and sampled elements.
 
@@ -87,22 +93,13 @@ def assemble_reduced_part(
         metadata: Provenance and errors to record beside the mesh digest.
         mount_stiffness: Of a soft hub against the attachment nodes [mN/mm], (3 attachment, 3
             attachment); None where it is rigid.
+        pressure_fields: Of a solid with mean dilatation the pressures that its volumes are seen by,
+            (element, pressure), as `pressure_fields` of `mixed_dilatation.py` makes them; every
+            element's own if not given.
 
     Raises:
-        ValueError: Shapes disagree, the part has several membranes, or its solid relaxes, has mean
-            dilatation or Yeoh's law.
+        ValueError: Shapes disagree, or the part has several membranes.
     """
-    if part.material.law == "yeoh" or part.volume_group is not None:
-        raise ValueError(
-            f"the solid's law is {part.material.law!r} with {part.material.dilatation} dilatation; "
-            "reduced parts keep neither Yeoh's constants nor the volumes of whole elements, so it "
-            "can only be computed with as finite elements"
-        )
-    if part.branches is not None:
-        raise ValueError(
-            "the solid relaxes; reduced parts remember nothing of their past, so it can only be "
-            "computed with as finite elements"
-        )
     mesh, groups = part.mesh, tuple(part.element_groups)
     if modes.ndim != 3 or modes.shape[:2] != mesh.nodes.shape:
         raise ValueError(
@@ -140,6 +137,8 @@ def assemble_reduced_part(
         weights = interpolation_matrix(mesh, mesh.contact_points)
         contact_modes = (weights @ modes.reshape(len(modes), -1)).reshape(-1, 3, modes.shape[2])
     cube = (mode_count,) * 3
+    dilatation = _dilatation(part, modes, pressure_fields)
+    series = None if part.branches is None else part.branches.series
     return ReducedPart(
         rest_nodes=np.array(mesh.nodes, dtype=np.float64),
         modes=modes,
@@ -149,13 +148,18 @@ def assemble_reduced_part(
         tetrahedron_rest=solid.rest,
         tetrahedron_mode_gradient=solid.mode_gradient,
         tetrahedron_measure=solid.measure,
-        tetrahedron_material=solid.material,
+        tetrahedron_material=part.material,
         membrane_index=membrane_cubature.index.astype(np.int32),
         membrane_weight=membrane_cubature.weight,
         membrane_rest=membrane.rest,
         membrane_mode_gradient=membrane.mode_gradient,
         membrane_measure=membrane.measure,
         membrane_material=membrane.material,
+        dilatation_1=dilatation.linear,
+        dilatation_2=dilatation.quadratic,
+        dilatation_3=dilatation.cubic,
+        relaxation_weight=np.array(() if series is None else series.weights),
+        relaxation_time=np.array(() if series is None else series.times_s),
         linear_stiffness=_mount(part, modes, mount_stiffness),
         cavity_volume=np.array([cavity.constant for cavity in cavities]),
         cavity_volume_1=np.array([c.linear for c in cavities]).reshape(-1, *cube[:1]),
@@ -171,6 +175,22 @@ def assemble_reduced_part(
         contact_modes=contact_modes,
         metadata={**(metadata or {}), "mesh_digest": mesh.digest()},
     )
+
+
+def _dilatation(part: PartModel, modes: np.ndarray, fields: np.ndarray | None) -> MixedDilatation:
+    """The changes of volume of a solid with mean dilatation, none of another's."""
+    group = part.volume_group
+    if group is None:
+        shapes = [(0, *(modes.shape[2],) * power) for power in (1, 2, 3)]
+        return MixedDilatation(0.0, *map(np.zeros, shapes))
+    if fields is None:
+        fields = every_element(group)
+    if len(fields) != len(group.rest_volume):
+        raise ValueError(
+            f"pressure_fields must have a row for each of {len(group.rest_volume)} elements, got "
+            f"{fields.shape}; they may belong to another mesh"
+        )
+    return mixed_dilatation(group, part.mesh.nodes, modes, fields)
 
 
 def _mount(part: PartModel, modes: np.ndarray, stiffness: np.ndarray | None) -> np.ndarray:

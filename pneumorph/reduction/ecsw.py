@@ -17,6 +17,9 @@ rotations: damping proportional to stiffness couples the rates of the modes and 
 An element's force has no resultant whatever its weight, nor has it a moment where its law is
 objective, so sampling conserves linear and angular momentum.
 
+**Stress that relaxes.** Where the solid relaxes, the rows also hold the force of its branches if
+the state had been reached at once: springs that have the whole of Green's strain.
+
 **Integration points.** What is sampled are integration points; a linear element is one, and each of
 a quadratic element's has a weight of its own.
 
@@ -37,6 +40,7 @@ from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.quadrature import quadrature
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.assemble import Cubature, sample_elements
+from pneumorph.reduction.mixed_dilatation import MixedDilatation
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.sparse_nnls import NormalEquations, sparse_nnls
 
@@ -83,6 +87,8 @@ def ecsw(
     rotation: Rotation = "edge",
     mirror_nodes: np.ndarray | None = None,
     linear_stiffness: np.ndarray | None = None,
+    dilatation: MixedDilatation | None = None,
+    relaxing: bool = False,
     progress: Progress | None = None,
 ) -> EcswResult:
     """Choose elements and weights.
@@ -95,6 +101,8 @@ def ecsw(
         rotation: Where the elements take their rotation from.
         mirror_nodes: Mirror image of each node, (node,), to pair elements.
         linear_stiffness: What holds the modes besides the elements, (mode, mode): the mount's.
+        dilatation: What the solid's volumes cost besides, where elements have them as wholes.
+        relaxing: Whether the solid, the first group, has branches.
         progress: Called with done, total and a message.
 
     Raises:
@@ -102,7 +110,9 @@ def ecsw(
     """
     if len(states) == 0:
         raise ValueError("states must hold at least one training state, got none")
-    training = TrainingRows.build(groups, modes, mirror_nodes, rotation, linear_stiffness)
+    training = TrainingRows.build(
+        groups, modes, mirror_nodes, rotation, linear_stiffness, dilatation
+    )
     # Evenly spread over the states, which are ordered by protocol and load.
     spread = np.linspace(0, len(states) - 1, max(settings.stiffness_state_count, 1))
     stiffness_states = set(np.unique(spread.astype(int)).tolist())
@@ -118,6 +128,9 @@ def ecsw(
     for number, state in enumerate(states):
         forces, stiffness = training.rows(state, scales, with_stiffness=number in stiffness_states)
         block.append(forces / max(_size(forces), scales.force_floor))
+        if relaxing:
+            branches = training.relaxing_rows(state)
+            block.append(branches / max(_size(branches), scales.force_floor))
         if stiffness is not None:
             block.append(stiffness * (stiffness_scale / _size(stiffness)))
         if sum(map(len, block)) > _BLOCK_ROWS or number == len(states) - 1:
@@ -161,6 +174,8 @@ class TrainingRows:
     rotation: Rotation
     linear_stiffness: np.ndarray
     """Besides the elements', (mode, mode)."""
+    dilatation: MixedDilatation | None
+    """Besides the elements', as the state has it."""
 
     @classmethod
     def build(
@@ -170,6 +185,7 @@ class TrainingRows:
         mirror_nodes: np.ndarray | None,
         rotation: Rotation,
         linear_stiffness: np.ndarray | None = None,
+        dilatation: MixedDilatation | None = None,
     ) -> TrainingRows:
         """Prepare the elements of all groups and number their columns."""
         owner, offset = [], 0
@@ -188,7 +204,7 @@ class TrainingRows:
         elements = tuple(sample_elements(group, modes) for group in groups)
         if linear_stiffness is None:
             linear_stiffness = np.zeros((modes.shape[2], modes.shape[2]))
-        return cls(elements, columns, rotation, linear_stiffness)
+        return cls(elements, columns, rotation, linear_stiffness, dilatation)
 
     @property
     def column_count(self) -> int:
@@ -215,12 +231,8 @@ class TrainingRows:
         """Scaled force and moment (mode + 3, column), and stiffness entries (pair, column)."""
         mode_count = len(state)
         forces, pairs = self._contributions(state)
-        stiffness = self.linear_stiffness.copy()
-        for fields, tangent in pairs:
-            modal = fields[:, :, :mode_count]
-            stiffness += modal.reshape(-1, mode_count).T @ (tangent @ modal).reshape(-1, mode_count)
         inverse = np.zeros((mode_count + 3, mode_count + 3))
-        inverse[:mode_count, :mode_count] = np.linalg.inv(np.linalg.cholesky(stiffness))
+        inverse[:mode_count, :mode_count] = self._inverse_factor(state, pairs)
         inverse[mode_count:, mode_count:] = np.eye(3) / scales.rotation
         force_rows = (inverse @ forces) @ self.columns
         if not with_stiffness:
@@ -234,6 +246,32 @@ class TrainingRows:
         rows = np.concatenate(entries, axis=1)
         rows[first != second] *= 2**0.5  # an off-diagonal entry stands for two
         return force_rows, rows @ self.columns
+
+    def relaxing_rows(self, state: np.ndarray) -> np.ndarray:
+        """Scaled force of springs that have the whole strain of the solid, (mode, column)."""
+        _, pairs = self._contributions(state)
+        solid = self.elements[0]
+        gradient = solid.gradients(state)
+        strain = 0.5 * (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(3))
+        stress = 2.0 * solid.weighted_lame_constants[1][:, None, None] * (gradient @ strain)
+        forces = np.zeros((len(state), self.columns.shape[0]))
+        forces[:, : len(stress)] = -np.einsum("pia,piam->mp", stress, solid.mode_gradient)
+        rows: np.ndarray = (self._inverse_factor(state, pairs) @ forces) @ self.columns
+        return rows
+
+    def _inverse_factor(
+        self, state: np.ndarray, pairs: list[tuple[np.ndarray, np.ndarray]]
+    ) -> np.ndarray:
+        """L^-1 of the reduced stiffness L L^T, (mode, mode)."""
+        mode_count = len(state)
+        stiffness = self.linear_stiffness.copy()
+        if self.dilatation is not None:
+            stiffness += self.dilatation.stiffness(state)
+        for fields, tangent in pairs:
+            modal = fields[:, :, :mode_count]
+            stiffness += modal.reshape(-1, mode_count).T @ (tangent @ modal).reshape(-1, mode_count)
+        inverse: np.ndarray = np.linalg.inv(np.linalg.cholesky(stiffness))
+        return inverse
 
     def cubatures(self, weight: np.ndarray) -> tuple[Cubature, ...]:
         """Weights of columns as weighted elements of each group."""

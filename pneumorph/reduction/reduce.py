@@ -19,6 +19,7 @@ from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.ecsw import EcswSettings, ecsw
 from pneumorph.reduction.errors import ReducedBend, force_errors, node_errors_mm, reduced_bend
 from pneumorph.reduction.incremental_pod import IncrementalPod
+from pneumorph.reduction.mixed_dilatation import mirror_elements, pressure_fields
 from pneumorph.reduction.pod import Pod, joint_pod
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshots import SnapshotSet
@@ -39,6 +40,11 @@ class ReductionSettings(Checked):
     """Relative projection error of the snapshots at which to stop adding modes."""
     mode_limit: Count = 24
     """At most so many modes, whatever the tolerance asks for."""
+    pressure_tolerance: Positive = 0.01
+    """Of a nearly incompressible part: relative error of the snapshots' changes of volume at which
+    to stop adding pressures."""
+    pressure_limit: Count = 8
+    """At most so many pressures, whatever the tolerance asks for."""
     symmetric: bool = True
     """Make modes symmetric or antisymmetric, and weights of mirrored elements equal, where the mesh
     has a mirror plane."""
@@ -72,6 +78,8 @@ class ReductionReport:
     """Sampled integration points of the solid; a linear element has one."""
     membrane_count: int
     """The same of the membrane."""
+    pressure_count: int
+    """Pressures that the volumes of a nearly incompressible part are seen by."""
     sampling_residual: float
     """||G w - b|| / ||b|| of the element selection."""
     sampling_converged: bool
@@ -150,7 +158,10 @@ def reduce_part(
     metric = _metric(part, snapshots, training, settings, mount_stiffness)
     clock.start("modes")
     basis = _basis(part, snapshots, training, metric, mirror_nodes, settings, progress)
-    every = assemble_reduced_part(part, basis.modes, mount_stiffness=mount_stiffness)
+    pressures = _pressures(part, snapshots, training, metric, settings)
+    every = assemble_reduced_part(
+        part, basis.modes, mount_stiffness=mount_stiffness, pressure_fields=pressures
+    )
 
     clock.start("bend of the modes")
     shown = bend[snapshots.pressure_kPa[bend] <= report_pressure_kPa]
@@ -176,12 +187,19 @@ def reduce_part(
         rotation=settings.rotation,
         mirror_nodes=mirror_nodes,
         linear_stiffness=every.linear_stiffness,
+        dilatation=every.dilatation,
+        relaxing=part.branches is not None,
         progress=progress,
     )
 
     clock.start("errors")
     sampled = assemble_reduced_part(
-        part, basis.modes, chosen.cubatures, every.contact_modes, mount_stiffness=mount_stiffness
+        part,
+        basis.modes,
+        chosen.cubatures,
+        every.contact_modes,
+        mount_stiffness=mount_stiffness,
+        pressure_fields=pressures,
     )
     curve = bending(sampled)
     node_error = _node_errors_mm(snapshots, every.modes, metric)
@@ -195,6 +213,7 @@ def reduce_part(
         projection_error=basis.projection_error,
         tetrahedron_count=len(sampled.tetrahedron_index),
         membrane_count=len(sampled.membrane_index),
+        pressure_count=len(sampled.dilatation_1),
         sampling_residual=chosen.relative_residual,
         sampling_converged=chosen.converged,
         training_node_error_mm=float(node_error[training].mean()),
@@ -307,11 +326,45 @@ def _basis(
     )
 
 
-def _of_unit_energy(displacement: np.ndarray, metric: sparse.csr_array) -> np.ndarray:
-    """Snapshots (snapshot, node, 3) scaled to the same norm in the metric; none where at rest."""
+def _pressures(
+    part: PartModel,
+    snapshots: SnapshotSet,
+    training: np.ndarray,
+    metric: sparse.csr_array,
+    settings: ReductionSettings,
+) -> np.ndarray | None:
+    """Fields of pressure of the training snapshots; None of a part whose points have their own."""
+    group = part.volume_group
+    if group is None:
+        return None
+    rows = []
+    for kind, share in _kinds(snapshots, settings):
+        numbers = np.intersect1d(kind, training)
+        for block in snapshots.blocks(numbers):
+            swelling = [group.volumes(part.rest_nodes + u) / group.rest_volume - 1.0 for u in block]
+            scale = np.full(len(block), (share / len(numbers)) ** 0.5)
+            if settings.equal_snapshots:
+                square, moved = _moved(block, metric)
+                scale = np.where(moved, scale / np.sqrt(np.where(moved, square, 1.0)), 0.0)
+            rows.append(np.array(swelling) * scale[:, None])
+    mirror = None
+    if settings.symmetric and part.mesh.mirror_nodes is not None:
+        mirror = mirror_elements(group, part.mesh.mirror_nodes)
+    return pressure_fields(
+        group, np.concatenate(rows), settings.pressure_tolerance, settings.pressure_limit, mirror
+    )
+
+
+def _moved(displacement: np.ndarray, metric: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
+    """Squares of snapshots (snapshot, node, 3) in the metric, and which are not at rest."""
     flat = displacement.reshape(len(displacement), -1).astype(np.float64)
     square = np.einsum("sj,sj->s", flat, (metric @ flat.T).T)
-    moved = square > 1e-12 * square.max(initial=0.0)
+    return square, square > 1e-12 * square.max(initial=0.0)
+
+
+def _of_unit_energy(displacement: np.ndarray, metric: sparse.csr_array) -> np.ndarray:
+    """Snapshots (snapshot, node, 3) scaled to the same norm in the metric; none where at rest."""
+    square, moved = _moved(displacement, metric)
     return displacement[moved] / np.sqrt(square[moved])[:, None, None]
 
 

@@ -21,14 +21,19 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.fem.law_registry import law_names
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.prony import PronySeries
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
+from pneumorph.reduction.mixed_dilatation import MixedDilatation
+from pneumorph.reduction.sampled_branches import SampledBranches
 from pneumorph.reduction.sampled_elements import SampledElements
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
+_UNCHANGING_VERSION = 2
+"""Of files that know neither Yeoh's law, nor volumes of whole elements, nor relaxation."""
 ROUNDING = 1e-9
 """What rounding may leave of a spread of mass that is zero, relative to the largest."""
-_MATERIAL_ENTRIES = ("law", "young_modulus_kPa", "poisson_ratio")
+_MATERIAL_ENTRIES = tuple(item.name for item in fields(Material))
 
 
 @dataclass(frozen=True)
@@ -97,6 +102,18 @@ class ReducedPart:
     membrane_material: Material
     """What the membrane is made of, and its law; of no meaning where there is none."""
 
+    dilatation_1: np.ndarray
+    """c1 of the changes of volume of a solid with mean dilatation, c = c1.a + 1/2 c2 a a + 1/6 c3 a
+    a a [mm^1.5], see `mixed_dilatation.py`; none of other solids, (pressure, mode)."""
+    dilatation_2: np.ndarray
+    """(pressure, mode, mode)"""
+    dilatation_3: np.ndarray
+    """(pressure, mode, mode, mode)"""
+    relaxation_weight: np.ndarray
+    """Of the solid's Prony series, none where it does not relax, (branch,)."""
+    relaxation_time: np.ndarray
+    """Its times [s], (branch,)."""
+
     linear_stiffness: np.ndarray
     """Additional linear stiffness of the mount, zero for a rigid hub, (mode, mode)."""
 
@@ -148,6 +165,12 @@ class ReducedPart:
                 raise ValueError(f"{item.name} must be finite, got NaN or infinity")
         if not 0.0 < self.mass < math.inf:
             raise ValueError(f"mass must be positive and finite, got {self.mass}")
+        if len(self.dilatation_1) > 0 and self.tetrahedron_material.dilatation != "mean":
+            raise ValueError(
+                f"dilatation_1 has {len(self.dilatation_1)} changes of volume, expected none where "
+                "the material's dilatation is pointwise: its points have them already"
+            )
+        _ = self.relaxation  # refuses a series that is none
         centre = self.first_moment / self.mass
         spread = np.linalg.eigvalsh(self.second_moment / self.mass - np.outer(centre, centre))
         if spread[0] < -ROUNDING * abs(spread[-1]):
@@ -158,7 +181,7 @@ class ReducedPart:
 
     def _expected_shapes(self, mode: int) -> dict[str, tuple[int, ...]]:
         node, point = len(self.rest_nodes), len(self.contact_points)
-        cavity = len(self.cavity_volume)
+        cavity, pressure = len(self.cavity_volume), len(self.dilatation_1)
         element, triangle = len(self.tetrahedron_rest), len(self.membrane_rest)
         return {
             "modes": (node, 3, mode),
@@ -173,6 +196,11 @@ class ReducedPart:
             "membrane_rest": (triangle, 3, 2),
             "membrane_mode_gradient": (triangle, 3, 2, mode),
             "membrane_measure": (triangle,),
+            "dilatation_1": (pressure, mode),
+            "dilatation_2": (pressure, mode, mode),
+            "dilatation_3": (pressure, mode, mode, mode),
+            "relaxation_weight": (len(self.relaxation_weight),),
+            "relaxation_time": (len(self.relaxation_weight),),
             "linear_stiffness": (mode, mode),
             "cavity_volume_1": (cavity, mode),
             "cavity_volume_2": (cavity, mode, mode),
@@ -207,12 +235,40 @@ class ReducedPart:
 
     @cached_property
     def tetrahedra(self) -> SampledElements:
-        """The sampled points of the tetrahedra."""
+        """The sampled points of the tetrahedra; of mean dilatation those of the shape alone."""
+        material = self.tetrahedron_material
+        if material.dilatation == "mean":
+            material = material.without_lambda()
         return SampledElements(
             self.tetrahedron_rest,
             self.tetrahedron_mode_gradient,
             self.tetrahedron_measure,
-            self.tetrahedron_material,
+            material,
+        )
+
+    @cached_property
+    def dilatation(self) -> MixedDilatation:
+        """What the solid's volumes cost; nothing where every point has its own."""
+        return MixedDilatation(
+            self.tetrahedron_material.lame_lambda,
+            self.dilatation_1,
+            self.dilatation_2,
+            self.dilatation_3,
+        )
+
+    @cached_property
+    def relaxation(self) -> PronySeries | None:
+        """How the solid relaxes; None if it does not."""
+        if len(self.relaxation_weight) == 0:
+            return None
+        weights, times = self.relaxation_weight.tolist(), self.relaxation_time.tolist()
+        return PronySeries(tuple(weights), tuple(times))
+
+    @cached_property
+    def branches(self) -> SampledBranches | None:
+        """What of the solid's stress relaxes."""
+        return (
+            None if self.relaxation is None else SampledBranches(self.tetrahedra, self.relaxation)
         )
 
     @cached_property
@@ -239,7 +295,7 @@ class ReducedPart:
         return self.rest_nodes + self.modes @ alpha
 
     def internal_force(self, alpha: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
-        """Generalised elastic force at modal coordinates (..., mode), same shape.
+        """Generalised force of the relaxed part at modal coordinates (..., mode), same shape.
 
         Args:
             alpha: Modal coordinates; leading axes are evaluated together.
@@ -248,6 +304,7 @@ class ReducedPart:
         return (
             self.tetrahedra.force(alpha, rotation)
             + self.membrane.force(alpha, rotation)
+            + self.dilatation.force(alpha)
             - alpha @ self.linear_stiffness.T
         )
 
@@ -260,6 +317,7 @@ class ReducedPart:
         return (
             self.tetrahedra.stiffness(alpha, rotation)
             + self.membrane.stiffness(alpha, rotation)
+            + self.dilatation.stiffness(alpha)
             + self.linear_stiffness
         )
 
@@ -268,6 +326,7 @@ class ReducedPart:
         return (
             self.tetrahedra.objective_stiffness(alpha)
             + self.membrane.objective_stiffness(alpha)
+            + self.dilatation.stiffness(alpha)
             + self.linear_stiffness
         )
 
@@ -302,16 +361,27 @@ class ReducedPart:
         """Refuse finite elements that this reduction does not stand for.
 
         Raises:
-            ArtefactError: The mesh or a material differs.
+            ArtefactError: The mesh, a material or the relaxation differs.
         """
         self.check_mesh(model.mesh)
-        materials = (self.tetrahedron_material, self.membrane_material)
-        for material, group in zip(materials, model.element_groups, strict=False):
-            if material != group.material:
+        sheets = [membrane.material for membrane in model.membranes]
+        for kind, material, other in zip(
+            ("tetrahedron", "membrane"),
+            (self.tetrahedron_material, self.membrane_material),
+            (model.material, *sheets),
+            strict=False,
+        ):
+            if material != other:
                 raise ArtefactError(
-                    f"this reduction's {group.kind} elements are of {material}, got "
-                    f"{group.material}; reduce the part again"
+                    f"this reduction's {kind} elements are of {material}, got {other}; reduce the "
+                    "part again"
                 )
+        series = None if model.branches is None else model.branches.series
+        if self.relaxation != series:
+            raise ArtefactError(
+                f"this reduction's solid relaxes by {self.relaxation}, got {series}; reduce the "
+                "part again"
+            )
 
     def save(self, path: Path | str) -> Path:
         """Write the part; mode shapes are stored in single precision."""
@@ -334,8 +404,11 @@ class ReducedPart:
             ArtefactError: The file is truncated, of another kind or another format version, or its
                 law is not known.
         """
-        arrays, metadata = load_artefact(path, "ReducedPart", FORMAT_VERSION)
+        versions = (FORMAT_VERSION, _UNCHANGING_VERSION)
+        arrays, metadata = load_artefact(path, "ReducedPart", *versions)
         with reading(path, "ReducedPart"):
+            if metadata["format_version"] == _UNCHANGING_VERSION:
+                _add_what_is_new(arrays)
             return cls._from_arrays(path, arrays, metadata)
 
     @classmethod
@@ -352,17 +425,28 @@ class ReducedPart:
             )
         content: dict[str, Any] = {}
         for name in materials:
-            law, young, poisson = (arrays.pop(_entry_name(name, e)) for e in _MATERIAL_ENTRIES)
-            if str(law) not in law_names():
+            entry = {each: arrays.pop(_entry_name(name, each)).item() for each in _MATERIAL_ENTRIES}
+            if entry["law"] not in law_names():
                 raise ArtefactError(
-                    f"{path} has the law {str(law)!r}, expected {', '.join(law_names())}; a law of "
-                    "your own must be registered before its parts are read"
+                    f"{path} has the law {entry['law']!r}, expected {', '.join(law_names())}; a "
+                    "law of your own must be registered before its parts are read"
                 )
-            content[name] = Material(float(young), float(poisson), str(law))
+            content[name] = Material(**entry)
         for name, value in arrays.items():
             content[name] = value.astype(np.float64) if value.dtype == np.float32 else value
         content["mass"] = float(content["mass"])
         return cls(**content, metadata=metadata)
+
+
+def _add_what_is_new(arrays: dict[str, np.ndarray]) -> None:
+    """Give the arrays of an older file those that it does not know, as they were before."""
+    mode_count = len(arrays["linear_stiffness"])
+    for power in (1, 2, 3):
+        arrays[f"dilatation_{power}"] = np.zeros((0, *(mode_count,) * power))
+    arrays["relaxation_weight"] = arrays["relaxation_time"] = np.zeros(0)
+    for material in ("tetrahedron_material", "membrane_material"):
+        for entry in ("yeoh_c2_over_c1", "yeoh_c3_over_c1", "dilatation"):
+            arrays[_entry_name(material, entry)] = np.array(getattr(Material, entry))
 
 
 def _entry_name(material: str, entry: str) -> str:

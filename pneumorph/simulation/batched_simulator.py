@@ -29,7 +29,7 @@ _PART_ARRAYS = (
     "second_moment_mode_pairs", "contact_points", "contact_modes",
 )  # fmt: skip
 
-_STATE = tuple(each.name for each in fields(ReducedState) if each.name != "memory")
+_STATE = tuple(each.name for each in fields(ReducedState) if each.name not in ("springs", "memory"))
 
 
 class RobotStatus(IntEnum):
@@ -217,7 +217,8 @@ class BatchedSimulator:
         points = len(hub.contact_points) + sum(len(m.part.contact_points) for m in mounts)
         own = {"modes": len(mounts), "mode_rates": len(mounts), "impulses": points}
         values = {name: self.read(name)[robot][: own.get(name)] for name in _STATE}
-        return ReducedState(**values, memory=self.memory(robot))
+        springs = np.zeros((len(mounts), 0, 0, 6))
+        return ReducedState(**values, springs=springs, memory=self.memory(robot))
 
     def set_state(self, robot: int, state: ReducedState) -> None:
         """Let one robot go on from a state.
@@ -265,6 +266,11 @@ class BatchedSimulator:
 
 
 def _part_arrays(part: ReducedPart) -> dict[str, object]:
+    if part.relaxation is not None or part.tetrahedron_material.dilatation == "mean":
+        raise ValueError(
+            "the compiled stepper knows neither solids that relax nor volumes of whole elements "
+            "(dilatation 'mean'); a robot of such parts walks as finite elements"
+        )
     arrays: dict[str, object] = {
         name: np.ascontiguousarray(getattr(part, name), dtype=float) for name in _PART_ARRAYS
     }

@@ -29,6 +29,9 @@ class ReducedState:
     impulses: Float[np.ndarray, "contact_point 3"]
     """Contact impulses of the last step along z, x, y, the hub's points first [mN s]; warm start
     of the next."""
+    springs: Float[np.ndarray, "mount branch point 6"]
+    """Q of (36): strain that the springs of parts that relax have at each sampled tetrahedron's
+    point, components 00, 11, 22, 01, 02, 12, padded with zeros; empty where no part relaxes."""
     memory: bytes = b""
     """The legs' stiffness of the last step, as `BatchedSimulator.memory` has it; without it the
     next step finds it afresh."""

@@ -13,6 +13,9 @@ from pneumorph.physics.physics import Damping
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.robot.robot import Mount
 
+_COMPONENTS = ([0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2])
+"""Rows and columns of a symmetric matrix that its six components are."""
+
 
 def elastic_forces(
     mount: Mount, alpha: Float[np.ndarray, " mode"], damping: Damping
@@ -30,7 +33,9 @@ def elastic_forces(
         Force [mN, mm], and stiffness.
     """
     mounting = mount.part.linear_stiffness
-    force, stiffness = np.pad(-mounting @ alpha, (6, 0)), np.pad(mounting, (6, 0))
+    volumes = mount.part.dilatation  # of whole elements; blind to turns
+    force = np.pad(volumes.force(alpha) - mounting @ alpha, (6, 0))
+    stiffness = np.pad(volumes.stiffness(alpha) + mounting, (6, 0))
     for elements in (mount.part.tetrahedra, mount.part.membrane):
         gradient = elements.gradients(alpha)  # (14)
         if damping == "published":
@@ -47,6 +52,65 @@ def elastic_forces(
         force = force - stress.ravel() @ flat
         stiffness = stiffness + flat.T @ answers.reshape(flat.shape)
     return force, stiffness
+
+
+def relaxing_forces(
+    mount: Mount,
+    alpha: Float[np.ndarray, " mode"],
+    springs: Float[np.ndarray, "branch point 6"],
+    step_s: float,
+) -> tuple[Float[np.ndarray, " 6+mode"], Float[np.ndarray, "6+mode 6+mode"]]:
+    """Forces of the branches at the end of a step in which nothing moves, and their stiffness (38).
+
+    Both are blind to turns of the hub. A part that does not relax has none.
+
+    Args:
+        mount: The part and its pose.
+        alpha: Modal coordinates.
+        springs: At the start of the step.
+        step_s: h [s].
+
+    Returns:
+        Force [mN, mm], and stiffness, which h^2 acts on.
+    """
+    branches = mount.part.branches
+    if branches is None:
+        return np.zeros(6 + len(alpha)), np.zeros((6 + len(alpha),) * 2)
+    decayed = branches.decayed(matrices_of(springs), step_s)
+    force = branches.force(decayed, alpha)
+    return np.pad(force, (6, 0)), np.pad(branches.stiffness(alpha, step_s), (6, 0))
+
+
+def advanced_springs(
+    mount: Mount,
+    springs: Float[np.ndarray, "branch point 6"],
+    before: Float[np.ndarray, " mode"],
+    after: Float[np.ndarray, " mode"],
+    step_s: float,
+) -> Float[np.ndarray, "branch point 6"]:
+    """Springs at the end of a step (37).
+
+    Args:
+        mount: The part and its pose.
+        springs: At its start.
+        before: Modal coordinates then.
+        after: Modal coordinates at its end.
+        step_s: h [s].
+    """
+    branches = mount.part.branches
+    if branches is None:
+        return springs
+    moved = branches.advanced(matrices_of(springs), before, after, step_s)
+    rows, columns = _COMPONENTS
+    return moved[..., rows, columns]
+
+
+def matrices_of(springs: np.ndarray) -> np.ndarray:
+    """Q, (..., 3, 3), of its components 00, 11, 22, 01, 02, 12, (..., 6)."""
+    matrices = np.empty((*springs.shape[:-1], 3, 3))
+    rows, columns = _COMPONENTS
+    matrices[..., rows, columns] = matrices[..., columns, rows] = springs
+    return matrices
 
 
 def pressure_force(

@@ -18,14 +18,19 @@ from jaxtyping import Float
 
 from pneumorph.fem.rigid_hub import rotation_of
 from pneumorph.physics.physics import Physics
-from pneumorph.robot.robot import Robot
+from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.reduced_state import ReducedState
 from pneumorph.simulation.reference_contact import (
     FrictionLaw,
     contact_kinematics,
     solve_friction,
 )
-from pneumorph.simulation.reference_forces import elastic_forces, pressure_force
+from pneumorph.simulation.reference_forces import (
+    advanced_springs,
+    elastic_forces,
+    pressure_force,
+    relaxing_forces,
+)
 from pneumorph.simulation.reference_mass import (
     hub_moments,
     mass_matrix,
@@ -45,8 +50,10 @@ class StepSystem:
     """M of (19)."""
     stiffness: Float[np.ndarray, "unknown unknown"]
     """K of (15)."""
+    relaxing_stiffness: Float[np.ndarray, "unknown unknown"]
+    """That of the branches over the step (38)."""
     force: Float[np.ndarray, " unknown"]
-    """f: elastic, pressure, weight (20) and products of velocities (21)."""
+    """f: elastic, relaxing, pressure, weight (20) and products of velocities (21)."""
 
 
 def reference_step(
@@ -113,26 +120,30 @@ def step_system(
     turning, gravity = velocity[3:6], state.rotation.T @ physics.gravity_vector
     hub = hub_moments(robot.hub)
     chosen = np.eye(6, len(velocity))  # the hub's unknowns among all
-    mass, stiffness = chosen.T @ mass_matrix(hub) @ chosen, np.zeros((len(velocity),) * 2)
+    mass = chosen.T @ mass_matrix(hub) @ chosen
+    stiffness, relaxing = np.zeros((2, len(velocity), len(velocity)))
     force = (weight(hub, gravity) + velocity_products(hub, turning, np.zeros(0))) @ chosen
     first = 6
-    for mount, alpha in zip(robot.mounts, modes_of(robot, state), strict=True):
+    parts = zip(robot.mounts, modes_of(robot, state), springs_of(robot, state), strict=True)
+    for mount, alpha, springs in parts:
         own = np.eye(len(alpha), len(velocity), first)
         body, to_all = mount_moments(mount, alpha), np.concatenate([chosen, own])
         elastic, stiff = elastic_forces(mount, alpha, physics.damping)
+        relaxed, resisting = relaxing_forces(mount, alpha, springs, physics.time_step_s)
         pressing = pressure_force(mount, alpha, pressure_kPa)
         moving = velocity_products(body, turning, own @ velocity)
         mass = mass + to_all.T @ mass_matrix(body) @ to_all
         stiffness = stiffness + to_all.T @ stiff @ to_all
-        force = force + (elastic + pressing + weight(body, gravity) + moving) @ to_all
+        relaxing = relaxing + to_all.T @ resisting @ to_all
+        force = force + (elastic + relaxed + pressing + weight(body, gravity) + moving) @ to_all
         first += len(alpha)
-    return StepSystem(mass, stiffness, force)
+    return StepSystem(mass, stiffness, relaxing, force)
 
 
 def step_equations(
     system: StepSystem, velocity: Float[np.ndarray, " unknown"], physics: Physics
 ) -> tuple[Float[np.ndarray, "unknown unknown"], Float[np.ndarray, " unknown"]]:
-    """Left matrix and right side of (8), without impulses.
+    """Left matrix and right side of (8), with (38) and without impulses.
 
     Args:
         system: Mass, stiffness and force at the start.
@@ -142,6 +153,7 @@ def step_equations(
     h = physics.time_step_s
     matrix = (1.0 + physics.mass_damping_per_s * h) * system.mass
     matrix = matrix + h * (h + physics.stiffness_damping_s) * system.stiffness
+    matrix = matrix + h**2 * system.relaxing_stiffness
     return matrix, system.mass @ velocity + h * system.force
 
 
@@ -163,7 +175,7 @@ def moved_state(
         np.pad(velocity[first:end], (0, width - (end - first))) for first, end in pairwise(ends)
     ]
     mode_rates = np.reshape(rates, state.modes.shape)
-    return replace(
+    new = replace(
         state,
         position=state.position + time_step_s * moving,
         rotation=rotation_of(time_step_s * turning) @ state.rotation,
@@ -172,6 +184,19 @@ def moved_state(
         modes=state.modes + time_step_s * mode_rates,
         mode_rates=mode_rates,
     )
+    springs = state.springs.copy()
+    for number, (mount, own, before, after) in enumerate(
+        zip(
+            robot.mounts,
+            springs_of(robot, state),
+            modes_of(robot, state),
+            modes_of(robot, new),
+            strict=True,
+        )
+    ):
+        moved = advanced_springs(mount, own, before, after, time_step_s)
+        springs[number, : moved.shape[0], : moved.shape[1]] = moved
+    return replace(new, springs=springs)
 
 
 def unknowns_of(robot: Robot, state: ReducedState) -> Float[np.ndarray, " unknown"]:
@@ -185,3 +210,16 @@ def modes_of(robot: Robot, state: ReducedState) -> tuple[np.ndarray, ...]:
     """Modal coordinates of every mount without the padding, each (mode,)."""
     modes = zip(robot.mounts, state.modes, strict=True)
     return tuple(alpha[: mount.part.mode_count] for mount, alpha in modes)
+
+
+def springs_of(robot: Robot, state: ReducedState) -> tuple[np.ndarray, ...]:
+    """Springs of every mount without the padding, each (branch, point, 6)."""
+    springs = zip(robot.mounts, state.springs, strict=True)
+    return tuple(
+        own[: len(mount.part.relaxation_weight), : _relaxing_points(mount)]
+        for mount, own in springs
+    )
+
+
+def _relaxing_points(mount: Mount) -> int:
+    return 0 if mount.part.relaxation is None else len(mount.part.tetrahedron_measure)

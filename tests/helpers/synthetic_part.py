@@ -14,6 +14,8 @@ from scipy.sparse.linalg import eigsh
 
 from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.prony import PronySeries
+from pneumorph.fem.silicones import silicone
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.reduction.assemble import assemble_reduced_part
@@ -114,6 +116,21 @@ def synthetic_part(
     return PartModel(mesh, solid, 0.105, (sheet,), cavity="cavity")
 
 
+def rubber_part(cells: tuple[int, int, int] = (4, 4, 4), order: str = "quadratic") -> PartModel:
+    """The same mesh of a measured silicone: nearly incompressible, relaxing, on a stiff sheet.
+
+    Args:
+        cells: As of the mesh.
+        order: ``linear`` or ``quadratic``.
+    """
+    mesh = synthetic_mesh(cells)
+    mesh = quadratic_mesh(mesh) if order == "quadratic" else mesh
+    sheet = Membrane("sheet", Material(2e4, 0.3, "st_venant_kirchhoff"), 0.1)
+    rubber = silicone("Dragon Skin 30").material(bulk_over_shear=50.0)
+    series = PronySeries((0.1, 0.2), (0.65, 0.02))
+    return PartModel(mesh, rubber, 0.05, (sheet,), "cavity", "volume", series)
+
+
 def vibration_modes(part: PartModel, mode_count: int) -> np.ndarray:
     """The softest vibration modes held at the attachment, mass-orthonormal, (node, 3, mode)."""
     held = np.zeros(part.node_count, dtype=bool)
@@ -137,3 +154,24 @@ def synthetic_reduced_part(
     """The unsampled reduced part of `synthetic_part` on its vibration modes."""
     part = synthetic_part(cells, law, quadratic)
     return assemble_reduced_part(part, vibration_modes(part, mode_count))
+
+
+@cache
+def rubber_reduced_part(
+    mode_count: int = 6, cells=(4, 4, 4), order: str = "quadratic", pressures: int = 0
+) -> ReducedPart:
+    """The reduced part of `rubber_part` on its vibration modes, every point with its weight.
+
+    Args:
+        mode_count: Modes.
+        cells: As of the mesh.
+        order: ``linear`` or ``quadratic``.
+        pressures: Fields of pressure, drawn at random; 0: every element's own.
+    """
+    part, fields = rubber_part(cells, order), None
+    if pressures > 0:
+        volume = part.volume_group.rest_volume
+        drawn = np.random.default_rng(7).normal(size=(len(volume), pressures))
+        fields = np.linalg.qr(drawn)[0] / np.sqrt(volume)[:, None]
+    modes = vibration_modes(part, mode_count)
+    return assemble_reduced_part(part, modes, pressure_fields=fields)

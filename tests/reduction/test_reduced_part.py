@@ -8,14 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.element_cases import box_part
-from helpers.law_cases import MEAN
 from helpers.synthetic_part import synthetic_part, synthetic_reduced_part, vibration_modes
 
 from pneumorph.base.artefact import ArtefactError, save_artefact
 from pneumorph.fem.material import Material
-from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.prony import PronySeries
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
 from pneumorph.reduction.reduced_part import FORMAT_VERSION, ReducedPart
@@ -163,16 +159,3 @@ def test_modes_of_another_mesh_are_refused():
     other = vibration_modes(synthetic_part((6, 4, 4)), 2)
     with pytest.raises(ValueError, match="modes must have shape"):
         assemble_reduced_part(PART, other)
-
-
-@pytest.mark.parametrize("law", ["yeoh", "stable_neo_hookean" + MEAN])
-def test_solids_that_a_reduced_part_cannot_keep_are_refused(law):
-    part = box_part(law, "quadratic")
-    with pytest.raises(ValueError, match="it can only be computed with as finite elements"):
-        assemble_reduced_part(part, np.zeros((part.node_count, 3, 1)))
-
-
-def test_a_solid_that_relaxes_is_refused():
-    relaxing = PartModel(PART.mesh, PART.material, 0.1, relaxation=PronySeries((0.2,), (0.1,)))
-    with pytest.raises(ValueError, match="the solid relaxes"):
-        assemble_reduced_part(relaxing, np.zeros((relaxing.node_count, 3, 1)))
