@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from helpers.crawlers import PART, PHYSICS, STEPPER, crawlers, march
 from helpers.one_leg import HUB, POSE
+from helpers.synthetic_part import rubber_reduced_part
 
 from pneumorph.fem.material import Material
 from pneumorph.physics.physics import Physics
@@ -57,3 +58,9 @@ def test_bad_robots_and_settings_are_refused():
         StepperSettings(element_precision="half")
     with pytest.raises(ValueError, match="contact_sweeps must be at least 1"):
         StepperSettings(contact_sweeps=0)
+
+
+def test_a_part_of_measured_silicone_is_refused_by_name():
+    robot = Robot(HUB, (Mount(rubber_reduced_part(3, order="linear", pressures=2), POSE, (1,)),))
+    with pytest.raises(ValueError, match="knows neither solids that relax nor volumes of whole"):
+        BatchedSimulator([robot], PHYSICS, STEPPER, 1)
