@@ -51,7 +51,7 @@ class StepSystem:
     stiffness: Float[np.ndarray, "unknown unknown"]
     """K of (15)."""
     relaxing_stiffness: Float[np.ndarray, "unknown unknown"]
-    """That of the branches over the step (42)."""
+    """That of the branches over the step, by (37)."""
     force: Float[np.ndarray, " unknown"]
     """f: elastic, relaxing, pressure, weight (20) and products of velocities (21)."""
 
@@ -143,7 +143,7 @@ def step_system(
 def step_equations(
     system: StepSystem, velocity: Float[np.ndarray, " unknown"], physics: Physics
 ) -> tuple[Float[np.ndarray, "unknown unknown"], Float[np.ndarray, " unknown"]]:
-    """Left matrix and right side of (8), with (42) and without impulses.
+    """Left matrix and right side of (8), with the branches and without impulses.
 
     Args:
         system: Mass, stiffness and force at the start.
