@@ -60,7 +60,7 @@ def relaxing_forces(
     springs: Float[np.ndarray, "branch point 6"],
     step_s: float,
 ) -> tuple[Float[np.ndarray, " 6+mode"], Float[np.ndarray, "6+mode 6+mode"]]:
-    """Forces of the branches at the end of a step in which nothing moves, and their stiffness, by (37).
+    """Forces of the branches at the end of a step in which nothing moves (37), and their stiffness.
 
     Both are blind to turns of the hub. A part that does not relax has none.
 
