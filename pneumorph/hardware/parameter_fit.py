@@ -2,8 +2,8 @@
 
 The simulated robot is driven with the pressures that were sensed, so the regulators take no part;
 what differs between its path and the measured one is put down to the parameters. Residuals are
-correlated from one instant to the next, so intervals count the effective number of samples,
-n (1 - r) / (1 + r) with the residuals' lag-one correlation r (Bayley and Hammersley 1946).
+correlated from one instant to the next, so intervals count the effective number of samples
+(`pneumorph.hardware.confidence`).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
+from pneumorph.hardware.confidence import confidence_reach, effective_count
 from pneumorph.hardware.trial import Trial
 
 Parameters = dict[str, float]
@@ -100,7 +101,6 @@ def fit_parameters(
         ValueError: No trial, or too few samples for the parameters.
     """
     from scipy.optimize import least_squares
-    from scipy.stats import t as student
 
     settings = settings or ParameterFitSettings()
     problem = _Problem(trials, simulate, dict(start), time_step_s, settings, progress)
@@ -119,14 +119,9 @@ def fit_parameters(
         max_nfev=settings.evaluation_limit,
     )
     jacobian = problem.jacobian(found.x)
-    residual, count = found.fun, len(settings.names)
+    residual = found.fun
     effective = problem.effective_count(residual)
-    freedom = max(effective - count, 1.0)
-    variance = float(residual @ residual) / len(residual) * effective / freedom
-    # The information of n samples that amount to so many independent ones.
-    information = jacobian.T @ jacobian * effective / len(residual)
-    covariance = variance * np.linalg.pinv(information)
-    reach = float(student.ppf(0.975, freedom)) * np.sqrt(np.diag(covariance))
+    reach = confidence_reach(jacobian, residual, effective)
     total = float(np.sum(problem.deviation**2))
     square_sum = float(residual @ residual)
     return ParameterFit(
@@ -220,11 +215,7 @@ class _Problem:
         for _, chosen, _ in self._cases:
             block = residual[begin : begin + 2 * len(chosen)].reshape(-1, 2)
             begin += block.size
-            for path in block.T:
-                square = float(path @ path)
-                r = float(path[1:] @ path[:-1]) / square if square > 0.0 else 0.0
-                r = min(max(r, 0.0), 0.999)
-                effective += max(1.0, len(path) * (1.0 - r) / (1.0 + r))
+            effective += sum(effective_count(path) for path in block.T)
         return effective
 
 

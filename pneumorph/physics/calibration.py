@@ -1,7 +1,8 @@
 """The calibration file: what was measured of the real robot and goes back into simulation.
 
 It is JSON of the kind ``Calibration``: the map of real to simulated pressure and, where they were
-fitted, the leg's modulus, the damping and the friction, each with its 95 % confidence interval.
+fitted, the leg's modulus, the damping, the friction and the regulators' conductances, each with its
+95 % confidence interval.
 Simulation, training and deployment read it, and every summary says which one.
 """
 
@@ -16,6 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph.base.artefact import UNITS, read_json, reading, write_json
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 
@@ -49,6 +52,8 @@ class Calibration:
     """What was measured, and with which leg the simulated side was computed."""
     path: Path | None = field(default=None, compare=False)
     """The file it was read from."""
+    air: Air | None = None
+    """How air fills and vents the legs, with the conductances of each regulator."""
 
     def __post_init__(self) -> None:
         for name in ("modulus_factor", "stiffness_damping_s", "friction"):
@@ -63,7 +68,8 @@ class Calibration:
             for name in ("stiffness_damping_s", "friction")
             if getattr(self, name) is not None
         }
-        return replace(physics, pressure_map=self.pressure_map, **measured)
+        air = physics.air if self.air is None else self.air
+        return replace(physics, pressure_map=self.pressure_map, air=air, **measured)
 
     def content(self) -> dict[str, Any]:
         """As saved, without the format's header."""
@@ -73,6 +79,7 @@ class Calibration:
             "modulus_factor": self.modulus_factor,
             "stiffness_damping_s": self.stiffness_damping_s,
             "friction": self.friction,
+            "air": None if self.air is None else settings_to_dict(self.air),
             "confidence_intervals_95": {name: list(pair) for name, pair in self.intervals.items()},
             "fit": dict(self.fit),
             "source": dict(self.source),
@@ -82,7 +89,10 @@ class Calibration:
         """Hash of the parameters, in hexadecimal; names the calibration in summaries."""
         names = ("slope", "intercept_kPa", "modulus_factor", "stiffness_damping_s", "friction")
         content = self.content()
-        text = json.dumps({name: content[name] for name in names}, sort_keys=True)
+        told = {name: content[name] for name in names}
+        if self.air is not None:  # earlier files, which had none, keep their digests
+            told["air"] = content["air"]
+        text = json.dumps(told, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def save(self, path: Path | str) -> Path:
@@ -113,6 +123,7 @@ class Calibration:
                 content["modulus_factor"],
                 content["stiffness_damping_s"],
                 content["friction"],
+                air=None if (air := content.get("air")) is None else settings_from_dict(Air, air),
                 intervals={k: (v[0], v[1]) for k, v in content["confidence_intervals_95"].items()},
                 fit=content["fit"],
                 source=content["source"],
@@ -131,6 +142,8 @@ class UsedCalibration:
     modulus_factor: float | None = None
     stiffness_damping_s: float | None = None
     friction: float | None = None
+    filling_mm3_per_s_kPa: tuple[float, ...] | None = None
+    venting_mm3_per_s_kPa: tuple[float, ...] | None = None
 
 
 def describe_calibration(
@@ -153,4 +166,9 @@ def describe_calibration(
                 if (value := getattr(calibration, name)) is not None
             },
         }
+        if calibration.air is not None:
+            described |= {
+                "filling_mm3_per_s_kPa": list(calibration.air.filling_mm3_per_s_kPa),
+                "venting_mm3_per_s_kPa": list(calibration.air.venting_mm3_per_s_kPa),
+            }
     return described

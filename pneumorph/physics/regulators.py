@@ -9,7 +9,7 @@ command. Numbers in brackets are equations of docs/physics.md.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Protocol
 
@@ -110,7 +110,8 @@ def air_regulators(air: Air, chamber_mm3: Sequence[float] | np.ndarray) -> AirRe
     """
     filling = air.of_each("filling_mm3_per_s_kPa", len(chamber_mm3))
     venting = air.of_each("venting_mm3_per_s_kPa", len(chamber_mm3))
-    times = [_cell_times(air, float(chamber)) for chamber in chamber_mm3]
+    unit = replace(air, filling_mm3_per_s_kPa=(1.0,), venting_mm3_per_s_kPa=(1.0,))
+    times = [_cell_times(unit, float(chamber)) for chamber in chamber_mm3]
     cell_kPa = air.supply_kPa / CELL_COUNT
     return AirRegulators(
         cell_kPa,

@@ -135,6 +135,12 @@ def calibration_sections(found: FittedCalibration, run: FinishedRun, sheet: Shee
         "stiffness_damping_s": found.stiffness_damping_s,
         "friction": found.friction,
     }
+    for kind, conductances in (
+        ("filling", found.filling_mm3_per_s_kPa),
+        ("venting", found.venting_mm3_per_s_kPa),
+    ):
+        for number, conductance in enumerate(conductances or (), start=1):
+            fitted[f"{kind}_{number}_mm3_per_s_kPa"] = conductance
     rows = [
         (name.replace("_", " "), value, *found.confidence_intervals_95.get(name, ("", "")))
         for name, value in fitted.items()
@@ -145,6 +151,7 @@ def calibration_sections(found: FittedCalibration, run: FinishedRun, sheet: Shee
         page.picture(run.folder / name, caption)
         for name, caption in (
             ("calibration.png", "Pressures of equal bend, and the line through them."),
+            ("air_fit.png", "The first trial's pressures, and those of the fitted valves."),
             ("path_fit.png", "The first trial's path, before and after the fit."),
         )
         if (run.folder / name).exists()

@@ -218,9 +218,34 @@ def path_fit_figure(
     return figure
 
 
+@figure_style()
+def air_fit_figure(log: LoggedPressures, fitted_kPa: np.ndarray, rms_kPa: float) -> Figure:
+    """Return commanded, sensed and fitted pressures over time, a panel a channel.
+
+    Args:
+        log: What was commanded and sensed.
+        fitted_kPa: Pressures of the fitted valves at the log's samples [kPa], (sample, channel).
+        rms_kPa: Root mean square of what the fit leaves [kPa].
+    """
+    channels = fitted_kPa.shape[1]
+    figure = new_figure(5.2, 0.8 + 1.1 * channels)
+    panels = figure.subplots(channels, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    _draw_channels(panels, [log], labelled=True)
+    for axes, fitted in zip(panels, fitted_kPa.T, strict=True):
+        axes.plot(log.time_s, fitted, color=INK_COLOUR, linewidth=0.7, label="fitted")
+    legend_above(panels[0])
+    panels[0].set_title(f"{rms_kPa:.2f} kPa left", size=8)
+    panels[-1].set_xlabel("time (s)")
+    return figure
+
+
 def save_calibration_figures(study: CalibrationStudy, folder: Path) -> None:
-    """Draw what was fitted: ``calibration.png`` and ``path_fit.png``, where there is such a fit."""
+    """Draw ``calibration.png``, ``air_fit.png`` and ``path_fit.png``, where there is such a fit."""
     fit = study.found.fit
+    if study.filled is not None:
+        log, fitted_kPa = study.filled
+        figure = air_fit_figure(log, fitted_kPa, fit["air"]["rms_kPa"])
+        save_figure(figure, folder / "air_fit.png")
     if study.pairs is not None:
         fitted = PressureMap(study.found.slope, study.found.intercept_kPa)
         figure = calibration_figure(

@@ -15,6 +15,7 @@ from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.hardware.air_fit import fit_air, simulated_kPa
 from pneumorph.hardware.bend_test import (
     PressurePairs,
     equal_bend_pairs,
@@ -22,10 +23,11 @@ from pneumorph.hardware.bend_test import (
     read_pairs,
     simulated_bend_curve,
 )
+from pneumorph.hardware.deployment_log import LoggedPressures, read_log
 from pneumorph.hardware.line_fit import LineFit, fit_line
 from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings
 from pneumorph.hardware.parameter_fit import ParameterFit, ParameterFitSettings, fit_parameters
-from pneumorph.hardware.trial import read_trial, trial_folders
+from pneumorph.hardware.trial import LOG_FILE, read_trial, trial_folders
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import Design
@@ -47,6 +49,8 @@ class CalibrationSettings(Checked):
     """Pairs of equal bend: real_pressure_kPa,simulated_pressure_kPa."""
     trials: Path | None = None
     """Folder of a deployment whose trials modulus, damping and friction are fitted to."""
+    air: Path | None = None
+    """Folder of a deployment whose sensed pressures each regulator's conductances are fitted to."""
     trial_count: Count = 5
     """How many of the trials to fit to."""
     model: Model = "reduced"
@@ -76,9 +80,13 @@ class FittedCalibration:
     friction: float | None
     confidence_intervals_95: dict[str, tuple[float, float]]
     fit: dict[str, Any]
-    """Figures of fit, such as ``r_squared``, of ``pressure`` and ``trajectories``."""
+    """Figures of fit, such as ``r_squared``, of ``pressure``, ``air`` and ``trajectories``."""
     damping: str
     wall_s: float
+    filling_mm3_per_s_kPa: tuple[float, ...] | None = None
+    """Conductance that each regulator fills through."""
+    venting_mm3_per_s_kPa: tuple[float, ...] | None = None
+    """And that it vents through."""
     leg: dict[str, Any] | None = None
     """The reduced leg; None where its finite elements were bent."""
 
@@ -108,11 +116,14 @@ class CalibrationStudy:
         found: The result.
         pairs: Pressures of equal bend; None where no line was fitted.
         path: A path of the trials; None where none were fitted to.
+        filled: The first log that air was fitted to, and the fitted pressures at its samples [kPa],
+            (sample, channel); None where none was.
     """
 
     found: FittedCalibration
     pairs: PressurePairs | None
     path: FittedPath | None
+    filled: tuple[LoggedPressures, np.ndarray] | None = None
 
 
 def calibrate(
@@ -130,19 +141,23 @@ def calibrate(
         FileNotFoundError: A file of measurements is missing.
     """
     start = time.monotonic()
-    if settings.bends is None and settings.pairs is None and settings.trials is None:
+    measured = (settings.bends, settings.pairs, settings.trials, settings.air)
+    if all(each is None for each in measured):
         raise ValueError(
-            "nothing to calibrate from, expected --bends FILE, --pairs FILE or --trials FOLDER"
+            "nothing to calibrate from, expected --bends FILE, --pairs FILE, --trials FOLDER or "
+            "--air FOLDER"
         )
     spec = robot.spec()
     calibration = spec.calibration or Calibration(spec.physics.pressure_map)
-    pairs, path = None, None
+    pairs, path, filled = None, None, None
     if settings.bends is not None or settings.pairs is not None:
         calibration, pairs = _with_line(calibration, settings, spec, folder)
+    if settings.air is not None:
+        calibration, filled = _with_air(calibration, settings, spec, folder)
     if settings.trials is not None:
         plain = replace(robot, calibration=None).spec()
         calibration, path = _with_parameters(calibration, settings, spec, plain, folder)
-    file = calibration.save(folder / CALIBRATION_FILE)
+    file, air = calibration.save(folder / CALIBRATION_FILE), calibration.air
     found = FittedCalibration(
         calibration=str(file),
         digest=calibration.digest(),
@@ -151,13 +166,15 @@ def calibrate(
         modulus_factor=calibration.modulus_factor,
         stiffness_damping_s=calibration.stiffness_damping_s,
         friction=calibration.friction,
+        filling_mm3_per_s_kPa=None if air is None else air.filling_mm3_per_s_kPa,
+        venting_mm3_per_s_kPa=None if air is None else air.venting_mm3_per_s_kPa,
         confidence_intervals_95=dict(calibration.intervals),
         fit=dict(calibration.fit),
         damping=spec.physics.damping,
         wall_s=time.monotonic() - start,
         leg=spec.module.describe() if settings.model == "reduced" else None,
     )
-    return CalibrationStudy(found, pairs, path)
+    return CalibrationStudy(found, pairs, path, filled)
 
 
 def _with_line(
@@ -215,6 +232,39 @@ def _write_pairs(path: Path, pairs: PressurePairs) -> None:
     for real, simulated in zip(pairs.real_kPa, pairs.simulated_kPa, strict=True):
         lines.append(f"{real:.6g},{simulated:.8g}")
     write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
+
+
+def _with_air(
+    calibration: Calibration, settings: CalibrationSettings, spec: RobotSpec, folder: RunFolder
+) -> tuple[Calibration, tuple[LoggedPressures, np.ndarray]]:
+    assert settings.air is not None
+    folders = trial_folders(settings.air)[: settings.trial_count]
+    logs = [read_log(each / LOG_FILE) for each in folders]
+    design = Design.parse(FinishedRun.read(settings.air).of_summary("design", str))
+    chambers = spec.chambers_mm3(design)
+    folder.progress.stage(f"fitting valves to {len(logs)} logs")
+    found = fit_air(logs, spec.physics.air, chambers)
+    said = {
+        **_provenance(settings.air, spec),
+        "trials": [each.name for each in folders],
+        "design": str(design),
+        "chambers_mm3": list(chambers),
+    }
+    fitted = replace(
+        calibration,
+        air=found.air,
+        intervals={**calibration.intervals, **found.intervals},
+        fit={
+            **calibration.fit,
+            "air": {"rms_kPa": found.rms_kPa, "sample_count": found.sample_count},
+        },
+        source={**calibration.source, "air": said},
+    )
+    courses = [
+        simulated_kPa(logs[0], channel, found.air, chamber)
+        for channel, chamber in enumerate(chambers)
+    ]
+    return fitted, (logs[0], np.column_stack(courses))
 
 
 def _with_parameters(

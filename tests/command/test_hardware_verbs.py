@@ -97,6 +97,46 @@ def test_parameters_are_fitted_to_trials(
     assert source["pressure"]["measured"].endswith("pairs.csv")
 
 
+def test_valves_are_fitted_to_logs_and_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What the fit finds is tested in test_air_fit.py; here, that verbs hand it on."""
+    gait = tmp_path / "steps.csv"
+    rows = "".join(f"{1.32 * n},{80 * (n % 2)},{80 * (n % 2)},0\n" for n in range(5))
+    header = "time_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa\n"
+    gait.write_text(f"{header}{rows}6.6,0,0,0\n")
+    (tmp_path / "rig.toml").write_text("sample_interval_s = 0.02\n")
+    asked = f"{gait} --design 1.0.0.2.2.0.0.1 --rig {tmp_path / 'rig.toml'} --model reduced"
+    deployed = run_json(
+        f"deploy {asked} --physics.air.law orifice --trials 1 --out {tmp_path / 'B'}", capsys
+    )
+    assert deployed["rig"]["air"]["law"] == "orifice"
+    assert deployed["rig"]["chambers_mm3"] == pytest.approx([7056.0, 7056.0, 0.0])
+    fitted = run_json(f"calibrate --air {tmp_path / 'B'} --out {tmp_path / 'c'}", capsys)
+    for kind, believed in (("filling", 78.0), ("venting", 1100.0)):
+        found = fitted[f"{kind}_mm3_per_s_kPa"]
+        for number in (1, 2):
+            low, high = fitted["confidence_intervals_95"][f"{kind}_{number}_mm3_per_s_kPa"]
+            assert low < found[number - 1] < high
+            assert abs(found[number - 1] / believed - 1.0) < 0.35  # the draws' limit, and noise
+        assert found[2] == believed
+    assert fitted["fit"]["air"]["rms_kPa"] < 0.3
+    assert (tmp_path / "c" / "air_fit.png").stat().st_size > 1000
+    file = tmp_path / "c" / "calibration.json"
+    walked = run_json(f"simulate {SHORT} --calibration {file} --out {tmp_path / 's'}", capsys)
+    assert walked["calibration"]["filling_mm3_per_s_kPa"] == fitted["filling_mm3_per_s_kPa"]
+    dry = run_json(f"deploy --dry-run {SHORT} --calibration {file} --out {tmp_path / 'd'}", capsys)
+    assert dry["rig"]["air"]["filling_mm3_per_s_kPa"] == fitted["filling_mm3_per_s_kPa"]
+    # Sampled each 0.1 s, as usual, smooth commands are reached before anyone looks.
+    run_json(
+        f"deploy {SHORT} --physics.air.law orifice --model reduced --trials 1 "
+        f"--out {tmp_path / 'seldom'}",
+        capsys,
+    )
+    told = _refused(f"calibrate --air {tmp_path / 'seldom'} --out {tmp_path / 'n'}", capsys)
+    assert "cannot tell how fast regulator" in told or "the log shows no" in told
+
+
 def test_dry_run_commands_nothing_and_prints_the_schedule(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

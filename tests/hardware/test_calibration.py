@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ from pneumorph.base.artefact import ArtefactError
 from pneumorph.hardware.bend_test import MonotoneBend, equal_bend_pairs, read_bends, read_pairs
 from pneumorph.hardware.line_fit import fit_line
 from pneumorph.hardware.measured_table import read_measured_table
-from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.air import Air
+from pneumorph.physics.calibration import Calibration, describe_calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 
@@ -103,6 +105,33 @@ def test_a_calibration_reads_back_and_is_applied(tmp_path: Path) -> None:
     # What was not measured stays.
     partial = Calibration(PressureMap(3.8, -18.0)).applied_to(Physics())
     assert partial.friction == Physics().friction
+
+
+def test_a_calibration_with_air_brings_its_law(tmp_path: Path) -> None:
+    """Files of before there was air are read, and keep their digests."""
+    line = PressureMap(3.8, -18.0)
+    air = Air("orifice", 150.0, (50.0, 60.0, 70.0), (900.0,), chamber_growth=(0.01,))
+    measured = Calibration(line, air=air, intervals={"filling_1_mm3_per_s_kPa": (49.0, 51.0)})
+    read = Calibration.load(measured.save(tmp_path / "c.json"))
+    assert read == measured
+    assert read.applied_to(Physics(friction=0.7)) == Physics(
+        friction=0.7, pressure_map=line, air=air
+    )
+    used = describe_calibration(read, line)
+    assert used["filling_mm3_per_s_kPa"] == [50.0, 60.0, 70.0]
+    plain = Calibration(line)
+    assert plain.digest() != measured.digest()
+    older = {name: value for name, value in plain.content().items() if name != "air"}
+    header = {"kind": "Calibration", "format_version": 1}
+    (tmp_path / "older.json").write_text(json.dumps({**header, **older}))
+    assert Calibration.load(tmp_path / "older.json") == plain
+    # Written down when calibrations had no air.
+    assert plain.digest() == "ead983a7de1cbd616fde9b3132aefc0bf38a019c89ee968ed9d536df97995274"
+    content = json.loads((tmp_path / "c.json").read_text())
+    content["air"]["supply_kPa"] = -1.0
+    (tmp_path / "c.json").write_text(json.dumps(content))
+    with pytest.raises(ArtefactError, match="supply_kPa must be positive"):
+        Calibration.load(tmp_path / "c.json")
 
 
 def test_what_is_no_calibration_is_refused(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ import pytest
 from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.hardware.deployment_log import LoggedPressures
 from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.physics.regulators import RateLimited
 from pneumorph.report.frames_figure import frames_figure
@@ -24,6 +25,7 @@ from pneumorph.report.reduction_figures import bend_figure, stage_figure, tolera
 from pneumorph.report.robustness_figures import robustness_figure
 from pneumorph.report.scene import Actor
 from pneumorph.report.style import REGULATOR_COLOURS, figure_style, save_figure
+from pneumorph.report.trial_figures import air_fit_figure
 from pneumorph.report.walk_figures import (
     cycle_figure,
     distance_figure,
@@ -94,7 +96,13 @@ WORLDS = robustness(
     np.array([[2.0 + 0.1 * n, np.nan if n == 2 else 1.0] for n in range(4)]),
 )
 
+LOG = LoggedPressures(
+    np.arange(4.0), np.array([[0.0, 0.0], [80.0, 0.0], [80.0, 40.0], [0.0, 0.0]]),
+    np.array([[0.0, 0.1], [0.2, 0.0], [78.0, 0.0], [79.0, 40.0]]), (),
+)  # fmt: skip
+
 FIGURES: dict[str, Callable[[Trajectory], Figure]] = {
+    "air fit": lambda _: air_fit_figure(LOG, LOG.sensed_kPa + 1.0, 1.0),
     "bend": lambda _: bend_figure([0, 100], [0, 30], [0, 31]),
     "cycle": cycle_figure,
     "distance": lambda t: distance_figure({"learned": t, "expert": t}),
