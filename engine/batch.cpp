@@ -69,9 +69,22 @@ void Batch::check_mounts(const std::vector<MountInput>& mounts) const {
   }
 }
 
+void Batch::check_friction(const std::vector<double>& friction, size_t points) {
+  if (friction.size() != 2 * points)
+    throw std::invalid_argument("friction has " + std::to_string(friction.size()) + " numbers, expected two for each of " +
+                                std::to_string(points) + " contact points");
+}
+
+void Batch::set_friction(int robot, const std::vector<double>& friction) {
+  check_friction(friction, size_t(robots_.at(robot).contact_count));
+  frictions_[robot] = friction;
+  robots_[robot].friction = frictions_[robot].data();
+}
+
 void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                        const std::vector<std::vector<MountInput>>& mounts,
-                       const std::vector<std::vector<double>>& pressure_rates) {
+                       const std::vector<std::vector<double>>& pressure_rates,
+                       const std::vector<std::vector<double>>& frictions) {
   const size_t count = mounts.size();
   // Everything is checked first, so that a refused call leaves the old robots as they were.
   for (size_t r = 0; r < count; ++r) {
@@ -83,8 +96,12 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     if (pressure_rates[r].size() != rates)
       throw std::invalid_argument("a robot has " + std::to_string(pressure_rates[r].size()) +
                                   " rates of pressure, expected " + std::to_string(rates));
+    size_t points = hubs[hub_of_robot[r]].contact_points.size() / 3;
+    for (const MountInput& mount : mounts[r]) points += contact_counts_[mount.part];
+    check_friction(frictions[r], points);
   }
   pressure_rates_ = pressure_rates;
+  frictions_ = frictions;
   robots_.assign(count, RobotModel{});
   states_.assign(count, RobotState{});
   mounts_.assign(count, {});
@@ -120,6 +137,7 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     robot.mount_count = int(mounts_[r].size());
     robot.contact_count = contacts;
     robot.pressure_rates = pressure_rates_[r].data();
+    robot.friction = frictions_[r].data();
     contact_capacity_ = std::max(contact_capacity_, contacts);
     const size_t modal = size_t(robot.mount_count) * padded_;
     state_storage_.emplace_back(robot.mount_count * mount_bytes_);

@@ -32,7 +32,10 @@ class Batch {
   // Robots at rest: hub at the origin, modes zero, pressures zero.
   void set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                   const std::vector<std::vector<MountInput>>& mounts,
-                  const std::vector<std::vector<double>>& pressure_rates);
+                  const std::vector<std::vector<double>>& pressure_rates,
+                  const std::vector<std::vector<double>>& frictions);
+  // (contact point, 2) as RobotModel::friction has it.
+  void set_friction(int robot, const std::vector<double>& friction);
   void reset(int robot);
   // `command`: (robot, regulator) real kPa. `active`: null or one byte a robot.
   void advance(const double* command, long long steps, const unsigned char* active, int threads, bool profile);
@@ -51,6 +54,7 @@ class Batch {
 
  private:
   void check_mounts(const std::vector<MountInput>& mounts) const;
+  static void check_friction(const std::vector<double>& friction, size_t points);
 
   Settings settings_;
   bool single_precision_;
@@ -64,7 +68,7 @@ class Batch {
   std::vector<RobotState> states_;
   std::vector<std::vector<Mount>> mounts_;
   std::vector<std::vector<int>> regulators_;
-  std::vector<std::vector<double>> hub_points_, pressure_rates_;
+  std::vector<std::vector<double>> hub_points_, pressure_rates_, frictions_;
   std::vector<AlignedArray> state_storage_;
   int contact_capacity_ = 0;
   std::vector<AlignedArray> workspaces_;  // one for each thread

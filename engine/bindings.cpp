@@ -138,7 +138,8 @@ static pneumorph::Settings read_settings(nb::dict d) {
   for (int i = 0; i < 3; ++i) s.gravity[i] = gravity.data()[i];
   s.mass_damping = number("mass_damping"), s.stiffness_damping = number("stiffness_damping");
   s.published_damping = nb::cast<bool>(d["published_damping"]), s.edge_rotations = nb::cast<bool>(d["edge_rotations"]);
-  s.friction = number("friction"), s.floor_height = number("floor_height");
+  s.friction_exponent = number("friction_exponent"), s.friction_least = number("friction_least");
+  s.friction_most = number("friction_most"), s.floor_height = number("floor_height");
   s.contact_margin = number("contact_margin"), s.contact_tolerance = number("contact_tolerance");
   s.contact_sweeps = nb::cast<int>(d["contact_sweeps"]);
   s.pressure_rate = number("pressure_rate"), s.pressure_cell = number("pressure_cell");
@@ -170,11 +171,12 @@ class PythonBatch {
     }
     std::vector<int> hub_of_robot;
     std::vector<std::vector<pneumorph::MountInput>> mounts;
-    std::vector<std::vector<double>> pressure_rates;
+    std::vector<std::vector<double>> pressure_rates, frictions;
     for (nb::handle item : robots) {
-      auto [hub, list, rates] = nb::cast<std::tuple<int, nb::list, Vector>>(item);
+      auto [hub, list, rates, friction] = nb::cast<std::tuple<int, nb::list, Vector, Matrix>>(item);
       hub_of_robot.push_back(hub);
       pressure_rates.emplace_back(rates.data(), rates.data() + rates.shape(0));
+      frictions.emplace_back(friction.data(), friction.data() + friction.size());
       std::vector<pneumorph::MountInput> of_robot;
       for (nb::handle entry : list) {
         auto [part, rotation, translation, regulators] =
@@ -188,7 +190,12 @@ class PythonBatch {
       }
       mounts.push_back(of_robot);
     }
-    batch_.set_robots(hub_inputs, hub_of_robot, mounts, pressure_rates);
+    batch_.set_robots(hub_inputs, hub_of_robot, mounts, pressure_rates, frictions);
+  }
+
+  // (contact point, 2): coefficient, and the normal impulse of a step at which it is so.
+  void set_friction(int robot, Matrix friction) {
+    batch_.set_friction(checked(robot), {friction.data(), friction.data() + friction.size()});
   }
 
   void advance(Matrix command, long long steps, Mask active, int threads, bool profile) {
@@ -331,6 +338,7 @@ NB_MODULE(_engine, module) {
       .def(nb::init<nb::list, nb::dict, bool, std::string>(), nb::arg("parts"), nb::arg("settings"),
            nb::arg("single_precision"), nb::arg("instruction_set"))
       .def("set_robots", &PythonBatch::set_robots, nb::arg("hubs"), nb::arg("robots"))
+      .def("set_friction", &PythonBatch::set_friction, nb::arg("robot"), nb::arg("friction"))
       .def("advance", &PythonBatch::advance, nb::arg("command"), nb::arg("steps"), nb::arg("active"),
            nb::arg("threads"), nb::arg("profile"))
       .def("read", &PythonBatch::read, nb::arg("name"))

@@ -167,6 +167,13 @@ double next_gap(const Candidate& at, const Part<Real>* parts, const RobotModel& 
   return at.gap + settings.time_step * speed;
 }
 
+// mu of a contact point in this step, given the normal impulse of the step before: (42) of docs/physics.md.
+inline double contact_friction(const Settings& settings, const double given[2], double impulse) {
+  if (settings.friction_exponent == 0) return given[0];
+  const double factor = std::pow(impulse / given[1], settings.friction_exponent);
+  return given[0] * std::fmin(std::fmax(factor, settings.friction_least), settings.friction_most);
+}
+
 // The row of a candidate, warm started.
 template <int M, class Real>
 void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
@@ -220,6 +227,7 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
   }
   row.free_velocity[0] += at.gap / settings.time_step;
   for (int i = 0; i < 3; ++i) row.impulse[i] = state.impulses[3 * row.contact + i];
+  row.friction = contact_friction(settings, robot.friction + 2 * row.contact, row.impulse[0]);
   finish_row(row);
 }
 

@@ -56,7 +56,7 @@ double sweep_contacts(const Settings& settings, int row_count, int most, Workspa
       }
       double v[3], delta[3];
       for (int i = 0; i < 3; ++i) v[i] = row.free_velocity[i] + sum_lanes(dots[i]);
-      residual = std::fmax(residual, project_point(row.point, v, settings.friction, row.impulse, delta));
+      residual = std::fmax(residual, project_point(row.point, v, row.friction, row.impulse, delta));
       if (delta[0] == 0 && delta[1] == 0 && delta[2] == 0) continue;
       DoubleLanes hub_value = load(sum.hub);
       for (int i = 0; i < 3; ++i) hub_value += delta[i] * load(&row.response[i][M]);
@@ -74,7 +74,7 @@ double sweep_contacts(const Settings& settings, int row_count, int most, Workspa
 
 // The problem of the rows, sorted by mount; `order`: row of each of its points.
 template <int M>
-void pose_friction(const ContactRow<M>* rows, int row_count, double friction, FrictionProblem& problem, int* order) {
+void pose_friction(const ContactRow<M>* rows, int row_count, FrictionProblem& problem, int* order) {
   problem.count = row_count;
   problem.group_count = 0;
   problem.caution = kReducedCaution;
@@ -105,7 +105,7 @@ void pose_friction(const ContactRow<M>* rows, int row_count, double friction, Fr
   for (int c = 0; c < row_count; ++c) {
     const ContactRow<M>& row = rows[order[c]];
     problem.points[c] = row.point;
-    problem.friction[c] = friction;
+    problem.friction[c] = row.friction;
     problem.scale[c][0] = 1.0 / row.point.normal_inverse;
     problem.scale[c][1] = 1.0 / row.point.tangent_inverse;
     for (int i = 0; i < 3; ++i) {
@@ -128,7 +128,7 @@ void solve_friction(const Settings& settings, int row_count, Workspace<M, Real>&
   }
   FrictionProblem& problem = work.friction;
   int order[kNewtonPoints];
-  pose_friction<M>(rows, row_count, settings.friction, problem, order);
+  pose_friction<M>(rows, row_count, problem, order);
   double best[kFrictionRows], least = 1e301;
   int left = settings.contact_sweeps, most = kFirstSweeps;
   while (true) {

@@ -85,6 +85,7 @@ struct RobotModel {
   int mount_count = 0;
   const Mount* mounts = nullptr;
   int contact_count = 0;                     // hub and legs together
+  const double* friction = nullptr;          // (contact point, 2) mu, and the normal impulse of a step at which it is so [mN s]
   const double* pressure_rates = nullptr;    // (regulator, rising and falling, cell) kPa/s, where there are cells
 };
 
@@ -95,7 +96,8 @@ struct Settings {
   double stiffness_damping = 0.1;    // s
   int published_damping = 1;         // else objective: acts on modal rates alone
   int edge_rotations = 1;            // else polar
-  double friction = 1.2;
+  double friction_exponent = 0;      // of the normal impulse of the step before; 0: mu stays as it is
+  double friction_least = 1, friction_most = 1;  // factors that mu is kept between
   double floor_height = 0;           // mm, where contact points rest
   double contact_margin = 1;         // mm, points nearer than this take part in the contact solve
   double contact_tolerance = 1e-3;   // mm/s

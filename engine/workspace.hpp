@@ -27,6 +27,7 @@ struct ContactRow {
   PointOperator point;
   double free_velocity[3];                // with gap over time step in the normal one
   double impulse[3];
+  double friction;                        // mu of this step
   int mount, contact;                     // which: its place in the state's impulses
 };
 

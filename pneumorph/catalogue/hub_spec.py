@@ -14,6 +14,7 @@ from pneumorph.fem.material import MassLumping, Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.robot.robot import Hub, hub_of_mesh
@@ -32,6 +33,7 @@ class HubSpec:
             robot's frame.
         tracked_point: Point whose travel is rewarded [mm], (3,).
         contact_points: Points that may touch the floor [mm], (point, 3).
+        surface: What they lie on, by name; friction may be given for it.
     """
 
     mesh: Mesh
@@ -39,6 +41,7 @@ class HubSpec:
     mass: float | MassProperties
     tracked_point: np.ndarray
     contact_points: np.ndarray
+    surface: str = ""
 
     @property
     def mass_kg(self) -> float:
@@ -55,6 +58,9 @@ class HubSpec:
     @cached_property
     def rigid(self) -> Hub:
         """The rigid body of reduced robots."""
+        surfaces = ContactSurfaces.of_one(
+            self.surface, self.mesh.skin_area_mm2, len(self.contact_points)
+        )
         if isinstance(self.mass, MassProperties):
             return Hub(
                 self.mass.mass_kg,
@@ -62,8 +68,9 @@ class HubSpec:
                 self.mass.second_moment,
                 self.tracked_point,
                 self.contact_points,
+                surfaces,
             )
-        return hub_of_mesh(self.mesh, self.mass, self.tracked_point, self.contact_points)
+        return hub_of_mesh(self.mesh, self.mass, self.tracked_point, self.contact_points, surfaces)
 
     def full(self, model: HubModel) -> HubBody:
         """The hub of a full-order robot.
@@ -72,7 +79,7 @@ class HubSpec:
             ValueError: No such model.
         """
         if model == "rigid":
-            return RigidHub(self.mesh, self.mass, self.contact_points)
+            return RigidHub(self.mesh, self.mass, self.contact_points, self.surface)
         if model == "soft":
             lumping: MassLumping | np.ndarray = (
                 matched_node_mass(self.mesh, self.mass)
@@ -80,7 +87,7 @@ class HubSpec:
                 else "even"
             )
             part = PartModel(self.mesh, self.material, self.mass_kg, mass_lumping=lumping)
-            return SoftHub(part, self.contact_points)
+            return SoftHub(part, self.contact_points, self.surface)
         raise ValueError(f'hub must be "soft" or "rigid", got {model!r}')
 
     def scaled(self, mass_factor: float) -> HubSpec:

@@ -23,9 +23,20 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.physics.surfaces import PRINTED_PLASTIC, SILICONE, SILICONE_OVER_SHEET
 
 DISK_MASS_KG = 0.075
 """Mass of the disk in the simulation: 2.5 times the real one's [kg]."""
+
+HUB_SURFACE = "hub"
+"""What the disk's rims are called where friction is given by surface."""
+SURFACES = {"sheet": SILICONE_OVER_SHEET, "skin": SILICONE, HUB_SURFACE: PRINTED_PLASTIC}
+"""What is known of the friction of a leg's underside, of all else of it, and of the disk."""
+
+
+def friction_distributions() -> tuple[tuple[str, str], ...]:
+    """Friction of each surface over what is known of it, for a `Randomisation`."""
+    return tuple((name, surface.distribution) for name, surface in SURFACES.items())
 
 
 @cache
@@ -58,6 +69,7 @@ def paper_hub(masses: Masses | None = None) -> HubSpec:
         PRINTED_HUB if masses.model == "cast" else DISK_MASS_KG,
         np.array(DiskShape().top_centre_mm),
         disk_rim_points(mesh),
+        HUB_SURFACE,
     )
     return hub if masses.hub_mass_g is None else hub.weighing(1e-3 * masses.hub_mass_g)
 

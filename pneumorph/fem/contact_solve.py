@@ -10,7 +10,6 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from pneumorph.fem.friction_problem import FrictionProblem, FrictionSolution
 from pneumorph.fem.full_order_settings import FullOrderSettings
-from pneumorph.physics.physics import Physics
 
 FIRST_SWEEPS = 20
 """Gauss-Seidel sweeps before the first attempt of Newton's method; each next attempt has four times
@@ -39,7 +38,8 @@ def solve_contacts(
     leg_velocity: np.ndarray,
     gaps: np.ndarray,
     warm_start: np.ndarray,
-    physics: Physics,
+    friction: np.ndarray,
+    time_step_s: float,
     numerics: FullOrderSettings,
 ) -> ContactSolution:
     """Solve S v_h = r + C^T lambda together with the contact laws.
@@ -56,7 +56,8 @@ def solve_contacts(
         gaps: Gap that each contact would have at the step's end if it did not move [mm],
             (contact,).
         warm_start: Impulses to start from [mN s], (contact, 3).
-        physics: Friction and time step.
+        friction: Coulomb's coefficient of each contact, (contact,).
+        time_step_s: Length of the step [s].
         numerics: Which solver, and its tolerance.
 
     Raises:
@@ -71,11 +72,11 @@ def solve_contacts(
     size = sum(len(block) for block in leg_delassus)
     operator[:size, :size] += block_diag(*leg_delassus)
     free = coupling @ velocity + leg_velocity
-    free[::3] += gaps / physics.time_step_s
-    problem = FrictionProblem(operator, free, physics.friction)
+    free[::3] += gaps / time_step_s
+    problem = FrictionProblem(operator, free, friction)
     solution = _solve_friction(problem, warm_start, numerics)
     velocities = solution.velocities.copy()
-    velocities[:, 0] -= gaps / physics.time_step_s
+    velocities[:, 0] -= gaps / time_step_s
     return ContactSolution(
         velocity + response @ solution.impulses.ravel(),
         solution.impulses,

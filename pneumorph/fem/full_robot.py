@@ -59,6 +59,9 @@ class FullRobot(RobotBody[HubState]):
                     f"a step of {physics.time_step_s:g} s failed, {halvings} times halved: {error}"
                 ) from error
         half = replace(physics, time_step_s=0.5 * physics.time_step_s)
+        if physics.friction_pressure.exponent != 0.0:
+            # It reads pressures from impulses of a step of the same length.
+            state = replace(state, impulses=0.5 * state.impulses)
         middle = self._divided(state, command_kPa, half, halvings + 1)
         end = self._divided(middle, command_kPa, half, halvings + 1)
         return replace(

@@ -7,6 +7,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.physics import Physics
 
 Body = tuple[PartModel, np.ndarray, np.ndarray]
@@ -30,6 +31,10 @@ class HubBody(Protocol[HubState]):
     @property
     def contact_points(self) -> np.ndarray:
         """Points that may touch the floor [mm], (point, 3)."""
+
+    @property
+    def contact_surfaces(self) -> ContactSurfaces:
+        """What they lie on."""
 
     @property
     def unknown_count(self) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.fem.hub_body import Body
+from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Physics
@@ -32,6 +33,7 @@ class RigidHub:
         mass: Total mass [kg], or mass, centre and inertia in the robot's frame.
         contact_points: Points that may touch the floor [mm], (point, 3); those of the mesh by
             default.
+        surface: What they lie on, by name.
 
     Raises:
         ValueError: The mass is not positive.
@@ -42,6 +44,7 @@ class RigidHub:
         mesh: Mesh,
         mass: float | MassProperties,
         contact_points: np.ndarray | None = None,
+        surface: str = "",
     ) -> None:
         body = mass if isinstance(mass, MassProperties) else _of_nodes(mesh, mass)
         self.mass_kg = body.mass_kg
@@ -52,6 +55,9 @@ class RigidHub:
         self.contact_points: np.ndarray = np.array(
             mesh.contact_points if contact_points is None else contact_points, dtype=float
         ).reshape(-1, 3)
+        self.contact_surfaces = ContactSurfaces.of_one(
+            surface, mesh.skin_area_mm2, len(self.contact_points)
+        )
         self.unknown_count = 6
         self.rigid = True
 

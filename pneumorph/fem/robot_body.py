@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, Generic
 
 import numpy as np
@@ -16,6 +17,7 @@ from pneumorph.fem.hub_body import Body, HubBody, HubState
 from pneumorph.fem.mounted_leg import MountedLeg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.trial_step import TrialStep
+from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 
@@ -33,7 +35,8 @@ class RobotBody(Generic[HubState]):
         floor: What it stands on; by default the plane of the physics.
 
     Raises:
-        ValueError: No legs, or a regulator that does not exist.
+        ValueError: No legs, a regulator that does not exist, or friction for a surface that there
+            is not.
     """
 
     def __init__(
@@ -70,6 +73,18 @@ class RobotBody(Generic[HubState]):
         """Time spent in ``assembly``, ``factorisation``, ``elimination`` and ``friction``."""
         counts = [leg.contact_count for leg in self.legs]
         self._contact_starts: np.ndarray = np.concatenate([[0], np.cumsum(counts)])
+        # Refuses surfaces and areas that there are not.
+        self.physics.contact_friction(self.contact_surfaces, np.zeros(self.contact_point_count))
+
+    @cached_property
+    def contact_surfaces(self) -> ContactSurfaces:
+        """What all contact points lie on: the legs', then the hub's."""
+        physics = self.physics
+        if not physics.friction_by_surface and physics.friction_pressure.exponent == 0.0:
+            return ContactSurfaces.unnamed(self.contact_point_count)  # nobody asks
+        return ContactSurfaces.joined(
+            [*(leg.part.mesh.contact_surfaces for leg in self.legs), self.hub.contact_surfaces]
+        )
 
     @property
     def settings(self) -> dict[str, Any]:

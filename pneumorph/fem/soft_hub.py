@@ -11,6 +11,7 @@ from pneumorph.fem.body_equations import implicit_equations, linearly_implicit_e
 from pneumorph.fem.hub_body import Body
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.physics import Physics
 
 
@@ -31,13 +32,19 @@ class SoftHub:
         part: The hub in the robot's frame.
         contact_points: Points that may touch the floor [mm], (point, 3); those of the mesh by
             default.
+        surface: What they lie on, by name.
     """
 
-    def __init__(self, part: PartModel, contact_points: np.ndarray | None = None) -> None:
+    def __init__(
+        self, part: PartModel, contact_points: np.ndarray | None = None, surface: str = ""
+    ) -> None:
         self.part = part
         self.contact_points: np.ndarray = np.array(
             part.mesh.contact_points if contact_points is None else contact_points, dtype=float
         ).reshape(-1, 3)
+        self.contact_surfaces = ContactSurfaces.of_one(
+            surface, part.mesh.skin_area_mm2, len(self.contact_points)
+        )
         self.unknown_count = 3 * part.node_count
         self.rigid = False
         self._weights: dict[bytes, np.ndarray] = {}

@@ -49,6 +49,7 @@ class StepProblem(Generic[HubState]):
         self._robot, self._start, self._physics = robot, start, physics
         self._regulated = regulated_kPa
         self._pressure = physics.pressure_map.simulated(regulated_kPa)
+        self._friction = physics.contact_friction(robot.contact_surfaces, start.impulses[:, 0])
 
     def standing(self) -> TrialStep[HubState]:
         """The trial in which nothing moves and contacts press as they did before."""
@@ -204,7 +205,8 @@ class StepProblem(Generic[HubState]):
             np.concatenate([*(s.contact_right for s in condensed), np.zeros(3 * len(hub_points))]),
             contacts.gaps,
             trial.impulses[numbers],
-            self._physics,
+            self._friction[numbers],
+            self._physics.time_step_s,
             robot.numerics,
         )
         velocities, first = [], 0

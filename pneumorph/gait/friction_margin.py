@@ -57,27 +57,30 @@ class FrictionMargin:
         }
 
 
-def friction_margin(trajectory: Trajectory, friction: float) -> FrictionMargin:
+def friction_margin(trajectory: Trajectory, friction: float | np.ndarray) -> FrictionMargin:
     """Read the margins of a recorded walk on a level floor.
 
     Args:
         trajectory: With the forces on the legs' contact points.
-        friction: Coulomb coefficient mu that it walked with.
+        friction: Coulomb coefficient mu that it walked with, one for all points or (frame, leg,
+            point).
 
     Raises:
-        ValueError: The trajectory was recorded without contact forces, or mu is not positive.
+        ValueError: The trajectory was recorded without contact forces, or mu is not
+            positive.
     """
     force, velocity = trajectory.contact_force_mN, trajectory.contact_velocity_mm_per_s
     if force is None or velocity is None:
         raise ValueError(
             "the trajectory holds no contact forces, expected one that was recorded with its nodes"
         )
-    if not friction > 0.0:
-        raise ValueError(f"friction is {friction}, expected a positive coefficient")
+    if not np.all(friction > 0.0):
+        raise ValueError(f"friction is {np.min(friction)}, expected a positive coefficient")
     force = force.astype(float)
     load = force[..., 2].sum(axis=2)
     pressed = load > _LEAST_LOAD_MN
-    most = np.where(pressed, friction * load, np.nan)
+    grip = friction * load if np.ndim(friction) == 0 else (friction * force[..., 2]).sum(axis=2)
+    most = np.where(pressed, grip, np.nan)
     pull = np.linalg.norm(force[..., :2].sum(axis=2), axis=-1)
     slips = np.linalg.norm(velocity[..., :2], axis=-1) > SLIP_MM_PER_S
     on_slipping = np.where(slips, force[..., 2], 0.0).sum(axis=2)

@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
+from pneumorph.geometry.contact_surfaces import ContactSurfaces, surfaces_at
 from pneumorph.geometry.region_names import current_name, first_name, with_current_names
+from pneumorph.geometry.surface import boundary_triangles, surface_area
 
 LINEAR_VERSION, QUADRATIC_VERSION = 1, 2
 """Format versions of meshes without and with midside nodes."""
@@ -125,6 +127,21 @@ class Mesh:
             MeshError: No such region.
         """
         return _region("node set", self.node_sets, name)
+
+    @cached_property
+    def contact_surfaces(self) -> ContactSurfaces:
+        """Which of the surface regions, cavities aside, each contact point lies on."""
+        outer = {k: v for k, v in self.surfaces.items() if not k.startswith("cavity")}
+        outer = outer or {"": boundary_triangles(self.tetrahedra)}
+        return surfaces_at(self.nodes, outer, self.contact_points)
+
+    @property
+    def skin_area_mm2(self) -> float:
+        """Area of the region ``skin``, or else of all of the boundary [mm^2]."""
+        skin = self.surfaces.get("skin")
+        return surface_area(
+            self.nodes, boundary_triangles(self.tetrahedra) if skin is None else skin
+        )
 
     @cached_property
     def volumes(self) -> np.ndarray:

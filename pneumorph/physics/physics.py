@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
@@ -10,8 +11,10 @@ from typing import Annotated, Literal
 import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
+from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.air import Air
 from pneumorph.physics.commands import RegulatorCount
+from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.regulators import RateLimited, Regulators, air_regulators
 
@@ -63,7 +66,12 @@ class Physics(Checked):
     ] = 0.0
     """How steeply the floor rises forward (x) [degrees]; x and z are along and normal to it."""
     friction: NotNegative = 1.2
-    """Coulomb friction coefficient of every contact."""
+    """Coulomb friction coefficient of every contact whose surface is not named below."""
+    friction_by_surface: tuple[tuple[str, NotNegative], ...] = ()
+    """Coefficients of surfaces by name, such as `sheet 0.6 skin 1.0 hub 0.3`: the named regions of
+    the parts' meshes, and the hub's."""
+    friction_pressure: FrictionPressure = field(default_factory=FrictionPressure)
+    """How every coefficient changes with pressure."""
     floor_height_mm: float = -12.797
     """Height where contact points rest [mm] (floor at -13.297 and contact distance 0.5)."""
     regulator_count: RegulatorCount = 3
@@ -79,6 +87,11 @@ class Physics(Checked):
         super().__post_init__()
         for name in ("filling_mm3_per_s_kPa", "venting_mm3_per_s_kPa"):
             self.air.of_each(name, self.regulator_count)
+        named = Counter(name for name, _ in self.friction_by_surface)
+        for name, count in named.items():
+            if count > 1 or not name:
+                said = "has no name" if not name else f"names {name!r} {count} times"
+                raise ValueError(f"friction_by_surface {said}, expected each surface's name once")
 
     def regulators(self, chamber_mm3: Sequence[float] | np.ndarray) -> Regulators:
         """The regulators of a robot.
@@ -94,6 +107,60 @@ class Physics(Checked):
         """The same with regulators that are at their commands in every step, as where those are
         pressures that were sensed."""
         return replace(self, pressure_rate_kPa_per_s=UNLIMITED_KPA_PER_S, air=Air())
+
+    def surface_friction(self, surfaces: ContactSurfaces) -> np.ndarray:
+        """Coefficient of contact points by their surfaces, whatever presses on them, (point,).
+
+        Raises:
+            ValueError: A coefficient is given for a surface that there is not.
+        """
+        coefficients = np.full(len(surfaces.names), self.friction)
+        for name, value in self.friction_by_surface:
+            chosen = surfaces.names == name
+            if not chosen.any():
+                known = ", ".join(surfaces.known_names())
+                raise ValueError(
+                    f"friction_by_surface names {name!r}, expected one of the robot's surfaces: "
+                    f"{known or 'none, its meshes name no regions'}"
+                )
+            coefficients[chosen] = value
+        return coefficients
+
+    def reference_impulses(self, surfaces: ContactSurfaces) -> np.ndarray:
+        """Normal impulses of a step at which points have their given coefficients [mN s], (point,).
+
+        Raises:
+            ValueError: Friction depends on pressure, and a point's area is not known.
+        """
+        if self.friction_pressure.exponent != 0.0 and not np.all(surfaces.area_mm2 > 0.0):
+            raise ValueError(
+                "friction_pressure.exponent is "
+                f"{self.friction_pressure.exponent:g}, expected 0 for a robot whose contact points "
+                "have no areas; its parts may have been reduced by an earlier version"
+            )
+        pressed: np.ndarray = (
+            self.time_step_s * self.friction_pressure.pressure_kPa * surfaces.area_mm2
+        )
+        return pressed
+
+    def contact_friction(
+        self, surfaces: ContactSurfaces, normal_impulses: np.ndarray
+    ) -> np.ndarray:
+        """Coefficient of contact points in a step, (42) of docs/physics.md, (..., point).
+
+        Args:
+            surfaces: What the points lie on.
+            normal_impulses: Of the last step, of this length [mN s], (..., point).
+
+        Raises:
+            ValueError: As `surface_friction` and `reference_impulses`.
+        """
+        coefficients, law = self.surface_friction(surfaces), self.friction_pressure
+        if law.exponent == 0.0:
+            return coefficients
+        relative = normal_impulses / self.reference_impulses(surfaces)
+        scaled: np.ndarray = coefficients * law.factor(law.pressure_kPa * relative)
+        return scaled
 
     @property
     def gravity_vector(self) -> np.ndarray:

@@ -173,6 +173,8 @@ def assemble_reduced_part(
         second_moment_mode_pairs=integrals.second_moment_mode_pairs,
         contact_points=np.array(mesh.contact_points, dtype=np.float64).reshape(-1, 3),
         contact_modes=contact_modes,
+        contact_surface=mesh.contact_surfaces.names,
+        contact_area_mm2=mesh.contact_surfaces.area_mm2,
         metadata={**(metadata or {}), "mesh_digest": mesh.digest()},
     )
 

@@ -22,6 +22,7 @@ from pneumorph.fem.law_registry import law_names
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.prony import PronySeries
+from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
 from pneumorph.reduction.mixed_dilatation import MixedDilatation
@@ -33,6 +34,8 @@ _UNCHANGING_VERSION = 2
 """Of files that know neither Yeoh's law, nor volumes of whole elements, nor relaxation."""
 ROUNDING = 1e-9
 """What rounding may leave of a spread of mass that is zero, relative to the largest."""
+_OPTIONAL = ("contact_surface", "contact_area_mm2")
+"""What files of earlier versions lack: their points lie on one surface without a name."""
 _MATERIAL_ENTRIES = tuple(item.name for item in fields(Material))
 
 
@@ -144,6 +147,12 @@ class ReducedPart:
     contact_modes: np.ndarray
     """Mode shapes at the collision points, (point, 3, mode)."""
 
+    contact_surface: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=str))
+    """Name of the surface that each collision point lies on, (point,); of no entries where none are
+    named, as in files of earlier versions."""
+    contact_area_mm2: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """Area that each stands for [mm^2], (point,); likewise."""
+
     metadata: dict[str, Any] = field(default_factory=dict)
     """Mesh digest, settings, tolerances, measured errors; JSON-serialisable."""
 
@@ -151,7 +160,7 @@ class ReducedPart:
         mode_count = self.modes.shape[-1]
         for name, shape in self._expected_shapes(mode_count).items():
             got = np.shape(getattr(self, name))
-            if got != shape:
+            if got != shape and not (name in _OPTIONAL and got == (0,)):
                 raise ValueError(
                     f"{name} must have shape {shape} for a part of {mode_count} modes, got {got}; "
                     "arrays of two different reductions may have been mixed"
@@ -161,7 +170,8 @@ class ReducedPart:
                 raise ValueError(f"{name} must not be negative: the part would be unstable")
         for item in fields(self):
             value = getattr(self, item.name)
-            if isinstance(value, np.ndarray) and not np.isfinite(value).all():
+            numbers = isinstance(value, np.ndarray) and value.dtype.kind != "U"
+            if numbers and not np.isfinite(value).all():
                 raise ValueError(f"{item.name} must be finite, got NaN or infinity")
         if not 0.0 < self.mass < math.inf:
             raise ValueError(f"mass must be positive and finite, got {self.mass}")
@@ -212,16 +222,21 @@ class ReducedPart:
             "second_moment_mode_pairs": (3, 3, mode, mode),
             "contact_points": (point, 3),
             "contact_modes": (point, 3, mode),
+            "contact_surface": (point,),
+            "contact_area_mm2": (point,),
         }
 
     def digest(self) -> str:
-        """Hash of everything a simulation reads of the part, in hexadecimal."""
+        """Hash of everything that decides how the part moves, in hexadecimal.
+
+        What its points lie on says nothing of that: friction is the physics'.
+        """
         content = hashlib.sha256()
         for each in fields(self):
             value = getattr(self, each.name)
             if isinstance(value, Material):
                 content.update(repr(value).encode())
-            elif each.name != "metadata":
+            elif each.name not in ("metadata", *_OPTIONAL):
                 content.update(np.ascontiguousarray(value).tobytes())
         return content.hexdigest()
 
@@ -232,6 +247,13 @@ class ReducedPart:
     @property
     def cavity_count(self) -> int:
         return len(self.cavity_volume)
+
+    @cached_property
+    def contact_surfaces(self) -> ContactSurfaces:
+        """What the collision points lie on."""
+        if len(self.contact_surface) != len(self.contact_points):
+            return ContactSurfaces.unnamed(len(self.contact_points))
+        return ContactSurfaces(self.contact_surface, self.contact_area_mm2)
 
     @cached_property
     def tetrahedra(self) -> SampledElements:
@@ -391,7 +413,7 @@ class ReducedPart:
             if isinstance(value, Material):
                 for entry in _MATERIAL_ENTRIES:
                     arrays[_entry_name(item.name, entry)] = np.array(getattr(value, entry))
-            elif item.name != "metadata":
+            elif item.name != "metadata" and not (item.name in _OPTIONAL and len(value) == 0):
                 arrays[item.name] = np.asarray(value)
         arrays["modes"] = arrays["modes"].astype(np.float32)
         return save_artefact(path, "ReducedPart", FORMAT_VERSION, arrays, self.metadata)
@@ -418,9 +440,9 @@ class ReducedPart:
         materials = {item.name for item in fields(cls) if item.name.endswith("_material")}
         names = {item.name for item in fields(cls)} - {"metadata"} - materials
         names |= {_entry_name(name, entry) for name in materials for entry in _MATERIAL_ENTRIES}
-        if names != set(arrays):
+        if names - set(arrays) - set(_OPTIONAL) or set(arrays) - names:
             raise ArtefactError(
-                f"{path} lacks {sorted(names - set(arrays))} and has unknown "
+                f"{path} lacks {sorted(names - set(arrays) - set(_OPTIONAL))} and has unknown "
                 f"{sorted(set(arrays) - names)}; it was written by a different pneumorph"
             )
         content: dict[str, Any] = {}

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.pose import Pose
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -22,6 +24,7 @@ class Hub:
         second_moment: sum m r r^T about the frame's origin [kg mm^2], (3, 3).
         tracked_point: Point whose travel is rewarded [mm], (3,).
         contact_points: Points that may touch the floor [mm], (point, 3).
+        contact_surfaces: What they lie on; None for one surface without a name.
 
     Raises:
         ValueError: The mass is not positive, or an array has the wrong shape or is not finite.
@@ -32,6 +35,7 @@ class Hub:
     second_moment: np.ndarray
     tracked_point: np.ndarray
     contact_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    contact_surfaces: ContactSurfaces | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mass) and self.mass > 0.0):
@@ -43,10 +47,20 @@ class Hub:
             if value.shape != shape or not np.all(np.isfinite(value)):
                 raise ValueError(f"hub {name} must be finite of shape {shape}, got {value.shape}")
             object.__setattr__(self, name, value)
+        points, surfaces = len(self.contact_points), self.contact_surfaces
+        if surfaces is not None and len(surfaces.names) != points:
+            raise ValueError(
+                f"hub contact_surfaces has {len(surfaces.names)} names, expected one for each of "
+                f"the {points} contact points"
+            )
 
 
 def hub_of_mesh(
-    mesh: Mesh, mass_kg: float, tracked_point: np.ndarray, contact_points: np.ndarray
+    mesh: Mesh,
+    mass_kg: float,
+    tracked_point: np.ndarray,
+    contact_points: np.ndarray,
+    contact_surfaces: ContactSurfaces | None = None,
 ) -> Hub:
     """A rigid hub with the mass of a mesh spread evenly over its nodes, as the full model has it.
 
@@ -55,6 +69,7 @@ def hub_of_mesh(
         mass_kg: Total mass [kg].
         tracked_point: Point whose travel is rewarded [mm], (3,).
         contact_points: Points that may touch the floor [mm], (point, 3).
+        contact_surfaces: What they lie on.
     """
     node_mass = mass_kg / len(mesh.nodes)
     return Hub(
@@ -63,6 +78,7 @@ def hub_of_mesh(
         second_moment=node_mass * mesh.nodes.T @ mesh.nodes,
         tracked_point=tracked_point,
         contact_points=contact_points,
+        contact_surfaces=contact_surfaces,
     )
 
 
@@ -95,3 +111,14 @@ class Robot:
     hub: Hub
     mounts: tuple[Mount, ...]
     design: Design | None = None
+
+    @cached_property
+    def contact_surfaces(self) -> ContactSurfaces:
+        """What all contact points lie on, the hub's first and then those of each mount."""
+        hub = self.hub.contact_surfaces
+        return ContactSurfaces.joined(
+            [
+                ContactSurfaces.unnamed(len(self.hub.contact_points)) if hub is None else hub,
+                *(mount.part.contact_surfaces for mount in self.mounts),
+            ]
+        )

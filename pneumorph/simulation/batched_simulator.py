@@ -87,6 +87,7 @@ class BatchedSimulator:
                 if id(mount.part) not in known:
                     known[id(mount.part)] = len(known)
                     fresh.append(mount.part)
+        frictions = [_contact_friction(robot, self.physics) for robot in robots]
         batch, parts = self._batch, [*self._parts, *fresh]
         if fresh or batch is None:
             batch = _engine.Batch(
@@ -113,13 +114,32 @@ class BatchedSimulator:
                         for mount in robot.mounts
                     ],
                     _pressure_rates(robot, self.physics),
+                    friction,
                 )
-                for robot in robots
+                for robot, friction in zip(robots, frictions, strict=True)
             ],
         )
         self._batch, self._parts = batch, parts
         self.robots = tuple(robots)
         self._tracked = np.array([robot.hub.tracked_point for robot in robots])
+
+    def set_friction(self, robot: int, physics: Physics) -> None:
+        """Let one robot stand on a floor of its own: worlds may differ in one batch.
+
+        Args:
+            robot: Its number.
+            physics: With its coefficients by surface; the rest of the physics is the batch's.
+
+        Raises:
+            ValueError: A coefficient is given for a surface that the robot has not, or the
+                dependence on pressure is another.
+        """
+        if physics.friction_pressure != self.physics.friction_pressure:
+            raise ValueError(
+                f"friction_pressure is {physics.friction_pressure}, expected that of the batch, "
+                f"{self.physics.friction_pressure}"
+            )
+        self._batch.set_friction(robot, _contact_friction(self.robots[robot], physics))
 
     def reset(self, active: np.ndarray | None = None) -> None:
         """Put robots back to rest in their initial pose.
@@ -287,6 +307,13 @@ def _part_arrays(part: ReducedPart) -> dict[str, object]:
     return arrays
 
 
+def _contact_friction(robot: Robot, physics: Physics) -> np.ndarray:
+    """Coefficient of each contact point, and the normal impulse at which it is so, (point, 2)."""
+    surfaces = robot.contact_surfaces
+    given = physics.surface_friction(surfaces), physics.reference_impulses(surfaces)
+    return np.stack(given, axis=1)
+
+
 def _pressure_rates(robot: Robot, physics: Physics) -> np.ndarray:
     """Rates of each regulator's pressure, rising and falling, as the engine has them [kPa/s]."""
     regulators = regulators_of(robot, physics)
@@ -304,7 +331,9 @@ def _engine_settings(physics: Physics, stepper: StepperSettings) -> dict[str, An
         "stiffness_damping": physics.stiffness_damping_s,
         "published_damping": physics.damping == "published",
         "edge_rotations": physics.rotation == "edge",
-        "friction": physics.friction,
+        "friction_exponent": physics.friction_pressure.exponent,
+        "friction_least": physics.friction_pressure.least_factor,
+        "friction_most": physics.friction_pressure.most_factor,
         "floor_height": physics.floor_height_mm,
         "contact_margin": stepper.contact_margin_mm,
         "contact_tolerance": stepper.contact_tolerance_mm_per_s,

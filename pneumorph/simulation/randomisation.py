@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -38,19 +38,19 @@ class World:
     """The regulators' filling conductances relative to the model's."""
     venting_factor: float = 1.0
     """Their venting conductances relative to the model's."""
+    friction_by_surface: tuple[tuple[str, float], ...] = ()
+    """Friction coefficients of surfaces by name; others that the physics names keep theirs."""
 
     def applied_to(self, physics: Physics) -> Physics:
         """Physics of this world; modulus and mass are the robots', the lag the command's."""
+        by_surface = {**dict(physics.friction_by_surface), **dict(self.friction_by_surface)}
         return replace(
             physics,
             friction=self.friction,
             floor_slope_deg=self.floor_slope_deg,
+            friction_by_surface=tuple(by_surface.items()),
             air=physics.air.scaled(self.filling_factor, self.venting_factor),
         )
-
-    def as_dict(self) -> dict[str, float]:
-        """The numbers by name."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Randomisation:
     """Distributions of what is uncertain: uniform U(0.9, 1.5), normal N(0, 0.5), or a number."""
 
     friction: str = "U(0.9, 1.5)"
-    """Coulomb friction coefficient."""
+    """Coulomb friction coefficient of surfaces that have none of their own."""
     modulus_factor: str = "U(0.8, 1.25)"
     """Young's moduli of the legs over the model's."""
     mass_factor: str = "U(0.9, 1.1)"
@@ -71,30 +71,40 @@ class Randomisation:
     """Conductances that regulators fill through over the model's, where air has a law."""
     venting_factor: str = "1"
     """Conductances that they vent through over the model's."""
+    friction_by_surface: tuple[tuple[str, str], ...] = ()
+    """Distributions for surfaces by name, such as `sheet "U(0.4, 1)" hub 0.3`."""
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            distribution = Distribution.parse(getattr(self, item.name))
-            bounds = _BOUNDS.get(item.name, Bounds(least=0.0))
+        for name, text in (*self._numbers().items(), *self.friction_by_surface):
+            distribution = Distribution.parse(text)
+            bounds = _BOUNDS.get(name, Bounds(least=0.0))
             for drawn in (distribution.lowest, distribution.highest):
                 if drawn not in bounds:
                     raise ValueError(
-                        f"{item.name} is {getattr(self, item.name)!r}, which may give {drawn:g}; "
+                        f"{name} is {text!r}, which may give {drawn:g}; "
                         f"expected every draw to be {bounds}"
                     )
 
     def draw(self, rng: np.random.Generator) -> World:
         """Draw a world.
 
-        The air's factors have a generator of their own, so that what else a seed draws is what it
-        was before there was air.
+        The air's factors and the surfaces have generators of their own, so that what else a seed
+        draws is what it was before there were such.
         """
-        (air,) = rng.spawn(1)
-        return World(
-            **{
-                item.name: Distribution.parse(getattr(self, item.name)).draw(
-                    air if item.name in ("filling_factor", "venting_factor") else rng
-                )
-                for item in fields(self)
-            }
+        air, surfaces = rng.spawn(2)
+        numbers = {
+            name: Distribution.parse(text).draw(
+                air if name in ("filling_factor", "venting_factor") else rng
+            )
+            for name, text in self._numbers().items()
+        }
+        by_surface = tuple(
+            (name, Distribution.parse(text).draw(surfaces))
+            for name, text in self.friction_by_surface
         )
+        return World(**numbers, friction_by_surface=by_surface)
+
+    def _numbers(self) -> dict[str, str]:
+        """Distributions of everything but surfaces, by name."""
+        names = (item.name for item in fields(self) if item.name != "friction_by_surface")
+        return {name: getattr(self, name) for name in names}

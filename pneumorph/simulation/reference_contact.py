@@ -34,8 +34,8 @@ class FrictionLaw:
     """Delassus operator W of (27) [1/kg]."""
     free: Float[np.ndarray, " row"]
     """q of (27): velocities without impulses, gap over time step included [mm/s]."""
-    friction: float
-    """Coulomb's coefficient mu."""
+    friction: Float[np.ndarray, " point"]
+    """Coulomb's coefficient mu of each, (42)."""
 
     @cached_property
     def scale(self) -> Float[np.ndarray, "point 3"]:
@@ -159,18 +159,18 @@ def _newton(law: FrictionLaw, impulses: np.ndarray, tolerance: float) -> np.ndar
 
 
 def projection(
-    impulses: Float[np.ndarray, "point 3"], friction: float
+    impulses: Float[np.ndarray, "point 3"], friction: Float[np.ndarray, " point"]
 ) -> Float[np.ndarray, "point 3"]:
     """P of (29): normals made non-negative, tangents cut to the disc of the normal."""
     normal = np.maximum(impulses[:, :1], 0.0)
     length = np.linalg.norm(impulses[:, 1:], axis=1, keepdims=True)
-    limit = friction * normal
+    limit = friction[:, None] * normal
     share = np.where(length > limit, limit / np.maximum(length, 1e-300), 1.0)
     return np.concatenate([normal, share * impulses[:, 1:]], axis=1)
 
 
 def projection_slope(
-    impulses: Float[np.ndarray, "point 3"], friction: float
+    impulses: Float[np.ndarray, "point 3"], friction: Float[np.ndarray, " point"]
 ) -> Float[np.ndarray, "point 3 3"]:
     """dP by the impulses, where a point is free, sticks or slips as in (31)."""
     normal, tangent = impulses[:, 0], impulses[:, 1:]
@@ -178,7 +178,7 @@ def projection_slope(
     limit = friction * normal
     along = tangent / length[:, None]
     across = np.eye(2) - along[:, :, None] * along[:, None, :]
-    rows = [friction * along[:, :, None], (limit / length)[:, None, None] * across]
+    rows = [(friction[:, None] * along)[:, :, None], (limit / length)[:, None, None] * across]
     first = np.broadcast_to([[1.0, 0.0, 0.0]], (len(normal), 1, 3))
     slipping = np.concatenate([first, np.concatenate(rows, axis=2)], axis=1)
     sticks, pressed = length < limit, normal > 0.0

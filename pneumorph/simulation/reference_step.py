@@ -94,8 +94,9 @@ def reference_step(
     response = np.linalg.solve(matrix, np.column_stack([right, rows.T]))
     alone, answers = response[:, 0], response[:, 1:]
     free = rows @ alone + np.kron(gaps[near] / h, [1.0, 0.0, 0.0])
-    # Friction (28), and on.
-    law = FrictionLaw(rows @ answers, free, physics.friction)
+    # Friction (28) of coefficients (42), and on.
+    friction = physics.contact_friction(robot.contact_surfaces, state.impulses[:, 0])
+    law = FrictionLaw(rows @ answers, free, friction[near])
     impulses = solve_friction(law, state.impulses[near], friction_tolerance)
     moved = moved_state(robot, state, alone + answers @ impulses.ravel(), h)
     placed = np.eye(len(gaps))[:, near] @ impulses

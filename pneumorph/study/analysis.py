@@ -217,7 +217,8 @@ def _over_friction(
     """Distance of each robot at each friction [cm]; NaN where its simulation failed."""
     distances: dict[str, list[float]] = {each.label: [] for each in robots}
     for number, friction in enumerate(frictions, start=1):
-        slippery = replace(spec, physics=replace(spec.physics, friction=friction))
+        everywhere = replace(spec.physics, friction=friction, friction_by_surface=())
+        slippery = replace(spec, physics=everywhere)
         # The expert's gait may last longer or settle otherwise than the learned ones.
         for together in (robots[:1], robots[1:]):
             walked = walk(
@@ -248,7 +249,7 @@ def _analysed(
         path = trajectory.time_s, trajectory.forward_cm
         rewards = tuple(step_rewards_cm(*path, step_s).tolist())
         slides = tuple(cycle_slides_cm(*path, cycle_s).tolist())
-    margin = friction_margin(trajectory, spec.physics.friction)
+    margin = friction_margin(trajectory, leg_friction(walker.design, trajectory, spec))
     roll, pitch = trajectory.tilt_deg
     load_mN = float(margin.load_mN.sum(axis=1).mean())
     return AnalysedRobot(
@@ -266,6 +267,22 @@ def _analysed(
         hub_load_share=1.0 - load_mN / spec.weight_mN(walker.design),
         distances_over_friction_cm=tuple(distances_cm),
     )
+
+
+def leg_friction(design: Design, trajectory: Trajectory, spec: RobotSpec) -> float | np.ndarray:
+    """Coefficient of every point of the legs at its pressure in each frame, (frame, leg, point);
+    one number where it is the same for all."""
+    physics, force = spec.physics, trajectory.contact_force_mN
+    if not physics.friction_by_surface and physics.friction_pressure.exponent == 0.0:
+        return physics.friction
+    if force is None:
+        raise ValueError("the trajectory holds no contact forces, expected one with its nodes")
+    surfaces = spec.assembly(design).contact_surfaces
+    impulses = physics.time_step_s * force[..., 2].astype(float).reshape(len(force), -1)
+    hub_count = len(surfaces.names) - impulses.shape[1]
+    of_all = physics.contact_friction(surfaces, np.pad(impulses, ((0, 0), (hub_count, 0))))
+    legs: np.ndarray = np.broadcast_to(of_all, (len(force), len(surfaces.names)))[:, hub_count:]
+    return legs.reshape(force.shape[:-1])
 
 
 def _analysed_legs(design: Design, margin: FrictionMargin) -> tuple[AnalysedLeg, ...]:

@@ -49,8 +49,10 @@ def test_no_number_may_be_nan(kind: Any) -> None:
     usual = kind(**{name: NEEDED[name] for name in get_type_hints(kind) if name in NEEDED})
     for name, hint in get_type_hints(kind, include_extras=True).items():
         if dataclass_of(hint) is None and holds(hint, float):
-            entries = getattr(usual, name)
-            nan = (math.nan,) * max(1, len(entries)) if isinstance(entries, tuple) else math.nan
+            entries, nan = getattr(usual, name), math.nan
+            if isinstance(entries, tuple):
+                entry = ("sheet", math.nan) if holds(hint, str) else math.nan  # by name, or alone
+                nan = (entry,) * max(1, len(entries))
             with pytest.raises(ValueError, match=rf"{name}.* must be finite, got nan"):
                 replace(usual, **{name: nan})
 

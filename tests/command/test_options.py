@@ -89,6 +89,26 @@ def test_flags_win_over_the_file_and_the_file_over_the_run(tmp_path: Path, asked
     assert asked(f"evaluate {folder} --afresh").robot == RobotOptions()
 
 
+def test_friction_by_surface_is_kept_with_a_run_and_said_by_flag_or_file(
+    tmp_path: Path, asked: Ask
+) -> None:
+    named = (("sheet", 0.6), ("hub", 0.3))
+    folder = learned(tmp_path / "run", physics={"friction_by_surface": named})
+    assert asked(f"evaluate {folder}").robot.physics.friction_by_surface == named
+    file = tmp_path / "file.toml"
+    file.write_text(
+        '[robot.physics]\nfriction_by_surface = [["skin", 0.9]]\n'
+        "[robot.physics.friction_pressure]\nexponent = -0.3\n"
+    )
+    said = asked(f"evaluate {folder} --settings {file}").robot.physics
+    assert (said.friction_by_surface, said.friction_pressure.exponent) == ((("skin", 0.9),), -0.3)
+    flag = "--physics.friction-by-surface sheet 0.5 skin 0.7"
+    most = asked(f"evaluate {folder} --settings {file} {flag}").robot.physics
+    assert most.friction_by_surface == (("sheet", 0.5), ("skin", 0.7))
+    drawn = asked("coopt --randomisation.friction-by-surface sheet U(0.4,1)")
+    assert drawn.randomisation.friction_by_surface == (("sheet", "U(0.4,1)"),)
+
+
 def test_a_leg_brings_its_own_pressure_map(tmp_path: Path, asked: Ask) -> None:
     def map_of(command: str) -> PressureMap:
         found: PressureMap = asked(command).robot.physics.pressure_map

@@ -115,7 +115,8 @@ def test_many_points_on_a_rigid_body(paper_box, friction):
         np.zeros(3 * count),
         np.zeros(count),
         np.zeros((count, 3)),
-        physics,
+        np.full(count, friction),
+        physics.time_step_s,
         numerics,
     )
     assert solution.residual < numerics.contact_tolerance_mm_per_s
@@ -158,7 +159,8 @@ def test_sweeps_alone_can_be_asked_for():
         problem.free,
         np.zeros(count),
         warm_start,
-        Physics(),
+        np.full(count, 1.2),
+        0.01,
         loosened,
     )
     expected = problem.sweep(warm_start, 1e-8, 250)

@@ -1,6 +1,7 @@
 """The margin of a leg is told by its forces alone, and obeys Coulomb's law."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,10 +9,13 @@ import pytest
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.friction_margin import friction_margin
 from pneumorph.gait.held_gait import HeldGait
+from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.physics.physics import Physics
+from pneumorph.robot.design import Design
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import rollout
+from pneumorph.study.analysis import leg_friction
 from pneumorph.trajectory import Trajectory
 
 
@@ -77,6 +81,30 @@ def test_no_leg_uses_more_than_friction_can_give() -> None:
     assert np.nanmax(margin.used_share) < 1.0 + 1e-4
     assert np.nanmax(margin.used_share) > 0.9  # and so little friction is used up
     assert np.nanmax(margin.slipping_share) > 0.5
+
+
+def test_each_surface_gives_its_own_friction() -> None:
+    given = (("sheet", 0.3), ("skin", 0.6), ("hub", 0.1))
+    spec, design = paper_robot(physics=Physics(friction_by_surface=given)), "1.0.0.2.2.0.0.1"
+    gait = HeldGait.evenly(np.array([[80.0, 0.0, 0.0], [80.0, 80.0, 0.0]]), 0.5)
+    commands = sample_commands(gait, spec.physics.time_step_s, 100)
+    _, walked = rollout(spec.reduced(design), commands, record_every=1)
+    force = walked.contact_force_mN
+    assert force is not None
+    friction = leg_friction(Design.parse(design), walked, spec)
+    assert np.shape(friction) == force.shape[:-1]
+    assert set(np.unique(friction)) == {0.3, 0.6}
+    margin = friction_margin(walked, friction)
+    # As above; the coefficient of one surface for all would allow twice that or half of it.
+    assert np.nanmax(margin.used_share) < 1.0 + 1e-4
+    assert np.nanmax(margin.used_share) > 0.9
+    assert leg_friction(Design.parse(design), walked, paper_robot()) == Physics().friction
+    # Under pressure a point has between half and twice of what its surface has.
+    law = replace(spec, physics=replace(spec.physics, friction_pressure=FrictionPressure(-0.3)))
+    factor = leg_friction(Design.parse(design), walked, law) / np.asarray(friction)
+    pressed = force[..., 2] > 0.0
+    assert np.all(factor[~pressed] == 2.0)
+    assert 0.5 <= factor[pressed].min() < factor[pressed].max() <= 2.0
 
 
 def test_bad_input_is_refused() -> None:

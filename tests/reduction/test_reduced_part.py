@@ -67,6 +67,24 @@ def test_equilibrium_at_rest_is_rest_and_small_pressures_bend_in_proportion():
     assert np.abs(twice.alpha - 2.0 * small.alpha).max() < 1e-3 * np.abs(small.alpha).max()
 
 
+def test_contact_points_know_their_surface_in_a_file_too(tmp_path):
+    """The box stands on its sheet; a file of an earlier version, which does not say so, is read."""
+    path = REDUCED.save(tmp_path / "part.npz")
+    again = ReducedPart.load(path).contact_surfaces
+    assert again.known_names() == ["sheet"]
+    np.testing.assert_array_equal(again.area_mm2, PART.mesh.contact_surfaces.area_mm2)
+    older = dataclasses.replace(
+        REDUCED, contact_surface=np.zeros(0, dtype=str), contact_area_mm2=np.zeros(0)
+    )
+    unnamed = ReducedPart.load(older.save(tmp_path / "older.npz"))
+    assert unnamed.contact_surfaces.known_names() == []
+    assert len(unnamed.contact_surfaces.names) == len(REDUCED.contact_points)
+    # It moves as it did.
+    assert unnamed.digest() == older.digest() == REDUCED.digest()
+    with pytest.raises(ValueError, match=r"contact_surface must have shape \(6,\)"):
+        dataclasses.replace(REDUCED, contact_surface=np.array(["a"]))
+
+
 def test_equilibrium_refuses_a_pressure_that_is_not_finite():
     with pytest.raises(ValueError, match="pressure_kPa must be finite"):
         modal_equilibrium(REDUCED, np.nan)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.paper_robot import SURFACES, friction_distributions, paper_robot
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.physics.air import Air
@@ -166,6 +166,39 @@ def test_robots_in_worlds_of_unlike_air_are_each_as_alone() -> None:
     single = BatchedSimulator(robots[1:2], AIR, thread_count=1)
     single.advance(command[:1], 20)
     np.testing.assert_array_equal(single.read("regulated")[0], regulated[1])
+
+
+def test_surfaces_have_distributions_of_their_own() -> None:
+    """What else a seed draws stays; surfaces that only the physics names keep their coefficient."""
+    named = Randomisation(friction_by_surface=(("sheet", "U(0.4, 1.0)"), ("hub", "0.3")))
+    world, usual = (each.draw(np.random.default_rng(3)) for each in (named, Randomisation()))
+    assert replace(world, friction_by_surface=()) == usual
+    drawn = dict(world.friction_by_surface)
+    assert 0.4 < drawn["sheet"] < 1.0
+    assert drawn["hub"] == 0.3
+    physics = Physics(friction_by_surface=(("skin", 0.7), ("hub", 0.9)))
+    expected = {"skin": 0.7, "hub": 0.3, "sheet": drawn["sheet"]}
+    assert dict(world.applied_to(physics).friction_by_surface) == expected
+    robot = paper_robot().assembly(DESIGN)
+    icy, gripping = (
+        _walked(simulator_in_world([robot], replace(AS_IS, friction_by_surface=(("sheet", mu),)),
+                                   Physics(), thread_count=1))
+        for mu in (0.2, 1.0)
+    )  # fmt: skip
+    assert abs(icy[0] - gripping[0]) > 0.01
+    with pytest.raises(ValueError, match=r"sheet is 'N\(0.3, 0.2\)', which may give -0.3"):
+        Randomisation(friction_by_surface=(("sheet", "N(0.3, 0.2)"),))
+
+
+def test_the_papers_surfaces_are_drawn_over_what_is_known_of_them() -> None:
+    world = Randomisation(friction_by_surface=friction_distributions()).draw(
+        np.random.default_rng(0)
+    )
+    for name, value in world.friction_by_surface:
+        assert SURFACES[name].low <= value <= SURFACES[name].high
+        assert SURFACES[name].source
+    known = paper_robot().assembly(DESIGN).contact_surfaces.known_names()
+    assert sorted(SURFACES) == known == ["hub", "sheet", "skin"]
 
 
 def test_lagging_regulators_follow_a_first_order_filter() -> None:

@@ -31,7 +31,7 @@ def test_impulses_obey_the_law(friction, rank):
     # Velocities that the body could give its points, but for a fall of all.
     free = 100.0 * root @ rng.normal(size=rank) + np.tile([-30.0, 0.0, 0.0], 30) * (rank == 90)
     operator = root @ root.T
-    law = FrictionLaw(operator, free, friction)
+    law = FrictionLaw(operator, free, np.full(30, friction))
     impulses = solve_friction(law, np.zeros((30, 3)), 1e-9)
     # The residual is a velocity at each point's own scale; the words see it to a factor of ten.
     assert_coulomb(operator, free, friction, impulses, 1e-8)
@@ -39,7 +39,7 @@ def test_impulses_obey_the_law(friction, rank):
 
 
 def test_a_law_that_is_not_met_is_told():
-    law = FrictionLaw(np.eye(3), np.array([-2.0, 3.0, 0.0]), 0.5)
+    law = FrictionLaw(np.eye(3), np.array([-2.0, 3.0, 0.0]), np.array([0.5]))
     np.testing.assert_allclose(solve_friction(law, np.zeros((1, 3)), 1e-12), [[2.0, -1.0, 0.0]])
     with pytest.raises(ArithmeticError, match=r"friction at 1 points .* expected -1"):
         solve_friction(law, np.zeros((1, 3)), -1.0)
@@ -47,7 +47,7 @@ def test_a_law_that_is_not_met_is_told():
 
 def test_a_wrong_solution_has_a_residual_in_velocity():
     """One contact of 1 kg pushed on by 2 mm/s, too little impulse: it goes on at what is left."""
-    law = FrictionLaw(np.eye(3), np.array([-2.0, 0.0, 0.0]), 0.5)
+    law = FrictionLaw(np.eye(3), np.array([-2.0, 0.0, 0.0]), np.array([0.5]))
     assert law.residual(np.array([[1.5, 0.0, 0.0]])) == pytest.approx(0.5)
     assert law.residual(np.array([[2.0, 0.0, 0.0]])) == 0.0
 
@@ -55,10 +55,10 @@ def test_a_wrong_solution_has_a_residual_in_velocity():
 def test_the_projections_slope_is_its_derivative():
     """At a free, a sticking and two slipping points, by central differences."""
     impulses = np.array([[-1.0, 2.0, 1.0], [3.0, 0.4, -0.5], [2.0, 3.0, 1.0], [1.0, -0.2, 0.9]])
-    step = 1e-6
-    slopes = projection_slope(impulses, 0.5)
+    step, friction = 1e-6, np.array([0.5, 0.5, 0.5, 0.3])
+    slopes = projection_slope(impulses, friction)
     for column, axis in enumerate(np.eye(3)):
-        ahead, behind = (projection(impulses + sign * step * axis, 0.5) for sign in (1.0, -1.0))
+        ahead, behind = (projection(impulses + by * axis, friction) for by in (step, -step))
         # Third derivatives of some units times the step squared, and rounding over the step.
         np.testing.assert_allclose(slopes[:, :, column], (ahead - behind) / (2 * step), atol=1e-9)
 

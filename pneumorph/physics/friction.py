@@ -1,0 +1,42 @@
+"""How Coulomb's coefficient changes with the pressure on a contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from pneumorph.base.checked import Bounds, Checked, Positive
+
+
+@dataclass(frozen=True)
+class FrictionPressure(Checked):
+    """Coefficient mu = mu_0 (p / p_0)^e, kept between two factors.
+
+    A friction force in proportion to the true area of contact, which between elastic spheres grows
+    as load^(2/3) (Hertz), gives e = -1/3 (Schallamach 1952, rubber; Popov's group 2024, an adhesive
+    elastomer). More asperities that touch under more load bring e to 0 (Archard 1957). Where load
+    presses a soft layer into roughness the coefficient rises, e > 0. The pressure is that of the
+    last step: within a step the law is Coulomb's.
+
+    Raises:
+        ValueError: A number is out of range.
+    """
+
+    exponent: Annotated[
+        float, Bounds(above=-1.0, most=1.0, why="at -1 and below, a heavier load grips no better")
+    ] = 0.0
+    """e; 0 is Coulomb's law, -1/3 Hertz's contact, positive where load increases grip."""
+    pressure_kPa: Positive = 10.0
+    """p_0: pressure at which the coefficient is the one that is given for its surface [kPa]."""
+    least_factor: Annotated[float, Bounds(above=0.0, most=1.0)] = 0.5
+    """The coefficient is never less than this share of the given one."""
+    most_factor: Annotated[float, Bounds(least=1.0)] = 2.0
+    """And never more than so many times the given one."""
+
+    def factor(self, pressure_kPa: np.ndarray) -> np.ndarray:
+        """Coefficient over the given one at pressures [kPa], same shape."""
+        with np.errstate(divide="ignore"):
+            factor = (np.asarray(pressure_kPa) / self.pressure_kPa) ** self.exponent
+        return np.clip(factor, self.least_factor, self.most_factor)

@@ -1,0 +1,50 @@
+"""What is known of the friction of surfaces that robots stand on: ranges, and whose word they are.
+
+Nobody has measured Dragon Skin 30 on the floor of the paper's robots. These are not measurements of
+it but the width of not knowing: draw from them, and never take a middle for a value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SurfaceFriction:
+    """Range of Coulomb's coefficient of a kind of surface."""
+
+    low: float
+    high: float
+    source: str
+    """Where the ends are from, and on which counterface."""
+
+    @property
+    def distribution(self) -> str:
+        """The range as a distribution for a `Randomisation`."""
+        return f"U({self.low:g}, {self.high:g})"
+
+
+SILICONE = SurfaceFriction(
+    0.25,
+    1.2,
+    "Makers of silicone rubber state from under 0.25 (treated) to over 0.75, and about 1.0 for an "
+    "untreated, tacky surface, counterface not said; the paper took 1.2 by eye. The coefficient "
+    "falls with contact pressure (Berthold, Burgner-Kahrs, Wangenheim and Kahms 2023, silicones of "
+    "soft robots on several counterfaces).",
+)
+"""Bare silicone rubber."""
+
+SILICONE_OVER_SHEET = SurfaceFriction(
+    0.25,
+    1.2,
+    "Not measured by anybody: an assumption, the range of bare silicone.",
+)
+"""A thin layer of silicone on a sheet of paper or fabric: the underside of a PneuNet."""
+
+PRINTED_PLASTIC = SurfaceFriction(
+    0.12,
+    0.4,
+    "Printed PLA on printed PLA 0.12 to 0.38, by the direction of the filaments, tilted plane "
+    "(Santana, Alves and da Costa Sabino Netto 2020); plastic on wood 0.4 in handbooks.",
+)
+"""A printed part, such as a hub's rim."""
