@@ -196,7 +196,7 @@ class RobotSpec:
     @property
     def settings(self) -> dict[str, Any]:
         """Physics and numerics of reduced robots by name, for what is saved of a run."""
-        return {**settings_to_dict(self.physics), **settings_to_dict(self.stepper)}
+        return {**self.physics.described(), **settings_to_dict(self.stepper)}
 
     def describe(self, reduced: bool = True) -> dict[str, Any]:
         """Physics, calibration and, of reduced robots, the module, for a summary."""

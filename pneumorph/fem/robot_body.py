@@ -89,7 +89,7 @@ class RobotBody(Generic[HubState]):
     @property
     def settings(self) -> dict[str, Any]:
         """Physics and numerics by name, for what is saved of a rollout."""
-        return {**settings_to_dict(self.physics), **settings_to_dict(self.numerics)}
+        return {**self.physics.described(), **settings_to_dict(self.numerics)}
 
     @property
     def contact_point_count(self) -> int:

@@ -6,17 +6,21 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.air import Air
 from pneumorph.physics.commands import RegulatorCount
 from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.regulators import RateLimited, Regulators, air_regulators
+
+_LATER_CHOICES = ("air", "friction_by_surface", "friction_pressure")
+"""What physics could not be asked for when the first runs and walks were kept."""
 
 UNLIMITED_KPA_PER_S = 1e9
 """A rate that is no limit [kPa/s]."""
@@ -92,6 +96,12 @@ class Physics(Checked):
             if count > 1 or not name:
                 said = "has no name" if not name else f"names {name!r} {count} times"
                 raise ValueError(f"friction_by_surface {said}, expected each surface's name once")
+
+    def described(self) -> dict[str, Any]:
+        """Settings by name, which tell kept things apart; those that earlier versions did not have
+        are named where they are not as usual, so that what was kept then is found."""
+        usual, own = settings_to_dict(Physics()), settings_to_dict(self)
+        return {k: v for k, v in own.items() if k not in _LATER_CHOICES or v != usual[k]}
 
     def regulators(self, chamber_mm3: Sequence[float] | np.ndarray) -> Regulators:
         """The regulators of a robot.

@@ -112,7 +112,7 @@ class ModelPair:
         spec, leg, hub = self.spec, self.spec.module.full, self.spec.hub.mass_numbers()
         return {
             "design": str(self.animation.design),
-            "physics": settings_to_dict(spec.physics),
+            "physics": spec.physics.described(),
             "full": {
                 "hub": spec.hub_model,
                 "integrator": spec.full_order.integrator,

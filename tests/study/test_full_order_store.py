@@ -14,6 +14,8 @@ from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.fem.material import LegMaterials
+from pneumorph.physics.air import Air
+from pneumorph.physics.physics import Physics
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.animations import animations
 from pneumorph.study.full_order_store import (
@@ -81,3 +83,5 @@ def test_ways_that_ship_are_of_the_published_masses(name: str) -> None:
     assert not found(paper_robot(masses=Masses("cast", leg_mass_g=105.0)))
     assert not found(paper_robot(masses=Masses(leg_mass_g=42.0)))
     assert not found(paper_robot(by_volume))
+    for changed in (Physics(friction_by_surface=(("hub", 0.3),)), Physics(air=Air("orifice"))):
+        assert not found(paper_robot(physics=changed))
