@@ -34,6 +34,11 @@ SURFACES = {"sheet": SILICONE_OVER_SHEET, "skin": SILICONE, HUB_SURFACE: PRINTED
 """What is known of the friction of a leg's underside, of all else of it, and of the disk."""
 
 
+def friction_coefficients() -> tuple[tuple[str, float], ...]:
+    """A coefficient of each surface in the middle of what is known of it, for a `Physics`."""
+    return tuple((name, round(surface.middle, 2)) for name, surface in SURFACES.items())
+
+
 def friction_distributions() -> tuple[tuple[str, str], ...]:
     """Friction of each surface over what is known of it, for a `Randomisation`."""
     return tuple((name, surface.distribution) for name, surface in SURFACES.items())

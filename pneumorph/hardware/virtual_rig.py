@@ -112,9 +112,10 @@ def trial_reality(reality: Reality, settings: VirtualRigSettings, trial: int) ->
     """The reality of one trial: the floor is never quite the same twice."""
     rng = np.random.default_rng([settings.seed, 2, trial])
     factor = 1.0 + settings.friction_between_trials * float(rng.standard_normal())
-    return replace(
-        reality, world=replace(reality.world, friction=reality.world.friction * max(factor, 0.0))
-    )
+    factor, usual = max(factor, 0.0), reality.world
+    by_surface = tuple((name, mu * factor) for name, mu in usual.friction_by_surface)
+    world = replace(usual, friction=usual.friction * factor, friction_by_surface=by_surface)
+    return replace(reality, world=world)
 
 
 def true_air(

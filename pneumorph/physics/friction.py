@@ -15,10 +15,11 @@ class FrictionPressure(Checked):
     """Coefficient mu = mu_0 (p / p_0)^e, kept between two factors.
 
     A friction force in proportion to the true area of contact, which between elastic spheres grows
-    as load^(2/3) (Hertz), gives e = -1/3 (Schallamach 1952, rubber; Popov's group 2024, an adhesive
-    elastomer). More asperities that touch under more load bring e to 0 (Archard 1957). Where load
-    presses a soft layer into roughness the coefficient rises, e > 0. The pressure is that of the
-    last step: within a step the law is Coulomb's.
+    as load^(2/3) (Hertz), gives e = -1/3 (Schallamach 1952, rubber); a soft adhesive elastomer
+    under a steel indenter follows a power law as well (Biomimetics 9, 2024, 52). More asperities
+    that touch under more load bring e to 0 (Archard 1957). Where load presses a soft layer into
+    roughness the coefficient rises, e > 0. The pressure is that of the last step: within a step the
+    law is Coulomb's.
 
     Raises:
         ValueError: A number is out of range.

@@ -1,11 +1,12 @@
 """What is known of the friction of surfaces that robots stand on: ranges, and whose word they are.
 
 Nobody has measured Dragon Skin 30 on the floor of the paper's robots. These are not measurements of
-it but the width of not knowing: draw from them, and never take a middle for a value.
+it but the width of not knowing: draw from them rather than take a middle for a value.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -19,6 +20,11 @@ class SurfaceFriction:
     """Where the ends are from, and on which counterface."""
 
     @property
+    def middle(self) -> float:
+        """Geometric mean of the ends: one value where one must be, and no measurement."""
+        return math.sqrt(self.low * self.high)
+
+    @property
     def distribution(self) -> str:
         """The range as a distribution for a `Randomisation`."""
         return f"U({self.low:g}, {self.high:g})"
@@ -28,9 +34,9 @@ SILICONE = SurfaceFriction(
     0.25,
     1.2,
     "Makers of silicone rubber state from under 0.25 (treated) to over 0.75, and about 1.0 for an "
-    "untreated, tacky surface, counterface not said; the paper took 1.2 by eye. The coefficient "
-    "falls with contact pressure (Berthold, Burgner-Kahrs, Wangenheim and Kahms 2023, silicones of "
-    "soft robots on several counterfaces).",
+    "untreated, tacky surface, counterface not said; the paper took 1.2 by eye. Of silicones of "
+    "soft robots it depends on contact pressure, temperature and counterface (Berthold, "
+    "Burgner-Kahrs, Wangenheim and Kahms, Meccanica 58, 2023, 2165).",
 )
 """Bare silicone rubber."""
 

@@ -33,6 +33,7 @@ from pneumorph.hardware.virtual_rig import (
     VirtualRig,
     VirtualRigSettings,
     draw_reality,
+    trial_reality,
     true_air,
 )
 from pneumorph.physics.air import Air
@@ -48,6 +49,18 @@ from pneumorph.study.virtual_reality import VirtualReality
 QUIET = VirtualRigSettings(
     regulator_noise_kPa=0.0, sensor_noise_kPa=0.0, marker_noise_mm=0.0, resolution_kPa=1e-6
 )
+
+
+def test_every_floor_of_a_trial_is_off_by_the_same_share() -> None:
+    drawn = Randomisation(friction="1.1", friction_by_surface=(("sheet", "0.6"), ("hub", "0.2")))
+    settings = VirtualRigSettings(reality=drawn, friction_between_trials=0.1)
+    reality = draw_reality(settings, PressureMap())
+    for trial in (1, 2):
+        world = trial_reality(reality, settings, trial).world
+        share = world.friction / 1.1
+        assert 0.01 < abs(share - 1.0) < 0.5
+        named = dict(world.friction_by_surface)
+        assert named == pytest.approx({"sheet": 0.6 * share, "hub": 0.2 * share})
 
 
 def test_regulators_lag_within_their_rate() -> None:
