@@ -14,9 +14,13 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
+from pneumorph.base.checked import Bounds, Checked
 
 AirLaw = Literal["rate_limit", "orifice"]
+Conductance = Annotated[
+    float, Bounds(least=1e-3, most=1e9, why="10 000 mm^3/(s kPa) are 1 dm^3/(s bar)")
+]
+"""Of a valve [mm^3/(s kPa)]; from a pinhole's to a water main's."""
 
 ATMOSPHERE_KPA = 101.325
 """Absolute pressure of the outside [kPa]."""
@@ -40,17 +44,19 @@ class Air(Checked):
     law: AirLaw = "rate_limit"
     """`rate_limit`: pressures move at `pressure_rate_kPa_per_s`, as published, and nothing else
     here counts. `orifice`: air flows through a valve into tube and chambers."""
-    supply_kPa: Positive = 200.0
+    supply_kPa: Annotated[
+        float, Bounds(least=1.0, most=1e4, why="pressure above the outside's, in kPa, not in Pa")
+    ] = 200.0
     """Pressure that regulators are fed with, above the outside's [kPa]."""
-    filling_mm3_per_s_kPa: tuple[Positive, ...] = (78.0,)
+    filling_mm3_per_s_kPa: tuple[Conductance, ...] = (78.0,)
     """Conductance from the supply [mm^3/(s kPa)]."""
-    venting_mm3_per_s_kPa: tuple[Positive, ...] = (1100.0,)
+    venting_mm3_per_s_kPa: tuple[Conductance, ...] = (1100.0,)
     """Conductance to the outside [mm^3/(s kPa)]."""
-    critical_ratio: Annotated[float, Bounds(least=0.0, below=1.0)] = 0.5
+    critical_ratio: Annotated[float, Bounds(least=0.0, most=0.99)] = 0.5
     """Pressure behind a valve over that before it, both absolute, below which flow is choked."""
-    tube_mm3: Positive = 1000.0
+    tube_mm3: Annotated[float, Bounds(least=1e-3, most=1e9)] = 1000.0
     """Volume of a regulator's tubes [mm^3]."""
-    chamber_growth: tuple[NotNegative, ...] = (0.009, 0.00019)
+    chamber_growth: tuple[Annotated[float, Bounds(0.0, 1.0)], ...] = (0.009, 0.00019)
     """A chamber's volume over that at rest is 1 + g1 p + g2 p^2 ..., p in real kPa."""
 
     def __post_init__(self) -> None:

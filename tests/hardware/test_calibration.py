@@ -130,7 +130,7 @@ def test_a_calibration_with_air_brings_its_law(tmp_path: Path) -> None:
     content = json.loads((tmp_path / "c.json").read_text())
     content["air"]["supply_kPa"] = -1.0
     (tmp_path / "c.json").write_text(json.dumps(content))
-    with pytest.raises(ArtefactError, match="supply_kPa must be positive"):
+    with pytest.raises(ArtefactError, match="supply_kPa must be at least 1"):
         Calibration.load(tmp_path / "c.json")
 
 
