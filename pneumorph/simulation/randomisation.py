@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
 from pneumorph.base.checked import Bounds
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.distribution import Distribution
+
+_LATER_CHOICES = ("filling_factor", "venting_factor", "friction_by_surface")
+"""What could not be drawn when the first trainings were kept."""
 
 _BOUNDS = {
     "modulus_factor": Bounds(above=0.0),
@@ -84,6 +89,12 @@ class Randomisation:
                         f"{name} is {text!r}, which may give {drawn:g}; "
                         f"expected every draw to be {bounds}"
                     )
+
+    def described(self) -> dict[str, Any]:
+        """Distributions by name, which tell kept things apart; those that earlier versions did not
+        have are named where they are not as usual, so that what was kept then is found."""
+        usual, own = settings_to_dict(Randomisation()), settings_to_dict(self)
+        return {k: v for k, v in own.items() if k not in _LATER_CHOICES or v != usual[k]}
 
     def draw(self, rng: np.random.Generator) -> World:
         """Draw a world.

@@ -10,7 +10,6 @@ from typing import Any
 
 from pneumorph.base.checked import Checked, Count
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
-from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
@@ -42,7 +41,7 @@ class TrainingWorlds(Checked):
 
     def as_dict(self) -> dict[str, Any]:
         """Distributions and count by name, for summaries and checkpoints."""
-        return {**settings_to_dict(self.randomisation), "world_count": self.world_count}
+        return {**self.randomisation.described(), "world_count": self.world_count}
 
 
 @dataclass(frozen=True)

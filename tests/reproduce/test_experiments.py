@@ -23,6 +23,7 @@ from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
 from pneumorph.cli import run
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.physics.air import Air
+from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.simulation.stepper_settings import StepperSettings
@@ -82,8 +83,13 @@ def test_the_published_physics_is_named_in_full() -> None:
     assert set(named) == {each.name for each in fields(RobotOptions)} - not_of_it
     for group, settings, left_out in (
         (named["physics"], Physics, set()),
-        # Nothing of it counts beside this law.
+        # Nothing else of them counts beside this law and this exponent.
         (named["physics"]["air"], Air, {each.name for each in fields(Air)} - {"law"}),
+        (
+            named["physics"]["friction_pressure"],
+            FrictionPressure,
+            {each.name for each in fields(FrictionPressure)} - {"exponent"},
+        ),
         (named["physics"]["pressure_map"], PressureMap, set()),
         (named["stepper"], StepperSettings, set()),
         # Nothing is weighed, and densities are of cast legs.

@@ -129,6 +129,15 @@ def test_what_a_seed_drew_before_there_was_air_it_draws_still() -> None:
         assert len(factors) == (1 if law == "1" else 4)
 
 
+def test_a_training_of_before_there_was_air_is_known_again() -> None:
+    """Its checkpoint has the names of then."""
+    names = {"friction", "modulus_factor", "mass_factor", "regulator_lag_s", "floor_slope_deg"}
+    assert set(Randomisation().described()) == names
+    drawn = Randomisation(venting_factor="U(0.5, 2)").described()
+    assert drawn["venting_factor"] == "U(0.5, 2)"
+    assert set(drawn) == names | {"venting_factor"}
+
+
 AIR = Physics(air=Air(law="orifice"))
 
 
