@@ -37,7 +37,7 @@ def test_arguments_have_the_axes_that_they_name() -> None:
         cross_matrix(np.zeros((1, 3)))
     with pytest.raises(TypeCheckError, match="vector"):
         cross_matrix(np.zeros(3, dtype=int))
-    law = FrictionLaw(np.eye(3), np.zeros(3), 1.0)
+    law = FrictionLaw(np.eye(3), np.zeros(3), np.ones(1))
     with pytest.raises(TypeCheckError, match="start"):
         solve_friction(law, np.zeros(3), 1e-9)
     with pytest.raises(TypeCheckError, match="alpha"):
