@@ -1,8 +1,10 @@
 #include "batch.hpp"
 
 #include <atomic>
+#include <cmath>
 #include <mutex>
 #include <stdexcept>
+#include <type_traits>
 
 #include "thread_pool.hpp"
 
@@ -26,6 +28,40 @@ Kernel select_kernel(std::string& name, int modes, bool single_precision, int co
                               "' is not available on this machine; expected best, avx512, avx2 or baseline");
 }
 
+// Calls `use(left, c E, place)` for every component of every spring of a robot: what is left over of it, what the strain of
+// the robot's modes adds (rubber.hpp), and its place in an array (mount, branch, point, 6) of these sizes.
+template <class Real, class Use>
+void for_springs(const std::vector<Part<Real>>& parts, const RobotModel& robot, const RobotState& state, double step,
+                 int padded, int branches, int points, const Use& use) {
+  constexpr int kFirst[6] = {0, 1, 2, 0, 0, 1}, kSecond[6] = {0, 1, 2, 1, 2, 2};
+  for (int k = 0; k < robot.mount_count; ++k) {
+    const Part<Real>& part = parts[robot.mounts[k].part];
+    if (part.branch_count == 0) continue;
+    const ElementFamily<Real>& family = part.tetrahedra;
+    const double* alpha = state.modes + k * padded;
+    Real* left = static_cast<Real*>(state.springs) + robot.mounts[k].spring_offset;
+    const int count = (family.block_count - 1) * kLane + family.last_count;
+    for (int point = 0; point < count; ++point) {
+      const int block = point / kLane, lane = point % kLane;
+      double f[9];
+      for (int row = 0; row < 9; ++row) {
+        f[row] = family.rest[(block * 9 + row) * kLane + lane];
+        for (int a = 0; a < padded; ++a)
+          f[row] += alpha[a] * family.gradient_lanes[((long(block) * padded + a) * 9 + row) * kLane + lane];
+      }
+      for (int i = 0; i < 6; ++i) {
+        const int a = kFirst[i], b = kSecond[i];
+        const double strain = 0.5 * (f[a] * f[b] + f[3 + a] * f[3 + b] + f[6 + a] * f[6 + b] - (a == b));
+        for (int branch = 0; branch < part.branch_count; ++branch) {
+          const double share = step / part.branch_time[branch], gain = -std::expm1(-share) / share;
+          use(left[((long(block) * part.branch_count + branch) * 6 + i) * kLane + lane], gain * strain,
+              ((size_t(k) * branches + branch) * points + point) * 6 + i);
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Batch::Batch(const std::vector<PartInput>& parts, const Settings& settings, bool single_precision,
@@ -45,6 +81,11 @@ Batch::Batch(const std::vector<PartInput>& parts, const Settings& settings, bool
       parts_single_.push_back(pad_part<float>(storage_, part, padded_));
     else
       parts_double_.push_back(pad_part<double>(storage_, part, padded_));
+    spring_counts_.push_back(single_precision ? parts_single_.back().spring_numbers() : parts_double_.back().spring_numbers());
+    if (part.branches > 0) {
+      spring_branches_ = std::max(spring_branches_, part.branches);
+      spring_points_ = std::max(spring_points_, part.tetrahedra);
+    }
     cavity_counts_.push_back(part.cavities);
     contact_counts_.push_back(part.contacts);
   }
@@ -106,6 +147,7 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
   states_.assign(count, RobotState{});
   mounts_.assign(count, {});
   regulators_.assign(count, {});
+  spring_bytes_.assign(count, 0);
   state_storage_.clear();
   hub_points_.clear();
   contact_capacity_ = 0;
@@ -122,6 +164,7 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     for (const MountInput& mount : mounts[r]) regulator_total += mount.regulators.size();
     regulators_[r].reserve(regulator_total + 1);
     int contacts = robot.hub_contact_count;
+    long springs = 0;
     for (const MountInput& in : mounts[r]) {
       Mount mount;
       mount.part = in.part;
@@ -131,6 +174,8 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
       for (int regulator : in.regulators) regulators_[r].push_back(regulator);
       mount.contact_offset = contacts;
       contacts += contact_counts_[in.part];
+      mount.spring_offset = springs;
+      springs += spring_counts_[in.part];
       mounts_[r].push_back(mount);
     }
     robot.mounts = mounts_[r].data();
@@ -142,6 +187,9 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     const size_t modal = size_t(robot.mount_count) * padded_;
     state_storage_.emplace_back(robot.mount_count * mount_bytes_);
     states_[r].memory = state_storage_.back().as<void>();
+    spring_bytes_[r] = springs * (single_precision_ ? sizeof(float) : sizeof(double));
+    state_storage_.emplace_back(spring_bytes_[r]);
+    states_[r].springs = state_storage_.back().as<void>();
     state_storage_.emplace_back((2 * modal + 3 * size_t(contacts) + 16) * sizeof(double));
     double* data = state_storage_.back().as<double>();
     states_[r].modes = data;
@@ -159,9 +207,11 @@ void Batch::reset(int robot) {
   fresh.mode_rates = state.mode_rates;
   fresh.impulses = state.impulses;
   fresh.memory = state.memory;
+  fresh.springs = state.springs;
   fresh.rotation[0] = fresh.rotation[4] = fresh.rotation[8] = 1;
   for (int i = 0; i < model.mount_count * padded_; ++i) fresh.modes[i] = fresh.mode_rates[i] = 0;
   for (int i = 0; i < 3 * model.contact_count; ++i) fresh.impulses[i] = 0;
+  __builtin_memset(fresh.springs, 0, spring_bytes_[robot]);
   state = fresh;
 }
 
@@ -178,17 +228,32 @@ void Batch::clear_counters() {
 std::string Batch::memory(int robot) const {
   const RobotState& state = states_.at(robot);
   if (!state.has_memory) return {};
-  return {static_cast<const char*>(state.memory), robots_[robot].mount_count * mount_bytes_};
+  std::string kept{static_cast<const char*>(state.memory), robots_[robot].mount_count * mount_bytes_};
+  return kept.append(static_cast<const char*>(state.springs), spring_bytes_[robot]);
 }
 
 void Batch::set_memory(int robot, const std::string& memory) {
   RobotState& state = states_.at(robot);
-  const size_t expected = robots_[robot].mount_count * mount_bytes_;
+  const size_t of_mounts = robots_[robot].mount_count * mount_bytes_, expected = of_mounts + spring_bytes_[robot];
   if (!memory.empty() && memory.size() != expected)
     throw std::invalid_argument("the memory of a robot has " + std::to_string(memory.size()) + " bytes, expected " +
                                 std::to_string(expected) + "; it is of another robot, precision or instruction set");
   state.has_memory = !memory.empty();
-  if (state.has_memory) memory.copy(static_cast<char*>(state.memory), expected);
+  if (!state.has_memory) return;
+  memory.copy(static_cast<char*>(state.memory), of_mounts);
+  memory.copy(static_cast<char*>(state.springs), spring_bytes_[robot], of_mounts);
+}
+
+void Batch::read_springs(int robot, double* springs) const {
+  const auto read = [&](auto& left, double moved, size_t at) { springs[at] = double(left) + moved; };
+  if (single_precision_) for_springs(parts_single_, robots_[robot], states_[robot], settings_.time_step, padded_, spring_branches_, spring_points_, read);
+  else for_springs(parts_double_, robots_[robot], states_[robot], settings_.time_step, padded_, spring_branches_, spring_points_, read);
+}
+
+void Batch::write_springs(int robot, const double* springs) {
+  const auto write = [&](auto& left, double moved, size_t at) { left = std::decay_t<decltype(left)>(springs[at] - moved); };
+  if (single_precision_) for_springs(parts_single_, robots_[robot], states_[robot], settings_.time_step, padded_, spring_branches_, spring_points_, write);
+  else for_springs(parts_double_, robots_[robot], states_[robot], settings_.time_step, padded_, spring_branches_, spring_points_, write);
 }
 
 void Batch::advance(const double* command, long long steps, const unsigned char* active, int threads, bool profile) {

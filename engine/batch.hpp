@@ -41,6 +41,11 @@ class Batch {
   void advance(const double* command, long long steps, const unsigned char* active, int threads, bool profile);
 
   int robot_count() const { return int(states_.size()); }
+  // Springs of a robot's mounts, (mount, branch, point, 6), padded to the most branches and points of any part.
+  int spring_branches() const { return spring_branches_; }
+  int spring_points() const { return spring_points_; }
+  void read_springs(int robot, double* springs) const;
+  void write_springs(int robot, const double* springs);
   int padded_modes() const { return padded_; }
   const std::string& instruction_set() const { return instruction_set_; }
   const Settings& settings() const { return settings_; }
@@ -48,7 +53,8 @@ class Batch {
   const RobotModel& robot(int robot) const { return robots_[robot]; }
   const StageSeconds& stages() const { return stages_; }
   void clear_counters();
-  // What a robot keeps of its last step beside its state, as this build has it; empty: nothing.
+  // What a robot keeps of its last step beside its state, and its springs to the last bit, as this build has it; empty:
+  // nothing.
   std::string memory(int robot) const;
   void set_memory(int robot, const std::string& memory);
 
@@ -59,8 +65,9 @@ class Batch {
   Settings settings_;
   bool single_precision_;
   std::string instruction_set_;
-  int padded_ = 0;
+  int padded_ = 0, spring_branches_ = 0, spring_points_ = 0;
   std::vector<int> cavity_counts_, contact_counts_;
+  std::vector<long> spring_counts_;  // numbers that a part's springs take
   std::vector<AlignedArray> storage_;
   std::vector<Part<float>> parts_single_;
   std::vector<Part<double>> parts_double_;
@@ -70,6 +77,7 @@ class Batch {
   std::vector<std::vector<int>> regulators_;
   std::vector<std::vector<double>> hub_points_, pressure_rates_, frictions_;
   std::vector<AlignedArray> state_storage_;
+  std::vector<size_t> spring_bytes_;  // of each robot
   int contact_capacity_ = 0;
   std::vector<AlignedArray> workspaces_;  // one for each thread
   unsigned long workspace_bytes_ = 0, mount_bytes_ = 0;

@@ -115,6 +115,15 @@ static pneumorph::PartInput read_part(PartReader& reader, size_t m) {
   part.membrane_gradient = reader.read("membrane_mode_gradient", {t, 3, 2, m});
   part.membrane_lambda = reader.read("membrane_lambda", {t});
   part.membrane_mu = reader.read("membrane_mu", {t});
+  part.yeoh_c2 = reader.number("yeoh_c2_over_c1"), part.yeoh_c3 = reader.number("yeoh_c3_over_c1");
+  const size_t k = reader.length("dilatation_1"), b = reader.length("branch_ratio");
+  part.pressures = int(k), part.branches = int(b);
+  part.dilatation_lambda = reader.number("dilatation_lambda");
+  part.dilatation_1 = reader.read("dilatation_1", {k, m});
+  part.dilatation_2 = reader.read("dilatation_2", {k, m, m});
+  part.dilatation_3 = reader.read("dilatation_3", {k, m, m, m});
+  part.branch_ratio = reader.read("branch_ratio", {b});
+  part.branch_time = reader.read("branch_time", {b});
   part.linear_stiffness = reader.read("linear_stiffness", {m, m});
   part.volume_1 = reader.read("cavity_volume_1", {c, m});
   part.volume_2 = reader.read("cavity_volume_2", {c, m, m});
@@ -258,11 +267,19 @@ class PythonBatch {
       }
       return to_numpy(values, {robots, rows, width});
     }
+    if (name == "springs") {
+      size_t mounts = 0;
+      for (size_t r = 0; r < robots; ++r) mounts = std::max(mounts, size_t(batch_.robot(int(r)).mount_count));
+      const size_t branches = batch_.spring_branches(), points = batch_.spring_points();
+      values.assign(robots * mounts * branches * points * 6, 0.0);
+      for (size_t r = 0; r < robots; ++r) batch_.read_springs(int(r), values.data() + r * mounts * branches * points * 6);
+      return to_numpy(values, {robots, mounts, branches, points, 6});
+    }
     throw std::invalid_argument("unknown quantity '" + name + "'");
   }
 
   // Overwrites one quantity of one robot: position, rotation, velocity, angular_velocity, regulated,
-  // modes, mode_rates or impulses, with the robot's own number of entries.
+  // modes, mode_rates, impulses or, after the modes, springs, with the robot's own number of entries.
   void write(int robot, std::string name, Vector values) {
     auto& s = batch_.state(checked(robot));
     const auto& model = batch_.robot(robot);
@@ -281,6 +298,15 @@ class PythonBatch {
         s.has_memory = false;
         return;
       }
+    if (name == "springs") {
+      const size_t count = size_t(model.mount_count) * batch_.spring_branches() * batch_.spring_points() * 6;
+      if (values.shape(0) != count)
+        throw std::invalid_argument("springs has " + std::to_string(values.shape(0)) + " numbers, expected " +
+                                    std::to_string(count));
+      batch_.write_springs(robot, values.data());
+      s.has_memory = false;
+      return;
+    }
     throw std::invalid_argument("unknown quantity '" + name + "'");
   }
 
@@ -324,7 +350,7 @@ void bind_frontal_cholesky(nb::module_& module);
 NB_MODULE(_engine, module) {
   module.doc() = "Batched reduced-order stepper; contact solver and sparse factors of full robots.";
   bind_frontal_cholesky(module);
-  module.attr("LAWS") = nb::make_tuple("corotational", "st_venant_kirchhoff", "stable_neo_hookean");  // enum Law
+  module.attr("LAWS") = nb::make_tuple("corotational", "st_venant_kirchhoff", "stable_neo_hookean", "yeoh");  // enum Law
   nb::class_<PythonFriction>(module, "Friction",
                              "Unilateral contact with Coulomb friction over a dense Delassus operator.\n\n"
                              "Rows of a contact are normal, tangent, tangent.")

@@ -211,6 +211,65 @@ struct HyperelasticBlock {
   alignas(64) Real stress[kLoads][kRows][kLane];  // with weight and measure; and its change for turns about the axes
 };
 
+// Deformation gradient of the elements from `lane` of a block on; `modes` of them count.
+template <int D, class Real>
+inline void deformation_gradient(const ElementFamily<Real>& family, int number, int lane, int modes, const Real* alpha,
+                                 typename RegisterLanes<Real>::type f[3 * D]) {
+  using L = RegisterLanes<Real>;
+  constexpr int kRows = 3 * D;
+  const Real* gradient = family.gradient_lanes + long(number) * kRows * modes * kLane + lane;
+  for (int row = 0; row < kRows; ++row) f[row] = L::load(family.rest + (long(number) * kRows + row) * kLane + lane);
+  for (int a = 0; a < modes; ++a)
+    for (int row = 0; row < kRows; ++row) f[row] += alpha[a] * L::load(gradient + (a * kRows + row) * kLane);
+}
+
+// Factor of dP/dF of a law, and what turns change of the stress, into the lanes from `lane` on.
+template <int D, class Law, class Real>
+inline void store_published_factor(const Law& law, const typename RegisterLanes<Real>::type f[3 * D],
+                                   typename RegisterLanes<Real>::type mu, int lane,
+                                   HyperelasticBlock<D, true, Real>& block,
+                                   typename RegisterLanes<Real>::type turn_turn[6]) {
+  using L = RegisterLanes<Real>;
+  using V = typename L::type;
+  constexpr int kRows = 3 * D;
+  V factor[kRows][kRows];
+  const PrincipalStretches<D, V> stretches = principal_stretches<D, Real>(f);
+  PrincipalTangent<D, V> tangent = law.tangent(stretches.stretch);
+  definite_factor<D, Real>(stretches, tangent, mu, factor);
+  V strain[3][kRows];  // S [e_l]x F
+  for (int axis = 0; axis < 3; ++axis) {
+    const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
+    for (int i = 0; i < kRows; ++i) {
+      strain[axis][i] = V{};
+      for (int j = 0; j < D; ++j)
+        strain[axis][i] += factor[i][i2 * D + j] * f[i1 * D + j] - factor[i][i1 * D + j] * f[i2 * D + j];
+    }
+    for (int row = 0; row < kRows; ++row) {
+      V change = factor[0][row] * strain[axis][0];
+      for (int i = 1; i < kRows; ++i) change += factor[i][row] * strain[axis][i];
+      L::store(&block.stress[1 + axis][row][lane], change);
+    }
+  }
+  for (int a = 0, entry = 0; a < 3; ++a)
+    for (int b = a; b < 3; ++b, ++entry)
+      for (int i = 0; i < kRows; ++i) turn_turn[entry] += strain[a][i] * strain[b][i];
+  for (int i = 0; i < kRows; ++i)
+    for (int row = 0; row < kRows; ++row) L::store(&block.factor[i][row][lane], factor[i][row]);
+}
+
+// Factor of the rate of Green's strain in Hooke's law with lambda = `ratio` mu, likewise.
+template <int D, class Real>
+inline void store_objective_factor(const typename RegisterLanes<Real>::type f[3 * D], Real ratio,
+                                   typename RegisterLanes<Real>::type mu, int lane,
+                                   HyperelasticBlock<D, false, Real>& block) {
+  using L = RegisterLanes<Real>;
+  constexpr int kRows = 3 * D, kStrains = HyperelasticBlock<D, false, Real>::kStrains;
+  typename L::type factor[kStrains][kRows];
+  objective_factor<D, Real>(f, ratio, mu, factor);
+  for (int i = 0; i < kStrains; ++i)
+    for (int row = 0; row < kRows; ++row) L::store(&block.factor[i][row][lane], factor[i][row]);
+}
+
 // Deformation gradient, stress and factor of a block of elements, lanes over elements. One copy serves every number
 // of modes.
 template <int D, bool Published, class Law, class Real>
@@ -220,46 +279,20 @@ __attribute__((noinline)) void deform_hyperelastic_block(const ElementFamily<Rea
                                                          typename RegisterLanes<Real>::type turn_turn[6]) {
   using L = RegisterLanes<Real>;
   using V = typename L::type;
-  using Block = HyperelasticBlock<D, Published, Real>;
   constexpr int kRows = 3 * D;
   constexpr int kPieces = kLane / L::count;
   const Law law(family.lambda_over_mu);
   for (int piece = 0; piece < kPieces; ++piece) {
     const int lane = piece * L::count;
-    V f[kRows], p[kRows], factor[Block::kStrains][kRows];
-    const Real* gradient = family.gradient_lanes + long(number) * kRows * modes * kLane + lane;
-    for (int row = 0; row < kRows; ++row) f[row] = L::load(family.rest + (long(number) * kRows + row) * kLane + lane);
-    for (int a = 0; a < modes; ++a)
-      for (int row = 0; row < kRows; ++row) f[row] += alpha[a] * L::load(gradient + (a * kRows + row) * kLane);
+    V f[kRows], p[kRows];
+    deformation_gradient<D, Real>(family, number, lane, modes, alpha, f);
     const V mu = L::load(family.mu + number * kLane + lane);
     law.stress(f, p);
     for (int row = 0; row < kRows; ++row) L::store(&block.stress[0][row][lane], mu * p[row]);
-    if constexpr (Published) {
-      const PrincipalStretches<D, V> stretches = principal_stretches<D, Real>(f);
-      PrincipalTangent<D, V> tangent = law.tangent(stretches.stretch);
-      definite_factor<D, Real>(stretches, tangent, mu, factor);
-      V strain[3][kRows];  // S [e_l]x F
-      for (int axis = 0; axis < 3; ++axis) {
-        const int i1 = (axis + 1) % 3, i2 = (axis + 2) % 3;
-        for (int i = 0; i < kRows; ++i) {
-          strain[axis][i] = V{};
-          for (int j = 0; j < D; ++j)
-            strain[axis][i] += factor[i][i2 * D + j] * f[i1 * D + j] - factor[i][i1 * D + j] * f[i2 * D + j];
-        }
-        for (int row = 0; row < kRows; ++row) {
-          V change = factor[0][row] * strain[axis][0];
-          for (int i = 1; i < kRows; ++i) change += factor[i][row] * strain[axis][i];
-          L::store(&block.stress[1 + axis][row][lane], change);
-        }
-      }
-      for (int a = 0, entry = 0; a < 3; ++a)
-        for (int b = a; b < 3; ++b, ++entry)
-          for (int i = 0; i < kRows; ++i) turn_turn[entry] += strain[a][i] * strain[b][i];
-    } else {
-      objective_factor<D, Real>(f, family.lambda_over_mu, mu, factor);
-    }
-    for (int i = 0; i < Block::kStrains; ++i)
-      for (int row = 0; row < kRows; ++row) L::store(&block.factor[i][row][lane], factor[i][row]);
+    if constexpr (Published)
+      store_published_factor<D, Law, Real>(law, f, mu, lane, block, turn_turn);
+    else
+      store_objective_factor<D, Real>(f, family.lambda_over_mu, mu, lane, block);
   }
 }
 
@@ -287,20 +320,17 @@ inline void hyperelastic_rows(const Real* gradient, const HyperelasticBlock<D, P
   for (int i = 0; i < Block::kLoads; ++i) L::store(&work[i][column], sum[i]);
 }
 
-// Adds one family's contribution, as add_family of elements.hpp does; `turn_turn` is row by row.
-template <int M, int D, bool Published, class Real>
-void add_hyperelastic(const ElementFamily<Real>& family, const Real* alpha, Real (*work)[M], Real stiffness[M][M],
-                      Real turn_turn[9]) {
+// Adds the contribution of a family whose blocks `deform` sets up; `turn_turn` is row by row.
+template <int M, int D, bool Published, class Real, class Deform>
+inline void add_blocks(const ElementFamily<Real>& family, const Deform& deform, Real (*work)[M], Real stiffness[M][M],
+                       Real turn_turn[9]) {
   using V = typename RegisterLanes<Real>::type;
   using Block = HyperelasticBlock<D, Published, Real>;
   V turns[6] = {};
   alignas(64) Real rows[Block::kStrains * kLane][kRowStride<M>];
   Block block;
   for (int number = 0; number < family.block_count; ++number) {
-    if (family.law == kStableNeoHookean)
-      deform_hyperelastic_block<D, Published, StableNeoHookean<D, Real>>(family, number, M, alpha, block, turns);
-    else
-      deform_hyperelastic_block<D, Published, StVenantKirchhoff<D, Real>>(family, number, M, alpha, block, turns);
+    deform(number, block, turns);
     const Real* gradient = family.gradient_modes + long(number) * kLane * Block::kRows * M;
     for_columns<M, kLane * Block::kRows, Real>(gradient, [&](auto width, auto stride, const Real* from, int column) {
       hyperelastic_rows<M, D, Published, width(), stride()>(from, block, column, rows, work);
@@ -312,6 +342,20 @@ void add_hyperelastic(const ElementFamily<Real>& family, const Real* alpha, Real
     for (int i = 0; i < 9; ++i)
       for (int l = 0; l < RegisterLanes<Real>::count; ++l) turn_turn[i] += turns[kEntry[i]][l];
   }
+}
+
+// Adds one family's contribution, as add_family of elements.hpp does.
+template <int M, int D, bool Published, class Real>
+void add_hyperelastic(const ElementFamily<Real>& family, const Real* alpha, Real (*work)[M], Real stiffness[M][M],
+                      Real turn_turn[9]) {
+  using Block = HyperelasticBlock<D, Published, Real>;
+  const auto deform = [&](int number, Block& block, auto* turns) {
+    if (family.law == kStableNeoHookean)
+      deform_hyperelastic_block<D, Published, StableNeoHookean<D, Real>>(family, number, M, alpha, block, turns);
+    else
+      deform_hyperelastic_block<D, Published, StVenantKirchhoff<D, Real>>(family, number, M, alpha, block, turns);
+  };
+  add_blocks<M, D, Published, Real>(family, deform, work, stiffness, turn_turn);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

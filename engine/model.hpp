@@ -11,6 +11,8 @@ constexpr int kLane = 16;             // elements treated side by side in the de
 constexpr int kMaximumMounts = 16;    // legs of one robot
 constexpr int kMaximumRegulators = 16;
 constexpr int kMaximumModes = 32;
+constexpr int kMaximumBranches = 8;
+constexpr int kMaximumPressures = 32;
 
 enum Status : unsigned char { kRunning = 0, kDiverged = 1, kSingular = 2 };
 
@@ -19,7 +21,7 @@ constexpr int pair_index(int b, int c, int modes) { return b * modes - b * (b - 
 constexpr int pair_count(int modes) { return (modes * (modes + 1) / 2 + 15) / 8 * 8; }
 
 // Elastic laws, numbered as `LAWS` of bindings.cpp names them.
-enum Law : int { kCorotational = 0, kStVenantKirchhoff = 1, kStableNeoHookean = 2 };
+enum Law : int { kCorotational = 0, kStVenantKirchhoff = 1, kStableNeoHookean = 2, kYeoh = 3 };
 
 // Sampled elements of one family: D = 3 for tetrahedra, D = 2 for membrane triangles.
 // The deformation gradient of an element, 3 x D in its own material frame, is affine in the modes.
@@ -49,6 +51,18 @@ struct Part {
   const Real* constant_stiffness = nullptr;  // (mode, mode) sum over corotational tetrahedra of 2 mu G_a : G_b
   const double* linear_stiffness = nullptr;  // (mode, mode) of the mount
   int has_linear_stiffness = 0;
+  // What parts of measured silicone have besides (rubber.hpp).
+  Real yeoh_c2 = 0, yeoh_c3 = 0;  // over C1
+  int pressure_count = 0;         // changes of volume of whole elements
+  double dilatation_lambda = 0;   // kPa
+  const double* dilatation_1 = nullptr;  // (pressure, mode)
+  const double* dilatation_2 = nullptr;  // (pressure, mode, mode)
+  const Real* dilatation_3 = nullptr;    // (pressure, pair, mode)
+  int branch_count = 0;                  // of the solid, with shear moduli over its own and times
+  double branch_ratio[kMaximumBranches] = {0}, branch_time[kMaximumBranches] = {0};
+  bool is_rubber() const { return tetrahedra.law == kYeoh || pressure_count > 0 || branch_count > 0; }
+  // Numbers that its springs take: (block, branch, 6, lane).
+  long spring_numbers() const { return long(tetrahedra.block_count) * branch_count * 6 * kLane; }
   int cavity_count = 0;
   const double* volume_1 = nullptr;  // (cavity, mode)
   const double* volume_2 = nullptr;  // (cavity, mode, mode)
@@ -74,6 +88,7 @@ struct Mount {
   double translation[3] = {0, 0, 0};
   const int* regulators = nullptr;                   // (cavity)
   int contact_offset = 0;                            // first impulse of this mount in the state
+  long spring_offset = 0;                            // first number of its springs in the state
 };
 
 struct RobotModel {
@@ -122,6 +137,7 @@ struct RobotState {
   double* mode_rates;          // (mount, mode)
   double* impulses;            // (contact point, 3) normal, x, y; mN s, also the warm start
   void* memory;                // (mount) MountMemory
+  void* springs;               // (mount) what is left over of its springs, see rubber.hpp; in the elements' precision
   bool has_memory;             // of a step before, whose stiffness may be kept
   unsigned char status;
   int active_contacts;         // points the last step's friction was solved for
@@ -143,6 +159,16 @@ constexpr int kStageCount = 6;
 struct StageSeconds {
   double seconds[kStageCount];
 };
+
+// Forces and stiffness of a part of measured silicone into an ElementSystem of `modes`; `left` are its springs. One pair
+// per instruction set.
+#define PNEUMORPH_DECLARE_RUBBER(name)                                                                              \
+  void name(const Part<float>& part, int modes, const double* alpha, const Settings& settings, float* left, void* system); \
+  void name(const Part<double>& part, int modes, const double* alpha, const Settings& settings, double* left, void* system);
+PNEUMORPH_DECLARE_RUBBER(rubber_baseline)
+PNEUMORPH_DECLARE_RUBBER(rubber_avx2)
+PNEUMORPH_DECLARE_RUBBER(rubber_avx512)
+#undef PNEUMORPH_DECLARE_RUBBER
 
 // Bytes of scratch one thread needs, and the stepping of one robot; one pair per instruction set,
 // mode count and precision.

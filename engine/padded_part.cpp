@@ -97,25 +97,53 @@ Real* constant_stiffness(std::vector<AlignedArray>& storage, const PartInput& in
   return stiffness;
 }
 
-// The cavities' volumes: gradient_a = volume_1 + sum_b volume_2 alpha_b + sum over pairs volume_3 alpha_b alpha_c.
+// Cubic polynomials: gradient_a = first + sum_b second alpha_b + sum over pairs third alpha_b alpha_c.
 template <class Real>
-void pad_cavities(std::vector<AlignedArray>& storage, const PartInput& in, int p, Part<Real>& part) {
-  const size_t m = in.modes, pairs = pair_count(p);
-  part.cavity_count = in.cavities;
-  part.volume_1 = pad_rows(storage, in.volume_1, in.cavities, in.modes, p);
-  double* quadratic = allocate<double>(storage, size_t(in.cavities) * p * p + 8);
-  Real* cubic = allocate<Real>(storage, in.cavities * pairs * p + 16);
-  for (size_t c = 0; c < size_t(in.cavities); ++c)
+struct PaddedCubics {
+  const double *first, *second;
+  const Real* third;
+};
+
+template <class Real>
+PaddedCubics<Real> pad_cubics(std::vector<AlignedArray>& storage, int count, const double* linear, const double* square,
+                              const double* cube, int modes, int p) {
+  const size_t m = modes, pairs = pair_count(p);
+  const double* first = pad_rows(storage, linear, count, modes, p);
+  double* quadratic = allocate<double>(storage, size_t(count) * p * p + 8);
+  Real* cubic = allocate<Real>(storage, count * pairs * p + 16);
+  for (size_t c = 0; c < size_t(count); ++c)
     for (size_t a = 0; a < m; ++a) {
-      for (size_t b = 0; b < m; ++b) quadratic[(c * p + a) * p + b] = in.volume_2[(c * m + a) * m + b];
-      const double* matrix = in.volume_3 + (c * m + a) * m * m;
+      for (size_t b = 0; b < m; ++b) quadratic[(c * p + a) * p + b] = square[(c * m + a) * m + b];
+      const double* matrix = cube + (c * m + a) * m * m;
       for (size_t b = 0; b < m; ++b)
         for (size_t d = b; d < m; ++d)
           cubic[(c * pairs + pair_index(int(b), int(d), p)) * p + a] =
               Real(b == d ? 0.5 * matrix[b * m + b] : 0.5 * (matrix[b * m + d] + matrix[d * m + b]));
     }
-  part.volume_2 = quadratic;
-  part.volume_3 = cubic;
+  return {first, quadratic, cubic};
+}
+
+// Volumes of the cavities, and what measured silicone has besides.
+template <class Real>
+void pad_volumes(std::vector<AlignedArray>& storage, const PartInput& in, int p, Part<Real>& part) {
+  const auto cavities = pad_cubics<Real>(storage, in.cavities, in.volume_1, in.volume_2, in.volume_3, in.modes, p);
+  part.cavity_count = in.cavities;
+  part.volume_1 = cavities.first, part.volume_2 = cavities.second, part.volume_3 = cavities.third;
+  const auto changes =
+      pad_cubics<Real>(storage, in.pressures, in.dilatation_1, in.dilatation_2, in.dilatation_3, in.modes, p);
+  part.pressure_count = in.pressures;
+  part.dilatation_lambda = in.dilatation_lambda;
+  part.dilatation_1 = changes.first, part.dilatation_2 = changes.second, part.dilatation_3 = changes.third;
+  part.yeoh_c2 = Real(in.yeoh_c2), part.yeoh_c3 = Real(in.yeoh_c3);
+  part.branch_count = in.branches;
+  for (int b = 0; b < in.branches; ++b)
+    part.branch_ratio[b] = in.branch_ratio[b], part.branch_time[b] = in.branch_time[b];
+}
+
+void check_count(int count, int most, const char* what) {
+  if (count > most)
+    throw std::invalid_argument("a part has " + std::to_string(count) + " " + what + ", at most " +
+                                std::to_string(most) + " are supported");
 }
 
 // Moments of mass about the origin as polynomials of the modal coordinates.
@@ -179,9 +207,9 @@ void pad_contacts(std::vector<AlignedArray>& storage, const PartInput& in, int p
 template <class Real>
 Part<Real> pad_part(std::vector<AlignedArray>& storage, const PartInput& in, int padded) {
   const int m = in.modes, p = padded;
-  if (in.cavities > kMaximumRegulators)
-    throw std::invalid_argument("a part has " + std::to_string(in.cavities) + " cavities, at most " +
-                                std::to_string(kMaximumRegulators) + " are supported");
+  check_count(in.cavities, kMaximumRegulators, "cavities");
+  check_count(in.pressures, kMaximumPressures, "pressures");
+  check_count(in.branches, kMaximumBranches, "branches");
   Part<Real> part;
   part.tetrahedra = pad_family<Real>(storage, 3, in.tetrahedron_law, in.tetrahedra, in.tetrahedron_rest,
                                      in.tetrahedron_gradient, in.tetrahedron_lambda, in.tetrahedron_mu, m, p);
@@ -195,7 +223,7 @@ Part<Real> pad_part(std::vector<AlignedArray>& storage, const PartInput& in, int
       part.has_linear_stiffness |= square[a * p + b] != 0.0;
     }
   part.linear_stiffness = square;
-  pad_cavities(storage, in, p, part);
+  pad_volumes(storage, in, p, part);
   pad_moments(storage, in, p, part);
   pad_contacts(storage, in, p, part);
   return part;

@@ -84,7 +84,10 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
   const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory, state);
   if (!kept) {
-    element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, elements);
+    if (part.is_rubber())
+      PNEUMORPH_RUBBER_NAME(part, M, alpha, settings, static_cast<Real*>(state.springs) + mount.spring_offset, &elements);
+    else
+      element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, elements);
     ++state.tangent_total;
   }
   clock.lap(0);

@@ -24,12 +24,13 @@ STAGES = ("elements", "inertia", "factorisation", "contact_setup", "friction", "
 
 _PART_ARRAYS = (
     "tetrahedron_rest", "tetrahedron_mode_gradient", "membrane_rest", "membrane_mode_gradient",
+    "dilatation_1", "dilatation_2", "dilatation_3",
     "linear_stiffness", "cavity_volume_1", "cavity_volume_2", "cavity_volume_3",
     "first_moment", "first_moment_modes", "second_moment", "second_moment_modes",
     "second_moment_mode_pairs", "contact_points", "contact_modes",
 )  # fmt: skip
 
-_STATE = tuple(each.name for each in fields(ReducedState) if each.name not in ("springs", "memory"))
+_STATE = tuple(each.name for each in fields(ReducedState) if each.name != "memory")
 
 
 class RobotStatus(IntEnum):
@@ -64,8 +65,8 @@ class BatchedSimulator:
             thread_count: Threads to use; 0 takes every processor this process may run on.
 
         Raises:
-            ValueError: No robot, an unknown regulator, or a part of too many modes or of a law that
-                the compiled stepper does not know.
+            ValueError: No robot, an unknown regulator, or a part of too many modes, of a law that
+                the compiled stepper does not know, or that relaxes under published damping.
         """
         self.physics = physics or Physics()
         self.stepper = stepper or StepperSettings()
@@ -91,7 +92,7 @@ class BatchedSimulator:
         batch, parts = self._batch, [*self._parts, *fresh]
         if fresh or batch is None:
             batch = _engine.Batch(
-                [_part_arrays(part) for part in parts],
+                [_part_arrays(part, self.physics) for part in parts],
                 _engine_settings(self.physics, self.stepper),
                 self.stepper.element_precision == "single",
                 self.stepper.instruction_set,
@@ -199,7 +200,8 @@ class BatchedSimulator:
             name: ``position`` [mm], ``rotation``, ``velocity`` [mm/s], ``angular_velocity``
                 [rad/s] of the hub; ``modes``, ``mode_rates`` (robot, mount, mode), padded with
                 zeros; ``regulated`` [real kPa]; ``impulses`` [mN s] (robot, contact point, 3),
-                hub's points first, along z, x, y; ``active_contacts`` (points the
+                hub's points first, along z, x, y; ``springs`` (robot, mount, branch, point, 6) of
+                parts that relax, as in `ReducedState`; ``active_contacts`` (points the
                 friction was solved for), ``newton_steps``, ``sweeps``, ``contact_residual`` [mm/s]
                 of the last step; and since `clear_counters` ``step_count``, ``contact_total``,
                 ``newton_total``, ``sweep_total``, ``tangent_total`` (stiffnesses found afresh, of
@@ -213,11 +215,12 @@ class BatchedSimulator:
 
     def write(self, robot: int, name: str, values: np.ndarray) -> None:
         """Overwrite position, rotation, velocity, angular_velocity, modes (mount, padded mode),
-        mode_rates, regulated or impulses of one robot, which forgets its kept stiffnesses."""
+        mode_rates, regulated, impulses or, after the modes, springs of one robot, which forgets its
+        kept stiffnesses."""
         self._batch.write(robot, name, np.ascontiguousarray(values, dtype=float).ravel())
 
     def memory(self, robot: int) -> bytes:
-        """What one robot keeps of its last step beside what can be read: its legs' stiffness.
+        """What one robot keeps of its last step: its legs' stiffness, and springs to the last bit.
 
         With it a robot goes on to the same bits elsewhere; for simulators of this process only.
         """
@@ -235,10 +238,9 @@ class BatchedSimulator:
         """The state of one robot, with its memory."""
         hub, mounts = self.robots[robot].hub, self.robots[robot].mounts
         points = len(hub.contact_points) + sum(len(m.part.contact_points) for m in mounts)
-        own = {"modes": len(mounts), "mode_rates": len(mounts), "impulses": points}
+        own = dict.fromkeys(("modes", "mode_rates", "springs"), len(mounts)) | {"impulses": points}
         values = {name: self.read(name)[robot][: own.get(name)] for name in _STATE}
-        springs = np.zeros((len(mounts), 0, 0, 6))
-        return ReducedState(**values, springs=springs, memory=self.memory(robot))
+        return ReducedState(**values, memory=self.memory(robot))
 
     def set_state(self, robot: int, state: ReducedState) -> None:
         """Let one robot go on from a state.
@@ -285,12 +287,7 @@ class BatchedSimulator:
         return str(self._batch.instruction_set)
 
 
-def _part_arrays(part: ReducedPart) -> dict[str, object]:
-    if part.relaxation is not None or part.tetrahedron_material.dilatation == "mean":
-        raise ValueError(
-            "the compiled stepper knows neither solids that relax nor volumes of whole elements "
-            "(dilatation 'mean'); a robot of such parts walks as finite elements"
-        )
+def _part_arrays(part: ReducedPart, physics: Physics) -> dict[str, object]:
     arrays: dict[str, object] = {
         name: np.ascontiguousarray(getattr(part, name), dtype=float) for name in _PART_ARRAYS
     }
@@ -304,7 +301,29 @@ def _part_arrays(part: ReducedPart) -> dict[str, object]:
             )
         arrays[f"{name}_law"] = _engine.LAWS.index(law)
         arrays[f"{name}_lambda"], arrays[f"{name}_mu"] = elements.weighted_lame_constants
-    return arrays
+    return arrays | _rubber_arrays(part, physics)
+
+
+def _rubber_arrays(part: ReducedPart, physics: Physics) -> dict[str, object]:
+    """What parts of measured silicone have besides; as good as nothing of others."""
+    material, series = part.tetrahedron_material, part.relaxation
+    if series is not None and physics.damping != "objective":
+        raise ValueError(
+            f"physics.damping is {physics.damping!r}, expected 'objective' for a part that "
+            "relaxes: its branches damp it, and resist no turn of the whole"
+        )
+    if material.law == "corotational" and (series is not None or len(part.dilatation_1) > 0):
+        raise ValueError(
+            "the solid's law is 'corotational', expected one of large strain, such as 'yeoh', for "
+            "a part that relaxes or has volumes of whole elements"
+        )
+    return {
+        "yeoh_c2_over_c1": material.yeoh_c2_over_c1,
+        "yeoh_c3_over_c1": material.yeoh_c3_over_c1,
+        "dilatation_lambda": material.lame_lambda,
+        "branch_ratio": np.zeros(0) if series is None else series.branch_ratios,
+        "branch_time": np.ascontiguousarray(part.relaxation_time, dtype=float),
+    }
 
 
 def _contact_friction(robot: Robot, physics: Physics) -> np.ndarray:

@@ -60,7 +60,19 @@ def test_bad_robots_and_settings_are_refused():
         StepperSettings(contact_sweeps=0)
 
 
-def test_a_part_of_measured_silicone_is_refused_by_name():
-    robot = Robot(HUB, (Mount(rubber_reduced_part(3, order="linear", pressures=2), POSE, (1,)),))
-    with pytest.raises(ValueError, match="knows neither solids that relax nor volumes of whole"):
-        BatchedSimulator([robot], PHYSICS, STEPPER, 1)
+def test_parts_that_relax_are_refused_where_nothing_is_known_of_them():
+    part = rubber_reduced_part(3, order="linear", pressures=2)
+    published = replace(PHYSICS, damping="published")
+    with pytest.raises(ValueError, match="expected 'objective' for a part that"):
+        BatchedSimulator([Robot(HUB, (Mount(part, POSE, (1,)),))], published, STEPPER, 1)
+    series = {"relaxation_weight": np.array([0.1]), "relaxation_time": np.array([0.5])}
+    other = replace(PART, **series)
+    objective = replace(PHYSICS, damping="objective")
+    with pytest.raises(
+        ValueError, match="the solid's law is 'corotational', expected one of large"
+    ):
+        BatchedSimulator([Robot(HUB, (Mount(other, POSE, (1,)),))], objective, STEPPER, 1)
+    nine = {name: np.full(9, value[0] / 9.0) for name, value in series.items()}
+    many = replace(part, **nine)
+    with pytest.raises(ValueError, match="a part has 9 branches, at most 8 are supported"):
+        BatchedSimulator([Robot(HUB, (Mount(many, POSE, (1,)),))], objective, STEPPER, 1)

@@ -1,0 +1,158 @@
+// Elements of measured silicone: Yeoh's law, branches that relax, and volumes of whole elements. Equations (14) to (16),
+// (36) and (37) of docs/physics.md; pneumorph/reduction/mixed_dilatation.py and sampled_branches.py are the same in NumPy.
+//
+// A spring has Q of the strain at each sampled point. What a step keeps of it is left over from the step's start,
+//   left = e^-a Q - c E,   so that Q' = left + c E'   with the strain E' that the next step finds in any case:
+// six numbers a branch and point, no deformation gradient beside that of the elastic forces.
+//
+// Compiled beside the stepper and not in it: what the compiler fuses there stays as it is.
+#pragma once
+#include "leg_system.hpp"
+#include "yeoh.hpp"
+
+namespace pneumorph {
+namespace PNEUMORPH_INSTRUCTION_SET {
+
+// Branches over one step.
+template <class Real>
+struct StepBranches {
+  int count = 0;
+  Real gain[kMaximumBranches], decay[kMaximumBranches];  // c and e^-a
+  Real stress[kMaximumBranches];                         // 2 k e^-a: second stress over mu of a spring at the step's start
+  Real resistance = 0;  // stiffness over that of the shear modulus, as the step scales the latter
+
+  StepBranches(const Part<Real>& part, const Settings& settings) : count(part.branch_count) {
+    double sum = 0;
+    for (int b = 0; b < count; ++b) {
+      const double a = settings.time_step / part.branch_time[b], c = -std::expm1(-a) / a;
+      gain[b] = Real(c);
+      decay[b] = Real(std::exp(-a));
+      stress[b] = Real(2 * part.branch_ratio[b] * std::exp(-a));
+      sum += c * part.branch_ratio[b];
+    }
+    resistance = Real(sum * settings.time_step / (settings.time_step + settings.stiffness_damping));
+  }
+};
+
+// Adds the branches' stress, over mu, to p, and takes their springs to the step's end; `left`: (branch, 6, kLane).
+template <class Real, class V>
+inline void relax(const StepBranches<Real>& branches, const V f[9], Real* left, V p[9]) {
+  using L = RegisterLanes<Real>;
+  constexpr int kFirst[6] = {0, 1, 2, 0, 0, 1}, kSecond[6] = {0, 1, 2, 1, 2, 2};
+  V strain[6], stress[6];
+  for (int i = 0; i < 6; ++i) {
+    const int a = kFirst[i], b = kSecond[i];
+    strain[i] = Real(0.5) * (f[a] * f[b] + f[3 + a] * f[3 + b] + f[6 + a] * f[6 + b] - Real(a == b));
+    stress[i] = V{};
+  }
+  for (int branch = 0; branch < branches.count; ++branch)
+    for (int i = 0; i < 6; ++i) {
+      Real* at = left + (branch * 6 + i) * kLane;
+      const V moved = branches.gain[branch] * strain[i], spring = L::load(at) + moved;
+      stress[i] += branches.stress[branch] * spring;
+      L::store(at, branches.decay[branch] * spring - moved);
+    }
+  constexpr int kEntry[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+  for (int k = 0; k < 3; ++k)
+    for (int b = 0; b < 3; ++b)
+      for (int a = 0; a < 3; ++a) p[3 * k + b] += f[3 * k + a] * stress[kEntry[a][b]];
+}
+
+// As deform_hyperelastic_block, with branches.
+template <bool Published, class Law, class Real>
+__attribute__((noinline)) void deform_rubber_block(const ElementFamily<Real>& family, const Law& law,
+                                                   const StepBranches<Real>& branches, Real* left, int number, int modes,
+                                                   const Real* alpha, HyperelasticBlock<3, Published, Real>& block,
+                                                   typename RegisterLanes<Real>::type turn_turn[6]) {
+  using L = RegisterLanes<Real>;
+  using V = typename L::type;
+  for (int lane = 0; lane < kLane; lane += L::count) {
+    V f[9], p[9];
+    deformation_gradient<3, Real>(family, number, lane, modes, alpha, f);
+    const V mu = L::load(family.mu + number * kLane + lane);
+    law.stress(f, p);
+    if (branches.count > 0) relax<Real>(branches, f, left + long(number) * branches.count * 6 * kLane + lane, p);
+    for (int row = 0; row < 9; ++row) L::store(&block.stress[0][row][lane], mu * p[row]);
+    if constexpr (Published) {
+      store_published_factor<3, Law, Real>(law, f, mu, lane, block, turn_turn);
+    } else {
+      const Real stiffer = 1 + branches.resistance;
+      store_objective_factor<3, Real>(f, family.lambda_over_mu / stiffer, stiffer * mu, lane, block);
+    }
+  }
+}
+
+template <int M, bool Published, class Law, class Real>
+inline void add_rubber(const Part<Real>& part, const Law& law, const StepBranches<Real>& branches, Real* left,
+                       const Real* alpha, Real (*work)[M], ElementSystem<M, Real>& system) {
+  const auto deform = [&](int number, HyperelasticBlock<3, Published, Real>& block, auto* turns) {
+    deform_rubber_block<Published, Law, Real>(part.tetrahedra, law, branches, left, number, M, alpha, block, turns);
+  };
+  add_blocks<M, 3, Published, Real>(part.tetrahedra, deform, work, system.stiffness, system.turn_turn_stiffness);
+}
+
+template <int M, bool Published, class Real>
+inline void add_rubber_of_law(const Part<Real>& part, const StepBranches<Real>& branches, Real* left, const Real* alpha,
+                              Real (*work)[M], ElementSystem<M, Real>& system) {
+  const Real ratio = part.tetrahedra.lambda_over_mu;
+  if (part.tetrahedra.law == kYeoh)
+    add_rubber<M, Published>(part, Yeoh<Real>{part.yeoh_c2, part.yeoh_c3, ratio + Real(2.0 / 3)}, branches, left, alpha,
+                             work, system);
+  else if (part.tetrahedra.law == kStableNeoHookean)
+    add_rubber<M, Published>(part, StableNeoHookean<3, Real>(ratio), branches, left, alpha, work, system);
+  else
+    add_rubber<M, Published>(part, StVenantKirchhoff<3, Real>(ratio), branches, left, alpha, work, system);
+}
+
+// Changes of volume c, cubic polynomials of the modes: the force -lambda c dc and the stiffness lambda dc (x) dc.
+template <int M, class Real>
+void add_dilatation(const Part<Real>& part, const double* alpha, Real work[M], Real stiffness[M][M]) {
+  constexpr int kPairs = pair_count(M);
+  alignas(64) double pairs[kPairs];  // alpha_b alpha_c
+  for (int i = kPairs - 16; i < kPairs; ++i) pairs[i] = 0;
+  for (int b = 0; b < M; ++b)
+    for (int c = b; c < M; ++c) pairs[pair_index(b, c, M)] = alpha[b] * alpha[c];
+  alignas(64) Real rows[kMaximumPressures][kRowStride<M>];
+  const double root = std::sqrt(part.dilatation_lambda);
+  for (int k = 0; k < part.pressure_count; ++k) {
+    alignas(64) double second[M];
+    alignas(64) Real third[M];
+    const double* first = part.dilatation_1 + k * M;
+    add_products<M, double>(alpha, part.dilatation_2 + long(k) * M * M, M, second);
+    add_products<M, Real>(pairs, part.dilatation_3 + long(k) * kPairs * M, kPairs, third);
+    double change = 0;
+    for (int a = 0; a < M; ++a) change += alpha[a] * (first[a] + 0.5 * second[a] + double(third[a]) / 3);
+    const Real pressure = Real(root * change);
+    for (int a = 0; a < M; ++a) {
+      rows[k][a] = Real(root * (first[a] + second[a] + double(third[a])));
+      work[a] += pressure * rows[k][a];
+    }
+  }
+  add_outer_products<true, M>(rows, part.pressure_count, stiffness);
+}
+
+// Forces and stiffness of a part, as element_system of elements.hpp has them; `left`: (block, branch, 6, kLane).
+template <int M, class Real>
+void rubber_system(const Part<Real>& part, const double* alpha, const Settings& settings, Real* left,
+                   ElementSystem<M, Real>& system) {
+  __builtin_memset(&system, 0, sizeof(system));
+  alignas(64) Real coordinates[M], work[4][M] = {};
+  for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
+  const StepBranches<Real> branches(part, settings);
+  const bool edges = settings.edge_rotations != 0;
+  if (settings.published_damping) {
+    add_rubber_of_law<M, true>(part, branches, left, coordinates, work, system);
+    add_elements<M, 2, 4, Real>(part.membranes, coordinates, edges, work, system);
+  } else {
+    add_rubber_of_law<M, false>(part, branches, left, coordinates, work, system);
+    add_elements<M, 2, 1, Real>(part.membranes, coordinates, edges, work, system);
+  }
+  if (part.pressure_count > 0) add_dilatation<M, Real>(part, alpha, work[0], system.stiffness);
+  for (int a = 0; a < M; ++a) {
+    system.force[a] = -work[0][a];
+    for (int axis = 0; axis < 3; ++axis) system.turn_stiffness[axis][a] = work[1 + axis][a];
+  }
+}
+
+}  // namespace PNEUMORPH_INSTRUCTION_SET
+}  // namespace pneumorph
