@@ -244,16 +244,25 @@ void Batch::set_memory(int robot, const std::string& memory) {
   memory.copy(static_cast<char*>(state.springs), spring_bytes_[robot], of_mounts);
 }
 
+template <class Use>
+void Batch::for_springs_of(int robot, const Use& use) const {
+  const auto of = [&](const auto& parts) {
+    for_springs(parts, robots_.at(robot), states_[robot], settings_.time_step, padded_, spring_branches_, spring_points_, use);
+  };
+  if (single_precision_)
+    of(parts_single_);
+  else
+    of(parts_double_);
+}
+
 void Batch::read_springs(int robot, double* springs) const {
   const auto read = [&](auto& left, double moved, size_t at) { springs[at] = double(left) + moved; };
-  if (single_precision_) for_springs(parts_single_, robots_[robot], states_[robot], settings_.time_step, padded_, spring_branches_, spring_points_, read);
-  else for_springs(parts_double_, robots_[robot], states_[robot], settings_.time_step, padded_, spring_branches_, spring_points_, read);
+  for_springs_of(robot, read);
 }
 
 void Batch::write_springs(int robot, const double* springs) {
   const auto write = [&](auto& left, double moved, size_t at) { left = std::decay_t<decltype(left)>(springs[at] - moved); };
-  if (single_precision_) for_springs(parts_single_, robots_[robot], states_[robot], settings_.time_step, padded_, spring_branches_, spring_points_, write);
-  else for_springs(parts_double_, robots_[robot], states_[robot], settings_.time_step, padded_, spring_branches_, spring_points_, write);
+  for_springs_of(robot, write);
 }
 
 void Batch::advance(const double* command, long long steps, const unsigned char* active, int threads, bool profile) {

@@ -59,6 +59,8 @@ class Batch {
   void set_memory(int robot, const std::string& memory);
 
  private:
+  template <class Use>
+  void for_springs_of(int robot, const Use& use) const;
   void check_mounts(const std::vector<MountInput>& mounts) const;
   static void check_friction(const std::vector<double>& friction, size_t points);
 

@@ -15,6 +15,10 @@
 #include "outer_products.hpp"
 #include "principal_stretches.hpp"
 
+// Parts of a function that stand alone to be read, or for another function to have them too: in the compiler's eyes always
+// one with it, so that it inlines and fuses as if they were written there.
+#define PNEUMORPH_INLINE __attribute__((always_inline)) inline
+
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
@@ -213,7 +217,7 @@ struct HyperelasticBlock {
 
 // Deformation gradient of the elements from `lane` of a block on; `modes` of them count.
 template <int D, class Real>
-inline void deformation_gradient(const ElementFamily<Real>& family, int number, int lane, int modes, const Real* alpha,
+PNEUMORPH_INLINE void deformation_gradient(const ElementFamily<Real>& family, int number, int lane, int modes, const Real* alpha,
                                  typename RegisterLanes<Real>::type f[3 * D]) {
   using L = RegisterLanes<Real>;
   constexpr int kRows = 3 * D;
@@ -225,7 +229,7 @@ inline void deformation_gradient(const ElementFamily<Real>& family, int number, 
 
 // Factor of dP/dF of a law, and what turns change of the stress, into the lanes from `lane` on.
 template <int D, class Law, class Real>
-inline void store_published_factor(const Law& law, const typename RegisterLanes<Real>::type f[3 * D],
+PNEUMORPH_INLINE void store_published_factor(const Law& law, const typename RegisterLanes<Real>::type f[3 * D],
                                    typename RegisterLanes<Real>::type mu, int lane,
                                    HyperelasticBlock<D, true, Real>& block,
                                    typename RegisterLanes<Real>::type turn_turn[6]) {
@@ -259,7 +263,7 @@ inline void store_published_factor(const Law& law, const typename RegisterLanes<
 
 // Factor of the rate of Green's strain in Hooke's law with lambda = `ratio` mu, likewise.
 template <int D, class Real>
-inline void store_objective_factor(const typename RegisterLanes<Real>::type f[3 * D], Real ratio,
+PNEUMORPH_INLINE void store_objective_factor(const typename RegisterLanes<Real>::type f[3 * D], Real ratio,
                                    typename RegisterLanes<Real>::type mu, int lane,
                                    HyperelasticBlock<D, false, Real>& block) {
   using L = RegisterLanes<Real>;
@@ -322,7 +326,7 @@ inline void hyperelastic_rows(const Real* gradient, const HyperelasticBlock<D, P
 
 // Adds the contribution of a family whose blocks `deform` sets up; `turn_turn` is row by row.
 template <int M, int D, bool Published, class Real, class Deform>
-inline void add_blocks(const ElementFamily<Real>& family, const Deform& deform, Real (*work)[M], Real stiffness[M][M],
+PNEUMORPH_INLINE void add_blocks(const ElementFamily<Real>& family, const Deform& deform, Real (*work)[M], Real stiffness[M][M],
                        Real turn_turn[9]) {
   using V = typename RegisterLanes<Real>::type;
   using Block = HyperelasticBlock<D, Published, Real>;
@@ -349,7 +353,7 @@ template <int M, int D, bool Published, class Real>
 void add_hyperelastic(const ElementFamily<Real>& family, const Real* alpha, Real (*work)[M], Real stiffness[M][M],
                       Real turn_turn[9]) {
   using Block = HyperelasticBlock<D, Published, Real>;
-  const auto deform = [&](int number, Block& block, auto* turns) {
+  const auto deform = [&](int number, Block& block, auto* turns) __attribute__((always_inline)) {
     if (family.law == kStableNeoHookean)
       deform_hyperelastic_block<D, Published, StableNeoHookean<D, Real>>(family, number, M, alpha, block, turns);
     else

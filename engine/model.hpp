@@ -161,14 +161,22 @@ struct StageSeconds {
 };
 
 // Forces and stiffness of a part of measured silicone into an ElementSystem of `modes`; `left` are its springs. One pair
-// per instruction set.
-#define PNEUMORPH_DECLARE_RUBBER(name)                                                                              \
-  void name(const Part<float>& part, int modes, const double* alpha, const Settings& settings, float* left, void* system); \
-  void name(const Part<double>& part, int modes, const double* alpha, const Settings& settings, double* left, void* system);
+// per instruction set. In the stepper's eyes seldom called, so that it inlines and fuses there what it did without the call.
+#if defined(PNEUMORPH_KERNEL_NAME)
+#define PNEUMORPH_SELDOM __attribute__((cold))
+#else
+#define PNEUMORPH_SELDOM
+#endif
+#define PNEUMORPH_DECLARE_RUBBER(name)                                                                                       \
+  PNEUMORPH_SELDOM void name(const Part<float>& part, int modes, const double* alpha, const Settings& settings, float* left, \
+                             void* system);                                                                                  \
+  PNEUMORPH_SELDOM void name(const Part<double>& part, int modes, const double* alpha, const Settings& settings,             \
+                             double* left, void* system);
 PNEUMORPH_DECLARE_RUBBER(rubber_baseline)
 PNEUMORPH_DECLARE_RUBBER(rubber_avx2)
 PNEUMORPH_DECLARE_RUBBER(rubber_avx512)
 #undef PNEUMORPH_DECLARE_RUBBER
+#undef PNEUMORPH_SELDOM
 
 // Bytes of scratch one thread needs, and the stepping of one robot; one pair per instruction set,
 // mode count and precision.

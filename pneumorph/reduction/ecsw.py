@@ -111,7 +111,7 @@ def ecsw(
     if len(states) == 0:
         raise ValueError("states must hold at least one training state, got none")
     training = TrainingRows.build(
-        groups, modes, mirror_nodes, rotation, linear_stiffness, dilatation
+        groups, modes, mirror_nodes, rotation, linear_stiffness, dilatation, relaxing
     )
     # Evenly spread over the states, which are ordered by protocol and load.
     spread = np.linspace(0, len(states) - 1, max(settings.stiffness_state_count, 1))
@@ -127,10 +127,9 @@ def ecsw(
     block: list[np.ndarray] = []
     for number, state in enumerate(states):
         forces, stiffness = training.rows(state, scales, with_stiffness=number in stiffness_states)
-        block.append(forces / max(_size(forces), scales.force_floor))
-        if relaxing:
-            branches = training.relaxing_rows(state)
-            block.append(branches / max(_size(branches), scales.force_floor))
+        for each in np.split(forces, [len(state) + 3]):  # of the branches the second, if any
+            if len(each) > 0:
+                block.append(each / max(_size(each), scales.force_floor))
         if stiffness is not None:
             block.append(stiffness * (stiffness_scale / _size(stiffness)))
         if sum(map(len, block)) > _BLOCK_ROWS or number == len(states) - 1:
@@ -176,6 +175,8 @@ class TrainingRows:
     """Besides the elements', (mode, mode)."""
     dilatation: MixedDilatation | None
     """Besides the elements', as the state has it."""
+    relaxing: bool
+    """Whether the first group, the solid, has branches."""
 
     @classmethod
     def build(
@@ -186,6 +187,7 @@ class TrainingRows:
         rotation: Rotation,
         linear_stiffness: np.ndarray | None = None,
         dilatation: MixedDilatation | None = None,
+        relaxing: bool = False,
     ) -> TrainingRows:
         """Prepare the elements of all groups and number their columns."""
         owner, offset = [], 0
@@ -204,7 +206,7 @@ class TrainingRows:
         elements = tuple(sample_elements(group, modes) for group in groups)
         if linear_stiffness is None:
             linear_stiffness = np.zeros((modes.shape[2], modes.shape[2]))
-        return cls(elements, columns, rotation, linear_stiffness, dilatation)
+        return cls(elements, columns, rotation, linear_stiffness, dilatation, relaxing)
 
     @property
     def column_count(self) -> int:
@@ -228,13 +230,20 @@ class TrainingRows:
     def rows(
         self, state: np.ndarray, scales: RowScales, *, with_stiffness: bool
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Scaled force and moment (mode + 3, column), and stiffness entries (pair, column)."""
+        """Scaled forces and moment, and stiffness entries (pair, column).
+
+        Forces are those of the elastic stress and the moment, (mode + 3, column), and below them of
+        the branches if they had the whole strain, (mode, column), where the solid has any.
+        """
         mode_count = len(state)
         forces, pairs = self._contributions(state)
         inverse = np.zeros((mode_count + 3, mode_count + 3))
         inverse[:mode_count, :mode_count] = self._inverse_factor(state, pairs)
         inverse[mode_count:, mode_count:] = np.eye(3) / scales.rotation
         force_rows = (inverse @ forces) @ self.columns
+        if self.relaxing:
+            scaled = inverse[:mode_count, :mode_count] @ self._relaxing_forces(state)
+            force_rows = np.concatenate([force_rows, scaled @ self.columns])
         if not with_stiffness:
             return force_rows, None
         first, second = np.triu_indices(mode_count + 3)
@@ -247,17 +256,15 @@ class TrainingRows:
         rows[first != second] *= 2**0.5  # an off-diagonal entry stands for two
         return force_rows, rows @ self.columns
 
-    def relaxing_rows(self, state: np.ndarray) -> np.ndarray:
-        """Scaled force of springs that have the whole strain of the solid, (mode, column)."""
-        _, pairs = self._contributions(state)
+    def _relaxing_forces(self, state: np.ndarray) -> np.ndarray:
+        """Force of springs that have the whole strain of the solid, (mode, element)."""
         solid = self.elements[0]
         gradient = solid.gradients(state)
         strain = 0.5 * (np.swapaxes(gradient, 1, 2) @ gradient - np.eye(3))
         stress = 2.0 * solid.weighted_lame_constants[1][:, None, None] * (gradient @ strain)
         forces = np.zeros((len(state), self.columns.shape[0]))
         forces[:, : len(stress)] = -np.einsum("pia,piam->mp", stress, solid.mode_gradient)
-        rows: np.ndarray = (self._inverse_factor(state, pairs) @ forces) @ self.columns
-        return rows
+        return forces
 
     def _inverse_factor(
         self, state: np.ndarray, pairs: list[tuple[np.ndarray, np.ndarray]]
