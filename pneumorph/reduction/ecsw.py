@@ -37,9 +37,9 @@ import scipy.sparse as sparse
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive, Share
 from pneumorph.fem.element_group import ElementGroup
-from pneumorph.fem.quadrature import quadrature
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.assemble import Cubature, sample_elements
+from pneumorph.reduction.mirror_pairs import shared_columns
 from pneumorph.reduction.mixed_dilatation import MixedDilatation
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.sparse_nnls import NormalEquations, sparse_nnls
@@ -302,44 +302,3 @@ class TrainingRows:
             forces.append(-(stress.reshape(len(stress), 1, -1) @ fields)[:, 0].T)
             pairs.append((fields, elements.published_tangent(gradient, self.rotation)))
         return np.concatenate(forces, axis=1), pairs
-
-
-def shared_columns(group: ElementGroup, mirror_nodes: np.ndarray) -> np.ndarray:
-    """Number the mirror pairs of integration points: points with equal numbers share one weight.
-
-    A point is known by its element's corners and its barycentric coordinates at each.
-
-    Args:
-        group: The points.
-        mirror_nodes: Mirror image of each node, (node,).
-
-    Raises:
-        ValueError: The mirror image of an element is not in the mesh.
-    """
-    corners = group.connectivity[:, : group.dimension + 1]
-    rule = quadrature(group.dimension, group.connectivity.shape[1])
-    # The coordinates of the rules differ by far more than a thousandth.
-    coordinates = np.round(1e3 * rule.barycentric).astype(int)
-    coordinates = np.tile(coordinates, (len(corners) // len(coordinates), 1))
-    own, image = (
-        _point_names(corners, coordinates),
-        _point_names(mirror_nodes[corners], coordinates),
-    )
-    position = {name: number for number, name in enumerate(own)}
-    partner = np.array([position.get(name, -1) for name in image])
-    if np.any(partner < 0):
-        lonely = int(np.flatnonzero(partner < 0)[0]) // group.points_per_element
-        raise ValueError(
-            f"mirror_nodes must map elements onto elements, but the image of element {lonely} "
-            "is not in the mesh; the mesh is not symmetric under y -> -y"
-        )
-    _, column = np.unique(np.minimum(partner, np.arange(len(partner))), return_inverse=True)
-    return column
-
-
-def _point_names(corners: np.ndarray, coordinates: np.ndarray) -> list[tuple[int, ...]]:
-    # Corners in ascending order with the point's coordinates at each.
-    order = np.argsort(corners, axis=1)
-    sorted_corners = np.take_along_axis(corners, order, axis=1)
-    sorted_coordinates = np.take_along_axis(coordinates, order, axis=1)
-    return [tuple(row) for row in np.hstack([sorted_corners, sorted_coordinates]).tolist()]

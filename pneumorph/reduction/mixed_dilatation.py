@@ -121,28 +121,6 @@ def pressure_fields(
     return fields
 
 
-def mirror_elements(group: VolumeGroup, mirror_nodes: np.ndarray) -> np.ndarray:
-    """Mirror image of each element, (element,).
-
-    Args:
-        group: The elements.
-        mirror_nodes: Mirror image of each node, (node,).
-
-    Raises:
-        ValueError: The mirror image of an element is not in the mesh.
-    """
-    corners = group.connectivity[:, :4]
-    names = np.sort(corners, axis=1), np.sort(mirror_nodes[corners], axis=1)
-    own, image = ([tuple(row) for row in each.tolist()] for each in names)
-    number = {name: place for place, name in enumerate(own)}
-    if not number.keys() >= set(image):
-        raise ValueError(
-            "mirror_nodes must map elements onto elements, but the image of one is not in the "
-            "mesh; the mesh is not symmetric under y -> -y"
-        )
-    return np.array([number[name] for name in image])
-
-
 def every_element(group: VolumeGroup) -> np.ndarray:
     """A field for each element alone: the unreduced pressure, (element, element)."""
     return np.diag(1.0 / np.sqrt(group.rest_volume))

@@ -19,7 +19,8 @@ from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.ecsw import EcswSettings, ecsw
 from pneumorph.reduction.errors import ReducedBend, force_errors, node_errors_mm, reduced_bend
 from pneumorph.reduction.incremental_pod import IncrementalPod
-from pneumorph.reduction.mixed_dilatation import mirror_elements, pressure_fields
+from pneumorph.reduction.mirror_pairs import mirror_elements
+from pneumorph.reduction.mixed_dilatation import pressure_fields
 from pneumorph.reduction.pod import Pod, joint_pod
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshots import SnapshotSet

@@ -7,7 +7,8 @@ import pytest
 from helpers.synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.reduction.assemble import Cubature, assemble_reduced_part
-from pneumorph.reduction.ecsw import EcswSettings, TrainingRows, ecsw, shared_columns
+from pneumorph.reduction.ecsw import EcswSettings, TrainingRows, ecsw
+from pneumorph.reduction.mirror_pairs import shared_columns
 from pneumorph.reduction.pod import MIRROR
 
 PART = synthetic_part((6, 4, 4))

@@ -21,9 +21,9 @@ from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.ecsw import EcswSettings, ecsw
+from pneumorph.reduction.mirror_pairs import mirror_elements
 from pneumorph.reduction.mixed_dilatation import (
     every_element,
-    mirror_elements,
     mixed_dilatation,
     pressure_fields,
 )

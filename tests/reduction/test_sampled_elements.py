@@ -15,7 +15,8 @@ from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.pose import rotation_about
 from pneumorph.reduction.assemble import Cubature, assemble_reduced_part
-from pneumorph.reduction.ecsw import EcswSettings, ecsw, shared_columns
+from pneumorph.reduction.ecsw import EcswSettings, ecsw
+from pneumorph.reduction.mirror_pairs import shared_columns
 
 CELLS = (4, 4, 4)
 MODE_COUNT = 5
