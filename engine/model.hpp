@@ -160,18 +160,19 @@ struct StageSeconds {
   double seconds[kStageCount];
 };
 
-// Forces and stiffness of a part of measured silicone into an ElementSystem of `modes`; `left` are its springs. One pair
-// per instruction set. In the stepper's eyes seldom called, so that it inlines and fuses there what it did without the call.
+// Mounted part k of measured silicone in a step (rubber.cpp), with `modes` padded modes; false if its system is not definite.
+// One pair per instruction set. In the stepper's eyes seldom called, so that it inlines and fuses there what it does
+// without the call.
 #if defined(PNEUMORPH_KERNEL_NAME)
 #define PNEUMORPH_SELDOM __attribute__((cold))
 #else
 #define PNEUMORPH_SELDOM
 #endif
-#define PNEUMORPH_DECLARE_RUBBER(name)                                                                                       \
-  PNEUMORPH_SELDOM void name(const Part<float>& part, int modes, const double* alpha, const Settings& settings, float* left, \
-                             void* system);                                                                                  \
-  PNEUMORPH_SELDOM void name(const Part<double>& part, int modes, const double* alpha, const Settings& settings,             \
-                             double* left, void* system);
+#define PNEUMORPH_DECLARE_RUBBER(name)                                                                                \
+  PNEUMORPH_SELDOM bool name(int modes, const Part<float>* parts, const RobotModel& robot, int k,                     \
+                             const Settings& settings, RobotState& state, void* work, void* clock);                   \
+  PNEUMORPH_SELDOM bool name(int modes, const Part<double>* parts, const RobotModel& robot, int k,                    \
+                             const Settings& settings, RobotState& state, void* work, void* clock);
 PNEUMORPH_DECLARE_RUBBER(rubber_baseline)
 PNEUMORPH_DECLARE_RUBBER(rubber_avx2)
 PNEUMORPH_DECLARE_RUBBER(rubber_avx512)

@@ -1,29 +1,38 @@
-// Forces and stiffness of parts of measured silicone, for each number of modes and precision; once per instruction set, in
-// a namespace of its own, so that the stepper's own copies of the same templates stay the stepper's.
-#include "rubber.hpp"
+// Mounted parts of measured silicone in a step, for each number of modes and precision. Once per instruction set, in a
+// namespace of its own, so that the stepper's copies of the same templates stay the stepper's: what a compiler inlines and
+// fuses there depends on what else is there.
+#include "add_part.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
+template <int M, class Real>
+bool add_rubber_part(const Part<Real>* parts, const RobotModel& robot, int k, const Settings& settings, RobotState& state,
+                     void* work, void* clock) {
+  // The same structures as the stepper's, of this namespace.
+  return add_part<M, Real>(parts, robot, k, settings, state, *static_cast<Workspace<M, Real>*>(work),
+                           *static_cast<Clock*>(clock));
+}
+
 template <class Real>
-void rubber_system_of(const Part<Real>& part, int modes, const double* alpha, const Settings& settings, Real* left,
-                      void* system) {
-  if (modes == 8) rubber_system<8, Real>(part, alpha, settings, left, *static_cast<ElementSystem<8, Real>*>(system));
-  if (modes == 16) rubber_system<16, Real>(part, alpha, settings, left, *static_cast<ElementSystem<16, Real>*>(system));
-  if (modes == 24) rubber_system<24, Real>(part, alpha, settings, left, *static_cast<ElementSystem<24, Real>*>(system));
-  if (modes == 32) rubber_system<32, Real>(part, alpha, settings, left, *static_cast<ElementSystem<32, Real>*>(system));
+bool add_rubber_part_of(int modes, const Part<Real>* parts, const RobotModel& robot, int k, const Settings& settings,
+                        RobotState& state, void* work, void* clock) {
+  if (modes == 8) return add_rubber_part<8, Real>(parts, robot, k, settings, state, work, clock);
+  if (modes == 16) return add_rubber_part<16, Real>(parts, robot, k, settings, state, work, clock);
+  if (modes == 24) return add_rubber_part<24, Real>(parts, robot, k, settings, state, work, clock);
+  return add_rubber_part<32, Real>(parts, robot, k, settings, state, work, clock);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET
 
-void PNEUMORPH_RUBBER_NAME(const Part<float>& part, int modes, const double* alpha, const Settings& settings, float* left,
-                           void* system) {
-  PNEUMORPH_INSTRUCTION_SET::rubber_system_of(part, modes, alpha, settings, left, system);
+bool PNEUMORPH_RUBBER_NAME(int modes, const Part<float>* parts, const RobotModel& robot, int k, const Settings& settings,
+                           RobotState& state, void* work, void* clock) {
+  return PNEUMORPH_INSTRUCTION_SET::add_rubber_part_of(modes, parts, robot, k, settings, state, work, clock);
 }
 
-void PNEUMORPH_RUBBER_NAME(const Part<double>& part, int modes, const double* alpha, const Settings& settings, double* left,
-                           void* system) {
-  PNEUMORPH_INSTRUCTION_SET::rubber_system_of(part, modes, alpha, settings, left, system);
+bool PNEUMORPH_RUBBER_NAME(int modes, const Part<double>* parts, const RobotModel& robot, int k, const Settings& settings,
+                           RobotState& state, void* work, void* clock) {
+  return PNEUMORPH_INSTRUCTION_SET::add_rubber_part_of(modes, parts, robot, k, settings, state, work, clock);
 }
 
 }  // namespace pneumorph

@@ -3,6 +3,7 @@
 //
 // Compiled once per instruction set (PNEUMORPH_INSTRUCTION_SET names the copy). The system is a block
 // arrow: modal blocks D_k of the mounted parts, and a hub block of six unknowns.
+#include "add_part.hpp"
 #include "contact_solve.hpp"
 #include "regulators.hpp"
 
@@ -39,75 +40,6 @@ inline void begin_hub(const RobotModel& robot, const Settings& settings, const R
     }
   }
   add_rigid_velocity_products(hub.velocity + 3, first, robot.hub_second_moment, h, hub.right);
-}
-
-// Sets up mounted part k, eliminates its modes and adds what is left to the hub's system.
-template <int M, class Real>
-bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Settings& settings,
-              RobotState& state, Workspace<M, Real>& work, Clock& clock) {
-  HubSystem& hub = work.hub;
-  const Mount& mount = robot.mounts[k];
-  const Part<Real>& part = parts[mount.part];
-  const double* alpha = state.modes + k * M;
-  const double* rates = state.mode_rates + k * M;
-  MountMemory<M, Real>& memory = work.mounts[k];
-  ElementSystem<M, Real>& elements = memory.elements;
-  LegSystem<M>& leg = memory.leg;
-  double* transform = work.views[k].transform;
-  // V_part = R^T (V + W x t), W_part = R^T W.
-  const double* t = mount.translation;
-  for (int i = 0; i < 3; ++i) {
-    const double axis[3] = {mount.rotation[i], mount.rotation[3 + i], mount.rotation[6 + i]};
-    double lever[3];
-    cross(t, axis, lever);
-    for (int j = 0; j < 3; ++j) {
-      transform[6 * i + j] = axis[j];
-      transform[6 * i + 3 + j] = lever[j];
-      transform[6 * (3 + i) + j] = 0;
-      transform[6 * (3 + i) + 3 + j] = axis[j];
-    }
-  }
-  double part_velocity[6], part_gravity[3], part_pressure[kMaximumRegulators];
-  for (int i = 0; i < 6; ++i) {
-    part_velocity[i] = 0;
-    for (int j = 0; j < 6; ++j) part_velocity[i] += transform[6 * i + j] * hub.velocity[j];
-  }
-  multiply_transposed(mount.rotation, hub.gravity, part_gravity);
-  // The part's origin turns about the hub's: its centrifugal acceleration acts like gravity.
-  double circle[9], origin[3], inward[3];
-  centrifugal_matrix(part_velocity + 3, circle);
-  multiply_transposed(mount.rotation, t, origin);
-  multiply(circle, origin, inward);
-  for (int i = 0; i < 3; ++i) part_gravity[i] -= inward[i];
-  for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
-
-  if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
-  const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory, state);
-  if (!kept) {
-    if (part.is_rubber())
-      PNEUMORPH_RUBBER_NAME(part, M, alpha, settings, static_cast<Real*>(state.springs) + mount.spring_offset, &elements);
-    else
-      element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, elements);
-    ++state.tangent_total;
-  }
-  clock.lap(0);
-  add_inertia_and_loads<M, Real>(part, alpha, rates, part_velocity, part_gravity, part_pressure, settings, leg);
-  clock.lap(1);
-  if (!kept && !factor_modes<M, Real>(part, elements, settings, leg)) return false;
-  eliminate_modes<M, Real>(part, alpha, elements, settings, leg);
-  double half[36];
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) {
-      half[6 * i + j] = 0;
-      for (int l = 0; l < 6; ++l) half[6 * i + j] += leg.hub[6 * i + l] * transform[6 * l + j];
-    }
-  for (int i = 0; i < 6; ++i) {
-    for (int l = 0; l < 6; ++l) hub.right[i] += transform[6 * l + i] * leg.right_hub[l];
-    for (int j = 0; j < 6; ++j)
-      for (int l = 0; l < 6; ++l) hub.matrix[6 * i + j] += transform[6 * l + i] * half[6 * l + j];
-  }
-  clock.lap(2);
-  return true;
 }
 
 // Factors the hub's system and finds its motion if nothing touched.
@@ -235,7 +167,10 @@ Status step_robot(const Part<Real>* parts, const RobotModel& robot, const Settin
   regulate(robot, settings, command, state, work);
   begin_hub(robot, settings, state, work.hub);
   for (int k = 0; k < robot.mount_count; ++k)
-    if (!add_part(parts, robot, k, settings, state, work, clock)) return kSingular;
+    if (!(parts[robot.mounts[k].part].is_rubber()
+              ? PNEUMORPH_RUBBER_NAME(M, parts, robot, k, settings, state, &work, &clock)
+              : add_part(parts, robot, k, settings, state, work, clock)))
+      return kSingular;
   state.has_memory = true;
   if (!solve_hub(work.hub)) return kSingular;
   clock.lap(2);
