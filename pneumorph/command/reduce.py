@@ -5,12 +5,12 @@ robots. They are kept in RUN/snapshots: the same command with the same --out goe
 stopped, and other tolerances reuse them. Modes live in the frame of the hub (POD), elements are
 sampled by ECSW.
 
-Presets: paper (what made the leg that ships), hyperelastic (the silicone's own stiffness), quick
-(equilibria alone), corners: the paper's protocol and tolerances, all 255 robots through every
-corner of their pressures. That is days of one processor; each robot is a task, and
---snapshots.executor shares them out over processes or, with Ray, machines. learned: equilibria and
-the robots of --walked.gaits, with more modes and elements: a leg to walk what was learned once
-more.
+Presets: paper (what made the leg that ships), hyperelastic (the silicone's own stiffness), measured
+(the silicone's tension test, relaxing; as --physics measured has it), quick (equilibria alone),
+corners: the paper's protocol and tolerances, all 255 robots through every corner of their
+pressures. That is days of one processor; each robot is a task, and --snapshots.executor shares them
+out over processes or, with Ray, machines. learned: equilibria and the robots of --walked.gaits,
+with more modes and elements: a leg to walk what was learned once more.
 
 Writes leg.npz, which every other verb takes as --part.
 
@@ -25,6 +25,7 @@ from pneumorph.study.reduction_options import (
     corners,
     hyperelastic,
     learned,
+    measured,
     quick,
     reduce_as_asked,
 )
@@ -35,6 +36,7 @@ VERB = Verb(
     {
         "paper": ReduceOptions,
         "hyperelastic": hyperelastic,
+        "measured": measured,
         "quick": quick,
         "learned": learned,
         "corners": corners,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from pneumorph.reduction.static_snapshots import (
     load_snapshots,
 )
 from pneumorph.reduction.walk_snapshots import (
+    WalkPhysics,
     WalkSnapshotSettings,
     leg_step_seconds,
     walk_plan,
@@ -60,6 +61,7 @@ class _Problem:
     hub: HubBody
     poses: tuple[Pose, ...]
     settings: SnapshotSettings
+    acting: WalkPhysics
     bend: Snapshots | None = None
     """Free bending, which loads start from."""
 
@@ -72,6 +74,7 @@ def collect_snapshots(
     folder: Path,
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
+    acting: WalkPhysics | None = None,
 ) -> SnapshotFiles:
     """Compute the snapshots the settings ask for.
 
@@ -86,11 +89,12 @@ def collect_snapshots(
         folder: Where the files go.
         progress: Called with the work done, the work in all and a message.
         say: Told how long the missing tasks will take, before they begin.
+        acting: What acts on walking robots; None for the published physics.
 
     Raises:
         ArtefactError: The settings ask for no snapshots at all.
     """
-    problem = _Problem(part, hub, tuple(poses), settings)
+    problem = _Problem(part, hub, tuple(poses), settings, acting or WalkPhysics())
     names = _task_names(settings)
     missing = [name for name in names if not _is_there(problem, folder, name)]
     cost = {name: _leg_steps(problem, name) for name in names}
@@ -105,7 +109,7 @@ def collect_snapshots(
         _save(problem, folder, "bend", _task(problem, "bend"))
         missing.remove("bend")
     if any(name.startswith("load") for name in missing):
-        problem = _Problem(part, hub, problem.poses, settings, Snapshots.load(folder / "bend.npz"))
+        problem = replace(problem, bend=Snapshots.load(folder / "bend.npz"))
     if say and any(name.startswith("walk") for name in missing):
         say(_estimate(problem, sum(cost[name] for name in missing), len(missing)))
     # The longest first, so that workers end together.
@@ -150,7 +154,9 @@ def _leg_steps(problem: _Problem, name: str) -> int:
 
 def _estimate(problem: _Problem, leg_steps: int, task_count: int) -> str:
     settings = problem.settings
-    seconds = leg_step_seconds(problem.part, problem.hub, problem.poses, settings.walk)
+    seconds = leg_step_seconds(
+        problem.part, problem.hub, problem.poses, settings.walk, problem.acting
+    )
     hours = leg_steps * seconds / 3600.0
     shared = settings.executor.at_once()
     return (
@@ -163,10 +169,12 @@ def _estimate(problem: _Problem, leg_steps: int, task_count: int) -> str:
 def _origin(problem: _Problem, name: str) -> dict[str, Any]:
     """What a task's snapshots depend on."""
     settings, part = problem.settings, problem.part
-    chosen = settings.walk if name.startswith("walk") else settings.static
+    walks = name.startswith("walk")
+    chosen = settings.walk if walks else settings.static
     return {
         "settings": {"task": name, **settings_to_dict(chosen)},
         "part": part.ingredients(),
+        **({"acting": problem.acting.described()} if walks else {}),
     }
 
 
@@ -187,7 +195,13 @@ def _is_there(problem: _Problem, folder: Path, name: str) -> bool:
         return False
     origin = _origin(problem, name)
     same_part = metadata.get("part", origin["part"]) == origin["part"]
-    return same_settings and same_part and metadata.get("mesh_digest") == problem.part.mesh.digest()
+    same_physics = metadata.get("acting", {}) == origin.get("acting", {})
+    return (
+        same_settings
+        and same_part
+        and same_physics
+        and metadata.get("mesh_digest") == problem.part.mesh.digest()
+    )
 
 
 def _save(
@@ -209,7 +223,9 @@ def _task(problem: _Problem, name: str) -> Snapshots | CompressedSnapshots:
         snapshots = load_snapshots(part, settings.static, numbers, problem.bend)
     else:
         number = _number(name)
-        snapshots = walk_snapshots(part, problem.hub, problem.poses, settings.walk, number)
+        snapshots = walk_snapshots(
+            part, problem.hub, problem.poses, settings.walk, number, problem.acting
+        )
     snapshots.metadata["seconds"] = {
         "wall": time.perf_counter() - wall,
         "processor": time.process_time() - processor,

@@ -17,12 +17,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.hub_body import HubBody
 from pneumorph.fem.part_model import PartModel
@@ -69,6 +71,21 @@ class WalkSnapshotSettings(Checked):
     def robot_count(self) -> int:
         """Number of robots that walk."""
         return 2**_PLACE_COUNT - 1 if self.robots == "all" else len(self.leg_counts)
+
+
+@dataclass(frozen=True)
+class WalkPhysics:
+    """What acts on walking robots, and how their steps are computed; as published by default."""
+
+    physics: Physics = field(default_factory=Physics)
+    """Regulators and pressure map are the protocol's."""
+    numerics: FullOrderSettings = field(default_factory=FullOrderSettings)
+
+    def described(self) -> dict[str, Any]:
+        """Settings by name; none of the published ones, of which earlier snapshots were."""
+        if self == WalkPhysics():
+            return {}
+        return {"physics": self.physics.described(), "numerics": settings_to_dict(self.numerics)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +140,7 @@ def walk_snapshots(
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     number: int,
+    acting: WalkPhysics | None = None,
 ) -> Snapshots | CompressedSnapshots:
     """Let one full-order robot walk and record its legs in their own frames.
 
@@ -135,12 +153,13 @@ def walk_snapshots(
         poses: Places for legs in the robot's frame.
         settings: Robots and pressures.
         number: Which of the settings' robots.
+        acting: What acts on it; None for the published physics.
 
     Raises:
         ValueError: More legs than places.
     """
     plan = walk_plan(settings, number, len(poses))
-    robot = walking_robot(part, hub, poses, settings, plan)
+    robot = walking_robot(part, hub, poses, settings, plan, acting)
     commands = plan.commands_kPa(settings)
     recorder = LegRecorder(robot, settings.record_every, settings.compression)
     # A robot falls and lands at first: where friction takes hold then decides how it stands.
@@ -159,6 +178,7 @@ def leg_step_seconds(
     hub: HubBody,
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
+    acting: WalkPhysics | None = None,
     step_count: int = 10,
 ) -> float:
     """Measure the processor time of a step, divided by its legs [s].
@@ -168,7 +188,7 @@ def leg_step_seconds(
     numbers = range(settings.robot_count)
     plans = [walk_plan(settings, number, len(poses)) for number in numbers]
     plan = sorted(plans, key=lambda each: len(each.places))[len(plans) // 2]
-    robot = walking_robot(part, hub, poses, settings, plan)
+    robot = walking_robot(part, hub, poses, settings, plan, acting)
     state = robot.settled_state(settings.settling_steps)
     start = time.process_time()
     for _ in range(step_count):
@@ -182,16 +202,18 @@ def walking_robot(
     poses: Sequence[Pose],
     settings: WalkSnapshotSettings,
     plan: WalkPlan,
+    acting: WalkPhysics | None = None,
 ) -> FullRobot:
     """The robot of a plan, each leg on a regulator of its own that works in simulated kPa."""
-    physics = Physics(
+    acting = acting or WalkPhysics()
+    physics = replace(
+        acting.physics,
         regulator_count=len(plan.places),
         pressure_map=PressureMap(1.0, 0.0),
         pressure_rate_kPa_per_s=settings.pressure_rate_kPa_per_s,
     )
-    return FullRobot(
-        hub, [(part, poses[place], leg) for leg, place in enumerate(plan.places)], physics
-    )
+    mounts = [(part, poses[place], leg) for leg, place in enumerate(plan.places)]
+    return FullRobot(hub, mounts, physics, numerics=acting.numerics)
 
 
 def _hold_steps(settings: WalkSnapshotSettings) -> int:

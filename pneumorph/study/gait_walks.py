@@ -9,24 +9,22 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Checked, Count, NotNegative, Positive
 from pneumorph.base.executor import ExecutorSettings, run_tasks
-from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.paper_robot import DISK_MASS_KG
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.part_model import PartModel
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.physics.physics import Damping, Physics
-from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import record_walk
 from pneumorph.reduction.snapshot_files import read_header
@@ -42,7 +40,7 @@ class GaitWalkSettings(Checked):
 
     gaits: tuple[Path, ...] = ()
     """Gait files that name their designs, such as RUN/training/gaits/L1.csv. They are walked in the
-    published physics, with the pressure map of --leg."""
+    physics of --leg."""
     duration_s: Positive = 12.0
     """Time of each gait that is walked, from its start [s]."""
     record_every: Count = 4
@@ -50,8 +48,8 @@ class GaitWalkSettings(Checked):
     compression: NotNegative = 3e-4
     """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
     combinations of few fields; 0 stores each in single precision."""
-    damping: Damping = "published"
-    """Damping of the robots; see `pneumorph simulate --help`."""
+    damping: Damping | None = None
+    """Another damping of the robots than the physics'; see `pneumorph simulate --help`."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -96,22 +94,18 @@ def _read(path: Path) -> DesignGait:
 class GaitWalks:
     """Full robots that walk given gaits."""
 
-    leg: PartModel
-    hub: Literal["soft", "rigid"]
-    """What carries the legs."""
-    pressure_map: PressureMap
-    """Of the gaits' real pressures."""
+    spec: RobotSpec
+    """Their hub and physics, and as finite elements the leg to be reduced."""
     settings: GaitWalkSettings
 
     def robot(self, walk: DesignGait) -> FullRobot:
         """The robot of one gait."""
-        physics = Physics(
-            damping=self.settings.damping,
-            pressure_map=self.pressure_map,
+        physics = replace(
+            self.spec.physics,
+            damping=self.settings.damping or self.spec.physics.damping,
             regulator_count=walk.gait.regulator_count,
         )
-        leg = Module.of_full("the leg to be reduced", self.leg)
-        return paper_robot(leg, physics, hub_model=self.hub).full(walk.design)
+        return replace(self.spec, physics=physics).full(walk.design)
 
     def commands_kPa(self, walk: DesignGait) -> np.ndarray:
         """Real pressures of every step [kPa], (step, regulator)."""
@@ -121,15 +115,18 @@ class GaitWalks:
 
     def identity(self, walk: DesignGait) -> dict[str, Any]:
         """What the snapshots of one gait depend on; as a file gives it back."""
+        leg, hub = self.spec.module.full, self.spec.hub.mass_numbers()
         depends_on = {
-            "mesh_digest": self.leg.mesh.digest(),
-            "part": self.leg.ingredients(),
-            "hub": self.hub,
+            "mesh_digest": leg.mesh.digest(),
+            "part": leg.ingredients(),
+            "hub": self.spec.hub_model,
             "physics": self.robot(walk).settings,
             "record_every": self.settings.record_every,
             "compression": self.settings.compression,
             "design": str(walk.design),
             "commands_kPa": self.commands_kPa(walk).tolist(),
+            # Earlier walks were of the published hub, and do not say so.
+            **({} if hub == [DISK_MASS_KG] else {"hub_mass": hub}),
         }
         identity: dict[str, Any] = json.loads(json.dumps(depends_on, default=str))
         return identity

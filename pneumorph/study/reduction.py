@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
 from pneumorph.reduction.reduce import ReductionReport, ReductionSettings, reduce_part
 from pneumorph.reduction.snapshot_files import SnapshotFiles
+from pneumorph.reduction.walk_snapshots import WalkPhysics
 from pneumorph.study.gait_walks import (
     GaitWalks,
     GaitWalkSettings,
@@ -61,8 +63,8 @@ def reduce(
     Snapshots are kept in the folder: the same call goes on where it stopped.
 
     Args:
-        robot: Its module, given as finite elements, is what is reduced; hub and sites say how it
-            is carried while it walks.
+        robot: Its module, given as finite elements, is what is reduced; hub, sites and physics say
+            how it is carried while it walks.
         folder: Receives ``leg.npz`` and ``snapshots/``.
         settings: Snapshots, modes and elements; None for what made the leg that ships.
         metadata: What else the part's file shall say.
@@ -86,9 +88,10 @@ def reduce(
         snapshot_folder,
         folder.progress,
         folder.progress.say,
+        WalkPhysics(replace(robot.physics, pressure_map=PressureMap()), robot.full_order),
     )
     walks = collect_gait_walks(
-        GaitWalks(part_model, robot.hub_model, robot.physics.pressure_map, settings.walked),
+        GaitWalks(robot, settings.walked),
         gaits,
         snapshot_folder,
         settings.snapshots.executor,

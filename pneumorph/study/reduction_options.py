@@ -10,16 +10,18 @@ from typing import Any
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
+from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import (
     HYPERELASTIC_MATERIALS,
+    MEASURED_MATERIALS,
     LegName,
+    leg_kind,
     paper_leg,
-    pressure_map,
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.material import LegMaterials
-from pneumorph.physics.physics import Physics
 from pneumorph.reduction.collect import SnapshotSettings
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.reduce import ReductionSettings
@@ -34,11 +36,13 @@ class ReduceOptions:
     """The leg, its snapshots, and how to reduce it."""
 
     leg: LegName = "published"
-    """A leg that ships: its mesh is reduced where no --mesh is given, and gaits have its pressure
-    map."""
+    """A leg that ships: its mesh is reduced where no --mesh is given, and robots walk in its
+    physics."""
     mesh: Path | None = None
     """Mesh of the leg, as `pneumorph mesh` writes it."""
     materials: LegMaterials = field(default_factory=LegMaterials)
+    masses: Masses = field(default_factory=Masses)
+    """What the leg weighs, and the hub of walking robots."""
     hub: HubModel = "soft"
     """What carries the legs of walking robots: the paper's disk (`soft`), whose give where a leg is
     attached becomes a stiffness of the reduced leg's mount, or a `rigid` one."""
@@ -55,10 +59,11 @@ class ReduceOptions:
 
 def reduce_as_asked(options: ReduceOptions, folder: RunFolder) -> Reduction:
     """Reduce a leg of the paper's robot as the options say; raises as `reduce`."""
-    leg = paper_leg(options.leg, mesh=options.mesh, materials=options.materials)
-    physics = Physics(pressure_map=pressure_map(options.leg))
+    kind = leg_kind(options.leg)
+    leg = paper_leg(options.leg, None, options.mesh, options.materials, options.masses)
+    numerics = FullOrderSettings(kind.integrator)
     return reduce(
-        paper_robot(leg, physics, hub_model=options.hub),
+        paper_robot(leg, kind.physics, options.masses, hub_model=options.hub, full_order=numerics),
         folder,
         ReduceSettings(options.snapshots, options.walked, options.reduction),
         {"materials": settings_to_dict(options.materials)},
@@ -80,6 +85,31 @@ def hyperelastic() -> ReduceOptions:
                 corner_limit=4,
                 amplitude_kPa=110.0,
                 pressure_rate_kPa_per_s=187.0,
+            ),
+        ),
+    )
+
+
+def measured() -> ReduceOptions:
+    """The leg as its silicone was measured, up to the pressure of the real one."""
+    return ReduceOptions(
+        leg="measured",
+        materials=MEASURED_MATERIALS,
+        masses=Masses("cast"),
+        hub="rigid",
+        snapshots=SnapshotSettings(
+            static=StaticSnapshotSettings(
+                bend_pressure_kPa=105.0,
+                bend_count=21,
+                load_count=48,
+                load_pressure_kPa=100.0,
+                load_limit_mN=1000.0,
+            ),
+            walk=WalkSnapshotSettings(
+                leg_counts=(2, 3),
+                corner_limit=4,
+                amplitude_kPa=100.0,
+                pressure_rate_kPa_per_s=150.0,
             ),
         ),
     )

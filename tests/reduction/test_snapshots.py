@@ -11,13 +11,16 @@ from helpers.synthetic_part import synthetic_part
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.executor import ExecutorSettings
+from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.physics.physics import Physics
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
 from pneumorph.reduction.walk_snapshots import (
+    WalkPhysics,
     WalkSnapshotSettings,
     gray_corners,
     walk_plan,
@@ -134,6 +137,22 @@ def test_collection_resumes_and_does_not_depend_on_when_it_stopped(tmp_path):
     assert np.array_equal(displacement, again.states(np.arange(len(again))))
     assert (tmp_path / "bend.npz").stat().st_mtime_ns == written["bend.npz"]
     assert (tmp_path / "load_0.npz").stat().st_mtime_ns != written["load_0.npz"]
+
+
+def test_walks_in_other_physics_are_made_again_and_equilibria_are_not(tmp_path):
+    part, (hub, poses) = synthetic_part((4, 4, 4)), robot_around_a_box()
+    published = collect_snapshots(part, hub, poses, SETTINGS, tmp_path)
+    walked = published.states(np.arange(len(published)))[published.of("walk")]
+    written = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    undamped = Physics(damping="objective", stiffness_damping_s=0.0, mass_damping_per_s=0.0)
+    acting = WalkPhysics(undamped, FullOrderSettings(integrator="implicit_euler"))
+    other = collect_snapshots(part, hub, poses, SETTINGS, tmp_path, acting=acting)
+    changed = [
+        path.name for path in tmp_path.iterdir() if path.stat().st_mtime_ns != written[path.name]
+    ]
+    assert changed == ["walk_0.npz"]
+    there = other.states(np.arange(len(other)))[other.of("walk")]
+    assert np.abs(there - walked).max() > 0.01 * np.abs(walked).max()
 
 
 PUBLISHED = WalkSnapshotSettings(robots="all", corner_limit=None, hold_s=1.0)
