@@ -345,10 +345,12 @@ class PythonBatch {
   pneumorph::Batch batch_;
 };
 
+void bind_element_sums(nb::module_& module);
 void bind_frontal_cholesky(nb::module_& module);
 
 NB_MODULE(_engine, module) {
   module.doc() = "Batched reduced-order stepper; contact solver and sparse factors of full robots.";
+  bind_element_sums(module);
   bind_frontal_cholesky(module);
   module.attr("LAWS") = nb::make_tuple("corotational", "st_venant_kirchhoff", "stable_neo_hookean", "yeoh");  // enum Law
   nb::class_<PythonFriction>(module, "Friction",

@@ -3,7 +3,8 @@
 //
 // Blocks of unknowns are eliminated in the given order. The front of a block is the block itself and
 // the later unknowns that eliminated ones have touched. Its first columns, the panel, become columns of
-// L; what is left of it, the update, is added to the next front. All work is level-3 BLAS on the front.
+// L; what is left of it, the update, is added to the front of its parent: the next block in a sweep, any
+// later one in a tree, whose blocks come after all those below them. All work is level-3 BLAS on the front.
 #pragma once
 #include <algorithm>
 #include <cstring>
@@ -24,13 +25,16 @@ struct FrontPattern {
   std::vector<int> starts;         // (block + 1,) first unknown of each block
   std::vector<int> row_starts;     // (block + 1,) into rows and landing
   std::vector<int> rows;           // unknowns of each front beyond its block, ascending
-  std::vector<int> landing;        // place of each of them in the next front
+  std::vector<int> landing;        // place of each of them in the parent's front
+  std::vector<int> parents;        // (block,) the last has none: itself
   std::vector<int> entry_starts;   // (block + 1,) into source and target
   std::vector<int> entry_source;   // which datum of the sparse matrix
   std::vector<int> entry_target;   // where in the panel, column-major
   size_t data_count = 0;           // of the sparse matrix
   std::vector<long> panel_starts;  // (block + 1,) into the factor; found by complete()
   int largest_update = 0;          // likewise
+  long stack_size = 0;             // likewise: of updates that wait for their parents
+  std::vector<int> child_counts;   // (block,) likewise
   // Memory of factors that are gone, for those to come: fresh pages cost half a factorisation.
   mutable std::vector<std::unique_ptr<double[]>> spare;
 
@@ -53,16 +57,29 @@ struct FrontPattern {
     require(rows.size() == landing.size() && int(rows.size()) == row_starts.back(), "rows or landing too short");
     require(entry_source.size() == entry_target.size() && int(entry_source.size()) == entry_starts.back(),
             "entry_source or entry_target too short");
+    require(int(parents.size()) == blocks, "parents must be as many as blocks");
     panel_starts.assign(1, 0);
+    child_counts.assign(blocks, 0);
+    std::vector<int> waiting;
+    long top = 0;
     for (int b = 0; b < blocks; ++b) {
-      const int m = update_size(b), w = width(b);
+      const int m = update_size(b), w = width(b), parent = parents[b];
+      require(b + 1 == blocks ? parent == b : parent > b && parent < blocks, "a parent must come later");
+      stack_size = std::max(stack_size, top + long(m) * m);
+      for (; !waiting.empty() && parents[waiting.back()] == b; waiting.pop_back(), ++child_counts[b]) {
+        const long below = update_size(waiting.back());
+        top -= below * below;
+      }
+      for (int child : waiting) require(parents[child] > b, "blocks must follow all those below them");
+      waiting.push_back(b);
+      top += long(m) * m;
       require(w > 0, "blocks must not be empty");
       require(b + 1 < blocks || m == 0, "the last front must end with its block");
       for (int i = row_starts[b]; i < row_starts[b + 1]; ++i) {
         require(rows[i] >= starts[b + 1] && rows[i] < size(), "rows must lie beyond their block");
-        require(landing[i] >= 0 && landing[i] < width(b + 1) + update_size(b + 1) &&
+        require(landing[i] >= 0 && landing[i] < width(parent) + update_size(parent) &&
                     (i == row_starts[b] || landing[i] > landing[i - 1]),
-                "landing must ascend within the next front");
+                "landing must ascend within the parent's front");
       }
       for (int i = entry_starts[b]; i < entry_starts[b + 1]; ++i)
         require(entry_source[i] >= 0 && size_t(entry_source[i]) < data_count && entry_target[i] >= 0 &&
@@ -90,52 +107,62 @@ class FrontalCholesky {
   // A = L L^T; the number of the block where A is not positive definite, or -1.
   int factorise(const double* data) {
     const auto& p = pattern_;
-    std::vector<double> update(long(p.largest_update) * p.largest_update), next(update.size());
+    std::vector<double> stack(p.stack_size);
+    std::vector<int> waiting;  // blocks whose updates lie on the stack
+    double* top = stack.data();
     for (int b = 0; b < p.block_count(); ++b) {
       const int w = p.width(b), m = p.update_size(b), height = w + m;
-      double* panel = panels_.get() + p.panel_starts[b];
+      double *panel = panels_.get() + p.panel_starts[b], *update = top, *bottom = top;
       std::memset(panel, 0, sizeof(double) * height * w);
       for (int i = p.entry_starts[b]; i < p.entry_starts[b + 1]; ++i)
         panel[p.entry_target[i]] += data[p.entry_source[i]];
-      for (int j = 0; j < m; ++j) std::memset(&next[long(j) * m + j], 0, sizeof(double) * (m - j));
-      if (b > 0) {
-        const int before = p.update_size(b - 1);
-        const int* place = p.landing.data() + p.row_starts[b - 1];
-        for (int j = 0; j < before; ++j) {
-          const double* from = &update[long(j) * before];
+      for (int j = 0; j < m; ++j) std::memset(update + long(j) * m + j, 0, sizeof(double) * (m - j));
+      for (int k = 0; k < p.child_counts[b]; ++k, waiting.pop_back()) {
+        const int child = waiting.back(), below = p.update_size(child);
+        bottom -= long(below) * below;
+        const int* place = p.landing.data() + p.row_starts[child];
+        for (int j = 0; j < below; ++j) {
+          const double* from = bottom + long(j) * below;
           const bool in_panel = place[j] < w;
-          double* to = in_panel ? panel + long(place[j]) * height : &next[long(place[j] - w) * m];
+          double* to = in_panel ? panel + long(place[j]) * height : update + long(place[j] - w) * m;
           const int first = in_panel ? 0 : w;
-          for (int i = j; i < before; ++i) to[place[i] - first] += from[i];
+          for (int i = j; i < below; ++i) to[place[i] - first] += from[i];
         }
       }
-      update.swap(next);
+      waiting.push_back(b);
       if (blas_.factorise(w, panel, height)) return b;
-      if (m == 0) continue;
+      if (m == 0) {
+        top = bottom;
+        continue;
+      }
       blas_.solve_right(true, m, w, panel, height, panel + w, height);
-      blas_.add_square(m, w, -1.0, panel + w, height, update.data(), m);
+      blas_.add_square(m, w, -1.0, panel + w, height, update, m);
+      if (bottom != update)
+        for (int j = 0; j < m; ++j)
+          std::memmove(bottom + long(j) * m + j, update + long(j) * m + j, sizeof(double) * (m - j));
+      top = bottom + long(m) * m;
     }
     return -1;
   }
 
-  // Y <- L^-1 Y, row-major with `columns` columns, of which the first active[b] are not zero down to
-  // block b; adds Y^T Y to `gram`, the lower triangle of its columns.
-  void half_solve(double* y, int columns, const int* active, double* gram) const {
+  // Y <- L^-1 Y, row-major with `columns` columns, of which those from begin[b] to end[b] are not zero in
+  // block b; adds Y^T Y to `gram`, the lower triangle of its columns, unless it is null.
+  void half_solve(double* y, int columns, const int* begin, const int* end, double* gram) const {
     const auto& p = pattern_;
     std::vector<double> change(long(p.largest_update) * columns);
     for (int b = 0; b < p.block_count(); ++b) {
-      const int w = p.width(b), m = p.update_size(b), a = active[b];
+      const int w = p.width(b), m = p.update_size(b), skipped = begin[b], a = end[b] - skipped;
       if (a == 0) continue;
       const double* panel = panels_.get() + p.panel_starts[b];
-      double* here = y + long(p.starts[b]) * columns;
+      double* here = y + long(p.starts[b]) * columns + skipped;
       // A row-major (w, a) is a column-major (a, w).
       blas_.solve_right(true, a, w, panel, w + m, here, columns);
-      blas_.add_square(a, w, 1.0, here, columns, gram, columns);
+      if (gram) blas_.add_square(a, w, 1.0, here, columns, gram + long(skipped) * columns + skipped, columns);
       if (m == 0) continue;
       blas_.multiply(true, a, m, w, 1.0, here, columns, panel + w, w + m, 0.0, change.data(), a);
       const int* row = p.rows.data() + p.row_starts[b];
       for (int i = 0; i < m; ++i) {
-        double* to = y + long(row[i]) * columns;
+        double* to = y + long(row[i]) * columns + skipped;
         const double* from = &change[long(i) * a];
         for (int c = 0; c < a; ++c) to[c] -= from[c];
       }

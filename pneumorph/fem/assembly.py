@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -12,6 +13,7 @@ class Assembly:
     """Where every entry of every element matrix goes.
 
     The pattern is found once, so a new matrix costs one weighted count over the upper triangles.
+    Where the entries of a group go is found when they are first asked for.
 
     Args:
         node_count: Number of nodes; a matrix has three unknowns for each.
@@ -19,31 +21,60 @@ class Assembly:
     """
 
     def __init__(self, node_count: int, connectivities: Sequence[np.ndarray]) -> None:
-        size = 3 * node_count
-        keys = []
-        for connectivity in connectivities:
+        self.size = 3 * node_count
+        self._connectivities = list(connectivities)
+        self._scatters: dict[int, np.ndarray] = {}
+        # Element by element the same nodes at every integration point: each pair of nodes once.
+        pairs = [
+            (each[:, :, None] * node_count + each[:, None]).reshape(-1)
+            for each in (np.unique(c.astype(np.int64), axis=0) for c in connectivities)
+        ]
+        columns, rows = np.divmod(np.unique(np.concatenate(pairs)), node_count)
+        counts = np.bincount(columns, minlength=node_count)
+        self.indptr = np.concatenate([[0], np.cumsum(np.repeat(3 * counts, 3))]).astype(np.int32)
+        blocks = np.repeat(np.cumsum(counts) - counts, counts)  # first of each column's blocks
+        slot = np.arange(len(rows)) - blocks
+        self.indices = np.empty(9 * len(rows), dtype=np.int32)
+        for axis in range(3):
+            start = self.indptr[3 * columns + axis] + 3 * slot
+            for row in range(3):
+                self.indices[start + row] = 3 * rows + row
+        self.diagonal = np.flatnonzero(self.indices == self._columns)
+        """Positions of the diagonal in the data, (3 node,)."""
+
+    @property
+    def _columns(self) -> np.ndarray:
+        """Column of each datum, (entry,)."""
+        return np.repeat(np.arange(self.size), np.diff(self.indptr))
+
+    @cached_property
+    def _upper(self) -> np.ndarray:
+        """Column times size plus row of the upper triangle's data, ascending, (upper entry,)."""
+        columns = self._columns
+        upper = self.indices <= columns
+        keys: np.ndarray = columns[upper] * self.size + self.indices[upper]
+        return keys
+
+    @cached_property
+    def _source(self) -> np.ndarray:
+        """Place in the upper triangle of each datum, (entry,)."""
+        upper = self.indices <= self._columns
+        place = np.cumsum(upper) - 1
+        # The pattern is symmetric, so rows of the places are columns of their mirror images.
+        mirrored = self.matrix(np.arange(len(self.indices))).tocsr().data
+        return np.where(upper, place, place[mirrored])
+
+    def _scatter(self, group: int) -> np.ndarray:
+        """Place in the upper triangle of every entry of a group's matrices, (pair element,)."""
+        if group not in self._scatters:
+            connectivity = self._connectivities[group]
             unknowns = 3 * connectivity[:, :, None].astype(np.int64) + np.arange(3)
             unknowns = unknowns.reshape(len(connectivity), -1)
             rows, columns = np.triu_indices(unknowns.shape[1])
             first, second = unknowns[:, rows].T, unknowns[:, columns].T  # (pair, element)
-            keys.append((np.maximum(first, second) * size + np.minimum(first, second)).ravel())
-        upper, scatter = np.unique(np.concatenate(keys), return_inverse=True)
-        self._splits = np.cumsum([len(key) for key in keys])[:-1]
-        self._scatter = np.split(scatter.ravel(), self._splits)
-        self._upper_count = len(upper)
-
-        columns, rows = np.divmod(upper, size)
-        strict = rows != columns
-        whole = np.concatenate([upper, rows[strict] * size + columns[strict]])
-        source = np.concatenate([np.arange(len(upper)), np.flatnonzero(strict)])
-        order = np.argsort(whole)
-        self._source = source[order]
-        self.indices = (whole[order] % size).astype(np.int32)
-        self.indptr = np.searchsorted(whole[order], np.arange(size + 1) * size).astype(np.int32)
-        self.size = size
-        diagonal = np.flatnonzero(self.indices == np.repeat(np.arange(size), np.diff(self.indptr)))
-        self.diagonal = diagonal
-        """Positions of the diagonal in the data, (3 node,)."""
+            keys = (np.maximum(first, second) * self.size + np.minimum(first, second)).ravel()
+            self._scatters[group] = np.searchsorted(self._upper, keys)
+        return self._scatters[group]
 
     def symmetric_data(self, entries: Sequence[np.ndarray]) -> np.ndarray:
         """Data of the sum, in the order of `indices`.
@@ -52,9 +83,10 @@ class Assembly:
             entries: Upper triangles of each group's matrices, each (pair, element); groups at the
                 end may be left out.
         """
-        upper = np.zeros(self._upper_count)
-        for scatter, values in zip(self._scatter, entries, strict=False):
-            upper += np.bincount(scatter, values.ravel(), minlength=self._upper_count)
+        count = len(self._upper)
+        upper = np.zeros(count)
+        for group, values in enumerate(entries):
+            upper += np.bincount(self._scatter(group), values.ravel(), minlength=count)
         return upper[self._source]
 
     def matrix(self, data: np.ndarray) -> csc_array:

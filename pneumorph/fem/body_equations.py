@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pneumorph.fem.compiled_elements import CompiledElements
 from pneumorph.fem.maxwell_group import ViscousState
 from pneumorph.fem.part_model import PartModel
 from pneumorph.physics.physics import Physics
@@ -76,6 +77,8 @@ def implicit_equations(
     Returns:
         As `linearly_implicit_equations`; A v - b is the residual r(v).
     """
+    if part.compiled is not None and not definite:
+        return _compiled_equations(part, start_velocity, x, v, pressure_kPa, physics, memory)
     h, beta = physics.time_step_s, physics.stiffness_damping_s
     mass = np.repeat(part.node_mass, 3)
     data = h * beta * damped_stiffness_data(part, x, physics)
@@ -87,6 +90,69 @@ def implicit_equations(
         residual -= h * _add_relaxation(data, part, memory, x, physics, definite).ravel()
     data += h**2 * part.tangent_data(x, pressure_kPa, physics.rotation, definite)
     return data, part.assembly.matrix(data) @ velocity - residual
+
+
+def implicit_residual(
+    part: PartModel,
+    start_velocity: np.ndarray,
+    x: np.ndarray,
+    v: np.ndarray,
+    pressure_kPa: float,
+    physics: Physics,
+    memory: ViscousState | None = None,
+) -> np.ndarray:
+    """r(v) of the implicit Euler step at a trial end of it, without its matrix.
+
+    Args:
+        part: The body, whose elements the engine knows.
+        start_velocity: v_0, velocities at the start of the step [mm/s], (node, 3).
+        x: World positions at the trial end [mm], (node, 3).
+        v: Velocities that lead there [mm/s], (node, 3).
+        pressure_kPa: Pressure in the cavity [simulated kPa].
+        physics: Time step and the rest.
+        memory: What a solid that relaxes remembers at the start of the step.
+
+    Returns:
+        r [mN s], (3 node,).
+    """
+    elements, h = _elements(part), physics.time_step_s
+    relaxing = elements.relaxing_stress(memory, h)
+    force = elements.force(x, pressure_kPa, relaxing)
+    force += part.node_mass[:, None] * physics.gravity_vector
+    residual = part.node_mass[:, None] * (physics.mass_factor * v - start_velocity) - h * force
+    if physics.stiffness_damping_s > 0.0:
+        damping = part.assembly.matrix(damped_stiffness_data(part, x, physics)) @ v.ravel()
+        residual += h * physics.stiffness_damping_s * damping.reshape(-1, 3)
+    return residual.ravel()
+
+
+def _compiled_equations(
+    part: PartModel,
+    start_velocity: np.ndarray,
+    x: np.ndarray,
+    v: np.ndarray,
+    pressure_kPa: float,
+    physics: Physics,
+    memory: ViscousState | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """`implicit_equations` with the elements' share from the engine."""
+    elements, h, beta = _elements(part), physics.time_step_s, physics.stiffness_damping_s
+    mass, velocity = np.repeat(part.node_mass, 3), v.ravel()
+    data = np.zeros(len(part.assembly.indices))
+    if beta > 0.0:
+        data += h * beta * damped_stiffness_data(part, x, physics)
+    data[part.assembly.diagonal] += physics.mass_factor * mass
+    residual = part.assembly.matrix(data) @ velocity - mass * start_velocity.ravel()
+    relaxing = elements.relaxing_stress(memory, h)
+    force = elements.force_and_tangent(x, pressure_kPa, relaxing, data, h**2)
+    force += part.node_mass[:, None] * physics.gravity_vector
+    residual -= h * force.ravel()
+    return data, part.assembly.matrix(data) @ velocity - residual
+
+
+def _elements(part: PartModel) -> CompiledElements:
+    assert part.compiled is not None, "asked for of parts whose elements the engine knows"
+    return part.compiled
 
 
 def damped_stiffness_data(part: PartModel, x: np.ndarray, physics: Physics) -> np.ndarray:

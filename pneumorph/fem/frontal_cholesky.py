@@ -1,6 +1,6 @@
-"""Cholesky factors of a slender body by a front that sweeps along it.
+"""Cholesky factors of a body by fronts: one that sweeps along it, or a tree of them.
 
-Nodes are eliminated in blocks, in the order of the Fiedler vector of the mesh, which for a leg is
+In a sweep, nodes are eliminated in blocks, in the order of the Fiedler vector of the mesh, which for a leg is
 the order from root to tip. The front of a block is the block itself and those later nodes that
 eliminated ones have touched, about a cross-section: a dense matrix, so all work is level-3 BLAS.
 Columns that begin far down the body, such as those of contacts near the tip, cost nothing before.
@@ -17,6 +17,7 @@ Irons, A frontal solution program for finite element analysis, Int. J. Numer. Me
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array
@@ -24,6 +25,9 @@ from scipy.sparse.linalg import eigsh
 
 import pneumorph._engine as engine
 from pneumorph.fem.assembly import Assembly
+from pneumorph.fem.elimination_tree import minimum_degree_tree
+
+Along = Literal["sweep", "tree"]
 
 _BLOCK_NODES = 20  # more: fewer calls of BLAS; less: narrower fronts
 
@@ -33,18 +37,23 @@ class FrontPattern:
 
     Args:
         assembly: Sparsity of the part's matrices.
-        slaves: Nodes that are not unknowns, (n,); the sweep starts at their end of the part.
+        slaves: Nodes that are not unknowns, (n,); a sweep starts at their end of the part.
+        along: A ``sweep`` along the part, or a ``tree`` (`pneumorph.fem.elimination_tree`): fewer
+            operations, but columns of contacts reach more blocks.
     """
 
-    def __init__(self, assembly: Assembly, slaves: np.ndarray) -> None:
+    def __init__(
+        self, assembly: Assembly, slaves: np.ndarray, along: Along = "sweep"
+    ) -> None:
         graph = _node_graph(assembly)
-        along = _fiedler_vector(graph)
-        if along[slaves].mean() > along.mean():
-            along = -along
-        order = np.argsort(along, kind="stable")
-        order = order[~np.isin(order, slaves)]
-        block_of = np.arange(len(order)) // _BLOCK_NODES
-        starts = np.append(np.arange(0, len(order), _BLOCK_NODES), len(order))
+        if along == "sweep":
+            order, starts, fronts = _sweep(graph, slaves)
+            parents = np.minimum(np.arange(1, len(starts)), len(starts) - 2)
+        else:
+            free = np.setdiff1d(np.arange(graph.shape[0]), slaves)
+            tree = minimum_degree_tree(graph[free][:, free].tocsr())
+            order, starts, fronts = free[tree.order], tree.starts, tree.fronts
+            parents = tree.parents
 
         self.unknowns: np.ndarray = _unknowns(order)
         """Unknowns of the part in the order of elimination, (free,)."""
@@ -53,19 +62,14 @@ class FrontPattern:
         self.place[self.unknowns] = np.arange(len(self.unknowns))
         self.starts: np.ndarray = 3 * starts
         """First unknown of each block, and the number of all, (block + 1,)."""
-        self.block: np.ndarray = np.repeat(block_of, 3)
+        self.block: np.ndarray = np.repeat(np.arange(len(starts) - 1), np.diff(self.starts))
         """Block of each unknown in the order of elimination, (free,)."""
-
-        # The first block that touches a node puts it into the front.
-        inner = graph[order][:, order].tocoo()
-        touched_by = block_of.copy()
-        np.minimum.at(touched_by, inner.row, block_of[inner.col])
-        fronts = [
-            np.concatenate(
-                [np.arange(first, end), end + np.flatnonzero(touched_by[end:] <= number)]
-            )
-            for number, (first, end) in enumerate(pairwise(starts))
-        ]
+        self.parents: np.ndarray = parents
+        """Block that each block's update goes to, (block,); the last block's is itself."""
+        self.lowest: np.ndarray = np.arange(len(parents))
+        """First of the blocks below each block, itself included, (block,)."""
+        for number, parent in enumerate(parents):
+            self.lowest[parent] = min(self.lowest[parent], self.lowest[number])
         self.engine_pattern = self._engine_pattern(assembly, [_unknowns(f) for f in fronts])
 
     @property
@@ -90,8 +94,8 @@ class FrontPattern:
         width = np.diff(self.starts)
         rows = [front[w:] for front, w in zip(fronts, width, strict=True)]
         landing = [
-            np.searchsorted(front, before)
-            for front, before in zip(fronts[1:], rows[:-1], strict=True)
+            np.searchsorted(fronts[parent], mine)
+            for parent, mine in zip(self.parents, rows, strict=True)
         ]
         row = self.place[assembly.indices]
         column = self.place[np.repeat(np.arange(assembly.size), np.diff(assembly.indptr))]
@@ -108,7 +112,8 @@ class FrontPattern:
             self.starts,
             np.concatenate([[0], np.cumsum([len(r) for r in rows])]),
             np.concatenate(rows),
-            np.concatenate([*landing, rows[-1]]),
+            np.concatenate(landing),
+            self.parents,
             entry_starts,
             lower,
             np.concatenate(targets),
@@ -147,7 +152,7 @@ class FrontalCholesky:
             right: B in the order of elimination, (free, column); becomes Y where its rows are
                 contiguous.
             first_block: Block of the first non-zero of each column, ascending, (column,); columns
-                cost nothing before it.
+                cost nothing before it, nor in blocks of a tree that it is not below.
 
         Returns:
             Y, (free, column), and Y^T Y, (column, column).
@@ -163,10 +168,21 @@ class FrontalCholesky:
                 f"first_block must ascend, one block for each of {count} columns, got {first}; "
                 "sort the columns by their first block"
             )
-        active = np.searchsorted(first, np.arange(self.pattern.block_count), side="right")
+        begin = np.searchsorted(first, self.pattern.lowest)
+        end = np.searchsorted(first, np.arange(self.pattern.block_count), side="right")
+        if first_block is None:
+            begin[:], end[:] = 0, count  # not even in the order of a tree's branches
         upper = np.zeros((count, count))
-        self._factor.half_solve(y, active.astype(np.int32), upper)
+        self._factor.half_solve(y, begin.astype(np.int32), end.astype(np.int32), upper)
         return y, upper + np.triu(upper, 1).T
+
+    def half_solve_only(self, right: np.ndarray) -> np.ndarray:
+        """y = L^-1 b, (free,), of b in the order of elimination, (free,)."""
+        y = np.array(right, dtype=float)[:, None]
+        blocks = self.pattern.block_count
+        ends = np.ones(blocks, dtype=np.int32)
+        self._factor.half_solve(y, np.zeros(blocks, dtype=np.int32), ends, None)
+        return y[:, 0]
 
     def half_solve_transposed(self, right: np.ndarray) -> np.ndarray:
         """X = L^-T B, (free, column)."""
@@ -177,6 +193,28 @@ class FrontalCholesky:
     def solve(self, right: np.ndarray) -> np.ndarray:
         """A^-1 B in the order of elimination, (free, column)."""
         return self.half_solve_transposed(self.half_solve(right.copy())[0])
+
+
+def _sweep(
+    graph: csr_array, slaves: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Nodes in the order of a sweep, starts of its blocks, places of the nodes of each front."""
+    along = _fiedler_vector(graph)
+    if along[slaves].mean() > along.mean():
+        along = -along
+    order = np.argsort(along, kind="stable")
+    order = order[~np.isin(order, slaves)]
+    block_of = np.arange(len(order)) // _BLOCK_NODES
+    starts = np.append(np.arange(0, len(order), _BLOCK_NODES), len(order))
+    # The first block that touches a node puts it into the front.
+    inner = graph[order][:, order].tocoo()
+    touched_by = block_of.copy()
+    np.minimum.at(touched_by, inner.row, block_of[inner.col])
+    fronts = [
+        np.concatenate([np.arange(first, end), end + np.flatnonzero(touched_by[end:] <= number)])
+        for number, (first, end) in enumerate(pairwise(starts))
+    ]
+    return order, starts, fronts
 
 
 def _unknowns(nodes: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from typing import Literal
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 
 Integrator = Literal["linearly_implicit", "implicit_euler"]
+NewtonMatrix = Literal["fresh", "kept"]
 FrictionSolver = Literal["newton", "gauss_seidel"]
 
 
@@ -27,6 +28,12 @@ class FullOrderSettings(Checked):
     pressure."""
     newton_iterations: Count = 30
     """Most Newton iterations of a step."""
+    newton_matrix: NewtonMatrix = "fresh"
+    """Whose tangents `implicit_euler` iterates with. `fresh`: those of every iteration, with line
+    search. `kept`: those of an earlier trial while they do, which takes a part of the time and ends
+    in the same step to the tolerance; for legs whose laws the engine knows, such as `yeoh`."""
+    thread_count: Count = 1
+    """Threads among which `kept` shares out the legs; what is computed does not depend on it."""
     step_halvings: CountOrNone = 4
     """A step that fails is made as two of half the length, and those again, at most so deep."""
     contact_margin_mm: NotNegative = 1.0

@@ -11,12 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.hub_body import HubState
+from pneumorph.fem.kept_newton import KeptFactors, kept_newton_step
 from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.time_integration import StepError, implicit_euler_step, linearly_implicit_step
 from pneumorph.physics.physics import Physics
@@ -25,6 +27,23 @@ from pneumorph.trajectory import Trajectory
 
 class FullRobot(RobotBody[HubState]):
     """Legs of finite elements on a hub that move under commands; made as `RobotBody` is."""
+
+    @cached_property
+    def kept(self) -> KeptFactors[HubState]:
+        """Factors that go from step to step where `newton_matrix` is ``kept``.
+
+        Raises:
+            ValueError: The engine lacks the law of a leg.
+        """
+        for leg in self.legs:
+            if leg.part.compiled is None:
+                laws = [group.material.law for group in leg.part.element_groups]
+                raise ValueError(
+                    f'newton_matrix is "kept", expected "fresh" for a leg of the laws {laws}: the '
+                    "engine has yeoh, stable_neo_hookean and st_venant_kirchhoff of solids and the "
+                    "last of sheets at full order"
+                )
+        return KeptFactors()
 
     def step(
         self, state: FullRobotState[HubState], command_kPa: np.ndarray
@@ -78,10 +97,13 @@ class FullRobot(RobotBody[HubState]):
         self, state: FullRobotState[HubState], command_kPa: np.ndarray, physics: Physics
     ) -> FullRobotState[HubState]:
         regulated = self.regulators.after(state.regulated_kPa, command_kPa, physics.time_step_s)
-        implicit = self.numerics.integrator == "implicit_euler"
         with np.errstate(all="ignore"):
-            advance = implicit_euler_step if implicit else linearly_implicit_step
-            new = advance(self, state, regulated, physics)
+            if self.numerics.integrator != "implicit_euler":
+                new = linearly_implicit_step(self, state, regulated, physics)
+            elif self.numerics.newton_matrix == "fresh":
+                new = implicit_euler_step(self, state, regulated, physics)
+            else:
+                new = kept_newton_step(self, state, regulated, physics, self.kept)
         # numpy's maximum is NaN where any speed is.
         speed = float(np.max([np.abs(v).max() for v in (*new.velocities, new.hub.velocity)]))
         if not speed < self.numerics.speed_limit_mm_per_s:  # NaN compares false

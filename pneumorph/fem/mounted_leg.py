@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from pneumorph.base.stage_clock import StageClock
-from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
+from pneumorph.fem.frontal_cholesky import Along, FrontalCholesky, FrontPattern
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.pose import Pose
@@ -22,6 +23,7 @@ class CondensedLeg:
     points, the Gram matrix of L^-1 [A_fa, b_f, H_f^T] holds all that the hub and the contacts need.
     """
 
+    leg: MountedLeg
     factor: FrontalCholesky
     half: np.ndarray
     """L^-1 [A_fa, b_f, H_f^T], (free, 3 attachment + 1 + 3 contact), the columns of the contacts in
@@ -49,6 +51,42 @@ class CondensedLeg:
         right = self.half @ np.concatenate([-attachment_velocity, [1.0], impulse[self.met]])
         return self.factor.half_solve_transposed(right[:, None])[:, 0]
 
+    def node_velocities(self, attached: np.ndarray, impulse: np.ndarray) -> np.ndarray:
+        """Velocities of all nodes [mm/s], (node, 3); arguments as of `free_velocity`."""
+        return self.leg.full_velocity(self.free_velocity(attached, impulse), attached)
+
+
+class LegShare(Protocol):
+    """What the hub and the contacts need of a leg: `CondensedLeg` or one of a kept factor."""
+
+    @property
+    def attachment_matrix(self) -> np.ndarray:
+        """A_aa - A_af A_ff^-1 A_fa, (3 attachment, 3 attachment)."""
+
+    @property
+    def attachment_right(self) -> np.ndarray:
+        """b_a - A_af A_ff^-1 b_f, (3 attachment,)."""
+
+    @property
+    def contact_attachment(self) -> np.ndarray:
+        """H_a - H_f A_ff^-1 A_fa, (3 contact, 3 attachment)."""
+
+    @property
+    def delassus(self) -> np.ndarray:
+        """H_f A_ff^-1 H_f^T, (3 contact, 3 contact)."""
+
+    @property
+    def contact_right(self) -> np.ndarray:
+        """H_f A_ff^-1 b_f [mm/s], (3 contact,)."""
+
+    def node_velocities(self, attached: np.ndarray, impulse: np.ndarray) -> np.ndarray:
+        """Velocities of all nodes [mm/s], (node, 3).
+
+        Args:
+            attached: Of the attachment nodes [mm/s], (3 attachment,).
+            impulse: Of the contacts [mN s], (3 contact,).
+        """
+
 
 class MountedLeg:
     """A part at its pose, tied to the hub by its attachment nodes.
@@ -73,18 +111,29 @@ class MountedLeg:
         """Their places in the hub's frame [mm], (attachment, 3)."""
         self.contact_weights = interpolation_matrix(part.mesh, part.mesh.contact_points)
         """Contact points as sums of nodes, (point, node)."""
-        self._pattern = _shared_pattern(part)
-        self._attached_unknowns = (3 * self.attachment[:, None] + np.arange(3)).ravel()
-        place = self._pattern.place[3 * self.contact_weights.indices]
-        block = np.where(place >= 0, self._pattern.block[place], self._pattern.block_count)
-        starts = self.contact_weights.indptr[:-1]
-        self._first_block: np.ndarray = np.minimum.reduceat(block, starts) if len(block) else block
-        """Block of the elimination that meets each contact point first, (point,)."""
+        self.attached_unknowns: np.ndarray = (3 * self.attachment[:, None] + np.arange(3)).ravel()
+        """Unknowns of the attachment, (3 attachment,)."""
+        self._first_blocks: dict[Along, np.ndarray] = {}
 
     @property
     def contact_count(self) -> int:
         """Number of contact points, active or not."""
         return self.contact_weights.shape[0]
+
+    def pattern(self, along: Along = "sweep") -> FrontPattern:
+        """The order of elimination, found once for all mounts of the part."""
+        return _shared_pattern(self.part, along)
+
+    def first_block(self, along: Along = "sweep") -> np.ndarray:
+        """Block of the elimination that meets each contact point first, (point,)."""
+        if along not in self._first_blocks:
+            pattern = self.pattern(along)
+            place = pattern.place[3 * self.contact_weights.indices]
+            block = np.where(place >= 0, pattern.block[place], pattern.block_count)
+            starts = self.contact_weights.indptr[:-1]
+            first = np.minimum.reduceat(block, starts) if len(block) else block
+            self._first_blocks[along] = first
+        return self._first_blocks[along]
 
     def initial_positions(self) -> np.ndarray:
         """Nodes in the robot's frame at rest [mm], (node, 3)."""
@@ -110,21 +159,21 @@ class MountedLeg:
         Raises:
             numpy.linalg.LinAlgError: A is not positive definite.
         """
-        pattern = self._pattern
+        pattern, first_block = self.pattern(), self.first_block()
         factor = clock.timed("factorisation", FrontalCholesky)(pattern, data)
-        count = len(self._attached_unknowns)
-        order = np.argsort(self._first_block[active], kind="stable")
+        count = len(self.attached_unknowns)
+        order = np.argsort(first_block[active], kind="stable")
         met = (3 * order[:, None] + np.arange(3)).ravel()
         columns = np.zeros((len(pattern.unknowns), count + 1 + 3 * len(active)))
-        coupling, own = self._attachment_blocks(data)
+        coupling, own = self.attachment_blocks(pattern, data)
         columns[:, :count] = coupling
         columns[:, count] = right[pattern.unknowns]
         at_attachment = np.empty((3 * len(active), count))
-        at_attachment[met] = self._fill_contacts(
-            columns[:, count + 1 :], active[order], frames[order]
+        at_attachment[met] = self.fill_contacts(
+            pattern, columns[:, count + 1 :], active[order], frames[order]
         )
         first = np.zeros(count + 1, dtype=int)
-        first = np.concatenate([first, np.repeat(self._first_block[active[order]], 3)])
+        first = np.concatenate([first, np.repeat(first_block[active[order]], 3)])
 
         half, gram_as_met = clock.timed("elimination", factor.half_solve)(columns, first)
         numbers = np.concatenate([np.arange(count + 1), count + 1 + met])
@@ -132,11 +181,12 @@ class MountedLeg:
         gram[np.ix_(numbers, numbers)] = gram_as_met
         a, c = slice(0, count), slice(count + 1, None)
         return CondensedLeg(
+            leg=self,
             factor=factor,
             half=half,
             met=met,
             attachment_matrix=own - gram[a, a],
-            attachment_right=right[self._attached_unknowns] - gram[a, count],
+            attachment_right=right[self.attached_unknowns] - gram[a, count],
             contact_attachment=at_attachment - gram[c, a],
             delassus=gram[c, c],
             contact_right=gram[c, count],
@@ -145,18 +195,28 @@ class MountedLeg:
     def full_velocity(self, free: np.ndarray, attachment_velocity: np.ndarray) -> np.ndarray:
         """Velocities of all nodes [mm/s], (node, 3), from those free and those attached."""
         velocity = np.empty(3 * self.part.node_count)
-        velocity[self._pattern.unknowns] = free
-        velocity[self._attached_unknowns] = attachment_velocity
+        velocity[self.pattern().unknowns] = free
+        velocity[self.attached_unknowns] = attachment_velocity
         return velocity.reshape(-1, 3)
 
-    def _attachment_blocks(self, data: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Columns of the attachment: rows of the free unknowns, rows of the attachment itself."""
-        assembly, pattern = self.part.assembly, self._pattern
+    def attachment_blocks(
+        self, pattern: FrontPattern, data: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Columns of the attachment: rows of the free unknowns, rows of the attachment itself.
+
+        Args:
+            pattern: The order of the free unknowns.
+            data: A in the pattern of the part's assembly [kg], (entry,).
+
+        Returns:
+            A_fa, (free, 3 attachment), and A_aa, (3 attachment, 3 attachment).
+        """
+        assembly = self.part.assembly
         local = np.full(assembly.size, -1)
-        local[self._attached_unknowns] = np.arange(len(self._attached_unknowns))
-        coupling = np.zeros((len(pattern.unknowns), len(self._attached_unknowns)))
-        own = np.zeros((len(self._attached_unknowns),) * 2)
-        for column, unknown in enumerate(self._attached_unknowns):
+        local[self.attached_unknowns] = np.arange(len(self.attached_unknowns))
+        coupling = np.zeros((len(pattern.unknowns), len(self.attached_unknowns)))
+        own = np.zeros((len(self.attached_unknowns),) * 2)
+        for column, unknown in enumerate(self.attached_unknowns):
             span = slice(assembly.indptr[unknown], assembly.indptr[unknown + 1])
             rows, values = assembly.indices[span], data[span]
             free = pattern.place[rows] >= 0
@@ -164,16 +224,26 @@ class MountedLeg:
             own[local[rows[~free]], column] = values[~free]
         return coupling, own
 
-    def _fill_contacts(
-        self, columns: np.ndarray, active: np.ndarray, frames: np.ndarray
+    def fill_contacts(
+        self, pattern: FrontPattern, columns: np.ndarray, active: np.ndarray, frames: np.ndarray
     ) -> np.ndarray:
-        """Write H_f^T of the active points into columns; return H_a, (3 contact, 3 attachment)."""
+        """Write H_f^T of contact points into columns of zeros.
+
+        Args:
+            pattern: The order of the free unknowns.
+            columns: Where to, (free, 3 contact).
+            active: The points, (contact,).
+            frames: Their normal, tangent, tangent, as rows, (contact, 3, 3).
+
+        Returns:
+            H_a, (3 contact, 3 attachment).
+        """
         weights = self.contact_weights[active].tocoo()
         attached = np.full(self.part.node_count, -1)
         attached[self.attachment] = np.arange(len(self.attachment))
         at_attachment = np.zeros((3 * len(active), 3 * len(self.attachment)))
         for row, axis in np.ndindex(3, 3):
-            place = self._pattern.place[3 * weights.col + axis]
+            place = pattern.place[3 * weights.col + axis]
             values = weights.data * frames[weights.row, row, axis]
             free = place >= 0
             columns[place[free], 3 * weights.row[free] + row] = values[free]
@@ -184,11 +254,12 @@ class MountedLeg:
         return at_attachment
 
 
-def _shared_pattern(part: PartModel) -> FrontPattern:
+def _shared_pattern(part: PartModel, along: Along) -> FrontPattern:
     """The order of elimination of a part, found once for all its mounts."""
-    if part not in _PATTERNS:
-        _PATTERNS[part] = FrontPattern(part.assembly, part.mesh.node_set("attachment"))
-    return _PATTERNS[part]
+    patterns = _PATTERNS.setdefault(part, {})
+    if along not in patterns:
+        patterns[along] = FrontPattern(part.assembly, part.mesh.node_set("attachment"), along)
+    return patterns[along]
 
 
-_PATTERNS: WeakKeyDictionary[PartModel, FrontPattern] = WeakKeyDictionary()
+_PATTERNS: WeakKeyDictionary[PartModel, dict[Along, FrontPattern]] = WeakKeyDictionary()

@@ -12,6 +12,7 @@ from scipy.sparse import coo_array, csc_array
 
 from pneumorph.fem.assembly import Assembly
 from pneumorph.fem.cavity import Cavity
+from pneumorph.fem.compiled_elements import CompiledElements
 from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.element_stiffness import (
@@ -159,6 +160,15 @@ class PartModel:
             connectivities.append(self.cavity.triangles)
         return Assembly(self.node_count, connectivities)
 
+    @cached_property
+    def compiled(self) -> CompiledElements | None:
+        """The elements in the engine; None where it lacks a law."""
+        groups = self.element_groups
+        if not CompiledElements.know(groups):
+            return None
+        volumes, branches = self.volume_group, self.branches
+        return CompiledElements(self.assembly, groups, volumes, branches, self.cavity)
+
     def internal_force(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Elastic force on the nodes [mN], (node, 3).
 
@@ -179,6 +189,17 @@ class PartModel:
                 values = by_corner[axis].ravel()
                 total[axis] += np.bincount(nodes.ravel(), values, self.node_count)
         return total.T
+
+    def elastic_force(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
+        """`internal_force` by the engine where it knows the elements, to rounding [mN], (node, 3).
+
+        Args:
+            x: Node positions [mm], (node, 3).
+            rotation: Where the elements take their rotation from.
+        """
+        if self.compiled is None:
+            return self.internal_force(x, rotation)
+        return self.compiled.force(x)
 
     def has_potential(self, rotation: Rotation) -> bool:
         """Whether forces derive from an energy; those of edge-based rotations do not."""

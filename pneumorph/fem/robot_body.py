@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
-from typing import Any, Generic
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from pneumorph.fem.trial_step import TrialStep
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
+
+
+_Result = TypeVar("_Result")
 
 
 class RobotBody(Generic[HubState]):
@@ -71,6 +75,7 @@ class RobotBody(Generic[HubState]):
         )
         self.clock = StageClock()
         """Time spent in ``assembly``, ``factorisation``, ``elimination`` and ``friction``."""
+        self._threads: ThreadPoolExecutor | None = None
         counts = [leg.contact_count for leg in self.legs]
         self._contact_starts: np.ndarray = np.concatenate([[0], np.cumsum(counts)])
         # Refuses surfaces and areas that there are not.
@@ -153,6 +158,18 @@ class RobotBody(Generic[HubState]):
         """Every body of finite elements, legs first and then those of the hub."""
         legs = zip(self.legs, state.positions, state.velocities, strict=True)
         return [*((leg.part, x, v) for leg, x, v in legs), *self.hub.bodies(state.hub)]
+
+    def each_leg(self, function: Callable[[int], _Result]) -> list[_Result]:
+        """What a function makes of the number of each leg, by as many threads as are asked for.
+
+        Legs share nothing, so results do not depend on the number of threads.
+        """
+        numbers = range(len(self.legs))
+        if self.numerics.thread_count == 1:
+            return [function(number) for number in numbers]
+        if self._threads is None:
+            self._threads = ThreadPoolExecutor(self.numerics.thread_count)
+        return list(self._threads.map(function, numbers))
 
     def contact_numbers(self, points: Sequence[np.ndarray]) -> np.ndarray:
         """Numbers among all contact points of the given ones of each body, (contact,)."""

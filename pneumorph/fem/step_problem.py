@@ -8,12 +8,16 @@ from typing import Generic
 
 import numpy as np
 
-from pneumorph.fem.body_equations import implicit_equations, linearly_implicit_equations
+from pneumorph.fem.body_equations import (
+    implicit_equations,
+    implicit_residual,
+    linearly_implicit_equations,
+)
 from pneumorph.fem.contact_points import Contacts, linearise_contacts
 from pneumorph.fem.contact_solve import solve_contacts
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.hub_body import HubState
-from pneumorph.fem.mounted_leg import MountedLeg
+from pneumorph.fem.mounted_leg import LegShare, MountedLeg
 from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.trial_step import TrialStep
 from pneumorph.physics.physics import Physics
@@ -61,6 +65,13 @@ class StepProblem(Generic[HubState]):
             np.zeros_like(start.contact_velocities),
         )
 
+    def going_on(self) -> TrialStep[HubState]:
+        """The trial in which everything moves as before: near the end where motion is smooth."""
+        start = self._start
+        return self._moved(
+            start.hub.velocity, start.velocities, start.impulses, start.contact_velocities
+        )
+
     def between(
         self, first: TrialStep[HubState], second: TrialStep[HubState], share: float
     ) -> TrialStep[HubState]:
@@ -104,46 +115,82 @@ class StepProblem(Generic[HubState]):
 
     def implicit_euler(self, trial: TrialStep[HubState], definite: bool = False) -> Equations:
         """Equations of the implicit Euler step, linearised at a trial."""
-        start, physics, clock = self._start, self._physics, self._robot.clock
-        assemble = clock.timed("assembly", implicit_equations)
+        clock = self._robot.clock
         hub = clock.timed("assembly", self._robot.hub.implicit_system)
+        assemble = clock.timed("assembly", self.implicit_leg)
         return Equations(
-            hub(start.hub, trial.hub, physics, definite),
-            tuple(
-                assemble(leg.part, before, x, v, self._pressure_of(leg), physics, definite, memory)
-                for leg, before, x, v, memory in zip(
-                    self._robot.legs,
-                    start.velocities,
-                    trial.positions,
-                    trial.velocities,
-                    start.memories,
-                    strict=True,
-                )
-            ),
+            hub(self._start.hub, trial.hub, self._physics, definite),
+            tuple(assemble(number, trial, definite) for number in range(len(self._robot.legs))),
+        )
+
+    def residuals(self, equations: Equations, trial: TrialStep[HubState]) -> list[np.ndarray]:
+        """r of each leg at the trial that equations were linearised at [mN s], each (3 node,)."""
+        return [
+            leg.part.assembly.matrix(data) @ v.ravel() - b
+            for leg, (data, b), v in zip(
+                self._robot.legs, equations.legs, trial.velocities, strict=True
+            )
+        ]
+
+    def implicit_hub(self, trial: TrialStep[HubState]) -> tuple[np.ndarray, np.ndarray]:
+        """A and b of the hub in the implicit Euler step, linearised at a trial."""
+        return self._robot.hub.implicit_system(self._start.hub, trial.hub, self._physics, False)
+
+    def implicit_leg(
+        self, number: int, trial: TrialStep[HubState], definite: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A and b of a leg in the implicit Euler step, linearised at a trial."""
+        leg, start = self._robot.legs[number], self._start
+        return implicit_equations(
+            leg.part,
+            start.velocities[number],
+            trial.positions[number],
+            trial.velocities[number],
+            self._pressure_of(leg),
+            self._physics,
+            definite,
+            start.memories[number],
+        )
+
+    def implicit_residual(self, number: int, trial: TrialStep[HubState]) -> np.ndarray:
+        """r of a leg in the implicit Euler step at a trial [mN s], (3 node,)."""
+        leg, start = self._robot.legs[number], self._start
+        return implicit_residual(
+            leg.part,
+            start.velocities[number],
+            trial.positions[number],
+            trial.velocities[number],
+            self._pressure_of(leg),
+            self._physics,
+            start.memories[number],
         )
 
     def unbalanced(
-        self, equations: Equations, trial: TrialStep[HubState], contacts: Contacts
+        self,
+        hub_equations: tuple[np.ndarray, np.ndarray],
+        residuals: Sequence[np.ndarray],
+        trial: TrialStep[HubState],
+        contacts: Contacts,
     ) -> float:
         """Norm of the impulses that a trial leaves unbalanced [mN s].
 
         Args:
-            equations: Linearised at the trial.
+            hub_equations: A and b of the hub, linearised at the trial.
+            residuals: r of each leg there [mN s], each (3 node,).
             trial: The trial.
             contacts: The floor, linearised at the trial.
         """
         robot, hub = self._robot, self._robot.hub
-        matrix, right = equations.hub
+        matrix, right = hub_equations
         of_hub = matrix @ trial.hub.velocity - right
         impulses = self._world_impulses(trial, contacts)
         points = hub.contact_points[contacts.points[-1]]
         of_hub -= hub.point_map(trial.hub, points).T @ impulses[-1].ravel()
         squares = 0.0
-        for leg, (data, b), v, active, impulse in zip(
-            robot.legs, equations.legs, trial.velocities, contacts.points, impulses, strict=False
+        for leg, residual, active, impulse in zip(
+            robot.legs, residuals, contacts.points, impulses, strict=False
         ):
-            of_leg = (leg.part.assembly.matrix(data) @ v.ravel() - b).reshape(-1, 3)
-            of_leg -= leg.contact_weights[active].T @ impulse
+            of_leg = residual.reshape(-1, 3) - leg.contact_weights[active].T @ impulse
             tie = hub.point_map(trial.hub, leg.attachment_in_hub)
             of_hub += tie.T @ of_leg[leg.attachment].ravel()
             of_leg[leg.attachment] = 0.0
@@ -162,7 +209,7 @@ class StepProblem(Generic[HubState]):
             mass = leg.part.node_mass
             squares += float(np.sum((mass[:, None] * v) ** 2))
             squares += float(np.sum((step * gravity * mass) ** 2))
-            squares += float(np.sum((step * leg.part.internal_force(x, physics.rotation)) ** 2))
+            squares += float(np.sum((step * leg.part.elastic_force(x, physics.rotation)) ** 2))
             pressure = self._pressure_of(leg)
             if pressure != 0.0:
                 squares += float(np.sum((step * leg.part.pressure_force(x, pressure)) ** 2))
@@ -176,17 +223,39 @@ class StepProblem(Generic[HubState]):
         Raises:
             numpy.linalg.LinAlgError: A matrix is not positive definite.
         """
+        condensed = [
+            leg.condense(data, b, points, frames, self._robot.clock)
+            for leg, (data, b), points, frames in zip(
+                self._robot.legs, equations.legs, contacts.points, contacts.frames, strict=False
+            )
+        ]
+        return self.joined(equations.hub, condensed, trial, contacts)
+
+    def joined(
+        self,
+        hub_equations: tuple[np.ndarray, np.ndarray],
+        condensed: Sequence[LegShare],
+        trial: TrialStep[HubState],
+        contacts: Contacts,
+    ) -> TrialStep[HubState]:
+        """The next trial by the legs' shares, joined by the hub and the contact law.
+
+        Args:
+            hub_equations: A and b of the hub, linearised at the trial.
+            condensed: Each leg's share.
+            trial: The last trial.
+            contacts: The floor, linearised at the trial.
+
+        Raises:
+            numpy.linalg.LinAlgError: The hub's matrix is not positive definite.
+        """
         robot, hub, active = self._robot, self._robot.hub, contacts.points
-        matrix, right = equations.hub[0].copy(), equations.hub[1].copy()
-        condensed, ties = [], []
-        for leg, (data, b), points, frames in zip(
-            robot.legs, equations.legs, active, contacts.frames, strict=False
-        ):
-            share = leg.condense(data, b, points, frames, robot.clock)
+        matrix, right = hub_equations[0].copy(), hub_equations[1].copy()
+        ties = []
+        for leg, share in zip(robot.legs, condensed, strict=True):
             tie = hub.point_map(trial.hub, leg.attachment_in_hub)
             matrix += tie.T @ share.attachment_matrix @ tie
             right += tie.T @ share.attachment_right
-            condensed.append(share)
             ties.append(tie)
         hub_points = contacts.frames[-1] @ hub.point_map(
             trial.hub, hub.contact_points[active[-1]]
@@ -209,12 +278,15 @@ class StepProblem(Generic[HubState]):
             self._physics.time_step_s,
             robot.numerics,
         )
-        velocities, first = [], 0
-        for leg, share, tie, points in zip(robot.legs, condensed, ties, active, strict=False):
-            impulse = solution.impulses[first : first + len(points)].ravel()
-            first += len(points)
-            attached = tie @ solution.hub_velocity
-            velocities.append(leg.full_velocity(share.free_velocity(attached, impulse), attached))
+        ends = np.cumsum([len(points) for points in active])
+        impulses_by_body = np.split(solution.impulses, ends[:-1])
+
+        def velocity(number: int) -> np.ndarray:
+            attached = ties[number] @ solution.hub_velocity
+            impulse = impulses_by_body[number].ravel()
+            return condensed[number].node_velocities(attached, impulse)
+
+        velocities = robot.each_leg(velocity)
         impulses, contact_velocities = np.zeros((2, robot.contact_point_count, 3))
         impulses[numbers], contact_velocities[numbers] = solution.impulses, solution.velocities
         return self._moved(

@@ -56,7 +56,7 @@ def linearly_implicit_step(
     while deepest > numerics.penetration_tolerance_mm and solves < numerics.contact_passes:
         contacts = problem.contacts(points, end)
         end = problem.solve(equations, standing, contacts)
-        points, deepest = _with_points_below(robot, points, end)
+        points, deepest = with_points_below(robot, points, end)
         solves += 1
     if deepest > numerics.penetration_limit_mm:
         raise StepError(
@@ -108,7 +108,7 @@ def implicit_euler_step(
                 f"Newton's method found no smaller imbalance than {now.unbalanced:.3g} mN s in "
                 f"iteration {iteration}, expected {enough:.3g} or less"
             )
-        points, deepest = _with_points_below(robot, points, new.trial)
+        points, deepest = with_points_below(robot, points, new.trial)
         # The contact law holds where a whole step ended.
         balanced = share == 1.0 and new.unbalanced <= enough
         if balanced and not deepest > robot.numerics.penetration_tolerance_mm:
@@ -132,13 +132,19 @@ def _evaluated(
     problem: StepProblem[HubState], trial: TrialStep[HubState], points: Sequence[np.ndarray]
 ) -> _Evaluated[HubState]:
     equations, contacts = problem.implicit_euler(trial), problem.contacts(points, trial)
-    return _Evaluated(trial, equations, contacts, problem.unbalanced(equations, trial, contacts))
+    residuals = problem.residuals(equations, trial)
+    unbalanced = problem.unbalanced(equations.hub, residuals, trial, contacts)
+    return _Evaluated(trial, equations, contacts, unbalanced)
 
 
-def _with_points_below(
+def with_points_below(
     robot: RobotBody[HubState], points: Sequence[np.ndarray], trial: TrialStep[HubState]
 ) -> tuple[list[np.ndarray], float]:
-    """Points that take part and those that a trial puts below the floor; depth of the deepest."""
+    """Points that take part and those that a trial puts below the floor; depth of the deepest.
+
+    Raises:
+        StepError: The floor has no height below a point.
+    """
     positions = robot.contact_positions(trial)
     gaps = [robot.floor.gap(each) for each in positions]
     for gap, position in zip(gaps, positions, strict=True):

@@ -120,7 +120,7 @@ class VolumeGroup:
             moves = np.swapaxes(change.T[:, self.nodes_by_corner], 0, 1)
             volumes = np.einsum("nie,nie->e", before / 3.0 + moves, slope)
         mixed = mixed * (self.lame_lambda * (volumes / self.rest_volume - 1.0))
-        for u, (n, m) in zip(mixed, _volume_tensor(len(corners))[0], strict=True):
+        for u, (n, m) in zip(mixed, volume_tensor(len(corners))[0], strict=True):
             for i, j, k, sign in SIGNED_PERMUTATIONS:
                 p, q = 3 * n + i, 3 * m + j
                 entries[starts[p] + q - p] += sign * u[k]
@@ -139,7 +139,7 @@ class VolumeGroup:
         corners = np.ascontiguousarray(np.swapaxes(x, 0, 1)[:, self.nodes_by_corner])
         # From the first node on, so that nothing is lost where a body is far from the origin.
         corners = np.swapaxes(corners - corners[:, :1], 0, 1)
-        pairs, tensor = _volume_tensor(len(corners))
+        pairs, tensor = volume_tensor(len(corners))
         mixed = (tensor @ corners.reshape(len(corners), -1)).reshape(len(pairs), 3, -1)
         gradient = np.zeros_like(corners)
         for u, (n, m) in zip(mixed, pairs, strict=True):
@@ -162,7 +162,7 @@ class VolumeField:
 
     def mixed(self, other: VolumeField) -> np.ndarray:
         """6 D(self, other, .): what a third field does to the volume, (k, 3, element)."""
-        pairs, _ = _volume_tensor(len(self.corners))
+        pairs, _ = volume_tensor(len(self.corners))
         result = np.zeros_like(self.corners)
         for u, w, (n, m) in zip(self.sums, other.sums, pairs, strict=True):
             result[n] += 0.5 * (cross(self.corners[m], w) + cross(other.corners[m], u))
@@ -171,8 +171,12 @@ class VolumeField:
 
 
 @cache
-def _volume_tensor(node_count: int) -> tuple[list[tuple[int, int]], np.ndarray]:
-    """Pairs n < m of a tetrahedron's nodes, and T_nmk for each, (pair, k)."""
+def volume_tensor(node_count: int) -> tuple[list[tuple[int, int]], np.ndarray]:
+    """Pairs n < m of a tetrahedron's nodes, and T_nmk for each, (pair, k).
+
+    Args:
+        node_count: 4 or 10.
+    """
     on_edge = {frozenset(edge): 4 + place for place, edge in enumerate(TETRAHEDRON_EDGES)}
     triples, weights = volume_terms(3 if node_count == 4 else 6)
     tensor = np.zeros((node_count,) * 3)

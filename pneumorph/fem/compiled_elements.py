@@ -1,0 +1,167 @@
+"""Forces and exact tangents of a part's elements by the engine, added straight into its assembly.
+
+The same numbers, to rounding, as those of the element groups in NumPy, which stay their
+specification: solids of `yeoh`, `stable_neo_hookean` and `st_venant_kirchhoff`, with mean dilatation
+and Maxwell branches, sheets of `st_venant_kirchhoff`, and pressure.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+import pneumorph._engine as engine
+from pneumorph.fem.assembly import Assembly
+from pneumorph.fem.cavity import Cavity
+from pneumorph.fem.element_group import ElementGroup
+from pneumorph.fem.maxwell_group import MaxwellGroup, ViscousState
+from pneumorph.fem.volume_group import VolumeGroup, volume_tensor
+
+_LAWS = {3: ("yeoh", "stable_neo_hookean", "st_venant_kirchhoff"), 2: ("st_venant_kirchhoff",)}
+
+
+class CompiledElements:
+    """Elements of a part in the engine.
+
+    Args:
+        assembly: Sparsity of the part's matrices.
+        groups: Tetrahedra first, then sheets.
+        volumes: Volumes of the tetrahedra; None where a law takes them at every point.
+        branches: What of the tetrahedra's stress relaxes; None if nothing does.
+        cavity: Where pressure acts; None for a part without.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        groups: tuple[ElementGroup, ...],
+        volumes: VolumeGroup | None,
+        branches: MaxwellGroup | None,
+        cavity: Cavity | None,
+    ) -> None:
+        self._assembly, self._branches = assembly, branches
+        self._sums = [_element_sums(assembly, group) for group in groups]
+        self._cavity = None
+        if cavity is not None:
+            terms = np.ascontiguousarray(cavity.triangles, dtype=np.int32)
+            self._cavity = engine.CavitySums(
+                terms, cavity.weights, assembly.indptr, assembly.indices
+            )
+        if volumes is not None:
+            pairs, tensor = volume_tensor(volumes.connectivity.shape[1])
+            self._sums[0].set_volumes(
+                volumes.lame_lambda, volumes.rest_volume, np.array(pairs, dtype=np.int32), tensor
+            )
+
+    @staticmethod
+    def know(groups: tuple[ElementGroup, ...]) -> bool:
+        """Whether the engine has the laws of all these groups."""
+        return all(group.material.law in _LAWS[group.dimension] for group in groups)
+
+    def relaxing_stress(
+        self, memory: ViscousState | None, step_s: float
+    ) -> RelaxingStress | None:
+        """What the branches' stress is in a step, by the strain at its end; None without branches.
+
+        Args:
+            memory: What the solid remembers at the step's start.
+            step_s: Length of the step [s].
+        """
+        if memory is None or self._branches is None:
+            return None
+        return RelaxingStress(self._branches, memory, step_s)
+
+    def force(
+        self, x: np.ndarray, pressure_kPa: float = 0.0, relaxing: RelaxingStress | None = None
+    ) -> np.ndarray:
+        """Force of elasticity, pressure and branches on the nodes [mN], (node, 3).
+
+        Args:
+            x: Node positions [mm], (node, 3).
+            pressure_kPa: Pressure in the cavity [kPa].
+            relaxing: The branches' stress in this step.
+        """
+        return self._add(x, pressure_kPa, relaxing, None, 1.0)
+
+    def force_and_tangent(
+        self,
+        x: np.ndarray,
+        pressure_kPa: float,
+        relaxing: RelaxingStress | None,
+        data: np.ndarray,
+        factor: float,
+    ) -> np.ndarray:
+        """The same, with a factor times -d(force)/dx added to `data` in place.
+
+        Args:
+            x: Node positions [mm], (node, 3).
+            pressure_kPa: Pressure in the cavity [kPa].
+            relaxing: The branches' stress in this step.
+            data: In the pattern of the part's assembly, (entry,).
+            factor: What the tangent is multiplied by.
+        """
+        return self._add(x, pressure_kPa, relaxing, data, factor)
+
+    def _add(
+        self,
+        x: np.ndarray,
+        pressure_kPa: float,
+        relaxing: RelaxingStress | None,
+        data: np.ndarray | None,
+        factor: float,
+    ) -> np.ndarray:
+        x, forces = np.ascontiguousarray(x, dtype=float), np.zeros(x.shape)
+        for number, sums in enumerate(self._sums):
+            if number == 0 and relaxing is not None:
+                sums.add(x, relaxing.base, relaxing.gain, forces, data, factor)
+            else:
+                sums.add(x, None, 0.0, forces, data, factor)
+        if self._cavity is not None and pressure_kPa != 0.0:
+            self._cavity.add(x, pressure_kPa, forces, data, factor)
+        return forces
+
+
+class RelaxingStress:
+    """S = base + 2 gain E: the branches' stress at the end of a step, by Green's strain there.
+
+    The update of `pneumorph.fem.maxwell_group` is linear in the strain at the step's end.
+
+    Args:
+        branches: The branches.
+        memory: What the solid remembers at the step's start.
+        step_s: Length of the step [s].
+    """
+
+    def __init__(self, branches: MaxwellGroup, memory: ViscousState, step_s: float) -> None:
+        decay, gain = branches.series.step_factors(step_s)
+        moduli = branches.shear_moduli[:, 0]  # a solid is of one material
+        self.gain = float(gain @ moduli)
+        """Shear modulus of the strain at the end [kPa]."""
+        stress = np.tensordot(2.0 * decay * moduli, memory.spring, 1)
+        stress -= 2.0 * self.gain * memory.strain
+        rows, columns = np.triu_indices(3)
+        self.base: np.ndarray = np.ascontiguousarray(stress[rows, columns])
+        """Stress of the unstrained solid there [kPa], xx xy xz yy yz zz, (6, point)."""
+
+
+def _element_sums(assembly: Assembly, group: ElementGroup) -> engine.ElementSums:
+    points, dimension = group.points_per_element, group.dimension
+    elements = group.connectivity[::points]
+    return engine.ElementSums(
+        group.material.law,
+        np.array(_constants(group)),
+        np.ascontiguousarray(elements, dtype=np.int32),
+        group.material_gradients.reshape(len(elements), points, -1, dimension).copy(),
+        group.measure.reshape(len(elements), points).copy(),
+        assembly.indptr,
+        assembly.indices,
+    )
+
+
+def _constants(group: ElementGroup) -> tuple[float, float, float, float]:
+    material = group.material
+    lame_lambda, lame_mu = material.lame_constants(group.dimension)
+    if material.law != "yeoh":
+        return lame_mu, lame_lambda, 0.0, 0.0
+    first = 0.5 * lame_mu
+    ratios = (1.0, material.yeoh_c2_over_c1, material.yeoh_c3_over_c1)
+    return *(first * ratio for ratio in ratios), lame_lambda + 2.0 * lame_mu / 3.0
