@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "element_sums.hpp"
@@ -24,14 +25,23 @@ static void require(bool holds, const std::string& what) {
   if (!holds) throw std::invalid_argument("element sums: " + what);
 }
 
-static pneumorph::AddElements best_instructions() {
+using NamedInstructions = std::vector<std::pair<std::string, pneumorph::AddElements>>;
+
+// Instruction sets that this machine has, the best one first.
+static const NamedInstructions& instruction_sets() {
+  static const NamedInstructions found = [] {
+    NamedInstructions sets;
 #if defined(PNEUMORPH_X86)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512bw"))
-    return pneumorph::add_elements_avx512;
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return pneumorph::add_elements_avx2;
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
+        __builtin_cpu_supports("avx512bw"))
+      sets.emplace_back("avx512", pneumorph::add_elements_avx512);
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+      sets.emplace_back("avx2", pneumorph::add_elements_avx2);
 #endif
-  return pneumorph::add_elements_baseline;
+    sets.emplace_back("baseline", pneumorph::add_elements_baseline);
+    return sets;
+  }();
+  return found;
 }
 
 static FullLaw law_named(const std::string& name, size_t dimension) {
@@ -122,6 +132,15 @@ class PythonElementSums {
     packs_.tensor.assign(tensor.data(), tensor.data() + tensor.size());
   }
 
+  void use(const std::string& name) {
+    for (const auto& [known, function] : instruction_sets())
+      if (known == name) {
+        add_elements_ = function;
+        return;
+      }
+    require(false, "no instruction set " + name + " on this machine");
+  }
+
   void add(Doubles positions, std::optional<Doubles> relaxing_base, double relaxing_gain, Target forces,
            std::optional<Target> data, double factor) const {
     const size_t nodes = size_t(packs_.node_count);
@@ -131,8 +150,8 @@ class PythonElementSums {
     require(!relaxing_base || (relaxing_base->size() == 6 * points && packs_.dimension == 3),
             "relaxing_base must be (6, point), of a solid");
     nb::gil_scoped_release release;
-    best_instructions()(packs_, positions.data(), relaxing_base ? relaxing_base->data() : nullptr, relaxing_gain, factor,
-                        forces.data(), data ? data->data() : nullptr);
+    add_elements_(packs_, positions.data(), relaxing_base ? relaxing_base->data() : nullptr, relaxing_gain, factor,
+                  forces.data(), data ? data->data() : nullptr);
   }
 
  private:
@@ -164,6 +183,7 @@ class PythonElementSums {
   }
 
   ElementPacks packs_;
+  pneumorph::AddElements add_elements_ = instruction_sets().front().second;
 };
 
 // Load of a cavity of the volume sum w x_0 . (x_1 x x_2): equation (7) of docs/physics.md.
@@ -217,6 +237,9 @@ class PythonCavitySums {
 };
 
 void bind_element_sums(nb::module_& module) {
+  nb::list names;
+  for (const auto& [name, function] : instruction_sets()) names.append(name);
+  module.attr("ELEMENT_INSTRUCTION_SETS") = nb::tuple(names);
   nb::class_<PythonCavitySums>(module, "CavitySums")
       .def(nb::init<Integers, Doubles, Integers, Integers>(), nb::arg("terms"), nb::arg("weights"), nb::arg("indptr"),
            nb::arg("indices"))
@@ -226,6 +249,7 @@ void bind_element_sums(nb::module_& module) {
       .def(nb::init<const std::string&, Doubles, Integers, Doubles, Doubles, Integers, Integers>(), nb::arg("law"),
            nb::arg("constants"), nb::arg("connectivity"), nb::arg("gradients"), nb::arg("measures"), nb::arg("indptr"),
            nb::arg("indices"))
+      .def("use", &PythonElementSums::use, nb::arg("instruction_set"))
       .def("set_volumes", &PythonElementSums::set_volumes, nb::arg("lame_lambda"), nb::arg("volumes"), nb::arg("pairs"),
            nb::arg("tensor"))
       .def("add", &PythonElementSums::add, nb::arg("positions"), nb::arg("relaxing_base").none(), nb::arg("relaxing_gain"),

@@ -1,8 +1,8 @@
 """Forces and exact tangents of a part's elements by the engine, added straight into its assembly.
 
 The same numbers, to rounding, as those of the element groups in NumPy, which stay their
-specification: solids of `yeoh`, `stable_neo_hookean` and `st_venant_kirchhoff`, with mean dilatation
-and Maxwell branches, sheets of `st_venant_kirchhoff`, and pressure.
+specification: solids of `yeoh`, `stable_neo_hookean` and `st_venant_kirchhoff`, with mean
+dilatation and Maxwell branches, sheets of `st_venant_kirchhoff`, and pressure.
 """
 
 from __future__ import annotations
@@ -57,9 +57,16 @@ class CompiledElements:
         """Whether the engine has the laws of all these groups."""
         return all(group.material.law in _LAWS[group.dimension] for group in groups)
 
-    def relaxing_stress(
-        self, memory: ViscousState | None, step_s: float
-    ) -> RelaxingStress | None:
+    def use(self, instruction_set: str) -> None:
+        """Take an instruction set by name instead of the best one of this machine.
+
+        Args:
+            instruction_set: One of ``engine.ELEMENT_INSTRUCTION_SETS``.
+        """
+        for sums in self._sums:
+            sums.use(instruction_set)
+
+    def relaxing_stress(self, memory: ViscousState | None, step_s: float) -> RelaxingStress | None:
         """What the branches' stress is in a step, by the strain at its end; None without branches.
 
         Args:
@@ -162,6 +169,5 @@ def _constants(group: ElementGroup) -> tuple[float, float, float, float]:
     lame_lambda, lame_mu = material.lame_constants(group.dimension)
     if material.law != "yeoh":
         return lame_mu, lame_lambda, 0.0, 0.0
-    first = 0.5 * lame_mu
-    ratios = (1.0, material.yeoh_c2_over_c1, material.yeoh_c3_over_c1)
-    return *(first * ratio for ratio in ratios), lame_lambda + 2.0 * lame_mu / 3.0
+    first, bulk = 0.5 * lame_mu, lame_lambda + 2.0 * lame_mu / 3.0
+    return first, first * material.yeoh_c2_over_c1, first * material.yeoh_c3_over_c1, bulk

@@ -76,7 +76,8 @@ def _structure(graph: csr_array, order: np.ndarray) -> tuple[list[int], list[np.
     """Parent of each node, -1 without, and later nodes that its column of the factor touches."""
     place = np.empty(len(order), dtype=int)
     place[order] = np.arange(len(order))
-    parent, rows = [], []
+    parent: list[int] = []
+    rows: list[np.ndarray] = []
     children: list[list[int]] = [[] for _ in order]
     for number, node in enumerate(order):
         touched = place[graph.indices[graph.indptr[node] : graph.indptr[node + 1]]]

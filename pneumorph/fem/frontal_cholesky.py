@@ -1,8 +1,9 @@
 """Cholesky factors of a body by fronts: one that sweeps along it, or a tree of them.
 
-In a sweep, nodes are eliminated in blocks, in the order of the Fiedler vector of the mesh, which for a leg is
-the order from root to tip. The front of a block is the block itself and those later nodes that
-eliminated ones have touched, about a cross-section: a dense matrix, so all work is level-3 BLAS.
+In a sweep, nodes are eliminated in blocks, in the order of the Fiedler vector of the mesh, which
+for a leg is the order from root to tip. The front of a block is the block itself and those later
+nodes that eliminated ones have touched, about a cross-section: a dense matrix, so all work is
+level-3 BLAS.
 Columns that begin far down the body, such as those of contacts near the tip, cost nothing before.
 
 Beside general solvers, for the leg of the paper on one thread: CHOLMOD (supernodal, with OpenBLAS;
@@ -42,9 +43,7 @@ class FrontPattern:
             operations, but columns of contacts reach more blocks.
     """
 
-    def __init__(
-        self, assembly: Assembly, slaves: np.ndarray, along: Along = "sweep"
-    ) -> None:
+    def __init__(self, assembly: Assembly, slaves: np.ndarray, along: Along = "sweep") -> None:
         graph = _node_graph(assembly)
         if along == "sweep":
             order, starts, fronts = _sweep(graph, slaves)
@@ -195,9 +194,7 @@ class FrontalCholesky:
         return self.half_solve_transposed(self.half_solve(right.copy())[0])
 
 
-def _sweep(
-    graph: csr_array, slaves: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+def _sweep(graph: csr_array, slaves: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """Nodes in the order of a sweep, starts of its blocks, places of the nodes of each front."""
     along = _fiedler_vector(graph)
     if along[slaves].mean() > along.mean():

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
+from pneumorph.base.settings import settings_to_dict
 
 Integrator = Literal["linearly_implicit", "implicit_euler"]
 NewtonMatrix = Literal["fresh", "kept"]
@@ -55,3 +56,10 @@ class FullOrderSettings(Checked):
     """A step that still ends with a point deeper than this has failed [mm]."""
     speed_limit_mm_per_s: Positive = 1e5
     """A robot with a node faster than this has diverged [mm/s]."""
+
+    def described(self) -> dict[str, Any]:
+        """Settings by name, which tell kept things apart: without what decides nothing, and without
+        what earlier versions did not have where it is as usual."""
+        own = settings_to_dict(self)
+        usual = ("thread_count", *(("newton_matrix",) if self.newton_matrix == "fresh" else ()))
+        return {name: value for name, value in own.items() if name not in usual}

@@ -10,9 +10,9 @@ Nonlinear Problems, section 2.1.2). Unbalanced impulses tell little: a stiff she
 small angle is stretched a little by a good iteration, and its false tension outweighs all else. For
 the same reason a matrix of a trial far from the end does less well than one of a trial near it, and
 errors of stiff and soft motions take turns, so that two iterations are looked at together: where
-they leave more than `POOR_CONTRACTION`, the last change is not made and factors are made anew at the
-trial that was reached. With 0.3 in two iterations, eight digits would take 30 of them; with fresh
-factors they take some six.
+they leave more than `POOR_CONTRACTION`, the last change is not made and factors are made anew at
+the trial that was reached. With 0.3 in two iterations, eight digits would take 30 of them; with
+fresh factors they take some six.
 """
 
 from __future__ import annotations

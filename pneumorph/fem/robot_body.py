@@ -9,7 +9,6 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from pneumorph.base.settings import settings_to_dict
 from pneumorph.base.stage_clock import StageClock
 from pneumorph.fem.floor import Floor, PlaneFloor
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -21,7 +20,6 @@ from pneumorph.fem.trial_step import TrialStep
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
-
 
 _Result = TypeVar("_Result")
 
@@ -94,7 +92,7 @@ class RobotBody(Generic[HubState]):
     @property
     def settings(self) -> dict[str, Any]:
         """Physics and numerics by name, for what is saved of a rollout."""
-        return {**self.physics.described(), **settings_to_dict(self.numerics)}
+        return {**self.physics.described(), **self.numerics.described()}
 
     @property
     def contact_point_count(self) -> int:

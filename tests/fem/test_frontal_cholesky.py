@@ -137,7 +137,7 @@ def test_wrong_shapes_are_refused(bar, pattern):
 
 
 def test_engine_refuses_a_pattern_that_would_leave_its_arrays():
-    whole = [[0, 1], [0, 1], [1], [0], [0, 1], [0], [0]]  # one block, and a row beyond it
+    whole = [[0, 1], [0, 1], [1], [0], [0], [0, 1], [0], [0]]  # one block, and a row beyond it
     arrays = [np.array(values, dtype=np.int32) for values in whole]
     with pytest.raises(ValueError, match="the last front must end with its block"):
         engine.FrontPattern(*arrays, 1)
