@@ -202,6 +202,7 @@ class RobotSpec:
         """Physics, calibration and, of reduced robots, the module, for a summary."""
         used = {"leg": self.module.describe()} if reduced else {}
         return {
+            "physics": self.physics,
             "damping": self.physics.damping,
             "calibration": describe_calibration(self.calibration, self.physics.pressure_map),
             **used,

@@ -9,7 +9,13 @@ from pneumorph.report.pairs_figure import Pair, pairs_figure
 from pneumorph.report.robustness_figures import friction_figure, margin_figure
 from pneumorph.report.style import save_figure
 from pneumorph.report.walk_figures import cycle_figure, step_figure
-from pneumorph.study.analysis import Analysis, AnalysisSettings, walk_file, walkers
+from pneumorph.study.analysis import (
+    Analysis,
+    AnalysisSettings,
+    leg_friction,
+    walk_file,
+    walkers,
+)
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.trajectory import Trajectory
 
@@ -49,7 +55,10 @@ def draw_analysis(
         ),
         "margin": margin_figure(
             {
-                label: (walker.design, friction_margin(walk, found.friction))
+                label: (
+                    walker.design,
+                    friction_margin(walk, leg_friction(walker.design, walk, spec)),
+                )
                 for label, (_, walker, walk) in robots.items()
             },
             settings.cycle_s,
@@ -57,7 +66,7 @@ def draw_analysis(
         "friction": friction_figure(
             found.frictions,
             {label: each.distances_over_friction_cm for label, (each, _, _) in robots.items()},
-            found.friction,
+            None if spec.physics.friction_by_surface else found.friction,
         ),
         "pairs": pairs_figure(
             [

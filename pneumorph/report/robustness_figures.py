@@ -66,9 +66,10 @@ def friction_figure(
     """Return distances in cm against the friction coefficient, a line a robot.
 
     Args:
-        frictions: Coulomb coefficients.
+        frictions: Coulomb coefficients, of every surface alike.
         distances_cm: Distance at each, by label; NaN where a simulation failed.
-        trained_friction: Coefficient the gaits were found with, drawn as a line.
+        trained_friction: Coefficient of every surface that the recorded walks were made with, drawn
+            as a line; None where they differ.
     """
     figure, axes = new_axes()
     for number, (label, distances) in enumerate(distances_cm.items()):

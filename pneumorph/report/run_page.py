@@ -24,6 +24,7 @@ from pneumorph.report.making_sections import (
     mesh_sections,
 )
 from pneumorph.report.page import Section
+from pneumorph.report.physics_words import physics_of
 from pneumorph.report.reduction_sections import (
     comparison_sections,
     leg_sections,
@@ -251,8 +252,8 @@ def write_run_page(
         _results_section(found, run),
         repeat_section(run),
     ]
-    damping = getattr(found, "damping", None)
-    where = f"Run folder {run.folder}" + (f", {damping} damping." if damping else ".")
+    physics = physics_of(found)
+    where = f"Run folder {run.folder}" + (f", {physics}." if physics else ".")
     headline = _headline(found, run)
     page.write_page(path, shown.title, f"{shown.lead} {where}", headline, sections, sheet.head)
     return RunPage(

@@ -18,6 +18,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.friction_margin import FrictionMargin, friction_margin
 from pneumorph.gait.walk import cycle_slides_cm, step_rewards_cm, walk
 from pneumorph.physics.open_loop_gait import OpenLoopGait
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 from pneumorph.study.finished_run import FinishedRun, furthest
 from pneumorph.study.recorded_walk import recorded_walk
@@ -111,11 +112,13 @@ class Analysis:
     best_distance_cm: float | None
     damping: str
     friction: float
-    """Coefficient that the recorded walks were made with."""
+    """Coefficient that the recorded walks were made with, of surfaces without one of their own."""
     frictions: tuple[float, ...]
     robots: tuple[AnalysedRobot, ...]
     wall_s: float
     calibration: dict[str, Any] | None = None
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
 
 @dataclass(frozen=True, eq=False)

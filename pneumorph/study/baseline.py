@@ -9,6 +9,7 @@ from typing import Any
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings, sweep_phases
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.study.recorded_walk import recorded_walk
 
@@ -51,6 +52,8 @@ class Baseline(BestPhase):
     calibration: dict[str, Any]
     leg: dict[str, Any]
     wall_s: float
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
 
 def baseline(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -> Baseline:

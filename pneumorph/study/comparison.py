@@ -16,6 +16,7 @@ from pneumorph.base.result import save_result
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.shipped_data import data_folder
+from pneumorph.physics.physics import Physics
 from pneumorph.study.animations import Animation, animations
 from pneumorph.study.bend_error import BendComparison, bend_of_report, compare_bend
 from pneumorph.study.full_benchmark import FullBenchmark, bench_full
@@ -126,6 +127,8 @@ class Comparison:
     """How many times as fast a step of the reduced robot is, each on one thread."""
     full_s_per_step: float | None = None
     reduced_s_per_step: float | None = None
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
     def derived(self) -> dict[str, float]:
         """The means of each kind of runs by name."""

@@ -35,6 +35,7 @@ from pneumorph.hardware.trial import LOG_FILE
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
+from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import Design
 from pneumorph.study.gait_source import find_gait, recalibrated
@@ -139,6 +140,8 @@ class DeployedGait:
     mean_distance_cm: float | None = None
     spread_cm: float | None = None
     """Standard deviation over trials; None of a single one."""
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
 
 @dataclass(frozen=True, eq=False)

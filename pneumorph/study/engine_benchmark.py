@@ -12,6 +12,7 @@ import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 
 
@@ -76,6 +77,8 @@ class EngineSpeed:
     damping: str
     calibration: dict[str, Any]
     leg: dict[str, Any]
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
 
 def bench_engine(

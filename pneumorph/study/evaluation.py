@@ -16,6 +16,7 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.walk import walk
+from pneumorph.physics.physics import Physics
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.finished_run import FinishedRun, Pair, furthest
 from pneumorph.study.recorded_walk import Model, recorded_walk
@@ -91,6 +92,8 @@ class Evaluation:
     """The reduced leg; None for finite elements."""
     robustness: Robustness | None = None
     """How the pairs fare in other worlds, where that was asked for."""
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
 
 def evaluate(

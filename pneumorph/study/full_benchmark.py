@@ -14,6 +14,7 @@ from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.fem.body_equations import linearly_implicit_equations
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.full_robot import FullRobot
+from pneumorph.physics.physics import Physics
 
 STAGES = ("assembly", "factorisation", "elimination", "friction")
 """What a full-order robot's clock counts."""
@@ -75,6 +76,8 @@ class StepTimes:
     hub: str | None = None
     damping: str | None = None
     calibration: dict[str, Any] | None = None
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
 
 def bench_full(

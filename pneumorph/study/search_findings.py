@@ -9,6 +9,7 @@ from typing import Any
 from pneumorph.base.artefact import read_json, reading
 from pneumorph.base.result import result_from_dict
 from pneumorph.learn.search_run import CURVE_FILE
+from pneumorph.physics.physics import Physics
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,8 @@ class SearchFindings:
     """The same, by why a design is among them."""
     pairs: tuple[FoundPair, ...] | None = None
     """Of a search of designs and gaits together: the best, the furthest first."""
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from pneumorph.base.checked import Checked, Count
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import MINIMUM_LEGS
 from pneumorph.study.gait_source import find_gait
 from pneumorph.study.recorded_walk import Model, recorded_walk
@@ -69,6 +70,8 @@ class SimulatedWalk:
     film: str | None = None
     live_page_read: bool | None = None
     """Whether a browser has seen the walk to its end; None where it was not shown live."""
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
 
 def simulate(

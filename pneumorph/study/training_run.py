@@ -20,6 +20,7 @@ from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.cooptimise import cooptimise
 from pneumorph.learn.settings import CooptSettings, quick_settings
 from pneumorph.learn.training import STAGES
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator
@@ -94,6 +95,8 @@ class TrainingResult(BestPhase):
     finetuning_wall_s: float | None = None
     randomisation: dict[str, Any] | None = None
     """Distributions of the worlds it was trained in; None for one world."""
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
 
 
 def train(

@@ -19,6 +19,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import TrialComparison, compare_trials, pressure_tracking
+from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 from pneumorph.study.deployed_gait import SCHEDULE_FILE
 from pneumorph.study.recorded_walk import Model, recorded_walk
@@ -91,6 +92,8 @@ class Transfer:
     wall_s: float
     leg: dict[str, Any] | None = None
     """The reduced leg; None for finite elements."""
+    physics: Physics | None = None
+    """What the robots were simulated in; None in files of earlier versions."""
     figures: tuple[str, ...] = ()
 
 

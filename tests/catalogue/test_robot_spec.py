@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,17 @@ from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import simulator_in_world
 from pneumorph.simulation.rollout import rollout
 from pneumorph.simulation.stepper_settings import StepperSettings
+from pneumorph.study.analysis import Analysis
+from pneumorph.study.baseline import Baseline
+from pneumorph.study.comparison import Comparison
+from pneumorph.study.deployed_gait import DeployedGait
+from pneumorph.study.engine_benchmark import EngineSpeed
+from pneumorph.study.evaluation import Evaluation
+from pneumorph.study.full_benchmark import StepTimes
+from pneumorph.study.search_findings import SearchFindings
+from pneumorph.study.simulated_walk import SimulatedWalk
+from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.transfer import Transfer
 
 FALLING = Physics(damping="objective", regulator_count=2, floor_height_mm=-1e5, friction=0.7)
 DESIGN = "1.2.0.1"
@@ -193,6 +204,17 @@ def test_a_calibration_is_of_the_physics_and_the_modules() -> None:
     assert described["calibration"]["slope"] == 3.0
     # What was not measured stays: the map alone leaves the modules alone.
     assert SPEC.calibrated(Calibration(PressureMap(3.0, -2.0))).module is LEG
+
+
+def test_a_summary_names_the_physics_of_its_distances() -> None:
+    """In every result that takes what the robot says of itself; files of before lack it."""
+    physics = replace(FALLING, friction_by_surface=(("hub", 0.3),), air=Air("orifice"))
+    described = replace(SPEC, physics=physics).describe()
+    assert described["physics"] == physics
+    for kind in (Analysis, Baseline, Comparison, DeployedGait, EngineSpeed, Evaluation,
+                 SearchFindings, SimulatedWalk, StepTimes, TrainingResult, Transfer):  # fmt: skip
+        assert set(described) - {"leg"} <= {each.name for each in fields(kind)}
+        assert {each.name: each.default for each in fields(kind)}["physics"] is None
 
 
 def test_a_robot_in_a_world_is_the_randomised_simulators() -> None:

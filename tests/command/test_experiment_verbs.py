@@ -17,6 +17,8 @@ from pneumorph.base.settings import load_settings, settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.cli import run
 from pneumorph.gait.gait_file import read_gait
+from pneumorph.report import analysis_figures
+from pneumorph.report.robustness_figures import friction_figure, margin_figure
 from pneumorph.robot.design import Design
 from pneumorph.study import analysis
 from pneumorph.study.campaign import run_one
@@ -100,6 +102,35 @@ def test_analyse_tells_steps_legs_and_friction(
     # hub hangs over the floor, are a mean, five short actions are not.
     assert found["robots"][0]["hub_load_share"] == pytest.approx(0.0, abs=0.02)
     assert sum(leg["mean_load_mN"] for leg in found["robots"][1]["legs"]) > 0.0
+
+
+def test_figures_of_an_analysis_know_the_friction_of_each_surface(
+    learned: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    drawn: dict[str, Any] = {}
+
+    def margins(robots: Any, cycle_s: float) -> Any:
+        drawn["margins"] = {label: margin for label, (_, margin) in robots.items()}
+        return margin_figure(robots, cycle_s)
+
+    def over_friction(frictions: Any, distances_cm: Any, own: float | None) -> Any:
+        drawn["own"] = own
+        return friction_figure(frictions, distances_cm, own)
+
+    monkeypatch.setattr(analysis_figures, "margin_figure", margins)
+    monkeypatch.setattr(analysis_figures, "friction_figure", over_friction)
+    surfaces = "--physics.friction-by-surface sheet 0.3 hub 0.2"
+    asked = f"analyse {learned} --cycle-s 0.4 --record-every 1 --friction-step 0.8 --out {tmp_path}"
+    found = run_json(f"{asked} {surfaces}", capsys)
+    for robot in found["robots"]:
+        margin = drawn["margins"][robot["label"]]
+        for number, leg in enumerate(robot["legs"]):
+            assert margin.of_leg(number)["used_share"] == pytest.approx(leg["used_share"], 1e-12)
+    # No one coefficient of all surfaces is that of the walks.
+    assert drawn["own"] is None
 
 
 @pytest.mark.parametrize("diverging_count", [1, 2])

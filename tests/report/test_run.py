@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 from pneumorph.base.result import result_to_dict
+from pneumorph.physics.air import Air
+from pneumorph.physics.friction import FrictionPressure
+from pneumorph.physics.physics import Physics
 from pneumorph.report.run_page import write_run_page
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_trajectories import recorded_trajectories
@@ -38,6 +41,41 @@ def test_the_run_it_looks_at_is_read_where_it_still_is(tmp_path: Path) -> None:
     assert here.source.summary["baseline_best_distance_cm"] == 0.5
     assert FinishedRun(tmp_path, {"run": str(tmp_path / "gone")}, {}).source is None
     assert FinishedRun(tmp_path, {}, {}).source is None
+
+
+def test_a_page_says_in_which_physics_its_distances_are(make_trajectory, tmp_path: Path) -> None:
+    path = make_trajectory().save(tmp_path / "trajectory.npz")
+    slippery = Physics(friction=0.7, friction_by_surface=(("hub", 0.3), ("sheet", 0.5)))
+    walk = SimulatedWalk(
+        status="completed",
+        design="1.2",
+        model="reduced",
+        distance_cm=1.0,
+        simulated_s=2.0,
+        mean_contact_count=12.0,
+        trajectory=str(path),
+        damping="published",
+        simulation_wall_s=1.0,
+        wall_s=1.0,
+        physics=slippery,
+    )
+    (tmp_path / "settings.json").write_text("{}")
+    surfaces = "friction 0.7, of hub 0.3, of sheet 0.5"
+    for physics, said in (
+        (slippery, f"published damping, {surfaces}, pressures by 150 kPa/s."),
+        (replace(slippery, air=Air("orifice")), f"{surfaces}, air through valves from 200 kPa."),
+        (
+            replace(slippery, floor_slope_deg=2.0, friction_pressure=FrictionPressure(-0.25)),
+            f"{surfaces}, by contact pressure to the power -0.25, floor of 2 degrees, pressures",
+        ),
+        (None, f"Run folder {tmp_path}, published damping."),  # of an earlier version
+    ):
+        summary = {"verb": "simulate", **result_to_dict(replace(walk, physics=physics))}
+        if physics is None:
+            del summary["physics"]
+        (tmp_path / "summary.json").write_text(json.dumps(summary))
+        page = write_run_page(FinishedRun.read(tmp_path), tmp_path / "report" / "page.html")
+        assert said in Path(page.page).read_text()
 
 
 def test_a_robot_that_diverged_has_no_distance_on_a_page(make_trajectory, tmp_path: Path) -> None:

@@ -1,0 +1,32 @@
+"""The physics of a page's numbers, in a line: what most decides how far a robot walks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pneumorph.physics.physics import Physics
+
+
+def physics_words(physics: Physics) -> str:
+    """Damping, friction of each surface, slope and air, such as ``published damping, friction 1.2,
+    pressures by 150 kPa/s``."""
+    words = [f"{physics.damping} damping", f"friction {physics.friction:g}"]
+    words += [f"of {name} {value:g}" for name, value in physics.friction_by_surface]
+    if physics.friction_pressure.exponent != 0.0:
+        words.append(f"by contact pressure to the power {physics.friction_pressure.exponent:g}")
+    if physics.floor_slope_deg != 0.0:
+        words.append(f"floor of {physics.floor_slope_deg:g} degrees")
+    if physics.air.law == "rate_limit":
+        words.append(f"pressures by {physics.pressure_rate_kPa_per_s:g} kPa/s")
+    else:
+        words.append(f"air through valves from {physics.air.supply_kPa:g} kPa")
+    return ", ".join(words)
+
+
+def physics_of(found: Any) -> str:
+    """The words of what a result's robots were simulated in, empty where none were; results of
+    earlier versions know their damping alone."""
+    physics, damping = getattr(found, "physics", None), getattr(found, "damping", None)
+    if physics is not None:
+        return physics_words(physics)
+    return f"{damping} damping" if damping else ""
