@@ -202,9 +202,7 @@ def _minimum(problem: _Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarr
     )
     effective = sum(effective_count(each) for each in problem.residuals(found.x))
     jacobian = problem.jacobian(found.x)
-    seen = np.linalg.norm(jacobian, axis=0) > 1e-9
-    reach = np.full(len(best), np.inf)
-    reach[seen] = confidence_reach(jacobian[:, seen], found.fun, effective)
+    reach = confidence_reach(jacobian, found.fun, effective)
     for name, width in zip(NAMES, reach, strict=True):
         if not width < math.log(WIDEST):
             kind = name.split("_")[0]

@@ -20,7 +20,8 @@ def effective_count(residual: np.ndarray) -> float:
 
 
 def confidence_reach(jacobian: np.ndarray, residual: np.ndarray, effective: float) -> np.ndarray:
-    """Half the width of each parameter's 95 % confidence interval, (parameter,).
+    """Half the width of each parameter's 95 % confidence interval, (parameter,); infinite of one
+    that no sample changes with.
 
     Args:
         jacobian: Derivatives at the minimum, (sample, parameter).
@@ -35,4 +36,5 @@ def confidence_reach(jacobian: np.ndarray, residual: np.ndarray, effective: floa
     information = jacobian.T @ jacobian * effective / len(residual)
     covariance = variance * np.linalg.pinv(information)
     reach: np.ndarray = float(student.ppf(0.975, freedom)) * np.sqrt(np.diag(covariance))
-    return reach
+    # The pseudo-inverse takes what cannot be seen for certain.
+    return np.where(np.linalg.norm(jacobian, axis=0) > 1e-9, reach, np.inf)

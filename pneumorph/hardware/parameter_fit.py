@@ -8,6 +8,7 @@ correlated from one instant to the next, so intervals count the effective number
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -98,7 +99,8 @@ def fit_parameters(
         progress: Told how many simulations are done.
 
     Raises:
-        ValueError: No trial, or too few samples for the parameters.
+        ValueError: No trial, too few samples for the parameters, or paths that do not change with
+            one of them.
     """
     from scipy.optimize import least_squares
 
@@ -122,6 +124,13 @@ def fit_parameters(
     residual = found.fun
     effective = problem.effective_count(residual)
     reach = confidence_reach(jacobian, residual, effective)
+    unseen = [name for name, width in zip(settings.names, reach, strict=True) if width == math.inf]
+    if unseen:
+        raise ValueError(
+            f"no path changes with {unseen[0]}, expected a parameter that matters: robots diverge, "
+            "or every surface has a coefficient of its own (physics.friction_by_surface); leave it "
+            "out of fit.names"
+        )
     total = float(np.sum(problem.deviation**2))
     square_sum = float(residual @ residual)
     return ParameterFit(

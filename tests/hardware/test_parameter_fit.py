@@ -1,0 +1,49 @@
+"""What a fit says of parameters that its paths tell, and of those that they do not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pneumorph.hardware.confidence import confidence_reach
+from pneumorph.hardware.deployment_log import LoggedPressures
+from pneumorph.hardware.marker_track import MarkerTrack
+from pneumorph.hardware.parameter_fit import ParameterFitSettings, Parameters, fit_parameters
+from pneumorph.hardware.trial import Trial
+
+STEP_S = 0.01
+TIME_S = STEP_S * np.arange(201)
+
+
+def path_of(values: Parameters, driven_kPa: np.ndarray) -> np.ndarray:
+    """A marker whose speed is the modulus, and that friction says nothing of."""
+    forward = 10.0 * values["modulus_factor"] * STEP_S * np.arange(len(driven_kPa) + 1)
+    return np.column_stack([forward, np.zeros_like(forward)])
+
+
+def test_a_parameter_that_no_path_changes_with_is_refused() -> None:
+    """As friction is where every surface has a coefficient of its own."""
+    zeros = np.zeros((len(TIME_S), 1))
+    noise = 0.05 * np.random.default_rng(1).standard_normal((len(TIME_S), 2))
+    track = np.column_stack([12.0 * TIME_S, np.zeros(len(TIME_S))]) + noise
+    trial = Trial("one", LoggedPressures(TIME_S, zeros, zeros, ()), MarkerTrack(TIME_S, track))
+    start = {"modulus_factor": 1.0, "friction": 1.0}
+
+    def fit(*names: str) -> tuple[float, float]:
+        settings = ParameterFitSettings(names=names)
+        return fit_parameters([trial], path_of, start, STEP_S, settings).intervals["modulus_factor"]
+
+    low, high = fit("modulus_factor")
+    assert 1.19 < low < high < 1.21
+    with pytest.raises(ValueError, match=r"no path changes with friction.*friction_by_surface"):
+        fit("modulus_factor", "friction")
+
+
+def test_what_cannot_be_seen_is_not_certain() -> None:
+    x = np.linspace(0.0, 1.0, 50)
+    residual = 0.1 * np.random.default_rng(2).standard_normal(50)
+    seen, unseen = confidence_reach(np.column_stack([x, np.zeros(50)]), residual, 50.0)
+    # Least squares of a line through the origin: s / sqrt(sum x^2), two parameters taken off.
+    error = np.sqrt(residual @ residual / 48.0 / (x @ x))
+    assert seen == pytest.approx(2.0106 * error, rel=1e-4)  # Student's t for 48 degrees of freedom
+    assert unseen == np.inf
