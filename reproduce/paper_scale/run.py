@@ -144,7 +144,7 @@ class PaperScale:
             {"run": str(self.out), "analysis": settings, "robot": run.robot},
             lambda: analyse(run, settings, spec, place),
         )
-        draw_analysis(found, settings, run, spec.physics, place)
+        draw_analysis(found, settings, run, spec, place)
         for figure in sorted((self.work / "analysis").glob("*.png")):
             shutil.copy(figure, self.out / figure.name)
         shutil.copy(self.work / "analysis" / "analysis.json", self.out / "analysis.json")
