@@ -89,6 +89,8 @@ def _check(name: str, value: Any, hint: Any) -> None:
             raise ValueError(f"{name} must be one of {', '.join(map(str, inner))}, got {value!r}")
     elif kind is tuple and isinstance(value, Sequence):  # on a command line it may be missing yet
         hints = inner[:1] * len(value) if inner[1:] == (...,) else inner
+        if len(value) != len(hints):
+            raise ValueError(f"{name} must have {len(hints)} entries, got {value!r}")
         for number, (entry, each) in enumerate(zip(value, hints, strict=True)):
             _check(f"{name}[{number}]", entry, each)
     elif len(inner) == 2 and NoneType in inner:  # may be left out

@@ -35,7 +35,7 @@ class Air(Checked):
     """Where regulators get their air from, and what holds it up.
 
     Conductances are sonic ones of ISO 6358, of one regulator after the other; a single one is that
-    of all. 10 000 mm^3/(s kPa) are 1 dm^3/(s bar), a hole of some 2.2 mm.
+    of all. 10 000 mm^3/(s kPa) are 1 dm^3/(s bar), a hole of 2.5 mm without losses.
 
     Raises:
         ValueError: A number is out of range, or there is no such law.

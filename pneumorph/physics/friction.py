@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -41,3 +43,18 @@ class FrictionPressure(Checked):
         with np.errstate(divide="ignore"):
             factor = (np.asarray(pressure_kPa) / self.pressure_kPa) ** self.exponent
         return np.clip(factor, self.least_factor, self.most_factor)
+
+
+def check_surfaces(friction_by_surface: Sequence[tuple[str, object]]) -> None:
+    """Refuse a surface that has no name, or more than one coefficient.
+
+    Args:
+        friction_by_surface: Name of each surface and its coefficient, or its distribution.
+
+    Raises:
+        ValueError: There is one.
+    """
+    for name, count in Counter(name for name, _ in friction_by_surface).items():
+        if count > 1 or not name:
+            said = "has no name" if not name else f"names {name!r} {count} times"
+            raise ValueError(f"friction_by_surface {said}, expected each surface's name once")

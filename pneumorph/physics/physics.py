@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal
@@ -15,7 +14,7 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.air import Air
 from pneumorph.physics.commands import RegulatorCount
-from pneumorph.physics.friction import FrictionPressure
+from pneumorph.physics.friction import FrictionPressure, check_surfaces
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.regulators import RateLimited, Regulators, air_regulators
 
@@ -91,11 +90,7 @@ class Physics(Checked):
         super().__post_init__()
         for name in ("filling_mm3_per_s_kPa", "venting_mm3_per_s_kPa"):
             self.air.of_each(name, self.regulator_count)
-        named = Counter(name for name, _ in self.friction_by_surface)
-        for name, count in named.items():
-            if count > 1 or not name:
-                said = "has no name" if not name else f"names {name!r} {count} times"
-                raise ValueError(f"friction_by_surface {said}, expected each surface's name once")
+        check_surfaces(self.friction_by_surface)
 
     def described(self) -> dict[str, Any]:
         """Settings by name, which tell kept things apart; those that earlier versions did not have

@@ -9,6 +9,7 @@ import numpy as np
 
 from pneumorph.base.checked import Bounds
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.physics.friction import check_surfaces
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.distribution import Distribution
 
@@ -80,9 +81,12 @@ class Randomisation:
     """Distributions for surfaces by name, such as `sheet "U(0.4, 1)" hub 0.3`."""
 
     def __post_init__(self) -> None:
-        for name, text in (*self._numbers().items(), *self.friction_by_surface):
+        check_surfaces(self.friction_by_surface)
+        named = [(name, text, Bounds(least=0.0)) for name, text in self.friction_by_surface]
+        for name, text in self._numbers().items():
+            named.append((name, text, _BOUNDS.get(name, Bounds(least=0.0))))
+        for name, text, bounds in named:
             distribution = Distribution.parse(text)
-            bounds = _BOUNDS.get(name, Bounds(least=0.0))
             for drawn in (distribution.lowest, distribution.highest):
                 if drawn not in bounds:
                     raise ValueError(

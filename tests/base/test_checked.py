@@ -66,6 +66,7 @@ class Rising(Checked):
         ("damping", "none", "damping must be one of published, objective, got 'none'"),
         ("legs", (3, 0), "legs[1] must be at least 1, got 0"),
         ("range_kPa", (0.0, 0.0), "range_kPa[1] must be positive, got 0.0"),
+        ("range_kPa", (0.0,), "range_kPa must have 2 entries, got (0.0,)"),
         ("skipped", -1, "skipped must be at least 0, got -1"),
     ],
 )

@@ -9,6 +9,19 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from pneumorph.physics.air import Air
+from pneumorph.physics.friction import FrictionPressure
+from pneumorph.physics.physics import Physics
+
+_CHECKED = {
+    Physics: Physics(
+        friction_by_surface=(("hub", 0.3), ("sheet", 0.5)),
+        friction_pressure=FrictionPressure(-0.3),
+        air=Air("orifice", filling_mm3_per_s_kPa=(70.0, 80.0, 90.0)),
+    )
+}
+"""Settings within a result, whose numbers have bounds."""
+
 
 def example(hint: Any) -> Any:
     """A value of a type: no default is taken, so that every field is seen to be read back."""
@@ -23,6 +36,8 @@ def example(hint: Any) -> Any:
         return {"name": example(inner[1])}
     if kind is Literal:
         return inner[-1]
+    if hint in _CHECKED:
+        return _CHECKED[hint]
     if dataclasses.is_dataclass(hint):
         hints = get_type_hints(hint)
         values = {field.name: example(hints[field.name]) for field in dataclasses.fields(hint)}

@@ -202,6 +202,8 @@ def test_surfaces_have_distributions_of_their_own() -> None:
     assert abs(icy[0] - gripping[0]) > 0.01
     with pytest.raises(ValueError, match=r"sheet is 'N\(0.3, 0.2\)', which may give -0.3"):
         Randomisation(friction_by_surface=(("sheet", "N(0.3, 0.2)"),))
+    with pytest.raises(ValueError, match="names 'sheet' 2 times, expected each"):
+        Randomisation(friction_by_surface=(("sheet", "0.3"), ("sheet", "0.4")))
 
 
 def test_the_papers_surfaces_are_drawn_over_what_is_known_of_them() -> None:
