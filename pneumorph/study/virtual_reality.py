@@ -36,7 +36,11 @@ class VirtualReality:
 
     def __init__(self, spec: RobotSpec, settings: VirtualRigSettings, model: Model) -> None:
         self._spec, self._settings, self._model = spec, settings, model
-        self.reality: Reality = draw_reality(settings, spec.physics.pressure_map)
+        drawn = draw_reality(settings, spec.physics.pressure_map)
+        # Surfaces that only the simulation names differ from trial to trial as all others.
+        named = drawn.world.applied_to(spec.physics).friction_by_surface
+        world = replace(drawn.world, friction_by_surface=named)
+        self.reality: Reality = replace(drawn, world=world)
 
     def rig(self, design: Design, rig: RigSettings, trial: int) -> VirtualRig:
         """The rig of one trial with a design."""

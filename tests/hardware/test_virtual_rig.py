@@ -61,6 +61,13 @@ def test_every_floor_of_a_trial_is_off_by_the_same_share() -> None:
         assert 0.01 < abs(share - 1.0) < 0.5
         named = dict(world.friction_by_surface)
         assert named == pytest.approx({"sheet": 0.6 * share, "hub": 0.2 * share})
+    # Those that only the simulation names as well.
+    spec = paper_robot(physics=Physics(friction_by_surface=(("skin", 0.9), ("hub", 0.4))))
+    reality = VirtualReality(spec, settings, "reduced").reality
+    world = trial_reality(reality, settings, 1).world
+    share = world.friction / 1.1
+    expected = {"skin": 0.9 * share, "sheet": 0.6 * share, "hub": 0.2 * share}
+    assert dict(world.friction_by_surface) == pytest.approx(expected)
 
 
 def test_regulators_lag_within_their_rate() -> None:
