@@ -58,6 +58,14 @@ def test_coopt_refuses_a_folder_with_a_run_and_resumes_it(
     assert "resumed at timestep 48" in summary["notes"]
 
 
+def test_what_is_printed_for_a_person_says_in_which_physics_it_is(
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = f"evaluate {learned} --physics.friction-by-surface hub 0.3 --out {tmp_path / 'e'}"
+    assert run(asked.split()) == 0
+    assert "friction 1.2, of hub 0.3, pressures by 150 kPa/s" in capsys.readouterr().out
+
+
 def test_evaluate_repeats_the_distances(
     learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

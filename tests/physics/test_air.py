@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from pneumorph.catalogue.paper_leg import paper_leg, pressure_map
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.physics.air import ATMOSPHERE_KPA, REFERENCE_KPA, Air
+from pneumorph.physics.physics import Physics
 from pneumorph.physics.regulators import AirRegulators, air_regulators
 from pneumorph.reduction.modal_equilibrium import rising_modal_equilibria
 
@@ -189,3 +191,29 @@ def test_impossible_air_is_refused(change: dict[str, object], message: str) -> N
 def test_conductances_are_of_each_regulator_or_of_all() -> None:
     with pytest.raises(ValueError, match="has 2 numbers for 3 regulators, expected one for each"):
         air_regulators(replace(RIGID, filling_mm3_per_s_kPa=(1.0, 2.0)), [CHAMBER] * 3)
+
+
+def test_both_models_fill_the_same_chambers() -> None:
+    """Two legs on the first regulator, one on the second, none on the third: its tube alone."""
+    spec = paper_robot(physics=Physics(air=Air("orifice")), hub_model="rigid")
+    design = "1.1.0.2.0.0.0.0"
+    leg = spec.module.full
+    cavity = leg.cavity_volume(leg.rest_nodes)
+    expected = np.array([2.0, 1.0, 0.0]) * cavity
+    np.testing.assert_allclose(spec.chambers_mm3(design), expected, rtol=1e-9)
+    start, command = np.array([0.0, 0.0, 90.0]), np.array([60.0, 60.0, 0.0])
+    full = spec.full(design).regulators.after(start, command, 0.05)
+    reduced = spec.regulators(design).after(start, command, 0.05)
+    np.testing.assert_allclose(reduced, full, rtol=1e-9)
+    assert full[0] < full[1] < 60.0
+
+
+@pytest.mark.parametrize("law", ["rate_limit", "orifice"])
+def test_sensed_pressures_are_followed_at_once(law: str) -> None:
+    """They are behind the valves: a second set of valves would delay them once more."""
+    physics = Physics(air=replace(RIGID, law=law))
+    start, sensed = np.array([0.0, 90.0, 20.0]), np.array([90.0, 0.0, 45.0])
+    delayed = physics.regulators([CHAMBER] * 3).after(start, sensed, physics.time_step_s)
+    assert np.all(np.abs(delayed - sensed) > 1.0)
+    at_once = physics.following_at_once().regulators([CHAMBER] * 3)
+    np.testing.assert_array_equal(at_once.after(start, sensed, physics.time_step_s), sensed)

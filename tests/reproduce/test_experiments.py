@@ -135,7 +135,7 @@ def test_everything_after_the_paper_scale_training(
         """Stand for the walks of finite elements, which take too long for a test."""
         assert options == replace(
             ReduceOptions(), snapshots=options.snapshots, reduction=options.reduction,
-            walked=GaitWalkSettings(gaits=tuple(gaits)),
+            walked=GaitWalkSettings(gaits=tuple(gaits), damping="published"),
         )  # fmt: skip
         part = str(finer.save(folder / "leg.npz"))
         return replace(example(Reduction), part=part)
