@@ -11,7 +11,7 @@ from __future__ import annotations
 import difflib
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import UnionType
@@ -29,6 +29,17 @@ def settings_to_dict(settings: Any) -> dict[str, Any]:
     """Return a settings dataclass as nested dictionaries of JSON values (tuples become lists)."""
     content: dict[str, Any] = json.loads(json.dumps(_converter().unstructure(settings)))
     return content
+
+
+def settings_known_before(settings: Any, later: Collection[str]) -> dict[str, Any]:
+    """Settings by name, which tell kept things apart, so that what earlier versions kept is found.
+
+    Args:
+        settings: A settings dataclass whose fields all have defaults.
+        later: Fields that earlier versions did not have; named where they are not as usual.
+    """
+    usual, own = settings_to_dict(type(settings)()), settings_to_dict(settings)
+    return {name: own[name] for name in own if name not in later or own[name] != usual[name]}
 
 
 def settings_from_dict(

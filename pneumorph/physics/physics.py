@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
-from pneumorph.base.settings import settings_to_dict
+from pneumorph.base.settings import settings_known_before
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.air import Air
 from pneumorph.physics.commands import RegulatorCount
@@ -95,8 +95,7 @@ class Physics(Checked):
     def described(self) -> dict[str, Any]:
         """Settings by name, which tell kept things apart; those that earlier versions did not have
         are named where they are not as usual, so that what was kept then is found."""
-        usual, own = settings_to_dict(Physics()), settings_to_dict(self)
-        return {k: v for k, v in own.items() if k not in _LATER_CHOICES or v != usual[k]}
+        return settings_known_before(self, _LATER_CHOICES)
 
     def regulators(self, chamber_mm3: Sequence[float] | np.ndarray) -> Regulators:
         """The regulators of a robot.

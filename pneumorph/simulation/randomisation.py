@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.checked import Bounds
-from pneumorph.base.settings import settings_to_dict
+from pneumorph.base.settings import settings_known_before
 from pneumorph.physics.friction import check_surfaces
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.distribution import Distribution
@@ -97,8 +97,7 @@ class Randomisation:
     def described(self) -> dict[str, Any]:
         """Distributions by name, which tell kept things apart; those that earlier versions did not
         have are named where they are not as usual, so that what was kept then is found."""
-        usual, own = settings_to_dict(Randomisation()), settings_to_dict(self)
-        return {k: v for k, v in own.items() if k not in _LATER_CHOICES or v != usual[k]}
+        return settings_known_before(self, _LATER_CHOICES)
 
     def draw(self, rng: np.random.Generator) -> World:
         """Draw a world.
