@@ -86,6 +86,9 @@ Batch::Batch(const std::vector<PartInput>& parts, const Settings& settings, bool
       spring_branches_ = std::max(spring_branches_, part.branches);
       spring_points_ = std::max(spring_points_, part.tetrahedra);
     }
+    ranges_.emplace_back();
+    if (part.snapshot_range)
+      ranges_.back() = {part.modes, {part.snapshot_range, part.snapshot_range + size_t(part.modes) * part.modes}};
     cavity_counts_.push_back(part.cavities);
     contact_counts_.push_back(part.contacts);
   }
@@ -147,6 +150,7 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
   states_.assign(count, RobotState{});
   mounts_.assign(count, {});
   regulators_.assign(count, {});
+  range_ratios_.assign(count, 0);
   spring_bytes_.assign(count, 0);
   state_storage_.clear();
   hub_points_.clear();
@@ -213,6 +217,7 @@ void Batch::reset(int robot) {
   for (int i = 0; i < 3 * model.contact_count; ++i) fresh.impulses[i] = 0;
   __builtin_memset(fresh.springs, 0, spring_bytes_[robot]);
   state = fresh;
+  range_ratios_[robot] = ratio_at_rest(ranges_, model);
 }
 
 void Batch::clear_counters() {
@@ -279,8 +284,9 @@ void Batch::advance(const double* command, long long steps, const unsigned char*
     StageSeconds stages{};
     for (int r = next.fetch_add(1); r < count; r = next.fetch_add(1))
       if (!active || active[r])
-        kernel.advance(parts, robots_[r], settings_, command + size_t(r) * settings_.regulator_count, steps,
-                       states_[r], workspaces_[thread].as<void>(), profile ? &stages : nullptr);
+        advance_and_note(kernel, parts, ranges_, padded_, robots_[r], settings_,
+                         command + size_t(r) * settings_.regulator_count, steps, states_[r],
+                         workspaces_[thread].as<void>(), profile ? &stages : nullptr, range_ratios_[r]);
     const std::lock_guard<std::mutex> guard(sum_stages);
     for (int i = 0; i < kStageCount; ++i) stages_.seconds[i] += stages.seconds[i];
   });

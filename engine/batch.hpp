@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "padded_part.hpp"
+#include "snapshot_range.hpp"
 
 namespace pneumorph {
 
@@ -52,6 +53,8 @@ class Batch {
   RobotState& state(int robot) { return states_[robot]; }
   const RobotModel& robot(int robot) const { return robots_[robot]; }
   const StageSeconds& stages() const { return stages_; }
+  // Largest ratio since the robot was reset, of the states that its steps ended in; NaN where no part knows its range.
+  double range_ratio(int robot) const { return range_ratios_[robot]; }
   void clear_counters();
   // What a robot keeps of its last step beside its state, and its springs to the last bit, as this build has it; empty:
   // nothing.
@@ -78,6 +81,8 @@ class Batch {
   std::vector<std::vector<Mount>> mounts_;
   std::vector<std::vector<int>> regulators_;
   std::vector<std::vector<double>> hub_points_, pressure_rates_, frictions_;
+  std::vector<SnapshotRange> ranges_;  // of each part
+  std::vector<double> range_ratios_;   // of each robot
   std::vector<AlignedArray> state_storage_;
   std::vector<size_t> spring_bytes_;  // of each robot
   int contact_capacity_ = 0;

@@ -136,6 +136,7 @@ static pneumorph::PartInput read_part(PartReader& reader, size_t m) {
   part.second_moment_mode_pairs = reader.read("second_moment_mode_pairs", {3, 3, m, m});
   part.contact_points = reader.read("contact_points", {p, 3});
   part.contact_modes = reader.read("contact_modes", {p, 3, m});
+  if (reader.length("snapshot_range") > 0) part.snapshot_range = reader.read("snapshot_range", {m, m});
   return part;
 }
 
@@ -253,6 +254,10 @@ class PythonBatch {
     for (const auto& scalar : scalars)
       if (name == scalar.name)
         return gather(1, [&](State& s, size_t) { return scalar.of(s); }), to_numpy(values, {robots});
+    if (name == "range_ratio") {
+      for (size_t r = 0; r < robots; ++r) values.push_back(batch_.range_ratio(int(r)));
+      return to_numpy(values, {robots});
+    }
     if (name == "modes" || name == "mode_rates" || name == "impulses") {
       const bool impulses = name == "impulses";
       size_t rows = 0, width = impulses ? 3 : batch_.padded_modes();

@@ -57,5 +57,15 @@ class RedrawingSimulator(Protocol):
         """Draw new physics, which depend on the number alone, and reset every robot."""
 
 
+@runtime_checkable
+class RangedSimulator(Protocol):
+    """A simulator that knows where its robots' parts extrapolate."""
+
+    @property
+    def range_ratio(self) -> np.ndarray:
+        """How far any part of each robot has been from rest since its reset, relative to the
+        furthest state it was made from, shape (robot,); NaN where that is not known."""
+
+
 SimulatorFactory = Callable[[Sequence[Any]], CrawlingSimulator]
 """Makes a simulator of these robots."""

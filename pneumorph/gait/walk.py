@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pneumorph.environment.crawling_simulator import RUNNING, CrawlingSimulator
+from pneumorph.environment.crawling_simulator import RUNNING, CrawlingSimulator, RangedSimulator
 from pneumorph.environment.reward import MILLIMETRES_PER_CENTIMETRE
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
 
@@ -24,11 +24,14 @@ class Walk:
         time_s: Recorded times from the start of the gait [s], shape (record,); the first is 0.
         forward_cm: Travel since then [cm], shape (record, robot); NaN once a simulation failed.
         status: Status of each robot at the end, shape (robot,) uint8.
+        range_ratio: How far any leg of each robot went relative to the furthest snapshot it was
+            reduced from, shape (robot,); NaN where that is not known.
     """
 
     time_s: np.ndarray
     forward_cm: np.ndarray
     status: np.ndarray
+    range_ratio: np.ndarray
 
     @property
     def distance_cm(self) -> np.ndarray:
@@ -144,6 +147,9 @@ def walk(
         np.array(time_s),
         np.array(forward_mm) / MILLIMETRES_PER_CENTIMETRE,
         np.array(simulator.status, dtype=np.uint8),
+        simulator.range_ratio
+        if isinstance(simulator, RangedSimulator)
+        else np.full(len(gaits), np.nan),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -23,6 +23,7 @@ from pneumorph.reduction.mirror_pairs import mirror_elements
 from pneumorph.reduction.mixed_dilatation import pressure_fields
 from pneumorph.reduction.pod import Pod, joint_pod
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.snapshot_range import snapshot_range
 from pneumorph.reduction.snapshots import SnapshotSet
 
 Progress = Callable[[int, int, str], None]
@@ -203,7 +204,11 @@ def reduce_part(
         pressure_fields=pressures,
     )
     curve = bending(sampled)
-    node_error = _node_errors_mm(snapshots, every.modes, metric)
+    node_error, reached = _nearest_of_all(snapshots, every.modes, metric)
+    sampled = replace(
+        sampled,
+        snapshot_range=snapshot_range(reached, None if mirror_nodes is None else basis.parity),
+    )
     measured = heldout if len(heldout) else training
     tried = _nearest_states(snapshots.states(_evenly(measured, 100)), every.modes, metric)
     force_error = force_errors(sampled, every, tried, settings.rotation)
@@ -379,16 +384,18 @@ def _nearest_states(
     return np.linalg.solve(basis.T @ weighted, right.T).T
 
 
-def _node_errors_mm(
+def _nearest_of_all(
     snapshots: SnapshotSet, modes: np.ndarray, metric: sparse.csr_array
-) -> np.ndarray:
-    """Mean distance of the nodes from the nearest modal state, of every snapshot, (snapshot,)."""
-    errors = []
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean distance of the nodes from the nearest modal state [mm], of every snapshot, (snapshot,),
+    and the modal coordinates of these states, (snapshot, mode)."""
+    errors, states = [], []
     for block in snapshots.blocks(np.arange(len(snapshots))):
         displacement = block.astype(np.float64)
         alpha = _nearest_states(displacement, modes, metric)
         errors.append(node_errors_mm(displacement, modes, alpha))
-    return np.concatenate(errors)
+        states.append(alpha)
+    return np.concatenate(errors), np.concatenate(states)
 
 
 def _evenly(numbers: np.ndarray, limit: int) -> np.ndarray:

@@ -28,14 +28,16 @@ from pneumorph.reduction.cavity_polynomial import CavityPolynomial
 from pneumorph.reduction.mixed_dilatation import MixedDilatation
 from pneumorph.reduction.sampled_branches import SampledBranches
 from pneumorph.reduction.sampled_elements import SampledElements
+from pneumorph.reduction.snapshot_range import range_ratio
 
 FORMAT_VERSION = 3
 _UNCHANGING_VERSION = 2
 """Of files that know neither Yeoh's law, nor volumes of whole elements, nor relaxation."""
 ROUNDING = 1e-9
 """What rounding may leave of a spread of mass that is zero, relative to the largest."""
-_OPTIONAL = ("contact_surface", "contact_area_mm2")
-"""What files of earlier versions lack: their points lie on one surface without a name."""
+_OPTIONAL = ("contact_surface", "contact_area_mm2", "snapshot_range")
+"""What files of earlier versions lack: their points lie on one surface without a name, and how far
+their snapshots went is not known."""
 _MATERIAL_ENTRIES = tuple(item.name for item in fields(Material))
 
 
@@ -55,6 +57,8 @@ class PartSummary:
     """By the names that the report of the reduction gives them; None where it measured none."""
     bend: dict[str, list[float]] | None
     """Pressures [kPa] with the bend of both models [degrees]; None where it was not measured."""
+    knows_range: bool = False
+    """Whether it can tell when it leaves the range of its snapshots; older files cannot."""
 
 
 class HasDigest(Protocol):
@@ -152,6 +156,9 @@ class ReducedPart:
     named, as in files of earlier versions."""
     contact_area_mm2: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Area that each stands for [mm^2], (point,); likewise."""
+    snapshot_range: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    """Principal axes over half-lengths of the ellipsoid that holds every snapshot [kg^-1/2 mm^-1],
+    see `snapshot_range.py`, (mode, mode); of no entries where it is not known."""
 
     metadata: dict[str, Any] = field(default_factory=dict)
     """Mesh digest, settings, tolerances, measured errors; JSON-serialisable."""
@@ -160,7 +167,7 @@ class ReducedPart:
         mode_count = self.modes.shape[-1]
         for name, shape in self._expected_shapes(mode_count).items():
             got = np.shape(getattr(self, name))
-            if got != shape and not (name in _OPTIONAL and got == (0,)):
+            if got != shape and not (name in _OPTIONAL and 0 in got):
                 raise ValueError(
                     f"{name} must have shape {shape} for a part of {mode_count} modes, got {got}; "
                     "arrays of two different reductions may have been mixed"
@@ -224,12 +231,13 @@ class ReducedPart:
             "contact_modes": (point, 3, mode),
             "contact_surface": (point,),
             "contact_area_mm2": (point,),
+            "snapshot_range": (mode, mode),
         }
 
     def digest(self) -> str:
         """Hash of everything that decides how the part moves, in hexadecimal.
 
-        What its points lie on says nothing of that: friction is the physics'.
+        What its points lie on says nothing of that: friction is the physics'. Nor does its range.
         """
         content = hashlib.sha256()
         for each in fields(self):
@@ -312,6 +320,24 @@ class ReducedPart:
             self.cavity_volume_3[index],
         )
 
+    @property
+    def knows_range(self) -> bool:
+        """Whether it knows how far its snapshots went."""
+        return len(self.snapshot_range) > 0
+
+    def range_ratio(self, alpha: np.ndarray) -> np.ndarray:
+        """How far from rest, relative to the furthest snapshot; NaN of a part that cannot tell.
+
+        Args:
+            alpha: Modal coordinates, (..., mode).
+
+        Returns:
+            (...): above 1 the part extrapolates.
+        """
+        if not self.knows_range:
+            return np.full(np.shape(alpha)[:-1], np.nan)
+        return range_ratio(self.snapshot_range, alpha)
+
     def positions(self, alpha: np.ndarray) -> np.ndarray:
         """Node positions [mm] in the part's frame, (node, 3), at modal coordinates (mode,)."""
         return self.rest_nodes + self.modes @ alpha
@@ -363,6 +389,7 @@ class ReducedPart:
             mesh_digest=self.metadata["mesh_digest"],
             errors={key: report[key] for key in report if "error" in key},
             bend=report.get("bend"),
+            knows_range=self.knows_range,
         )
         return result_to_dict(summary)
 

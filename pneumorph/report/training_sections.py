@@ -97,6 +97,12 @@ def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> li
             f"Distances in {found.robustness.world_count} worlds drawn at random: mean, 10th "
             "percentile, and the world as it stands."
         )
+        share, furthest = found.robustness.left_range_share, found.robustness.range_ratio
+        if share:
+            caption += (
+                f" In {100.0 * share:.0f} % of the walks a leg left the range of its snapshots, up "
+                f"to {furthest:.2f} times as far: there the reduced leg extrapolates."
+            )
         figure = robustness_figure(found.robustness)
         sections.append(Section("In other worlds", sheet.drawn("robustness", figure, caption)))
     return sections

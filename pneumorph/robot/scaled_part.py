@@ -50,6 +50,7 @@ def scaled_part(
         first_moment_modes=part.first_moment_modes * root,
         second_moment=part.second_moment * mass_factor,
         second_moment_modes=part.second_moment_modes * root,
+        snapshot_range=part.snapshot_range / root,
         # sum (m m_i) (Phi / sqrt m)(Phi / sqrt m) is what it was.
         metadata={
             **part.metadata,

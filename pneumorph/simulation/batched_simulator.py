@@ -27,7 +27,7 @@ _PART_ARRAYS = (
     "dilatation_1", "dilatation_2", "dilatation_3",
     "linear_stiffness", "cavity_volume_1", "cavity_volume_2", "cavity_volume_3",
     "first_moment", "first_moment_modes", "second_moment", "second_moment_modes",
-    "second_moment_mode_pairs", "contact_points", "contact_modes",
+    "second_moment_mode_pairs", "contact_points", "contact_modes", "snapshot_range",
 )  # fmt: skip
 
 _STATE = tuple(each.name for each in fields(ReducedState) if each.name != "memory")
@@ -266,6 +266,15 @@ class BatchedSimulator:
     def status(self) -> np.ndarray:
         """`RobotStatus` of each robot, (robot,) uint8."""
         return self.read("status").astype(np.uint8)
+
+    @property
+    def range_ratio(self) -> np.ndarray:
+        """How far any leg of each robot has been from rest since it was reset, relative to the
+        furthest snapshot it was reduced from, (robot,).
+
+        Above 1 the reduced leg extrapolates, see `left_range`; NaN where no leg knows its range.
+        """
+        return self.read("range_ratio")
 
     @property
     def stage_seconds(self) -> dict[str, float]:

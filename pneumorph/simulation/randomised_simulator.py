@@ -108,6 +108,11 @@ class RandomisedSimulator:
         """Status of each robot, (robot,) uint8."""
         return self._gathered([group.status for group in self._groups]).astype(np.uint8)
 
+    @property
+    def range_ratio(self) -> np.ndarray:
+        """As `BatchedSimulator.range_ratio` has it, (robot,)."""
+        return self._gathered([group.range_ratio for group in self._groups])
+
     def _gathered(self, values: list[np.ndarray]) -> np.ndarray:
         result = np.zeros(len(self._robots))
         for members, value in zip(self._members, values, strict=True):
@@ -162,6 +167,11 @@ class LaggingSimulator:
     def status(self) -> np.ndarray:
         """Status of each robot, (robot,) uint8."""
         return self._simulator.status
+
+    @property
+    def range_ratio(self) -> np.ndarray:
+        """As `BatchedSimulator.range_ratio` has it, (robot,)."""
+        return self._simulator.range_ratio
 
     def _zero(self) -> np.ndarray:
         return np.zeros((len(self._simulator.robots), self._simulator.physics.regulator_count))

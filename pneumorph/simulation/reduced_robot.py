@@ -10,6 +10,7 @@ from tqdm import trange
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.snapshot_range import known_ratio
 from pneumorph.robot.robot import Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
 from pneumorph.simulation.reduced_state import ReducedState
@@ -112,7 +113,9 @@ class ReducedRobot:
 
         Returns:
             The state at the end, and the trajectory; its status is ``diverged`` when the robot
-            diverged, and it then ends with the last sound frame.
+            diverged, and it then ends with the last sound frame. Its metadata has ``range_ratio``,
+            how far any leg went relative to its furthest snapshot (`snapshot_range.py`), None where
+            that is not known; a robot that leaves the range walks on.
         """
         commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
         time_step = self.physics.time_step_s
@@ -130,6 +133,7 @@ class ReducedRobot:
                 metadata={
                     "model": "reduced",
                     "design": str(self.robot.design),
+                    "range_ratio": known_ratio(simulator.range_ratio[0]),
                     "settings": {
                         **settings_to_dict(self.physics),
                         **settings_to_dict(simulator.stepper),

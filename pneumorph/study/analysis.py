@@ -19,6 +19,7 @@ from pneumorph.gait.friction_margin import FrictionMargin, friction_margin
 from pneumorph.gait.walk import cycle_slides_cm, step_rewards_cm, walk
 from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import Design
 from pneumorph.study.finished_run import FinishedRun, furthest
 from pneumorph.study.recorded_walk import recorded_walk
@@ -100,6 +101,9 @@ class AnalysedRobot:
     """Share of the robot's weight that the floor bears through its hub, in the mean."""
     distances_over_friction_cm: tuple[float, ...]
     """Distance at each friction [cm]; NaN where the simulation failed."""
+    range_ratio: float | None = None
+    """How far any leg went relative to the furthest snapshot it was reduced from; None where that
+    is not known."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +123,8 @@ class Analysis:
     calibration: dict[str, Any] | None = None
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    notes: tuple[str, ...] = ()
+    """Robots that left the range of their legs' snapshots."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,6 +212,7 @@ def analyse(
         friction=spec.physics.friction,
         frictions=settings.frictions,
         robots=analysed,
+        notes=tuple(filter(None, (range_note(each.label, each.range_ratio) for each in analysed))),
         wall_s=time.monotonic() - start,
     )
     content = result_to_dict(found)
@@ -269,6 +276,7 @@ def _analysed(
         legs=_analysed_legs(walker.design, margin),
         hub_load_share=1.0 - load_mN / spec.weight_mN(walker.design),
         distances_over_friction_cm=tuple(distances_cm),
+        range_ratio=trajectory.metadata.get("range_ratio"),
     )
 
 

@@ -17,14 +17,15 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.walk import walk
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.snapshot_range import known_ratio, range_note
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.finished_run import FinishedRun, Pair, furthest
 from pneumorph.study.recorded_walk import Model, recorded_walk
 from pneumorph.study.robustness import (
     Robustness,
-    distances_in_worlds,
     draw_worlds,
     robustness,
+    walks_in_worlds,
 )
 
 REPEATS_WITHIN_CM = 0.05
@@ -68,6 +69,9 @@ class EvaluatedPair:
     reported_distance_cm: float | None
     distance_cm: float | None
     """None where the simulation failed."""
+    range_ratio: float | None = None
+    """How far any leg went relative to the furthest snapshot it was reduced from; None where that
+    is not known, and for finite elements."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,8 @@ class Evaluation:
     damping: str
     calibration: dict[str, Any]
     notes: tuple[str, ...]
-    """Pairs that did not repeat what their run reported."""
+    """Pairs that did not repeat what their run reported, or left the range of their legs'
+    snapshots."""
     pairs: tuple[EvaluatedPair, ...]
     """In the run's order."""
     wall_s: float
@@ -123,15 +128,15 @@ def evaluate(
         spec.module.check_reduction()
     folder.progress.stage(f"walking {len(pairs)} pairs with the {settings.model} model")
     if settings.model == "reduced" and not settings.record:
-        distances = _together(spec, pairs, task, folder)
+        walked = _together(spec, pairs, task, folder)
     else:
-        distances = _one_by_one(spec, pairs, task, settings.model, folder)
+        walked = _one_by_one(spec, pairs, task, settings.model, folder)
     worlds = None
     if settings.randomize:
-        worlds = _in_worlds(spec, settings, pairs, distances, task, folder)
+        worlds = _in_worlds(spec, settings, pairs, [far for far, _ in walked], task, folder)
     evaluated = [
-        EvaluatedPair(str(pair.design), pair.gait_file, pair.distance_cm, distance)
-        for pair, distance in zip(pairs, distances, strict=True)
+        EvaluatedPair(str(pair.design), pair.gait_file, pair.distance_cm, distance, ratio)
+        for pair, (distance, ratio) in zip(pairs, walked, strict=True)
     ]
     best = furthest(evaluated)
     return Evaluation(
@@ -163,7 +168,7 @@ def _in_worlds(
 ) -> Robustness:
     worlds = draw_worlds(settings.randomisation, settings.world_count, settings.world_seed)
     folder.progress.stage(f"walking in {len(worlds)} worlds")
-    distances = distances_in_worlds(
+    distances, ratios = walks_in_worlds(
         spec,
         [pair.design for pair in pairs],
         [pair.gait for pair in pairs],
@@ -177,11 +182,12 @@ def _in_worlds(
         distances,
         worlds,
         settings_to_dict(settings.randomisation),
+        ratios,
     )
 
 
 def _notes(pairs: Sequence[EvaluatedPair]) -> list[str]:
-    """Remarks where a reduced robot did not repeat what its run reported."""
+    """Remarks where a reduced robot did not repeat what its run reported, or left its range."""
     notes = []
     for pair in pairs:
         now, then = pair.distance_cm, pair.reported_distance_cm
@@ -192,12 +198,15 @@ def _notes(pairs: Sequence[EvaluatedPair]) -> list[str]:
                 f"{pair.design} walked {now:.2f} cm, the run reported {then:.2f} cm: physics, leg "
                 "or machine differ"
             )
+        if (note := range_note(pair.design, pair.range_ratio)) is not None:
+            notes.append(note)
     return notes
 
 
 def _together(
     spec: RobotSpec, pairs: Sequence[Pair], task: CrawlingTask, folder: RunFolder
-) -> list[float | None]:
+) -> list[tuple[float | None, float | None]]:
+    """Distance [cm] and range ratio of each pair."""
     walked = walk(
         spec.simulator([pair.design for pair in pairs]),
         [pair.gait for pair in pairs],
@@ -206,13 +215,16 @@ def _together(
         settling_step_count=task.settling_step_count,
         progress=folder.progress,
     )
-    return [None if np.isnan(distance) else float(distance) for distance in walked.distance_cm]
+    return [
+        (None if np.isnan(distance) else float(distance), known_ratio(ratio))
+        for distance, ratio in zip(walked.distance_cm, walked.range_ratio, strict=True)
+    ]
 
 
 def _one_by_one(
     spec: RobotSpec, pairs: Sequence[Pair], task: CrawlingTask, model: Model, folder: RunFolder
-) -> list[float | None]:
-    distances: list[float | None] = []
+) -> list[tuple[float | None, float | None]]:
+    walked: list[tuple[float | None, float | None]] = []
     for rank, pair in enumerate(pairs, start=1):
         trajectory = recorded_walk(
             spec,
@@ -224,6 +236,6 @@ def _one_by_one(
             progress=folder.progress,
         )
         trajectory.with_skin_only().save(folder / trajectory_file(model, rank))
-        distances.append(trajectory.distance_cm)
+        walked.append((trajectory.distance_cm, trajectory.metadata.get("range_ratio")))
         folder.progress(rank, len(pairs), "walking")
-    return distances
+    return walked

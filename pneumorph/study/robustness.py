@@ -12,6 +12,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.walk import walk
 from pneumorph.physics.open_loop_gait import OpenLoopGait
+from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.randomised_simulator import simulator_in_world
@@ -49,23 +50,29 @@ class Robustness:
     worlds: tuple[World, ...]
     distances_cm: np.ndarray
     """Distances [cm], (world, pair); NaN where a simulation failed."""
+    left_range_share: float | None = None
+    """Share of the walks that left the range of their legs' snapshots, where the reduced leg
+    extrapolates; None where that is not known."""
+    range_ratio: float | None = None
+    """The furthest that any leg went, relative to its furthest snapshot."""
 
 
-def distances_in_worlds(
+def walks_in_worlds(
     spec: RobotSpec,
     designs: Sequence[Design],
     gaits: Sequence[OpenLoopGait],
     worlds: Sequence[World],
     settling_steps: int,
     folder: RunFolder,
-) -> np.ndarray:
+) -> tuple[np.ndarray, np.ndarray]:
     """Walk every pair in every world.
 
     Returns:
-        Distances [cm], (world, pair); NaN where a simulation failed.
+        Distances [cm], (world, pair), NaN where a simulation failed; and how far any leg went
+        relative to the furthest snapshot it was reduced from, NaN where that is not known.
     """
     robots = [spec.assembly(design) for design in designs]
-    distances = []
+    distances, ratios = [], []
     for number, world in enumerate(worlds, start=1):
         simulator = simulator_in_world(robots, world, spec.physics, spec.stepper, spec.thread_count)
         walked = walk(
@@ -77,8 +84,9 @@ def distances_in_worlds(
             record_step_count=100,
         )
         distances.append(walked.distance_cm)
+        ratios.append(walked.range_ratio)
         folder.progress(number, len(worlds), "walking in worlds")
-    return np.array(distances)
+    return np.array(distances), np.array(ratios)
 
 
 def draw_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:
@@ -93,6 +101,7 @@ def robustness(
     distances_cm: np.ndarray,
     worlds: Sequence[World] = (),
     distributions: dict[str, Any] | None = None,
+    range_ratios: np.ndarray | None = None,
 ) -> Robustness:
     """Summarise distances over worlds.
 
@@ -102,11 +111,13 @@ def robustness(
         distances_cm: Distances [cm], (world, pair); a failed simulation (NaN) counts as 0.
         worlds: The worlds.
         distributions: What they were drawn from.
+        range_ratios: As `walks_in_worlds` returns them, (world, pair).
     """
     from scipy.stats import kendalltau
 
     distances = np.nan_to_num(distances_cm, nan=0.0)
     mean, best = distances.mean(axis=0), np.argmax(distances, axis=1)
+    known = np.zeros(0) if range_ratios is None else range_ratios[~np.isnan(range_ratios)]
     tau = kendalltau(nominal_cm, mean).statistic if len(labels) > 1 else None
     return Robustness(
         world_count=len(distances),
@@ -128,4 +139,6 @@ def robustness(
         distributions=distributions or {},
         worlds=tuple(worlds),
         distances_cm=distances_cm,
+        left_range_share=None if known.size == 0 else float(np.mean(known > RANGE_TOLERANCE)),
+        range_ratio=None if known.size == 0 else float(known.max()),
     )

@@ -13,6 +13,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import MINIMUM_LEGS
 from pneumorph.study.gait_source import find_gait
 from pneumorph.study.recorded_walk import Model, recorded_walk
@@ -65,6 +66,11 @@ class SimulatedWalk:
     """How many time steps were made and halved; of finite elements."""
     leg: dict[str, Any] | None = None
     """The reduced leg; None for finite elements."""
+    range_ratio: float | None = None
+    """How far any leg went relative to the furthest snapshot it was reduced from; None where that
+    is not known, and for finite elements."""
+    notes: tuple[str, ...] = ()
+    """Whether the robot left that range."""
     replay: str | None = None
     """Page that replays the walk; None of a leg without a skin."""
     film: str | None = None
@@ -130,6 +136,8 @@ def simulate(
         contact=told.get("contact"),
         steps=told.get("steps"),
         reason=told.get("reason"),
+        range_ratio=told.get("range_ratio"),
+        notes=tuple(filter(None, [range_note("The robot", told.get("range_ratio"))])),
         simulation_wall_s=simulated_s,
         wall_s=time.monotonic() - start,
     )

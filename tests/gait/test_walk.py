@@ -12,6 +12,9 @@ from pneumorph.robot.design import Design
 
 DESIGNS = [Design.parse("1.0.0.2.2.0.0.1"), Design.parse("1.2.0.0.3.0.0.0")]
 
+UNKNOWN = np.full(2, np.nan)
+"""These robots know no range."""
+
 
 def test_walk_of_held_gaits_equals_the_environments_episode() -> None:
     environment = CrawlingEnvironment(DESIGNS, viscous_crawler_robot, ViscousCrawler)
@@ -49,14 +52,16 @@ def test_backsliding_is_the_furthest_slide_back_of_a_cycle() -> None:
     # Two cycles of 4 s: up by 3, back by 1, up by 1; then up by 2, back by 0.5, up by 1.
     forward = np.interp(time_s, [0, 1, 2, 4, 5, 6, 8], [0, 3, 2, 3, 5, 4.5, 5.5])
     monotone = time_s
-    result = Walk(time_s, np.stack([forward, monotone], axis=1), np.zeros(2, np.uint8))
+    result = Walk(time_s, np.stack([forward, monotone], axis=1), np.zeros(2, np.uint8), UNKNOWN)
     np.testing.assert_allclose(result.backsliding_cm(4.0), [0.75, 0.0], atol=1e-12)  # rounding
     with pytest.raises(ValueError, match="lasts 8 s, expected at least one period of 9 s"):
         result.backsliding_cm(9.0)
 
 
 def test_failed_robots_have_no_distance() -> None:
-    result = Walk(np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, np.nan]]), np.array([0, 1]))
+    result = Walk(
+        np.array([0.0, 1.0]), np.array([[0.0, 0.0], [1.0, np.nan]]), np.array([0, 1]), UNKNOWN
+    )
     np.testing.assert_array_equal(result.distance_cm, [1.0, np.nan])
 
 

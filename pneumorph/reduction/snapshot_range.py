@@ -1,0 +1,67 @@
+"""The range of modal coordinates that a reduced part has seen: the smallest ellipsoid around them.
+
+Of the snapshots' coordinates A, (snapshot, mode), the leverage of a state is h = a^T (A^T A)^-1 a.
+A regression extrapolates where h is larger than that of any observation, even where each coordinate
+alone has been as large (Montgomery, Peck and Vining, *Introduction to Linear Regression Analysis*,
+hidden extrapolation; Cook 1979). sqrt(h) is the Mahalanobis distance from rest in the second moment
+about it, and the same for any basis of the same modes. Here it is relative to the furthest
+snapshot: 1 on the ellipsoid, 2 twice as far from rest.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+RANGE_TOLERANCE = 1.2
+"""A robot is out of range from so many times as far as the furthest snapshot on. Walks of the same
+pressures that were not among the snapshots stay inside, their rare extremes a little beyond; so
+does the step from held-out snapshots to the walks of the reduced robot itself."""
+_UNSEEN = 1e-9
+"""Half-length of the shortest axis over that of the longest, where rounding alone has moved."""
+
+
+def snapshot_range(alpha: np.ndarray, parity: np.ndarray | None = None) -> np.ndarray:
+    """Rows W: |W a| is 1 on the ellipsoid of second moments through the furthest snapshot.
+
+    Args:
+        alpha: Modal coordinates of the snapshots, (snapshot, mode).
+        parity: 1 for each mode that is symmetric, -1 for each that is antisymmetric: the mirror
+            images are in range as the snapshots are. None of a part without a mirror.
+
+    Returns:
+        (mode, mode): principal axes over their half-lengths [kg^-1/2 mm^-1].
+    """
+    seen = alpha if parity is None else np.concatenate([alpha, alpha * parity])
+    _, lengths, axes = np.linalg.svd(np.linalg.qr(seen, mode="r"))
+    lengths = np.maximum(np.pad(lengths, (0, len(axes) - len(lengths))), _UNSEEN * lengths[0])
+    rows: np.ndarray = axes / lengths[:, None]
+    return rows / range_ratio(rows, alpha).max()
+
+
+def range_ratio(rows: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+    """How far modal coordinates are from rest, relative to the furthest snapshot, (...).
+
+    Args:
+        rows: Those of `snapshot_range`, (mode, mode).
+        alpha: Modal coordinates, (..., mode).
+    """
+    ratio: np.ndarray = np.linalg.norm(alpha @ rows.T, axis=-1)
+    return ratio
+
+
+def known_ratio(ratio: float) -> float | None:
+    """A ratio as results have it: None, not NaN, where no leg knows its range."""
+    return None if math.isnan(ratio) else float(ratio)
+
+
+def range_note(name: str, ratio: float | None) -> str | None:
+    """What to tell of a robot that left the range of its legs' snapshots; None of others."""
+    if ratio is None or ratio <= RANGE_TOLERANCE:
+        return None
+    return (
+        f"{name} left the range of its legs' snapshots: a leg went {ratio:.2f} times as far as in "
+        "any of them, where the reduced leg extrapolates; reduce it with snapshots of these "
+        "pressures, or walk finite elements"
+    )

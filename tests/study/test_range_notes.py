@@ -1,0 +1,71 @@
+"""Summaries tell of robots that left the range of their legs' snapshots."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.study.analysis import AnalysisSettings, analyse
+from pneumorph.study.evaluation import EvaluationSettings, evaluate
+from pneumorph.study.robustness import robustness
+from pneumorph.study.simulated_walk import WalkSettings, simulate
+
+RUN = Path(__file__).parents[2] / "reproduce" / "paper_scale"
+NEAR, FAR = 1e-3, 1.0
+"""1 over the modal coordinate at the end of the range [kg^-1/2 mm^-1]: legs reach tens."""
+
+
+def robot(scale: float) -> RobotSpec:
+    """The paper's, its legs knowing a range that is a ball."""
+    spec = paper_robot()
+    part = spec.module.reduced
+    known = replace(part, snapshot_range=scale * np.eye(part.mode_count))
+    module = replace(spec.module, make_reduced=lambda: known)
+    return replace(spec, sites=tuple(replace(site, module=module) for site in spec.sites))
+
+
+def folder(tmp_path: Path) -> RunFolder:
+    return RunFolder(tmp_path / "out", "test")
+
+
+@pytest.mark.parametrize(("scale", "left"), [(NEAR, False), (FAR, True)])
+def test_an_evaluation_notes_who_left_and_in_how_many_worlds(tmp_path, scale, left):
+    settings = EvaluationSettings(pair_count=2, randomize=True, world_count=2)
+    found = evaluate(RUN, settings, robot(scale), folder(tmp_path))
+    told = [note for note in found.notes if "left the range of its legs' snapshots" in note]
+    assert len(told) == (2 if left else 0)
+    assert all((pair.range_ratio > 1.2) is left for pair in found.pairs)
+    assert found.robustness.left_range_share == (1.0 if left else 0.0)
+    assert (found.robustness.range_ratio > 1.2) is left
+
+
+def test_a_walk_tells_that_it_left_the_range_and_comes_to_its_end(tmp_path):
+    found = simulate(WalkSettings(), robot(FAR), folder(tmp_path))
+    assert found.status == "completed"
+    assert found.range_ratio > 1.2
+    assert len(found.notes) == 1
+    inside = simulate(WalkSettings(), robot(NEAR), folder(tmp_path))
+    assert inside.notes == ()
+    # The range is watched, not felt.
+    assert inside.distance_cm == found.distance_cm
+
+
+def test_an_analysis_names_the_robots_that_left(tmp_path):
+    settings = AnalysisSettings(pair_count=1, lowest_friction=1.0, highest_friction=1.0)
+    found = analyse(RUN, settings, robot(FAR), folder(tmp_path))
+    assert [note.split()[0] for note in found.notes] == ["B", "L1"]
+
+
+def test_legs_that_do_not_know_are_not_flagged(tmp_path):
+    found = simulate(WalkSettings(), paper_robot(), folder(tmp_path))
+    assert found.range_ratio is None
+    assert found.notes == ()
+    assert found.leg["knows_range"] is False
+    unknown = robustness(["L1"], np.ones(1), np.ones((2, 1)), range_ratios=np.full((2, 1), np.nan))
+    assert unknown.left_range_share is None
