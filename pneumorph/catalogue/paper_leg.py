@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +14,7 @@ from pneumorph.catalogue.hub_spec import HubModel
 from pneumorph.catalogue.masses import Masses, MassModel, cast_leg_mass_kg
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.shipped_data import data_file
-from pneumorph.fem.full_order_settings import Integrator
+from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.material import LegMaterials, Material
 from pneumorph.fem.part_model import PartModel, leg_model
 from pneumorph.fem.silicones import BEAM_RELAXATION, silicone
@@ -109,7 +109,7 @@ class LegKind:
     physics: Physics
     mass_model: MassModel
     hub_model: HubModel = "soft"
-    integrator: Integrator = "linearly_implicit"
+    full_order: FullOrderSettings = field(default_factory=FullOrderSettings)
 
 
 def leg_kind(name: LegName) -> LegKind:
@@ -142,7 +142,7 @@ _KINDS: dict[str, LegKind] = {
         ),
         "cast",
         hub_model="rigid",  # the printed hub gives a fiftieth of what a leg does
-        integrator="implicit_euler",
+        full_order=FullOrderSettings(integrator="implicit_euler", newton_matrix="kept"),
     ),
 }
 

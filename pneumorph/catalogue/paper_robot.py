@@ -16,7 +16,6 @@ from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import LegName, leg_kind, masses_of, paper_leg
 from pneumorph.catalogue.robot_spec import RobotSpec, Site
 from pneumorph.catalogue.shipped_data import data_file
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.material import DiskMaterials
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
@@ -108,7 +107,7 @@ def paper_robot(
         own = kind.physics
         rest = {
             "hub_model": kind.hub_model,
-            "full_order": FullOrderSettings(kind.integrator),
+            "full_order": kind.full_order,
             **rest,
         }
     else:

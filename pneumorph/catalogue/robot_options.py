@@ -15,6 +15,7 @@ from pneumorph.base.settings import laid_over, settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import (
+    LegKind,
     LegName,
     PhysicsName,
     current_leg,
@@ -26,7 +27,12 @@ from pneumorph.catalogue.paper_leg import (
 )
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.fem.full_order_settings import FrictionSolver, FullOrderSettings, Integrator
+from pneumorph.fem.full_order_settings import (
+    FrictionSolver,
+    FullOrderSettings,
+    Integrator,
+    NewtonMatrix,
+)
 from pneumorph.fem.height_map import HeightMap
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.physics import Physics
@@ -76,6 +82,11 @@ class FullOptions(Checked):
     """Disk as finite elements, or a rigid one."""
     integrator: Integrator = "linearly_implicit"
     """One linear solve a step as published, or implicit Euler converged by Newton's method."""
+    newton_matrix: NewtonMatrix = "fresh"
+    """Newton's method with tangents of every iteration, or with those of an earlier one while they
+    do: a part of the time, for legs whose law the engine knows."""
+    thread_count: Count = 1
+    """Threads among which Newton's method with kept tangents shares out the legs."""
     friction_solver: FrictionSolver = "newton"
     """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
     contact_sweeps: Count = 2000
@@ -84,6 +95,15 @@ class FullOptions(Checked):
     """Floor that is no plane."""
     mesh: Path | None = None
     """Mesh of the legs, as `pneumorph mesh` writes it; by default the one that ships."""
+
+
+def _full_of(kind: LegKind) -> dict[str, Any]:
+    """Options of finite elements that a leg brings with it."""
+    return {
+        "hub": kind.hub_model,
+        "integrator": kind.full_order.integrator,
+        "newton_matrix": kind.full_order.newton_matrix,
+    }
 
 
 @dataclass(frozen=True)
@@ -147,7 +167,7 @@ class RobotOptions(Checked):
             brought = {
                 "leg": name,
                 "physics": settings_to_dict(kind.physics),
-                "full": {"hub": kind.hub_model, "integrator": kind.integrator},
+                "full": _full_of(kind),
                 "masses": {"model": kind.mass_model},
             }
         if "leg" in content:
@@ -176,6 +196,8 @@ class RobotOptions(Checked):
             stepper=self.stepper,
             full_order=FullOrderSettings(
                 integrator=full.integrator,
+                newton_matrix=full.newton_matrix,
+                thread_count=full.thread_count,
                 friction_solver=full.friction_solver,
                 contact_sweeps=full.contact_sweeps,
             ),
@@ -199,8 +221,8 @@ class RobotOptions(Checked):
             ValueError: One of them is not the usual one.
         """
         kind = leg_kind(self.based_on)
-        full = FullOptions(hub=kind.hub_model, integrator=kind.integrator)
-        usual, asked = (settings_to_dict(each) for each in (full, self.full))
+        asked = settings_to_dict(self.full)
+        usual = {**settings_to_dict(FullOptions()), **_full_of(kind)}
         changed = [name for name in usual if usual[name] != asked[name]]
         if changed:
             raise ValueError(

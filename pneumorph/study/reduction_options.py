@@ -20,7 +20,6 @@ from pneumorph.catalogue.paper_leg import (
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.material import LegMaterials
 from pneumorph.reduction.collect import SnapshotSettings
 from pneumorph.reduction.ecsw import EcswSettings
@@ -61,9 +60,10 @@ def reduce_as_asked(options: ReduceOptions, folder: RunFolder) -> Reduction:
     """Reduce a leg of the paper's robot as the options say; raises as `reduce`."""
     kind = leg_kind(options.leg)
     leg = paper_leg(options.leg, None, options.mesh, options.materials, options.masses)
-    numerics = FullOrderSettings(kind.integrator)
     return reduce(
-        paper_robot(leg, kind.physics, options.masses, hub_model=options.hub, full_order=numerics),
+        paper_robot(
+            leg, kind.physics, options.masses, hub_model=options.hub, full_order=kind.full_order
+        ),
         folder,
         ReduceSettings(options.snapshots, options.walked, options.reduction),
         {"materials": settings_to_dict(options.materials)},
@@ -112,6 +112,8 @@ def measured() -> ReduceOptions:
                 pressure_rate_kPa_per_s=150.0,
             ),
         ),
+        # The stiff sheet takes half of what is sampled.
+        reduction=ReductionSettings(ecsw=EcswSettings(element_limit=320)),
     )
 
 
