@@ -18,6 +18,7 @@ from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.material import LegMaterials, Material
 from pneumorph.fem.part_model import PartModel, leg_model
 from pneumorph.fem.silicones import BEAM_RELAXATION, silicone
+from pneumorph.geometry.face_tie import tied_over_face
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
@@ -37,6 +38,12 @@ _OLDER_LEGS = {"paper": "published"}
 def paper_leg_mesh() -> Mesh:
     """Mesh of the PneuNet leg that ships; made by ``pneumorph mesh leg``."""
     return Mesh.load(data_file("leg_mesh.npz"))
+
+
+@cache
+def measured_leg_mesh() -> Mesh:
+    """The same, tied to the hub over the end face of its first tooth, which is solid."""
+    return tied_over_face(hyperelastic_leg_mesh())
 
 
 @cache
@@ -132,7 +139,7 @@ _KINDS: dict[str, LegKind] = {
         "cast",
     ),
     "measured": LegKind(
-        hyperelastic_leg_mesh,
+        measured_leg_mesh,
         MEASURED_MATERIALS,
         Physics(
             damping="objective",

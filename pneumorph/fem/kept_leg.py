@@ -94,7 +94,7 @@ class KeptLeg:
 
         coupling = self._gram[count + rows, :count]  # H_f A_ff^-1 A_fa
         free = velocity.copy()
-        free[leg.attachment] = 0.0
+        free[leg.tie.nodes] = 0.0
         moving = (leg.contact_weights[active] @ free).ravel()
         moving += coupling @ attached - products[count + rows]
         return KeptShare(
@@ -105,7 +105,7 @@ class KeptLeg:
             frames=frames,
             attachment_matrix=self.attachment_matrix,
             attachment_right=self.attachment_matrix @ attached
-            - residual[leg.attached_unknowns]
+            - leg.at_attachment(residual)
             + products[:count],
             contact_attachment=framed(self._at_attachment[rows] - coupling),
             delassus=framed(framed(self._gram[np.ix_(count + rows, count + rows)]).T),
@@ -132,7 +132,7 @@ class KeptLeg:
             first += columns.shape[1]
         flat = velocity.reshape(-1)
         flat[self._pattern.unknowns] += self.factor.half_solve_transposed(half[:, None])[:, 0]
-        flat[leg.attached_unknowns] = attached
+        flat[leg.tied_unknowns] = leg.tied_values(attached)
         return velocity
 
 

@@ -12,6 +12,7 @@ from pneumorph.base.stage_clock import StageClock
 from pneumorph.fem.frontal_cholesky import Along, FrontalCholesky, FrontPattern
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.pose import Pose
 
 
@@ -89,7 +90,7 @@ class LegShare(Protocol):
 
 
 class MountedLeg:
-    """A part at its pose, tied to the hub by its attachment nodes.
+    """A part at its pose, tied to the hub by its attachment nodes, or by the face they span.
 
     Args:
         part: The leg in its own frame.
@@ -105,14 +106,16 @@ class MountedLeg:
         if regulator < 0:
             raise ValueError(f"regulator must not be negative, got {regulator}; counted from 0")
         self.part, self.pose, self.regulator = part, pose, regulator
+        self.tie = FaceTie.of(part.mesh)
+        """Nodes tied to the hub."""
         self.attachment: np.ndarray = part.mesh.node_set("attachment").astype(int)
-        """Nodes tied to the hub, (attachment,)."""
+        """Those of them that the others follow, (attachment,)."""
         self.attachment_in_hub: np.ndarray = pose.apply(part.rest_nodes[self.attachment])
         """Their places in the hub's frame [mm], (attachment, 3)."""
         self.contact_weights = interpolation_matrix(part.mesh, part.mesh.contact_points)
         """Contact points as sums of nodes, (point, node)."""
-        self.attached_unknowns: np.ndarray = (3 * self.attachment[:, None] + np.arange(3)).ravel()
-        """Unknowns of the attachment, (3 attachment,)."""
+        self.tied_unknowns: np.ndarray = self.tie.unknowns
+        """Unknowns of the tied nodes, (3 tied,)."""
         self._first_blocks: dict[Along, np.ndarray] = {}
 
     @property
@@ -161,7 +164,7 @@ class MountedLeg:
         """
         pattern, first_block = self.pattern(), self.first_block()
         factor = clock.timed("factorisation", FrontalCholesky)(pattern, data)
-        count = len(self.attached_unknowns)
+        count = 3 * len(self.attachment)
         order = np.argsort(first_block[active], kind="stable")
         met = (3 * order[:, None] + np.arange(3)).ravel()
         columns = np.zeros((len(pattern.unknowns), count + 1 + 3 * len(active)))
@@ -186,7 +189,7 @@ class MountedLeg:
             half=half,
             met=met,
             attachment_matrix=own - gram[a, a],
-            attachment_right=right[self.attached_unknowns] - gram[a, count],
+            attachment_right=self.at_attachment(right) - gram[a, count],
             contact_attachment=at_attachment - gram[c, a],
             delassus=gram[c, c],
             contact_right=gram[c, count],
@@ -196,8 +199,28 @@ class MountedLeg:
         """Velocities of all nodes [mm/s], (node, 3), from those free and those attached."""
         velocity = np.empty(3 * self.part.node_count)
         velocity[self.pattern().unknowns] = free
-        velocity[self.attached_unknowns] = attachment_velocity
+        velocity[self.tied_unknowns] = self.tied_values(attachment_velocity)
         return velocity.reshape(-1, 3)
+
+    def tied_values(self, attached: np.ndarray) -> np.ndarray:
+        """Values of the tied unknowns, (3 tied,), from those of the attachment, (3 attachment,)."""
+        return self.tie.spread(attached.reshape(-1, 3)).ravel()
+
+    def at_attachment(self, of_nodes: np.ndarray) -> np.ndarray:
+        """Loads on the tied nodes as the attachment feels them, (3 attachment,).
+
+        Args:
+            of_nodes: Of all nodes, (3 node,).
+        """
+        return self.tie.gathered(of_nodes[self.tied_unknowns].reshape(-1, 3)).ravel()
+
+    def _from_tied(self, columns: np.ndarray) -> np.ndarray:
+        """Columns of the attachment's unknowns from those of the tied, (row, 3 tied)."""
+        if len(self.tie.weights) == 0:
+            return columns
+        by_node = columns.reshape(len(columns), len(self.tie.nodes), 3).transpose(1, 2, 0)
+        gathered = self.tie.gathered(by_node)  # (attachment, 3, row)
+        return gathered.reshape(3 * len(self.attachment), len(columns)).T
 
     def attachment_blocks(
         self, pattern: FrontPattern, data: np.ndarray
@@ -213,16 +236,16 @@ class MountedLeg:
         """
         assembly = self.part.assembly
         local = np.full(assembly.size, -1)
-        local[self.attached_unknowns] = np.arange(len(self.attached_unknowns))
-        coupling = np.zeros((len(pattern.unknowns), len(self.attached_unknowns)))
-        own = np.zeros((len(self.attached_unknowns),) * 2)
-        for column, unknown in enumerate(self.attached_unknowns):
+        local[self.tied_unknowns] = np.arange(len(self.tied_unknowns))
+        coupling = np.zeros((len(pattern.unknowns), len(self.tied_unknowns)))
+        own = np.zeros((len(self.tied_unknowns),) * 2)
+        for column, unknown in enumerate(self.tied_unknowns):
             span = slice(assembly.indptr[unknown], assembly.indptr[unknown + 1])
             rows, values = assembly.indices[span], data[span]
             free = pattern.place[rows] >= 0
             coupling[pattern.place[rows[free]], column] = values[free]
             own[local[rows[~free]], column] = values[~free]
-        return coupling, own
+        return self._from_tied(coupling), self._from_tied(self._from_tied(own).T)
 
     def fill_contacts(
         self, pattern: FrontPattern, columns: np.ndarray, active: np.ndarray, frames: np.ndarray
@@ -240,8 +263,8 @@ class MountedLeg:
         """
         weights = self.contact_weights[active].tocoo()
         attached = np.full(self.part.node_count, -1)
-        attached[self.attachment] = np.arange(len(self.attachment))
-        at_attachment = np.zeros((3 * len(active), 3 * len(self.attachment)))
+        attached[self.tie.nodes] = np.arange(len(self.tie.nodes))
+        at_attachment = np.zeros((3 * len(active), 3 * len(self.tie.nodes)))
         for row, axis in np.ndindex(3, 3):
             place = pattern.place[3 * weights.col + axis]
             values = weights.data * frames[weights.row, row, axis]
@@ -251,14 +274,14 @@ class MountedLeg:
             at_attachment[3 * weights.row[tied] + row, 3 * attached[weights.col[tied]] + axis] = (
                 values[tied]
             )
-        return at_attachment
+        return self._from_tied(at_attachment)
 
 
 def _shared_pattern(part: PartModel, along: Along) -> FrontPattern:
     """The order of elimination of a part, found once for all its mounts."""
     patterns = _PATTERNS.setdefault(part, {})
     if along not in patterns:
-        patterns[along] = FrontPattern(part.assembly, part.mesh.node_set("attachment"), along)
+        patterns[along] = FrontPattern(part.assembly, FaceTie.of(part.mesh).nodes, along)
     return patterns[along]
 
 

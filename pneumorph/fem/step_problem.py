@@ -192,8 +192,8 @@ class StepProblem(Generic[HubState]):
         ):
             of_leg = residual.reshape(-1, 3) - leg.contact_weights[active].T @ impulse
             tie = hub.point_map(trial.hub, leg.attachment_in_hub)
-            of_hub += tie.T @ of_leg[leg.attachment].ravel()
-            of_leg[leg.attachment] = 0.0
+            of_hub += tie.T @ leg.at_attachment(of_leg.ravel())
+            of_leg[leg.tie.nodes] = 0.0
             squares += float(np.vdot(of_leg, of_leg))
         return float(np.sqrt(squares + hub.residual_size(of_hub) ** 2))
 
@@ -314,7 +314,7 @@ class StepProblem(Generic[HubState]):
             # The next step starts from the hub's motion at its new place.
             tie = hub.point_map(trial.hub, leg.attachment_in_hub)
             velocity = trial.velocities[number].copy()
-            velocity[leg.attachment] = (tie @ trial.hub.velocity).reshape(-1, 3)
+            velocity[leg.tie.nodes] = leg.tie.spread((tie @ trial.hub.velocity).reshape(-1, 3))
             velocities.append(velocity)
             pressure = self._pressure_of(leg)
             if pressure != 0.0:
@@ -352,15 +352,16 @@ class StepProblem(Generic[HubState]):
         contact_velocities: np.ndarray,
         contact_residual: float = 0.0,
     ) -> TrialStep[HubState]:
-        """Move with these velocities from the start; attachment nodes go with the hub."""
+        """Move with these velocities from the start; tied nodes go with the hub."""
         robot, start, step = self._robot, self._start, self._physics.time_step_s
         hub = robot.hub.advance(start.hub, hub_velocity, step)
         positions, consistent = [], []
         for leg, x, v in zip(robot.legs, start.positions, velocities, strict=True):
             position, velocity = x + step * v, v.copy()
-            position[leg.attachment] = robot.hub.point_positions(hub, leg.attachment_in_hub)
+            carried = robot.hub.point_positions(hub, leg.attachment_in_hub)
+            position[leg.tie.nodes] = leg.tie.spread(carried)
             tie = robot.hub.point_map(hub, leg.attachment_in_hub)
-            velocity[leg.attachment] = (tie @ hub_velocity).reshape(-1, 3)
+            velocity[leg.tie.nodes] = leg.tie.spread((tie @ hub_velocity).reshape(-1, 3))
             positions.append(position)
             consistent.append(velocity)
         return TrialStep(

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticResult, rising_equilibria
+from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.modal_equilibrium import ModalEquilibrium, rising_modal_equilibria
@@ -31,6 +32,6 @@ def held_bends(
         for small in rising_modal_equilibria(leg, pressures_kPa, rotation):
             yield end_face_bend_deg(mesh, leg.positions(small.alpha)), small
     else:
-        held = mesh.node_set("attachment")
+        held = FaceTie.of(mesh).nodes
         for exact in rising_equilibria(leg, pressures_kPa, held, rotation=rotation):
             yield end_face_bend_deg(mesh, exact.positions), exact

@@ -33,7 +33,7 @@ class LegRecorder:
         self._part = robot.legs[0].part
         if any(leg.part is not self._part for leg in robot.legs):
             raise ValueError("legs to be recorded must all be one part, got several")
-        self._attachment = self._part.mesh.node_set("attachment")
+        self._tied = robot.legs[0].tie.nodes
         self._regulators = [leg.regulator for leg in robot.legs]
         self._recorded: list[np.ndarray] = []
         self._pressures: list[np.ndarray] = []
@@ -50,7 +50,7 @@ class LegRecorder:
             return
         legs = np.array(self._robot.leg_nodes_in_hub_frame(state)) - self._part.rest_nodes
         if self._robot.hub.rigid:
-            legs[:, self._attachment] = 0.0  # rounding
+            legs[:, self._tied] = 0.0  # rounding
         simulated = self._robot.physics.pressure_map.simulated(state.regulated_kPa)
         self._pressures.append(simulated[self._regulators])
         if self._compressor:

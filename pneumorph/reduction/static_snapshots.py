@@ -15,6 +15,7 @@ import numpy as np
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticSettings, rising_equilibria, static_equilibrium
+from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.region_names import current_name
 from pneumorph.reduction.snapshots import Snapshots
 
@@ -63,7 +64,7 @@ def bend_snapshots(part: PartModel, settings: StaticSnapshotSettings) -> Snapsho
         settings: Pressures.
     """
     pressures = np.linspace(0.0, settings.bend_pressure_kPa, settings.bend_count + 1)[1:]
-    held = part.mesh.node_set("attachment")
+    held = FaceTie.of(part.mesh).nodes
     found = [each for each in rising_equilibria(part, pressures, held) if each.converged]
     states = [each.positions - part.rest_nodes for each in found]
     reached = [each.pressure_kPa for each in found]
@@ -85,7 +86,7 @@ def load_snapshots(
             the seed and its own number only.
         bend: Free-bending equilibria to start from, which saves raising the pressure each time.
     """
-    held = part.mesh.node_set("attachment")
+    held = FaceTie.of(part.mesh).nodes
     pitch = np.radians(settings.pitch_deg)
     up = np.array([-np.sin(pitch), 0.0, np.cos(pitch)])
     forward = np.array([np.cos(pitch), 0.0, np.sin(pitch)])

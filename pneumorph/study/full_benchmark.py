@@ -132,7 +132,7 @@ def bench_full(
             float(pressure[leg.regulator]),
             robot.physics,
         )
-        pattern = FrontPattern(leg.part.assembly, leg.attachment)
+        pattern = FrontPattern(leg.part.assembly, leg.tie.nodes)
         inner = leg.part.assembly.matrix(data)[pattern.unknowns][:, pattern.unknowns].tocsc()
         front = _median_seconds(lambda: FrontalCholesky(pattern, data), settings.repetitions)
         general = _median_seconds(
