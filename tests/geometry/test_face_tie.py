@@ -43,7 +43,7 @@ def compliance(mesh: Mesh) -> float:
 
 def test_a_face_has_a_limit_under_refinement_and_corners_have_none():
     """Point loads indent by F / (E h): each halving of h adds twice as much as the one before. With
-    a face the changes fall, here by 0.56 with linear elements, which are still too stiff in shear."""
+    a face the changes fall, by 0.56 here, where linear elements are still too stiff in shear."""
     corners = [compliance(block(cells)) for cells in (2, 4, 8)]
     faces = [compliance(tied_over_face(block(cells))) for cells in (2, 4, 8)]
     grown, settled = np.diff(corners), np.diff(faces)
