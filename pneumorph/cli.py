@@ -186,7 +186,7 @@ def _parsed(
     if "-h" in arguments or "--help" in arguments:
         # Before tyro's own help, which would run the paragraphs' lines together.
         print(_wrapped(description), end="\n\n")
-        _join_lines_of_help()
+    _join_lines_of_help()  # tyro keeps what it has read of a class, with help asked for or not
     parsed: Any = tyro.cli(
         make_dataclass("Arguments", groups),
         args=arguments,

@@ -94,7 +94,9 @@ def test_unknown_setting_in_a_file_is_refused(
 def test_help_of_an_option_is_one_paragraph(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Lines of a docstring are no lines of the help."""
+    """Lines of a docstring are no lines of the help, not even after flags were suggested."""
+    with pytest.raises(SystemExit):
+        run(["mesh", "disk", "--heigth-mm", "3"])
     monkeypatch.setenv("COLUMNS", "400")
     with pytest.raises(SystemExit):
         run(["mesh", "--help"])
