@@ -3,8 +3,8 @@
     python reproduce/reality/run.py --out runs/reality
 
 Each robot walks once in each physics, in a folder of its own; walks that are finished are not made
-again, and one that was stopped goes on. `--only NAME` makes some of them, for several machines or
-sessions. What is known so far goes to steps.json and steps.png beside this file.
+again, and one that was stopped goes on. `--only NAME` makes some of them, for several
+machines. What is known so far goes to steps.json and steps.png beside this file.
 """
 
 from __future__ import annotations
