@@ -6,14 +6,14 @@ Everything that this file imports is general; here the numbers of one robot come
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.masses import PRINTED_HUB, Masses
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import LegName, leg_kind, masses_of, paper_leg
+from pneumorph.catalogue.paper_leg import LegName, leg_kind, masses_of, paper_leg, pressure_map
 from pneumorph.catalogue.robot_spec import RobotSpec, Site
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.fem.material import DiskMaterials
@@ -115,12 +115,14 @@ def paper_robot(
     if physics is None:
         physics = own
     elif physics.pressure_map == PressureMap() != own.pressure_map:
+        names = [each for each in get_args(LegName) if pressure_map(each) == own.pressure_map]
+        asked = f'pressure_map("{names[0]}")' if names else str(own.pressure_map)
         raise ValueError(
             "physics.pressure_map is the published leg's, of slope "
             f"{PressureMap().slope:g}, expected that of {_named(leg)}, of slope "
             f"{own.pressure_map.slope:g}: it would be inflated otherwise than the real one; give "
-            'Physics(pressure_map=pressure_map("hyperelastic")), which is in '
-            "pneumorph.catalogue.paper_leg"
+            f"Physics(pressure_map={asked}), with the functions of pneumorph.catalogue.paper_leg "
+            "and pneumorph.physics.pressure"
         )
     if masses is None:
         masses = masses_of(leg) if isinstance(leg, str) else Masses()

@@ -304,6 +304,11 @@ def test_the_published_legs_map_is_refused_for_another_leg(make: Callable[[], Ro
         make()
 
 
+def test_another_legs_map_is_named_by_its_leg() -> None:
+    with pytest.raises(ValueError, match=r"expected .* slope 1: .*pressure_map\(\"measured\"\)"):
+        paper_robot("measured", Physics())
+
+
 def test_reduced_robots_are_refused_on_a_height_map() -> None:
     hills = replace(SPEC, height_map=HeightMap(Path("hills.npy")))
     for make in (hills.reduced, lambda design: hills.simulator([design])):
