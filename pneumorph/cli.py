@@ -111,7 +111,6 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     from pneumorph.base.result import result_to_dict
     from pneumorph.base.run_folder import RunFolder, default_folder
     from pneumorph.base.settings import settings_to_dict
-    from pneumorph.report.physics_words import physics_of
 
     module = importlib.import_module(f"pneumorph.command.{name}")
     verb: Verb[Any] = module.VERB
@@ -146,6 +145,8 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     if common.json:
         print(json.dumps(json.loads(written.read_text())))
     else:
+        from pneumorph.report.physics_words import physics_of
+
         walked_in = {"physics": physics_of(result)} if summary.get("physics") else {}
         _print_summary({**summary, **walked_in})
     print(f"wrote {folder.path}", file=sys.stderr)
