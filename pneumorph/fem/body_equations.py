@@ -78,7 +78,9 @@ def implicit_equations(
         As `linearly_implicit_equations`; A v - b is the residual r(v).
     """
     if part.compiled is not None and not definite:
-        return _compiled_equations(part, start_velocity, x, v, pressure_kPa, physics, memory)
+        compiled = implicit_matrix(part, x, pressure_kPa, physics, memory)
+        unbalanced = implicit_residual(part, start_velocity, x, v, pressure_kPa, physics, memory)
+        return compiled, part.assembly.matrix(compiled) @ v.ravel() - unbalanced
     h, beta = physics.time_step_s, physics.stiffness_damping_s
     mass = np.repeat(part.node_mass, 3)
     data = h * beta * damped_stiffness_data(part, x, physics)
@@ -126,28 +128,29 @@ def implicit_residual(
     return residual.ravel()
 
 
-def _compiled_equations(
+def implicit_matrix(
     part: PartModel,
-    start_velocity: np.ndarray,
     x: np.ndarray,
-    v: np.ndarray,
     pressure_kPa: float,
     physics: Physics,
-    memory: ViscousState | None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """`implicit_equations` with the elements' share from the engine."""
+    memory: ViscousState | None = None,
+) -> np.ndarray:
+    """A of `implicit_equations` without b, in the pattern of the part's assembly [kg], (entry,).
+
+    Args:
+        part: The body, whose elements the engine knows.
+        x: World positions at the trial end [mm], (node, 3).
+        pressure_kPa: Pressure in the cavity [simulated kPa].
+        physics: Time step and the rest.
+        memory: What a solid that relaxes remembers at the start of the step.
+    """
     elements, h, beta = _elements(part), physics.time_step_s, physics.stiffness_damping_s
-    mass, velocity = np.repeat(part.node_mass, 3), v.ravel()
     data = np.zeros(len(part.assembly.indices))
     if beta > 0.0:
         data += h * beta * damped_stiffness_data(part, x, physics)
-    data[part.assembly.diagonal] += physics.mass_factor * mass
-    residual = part.assembly.matrix(data) @ velocity - mass * start_velocity.ravel()
-    relaxing = elements.relaxing_stress(memory, h)
-    force = elements.force_and_tangent(x, pressure_kPa, relaxing, data, h**2)
-    force += part.node_mass[:, None] * physics.gravity_vector
-    residual -= h * force.ravel()
-    return data, part.assembly.matrix(data) @ velocity - residual
+    data[part.assembly.diagonal] += physics.mass_factor * np.repeat(part.node_mass, 3)
+    elements.force_and_tangent(x, pressure_kPa, elements.relaxing_stress(memory, h), data, h**2)
+    return data
 
 
 def _elements(part: PartModel) -> CompiledElements:

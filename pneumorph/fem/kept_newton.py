@@ -141,7 +141,7 @@ def _factors(
     def factor(number: int) -> KeptLeg:
         leg = robot.legs[number]
         try:
-            return KeptLeg(leg, problem.implicit_leg(number, trial)[0])
+            return KeptLeg(leg, problem.implicit_matrix(number, trial))
         except np.linalg.LinAlgError:
             return KeptLeg(leg, problem.implicit_leg(number, trial, definite=True)[0])
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from pneumorph.fem.body_equations import (
     implicit_equations,
+    implicit_matrix,
     implicit_residual,
     linearly_implicit_equations,
 )
@@ -150,6 +151,17 @@ class StepProblem(Generic[HubState]):
             self._physics,
             definite,
             start.memories[number],
+        )
+
+    def implicit_matrix(self, number: int, trial: TrialStep[HubState]) -> np.ndarray:
+        """A of a leg in the implicit Euler step, linearised at a trial, (entry,)."""
+        leg = self._robot.legs[number]
+        return implicit_matrix(
+            leg.part,
+            trial.positions[number],
+            self._pressure_of(leg),
+            self._physics,
+            self._start.memories[number],
         )
 
     def implicit_residual(self, number: int, trial: TrialStep[HubState]) -> np.ndarray:
