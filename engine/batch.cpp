@@ -121,14 +121,19 @@ void Batch::check_friction(const std::vector<double>& friction, size_t points) {
 
 void Batch::set_friction(int robot, const std::vector<double>& friction) {
   check_friction(friction, size_t(robots_.at(robot).contact_count));
+  place_friction(robot, friction);
+}
+
+void Batch::place_friction(int robot, const std::vector<double>& friction) {
   frictions_[robot] = friction;
+  for (size_t i = 1; i < friction.size(); i += 2) frictions_[robot][i] /= conditions_[robot].mass_factor;
   robots_[robot].friction = frictions_[robot].data();
 }
 
 void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                        const std::vector<std::vector<MountInput>>& mounts,
                        const std::vector<std::vector<double>>& pressure_rates,
-                       const std::vector<std::vector<double>>& frictions) {
+                       const std::vector<std::vector<double>>& frictions, const std::vector<Conditions>& conditions) {
   const size_t count = mounts.size();
   // Everything is checked first, so that a refused call leaves the old robots as they were.
   for (size_t r = 0; r < count; ++r) {
@@ -145,7 +150,10 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     check_friction(frictions[r], points);
   }
   pressure_rates_ = pressure_rates;
-  frictions_ = frictions;
+  frictions_.assign(count, {});
+  conditions_ = conditions;
+  own_settings_.clear();
+  for (const Conditions& own : conditions) own_settings_.push_back(settings_under(own, settings_));
   robots_.assign(count, RobotModel{});
   states_.assign(count, RobotState{});
   mounts_.assign(count, {});
@@ -186,7 +194,7 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     robot.mount_count = int(mounts_[r].size());
     robot.contact_count = contacts;
     robot.pressure_rates = pressure_rates_[r].data();
-    robot.friction = frictions_[r].data();
+    place_friction(int(r), frictions[r]);
     contact_capacity_ = std::max(contact_capacity_, contacts);
     const size_t modal = size_t(robot.mount_count) * padded_;
     state_storage_.emplace_back(robot.mount_count * mount_bytes_);
@@ -234,19 +242,22 @@ std::string Batch::memory(int robot) const {
   const RobotState& state = states_.at(robot);
   if (!state.has_memory) return {};
   std::string kept{static_cast<const char*>(state.memory), robots_[robot].mount_count * mount_bytes_};
-  return kept.append(static_cast<const char*>(state.springs), spring_bytes_[robot]);
+  kept.append(static_cast<const char*>(state.springs), spring_bytes_[robot]);
+  return kept.append(reinterpret_cast<const char*>(state.impulses), impulse_bytes(robot));
 }
 
 void Batch::set_memory(int robot, const std::string& memory) {
   RobotState& state = states_.at(robot);
-  const size_t of_mounts = robots_[robot].mount_count * mount_bytes_, expected = of_mounts + spring_bytes_[robot];
+  const size_t of_mounts = robots_[robot].mount_count * mount_bytes_, springs = spring_bytes_[robot];
+  const size_t expected = of_mounts + springs + impulse_bytes(robot);
   if (!memory.empty() && memory.size() != expected)
     throw std::invalid_argument("the memory of a robot has " + std::to_string(memory.size()) + " bytes, expected " +
                                 std::to_string(expected) + "; it is of another robot, precision or instruction set");
   state.has_memory = !memory.empty();
   if (!state.has_memory) return;
   memory.copy(static_cast<char*>(state.memory), of_mounts);
-  memory.copy(static_cast<char*>(state.springs), spring_bytes_[robot], of_mounts);
+  memory.copy(static_cast<char*>(state.springs), springs, of_mounts);
+  memory.copy(reinterpret_cast<char*>(state.impulses), impulse_bytes(robot), of_mounts + springs);
 }
 
 template <class Use>
@@ -284,7 +295,7 @@ void Batch::advance(const double* command, long long steps, const unsigned char*
     StageSeconds stages{};
     for (int r = next.fetch_add(1); r < count; r = next.fetch_add(1))
       if (!active || active[r])
-        advance_and_note(kernel, parts, ranges_, padded_, robots_[r], settings_,
+        advance_and_note(kernel, parts, ranges_, padded_, robots_[r], own_settings_[r],
                          command + size_t(r) * settings_.regulator_count, steps, states_[r],
                          workspaces_[thread].as<void>(), profile ? &stages : nullptr, range_ratios_[r]);
     const std::lock_guard<std::mutex> guard(sum_stages);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "conditions.hpp"
 #include "padded_part.hpp"
 #include "snapshot_range.hpp"
 
@@ -34,7 +35,7 @@ class Batch {
   void set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                   const std::vector<std::vector<MountInput>>& mounts,
                   const std::vector<std::vector<double>>& pressure_rates,
-                  const std::vector<std::vector<double>>& frictions);
+                  const std::vector<std::vector<double>>& frictions, const std::vector<Conditions>& conditions);
   // (contact point, 2) as RobotModel::friction has it.
   void set_friction(int robot, const std::vector<double>& friction);
   void reset(int robot);
@@ -50,21 +51,25 @@ class Batch {
   int padded_modes() const { return padded_; }
   const std::string& instruction_set() const { return instruction_set_; }
   const Settings& settings() const { return settings_; }
+  // What the impulses of a robot's state are over.
+  double mass_factor(int robot) const { return conditions_[robot].mass_factor; }
   RobotState& state(int robot) { return states_[robot]; }
   const RobotModel& robot(int robot) const { return robots_[robot]; }
   const StageSeconds& stages() const { return stages_; }
   // Largest ratio since the robot was reset, of the states that its steps ended in; NaN where no part knows its range.
   double range_ratio(int robot) const { return range_ratios_[robot]; }
   void clear_counters();
-  // What a robot keeps of its last step beside its state, and its springs to the last bit, as this build has it; empty:
-  // nothing.
+  // What a robot keeps of its last step beside its state, and its springs and impulses to the last bit, as this build has
+  // it; empty: nothing.
   std::string memory(int robot) const;
   void set_memory(int robot, const std::string& memory);
 
  private:
   template <class Use>
   void for_springs_of(int robot, const Use& use) const;
+  size_t impulse_bytes(int robot) const { return 3 * size_t(robots_[robot].contact_count) * sizeof(double); }
   void check_mounts(const std::vector<MountInput>& mounts) const;
+  void place_friction(int robot, const std::vector<double>& friction);
   static void check_friction(const std::vector<double>& friction, size_t points);
 
   Settings settings_;
@@ -81,6 +86,8 @@ class Batch {
   std::vector<std::vector<Mount>> mounts_;
   std::vector<std::vector<int>> regulators_;
   std::vector<std::vector<double>> hub_points_, pressure_rates_, frictions_;
+  std::vector<Conditions> conditions_;   // of each robot
+  std::vector<Settings> own_settings_;   // likewise
   std::vector<SnapshotRange> ranges_;  // of each part
   std::vector<double> range_ratios_;   // of each robot
   std::vector<AlignedArray> state_storage_;

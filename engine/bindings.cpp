@@ -160,6 +160,18 @@ static pneumorph::Settings read_settings(nb::dict d) {
   return s;
 }
 
+static pneumorph::Conditions read_conditions(const Vector& values) {
+  if (values.shape(0) != size_t(pneumorph::Conditions::kCount))
+    throw std::invalid_argument("conditions have " + std::to_string(values.shape(0)) + " numbers, expected " +
+                                std::to_string(pneumorph::Conditions::kCount));
+  const double* from = values.data();
+  pneumorph::Conditions own;
+  for (int i = 0; i < 3; ++i) own.gravity[i] = from[i];
+  own.stiffness_damping = from[3];
+  own.modulus_factor = from[4], own.mass_factor = from[5], own.damping_factor = from[6];
+  return own;
+}
+
 class PythonBatch {
  public:
   PythonBatch(nb::list parts, nb::dict settings, bool single_precision, std::string instruction_set)
@@ -167,7 +179,8 @@ class PythonBatch {
 
   // hubs: list of (mass, first_moment (3,), second_moment (3,3), contact_points (p,3)).
   // robots: list of (hub index, [(part, rotation (3,3), translation (3,), [regulators])],
-  // rates of pressure (regulator x rising and falling x cell,)).
+  // rates of pressure (regulator x rising and falling x cell,), friction (contact point, 2), conditions (7,): gravity,
+  // stiffness damping and factors of modulus, mass and what relaxes).
   void set_robots(nb::list hubs, nb::list robots) {
     std::vector<pneumorph::HubInput> hub_inputs;
     for (nb::handle item : hubs) {
@@ -182,8 +195,10 @@ class PythonBatch {
     std::vector<int> hub_of_robot;
     std::vector<std::vector<pneumorph::MountInput>> mounts;
     std::vector<std::vector<double>> pressure_rates, frictions;
+    std::vector<pneumorph::Conditions> conditions;
     for (nb::handle item : robots) {
-      auto [hub, list, rates, friction] = nb::cast<std::tuple<int, nb::list, Vector, Matrix>>(item);
+      auto [hub, list, rates, friction, own] = nb::cast<std::tuple<int, nb::list, Vector, Matrix, Vector>>(item);
+      conditions.push_back(read_conditions(own));
       hub_of_robot.push_back(hub);
       pressure_rates.emplace_back(rates.data(), rates.data() + rates.shape(0));
       frictions.emplace_back(friction.data(), friction.data() + friction.size());
@@ -200,7 +215,7 @@ class PythonBatch {
       }
       mounts.push_back(of_robot);
     }
-    batch_.set_robots(hub_inputs, hub_of_robot, mounts, pressure_rates, frictions);
+    batch_.set_robots(hub_inputs, hub_of_robot, mounts, pressure_rates, frictions, conditions);
   }
 
   // (contact point, 2): coefficient, and the normal impulse of a step at which it is so.
@@ -268,7 +283,8 @@ class PythonBatch {
         auto& s = batch_.state(int(r));
         const double* data = impulses ? s.impulses : (name == "modes" ? s.modes : s.mode_rates);
         const size_t own = (impulses ? model.contact_count : model.mount_count) * width;
-        for (size_t i = 0; i < rows * width; ++i) values.push_back(i < own ? data[i] : 0.0);
+        const double unit = impulses ? batch_.mass_factor(int(r)) : 1.0;
+        for (size_t i = 0; i < rows * width; ++i) values.push_back(i < own ? unit * data[i] : 0.0);
       }
       return to_numpy(values, {robots, rows, width});
     }
@@ -299,7 +315,8 @@ class PythonBatch {
         if (values.shape(0) != field.count)
           throw std::invalid_argument(name + " has " + std::to_string(values.shape(0)) + " numbers, expected " +
                                       std::to_string(field.count));
-        for (size_t i = 0; i < field.count; ++i) field.data[i] = values.data()[i];
+        const double unit = name == "impulses" ? batch_.mass_factor(robot) : 1.0;
+        for (size_t i = 0; i < field.count; ++i) field.data[i] = values.data()[i] / unit;
         s.has_memory = false;
         return;
       }

@@ -195,7 +195,7 @@ bool keep_stiffness(const Part<Real>& part, const double* alpha, const double* r
   const auto renew = settings.published_damping ? renew_forces<M, true, Real> : renew_forces<M, false, Real>;
   renew(part, alpha, rates, turning, settings.edge_rotations != 0, elements);
   // The factor and the hub's block of the last step serve as measures.
-  const double scale = stiffness_scale(settings);
+  const double scale = element_scale(settings);
   alignas(64) double lack[M], change[M], error[M];
   double speed = 0;
   for (int a = 0; a < M; ++a) {

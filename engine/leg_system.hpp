@@ -17,6 +17,8 @@ inline double stiffness_scale(const Settings& settings) {
   return settings.time_step * (settings.time_step + settings.stiffness_damping);
 }
 
+inline double element_scale(const Settings& settings) { return settings.elasticity * stiffness_scale(settings); }
+
 template <int M>
 struct LegSystem {
   static constexpr int kVectors = M / 8;
@@ -245,7 +247,7 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
 template <int M, class Real>
 bool factor_modes(const Part<Real>& part, const ElementSystem<M, Real>& elements, const Settings& settings,
                   LegSystem<M>& leg) {
-  const double scale = stiffness_scale(settings);
+  const double scale = element_scale(settings), mount_scale = settings.mount_elasticity * stiffness_scale(settings);
   auto& d = leg.inverse_upper;
   for (int a = 0; a < M; ++a) {
     for (int b = a / 8 * 8; b < M; ++b) d[a][b] = scale * double(elements.stiffness[a][b]);
@@ -254,7 +256,7 @@ bool factor_modes(const Part<Real>& part, const ElementSystem<M, Real>& elements
   if (part.has_linear_stiffness)
     for (int a = 0; a < M; ++a)
       for (int v = a / 8 * 8; v < M; v += 8)
-        store(&d[a][v], load(&d[a][v]) + scale * load(part.linear_stiffness + a * M + v));
+        store(&d[a][v], load(&d[a][v]) + mount_scale * load(part.linear_stiffness + a * M + v));
   return invert_upper_factor<M>(d);
 }
 
@@ -263,7 +265,8 @@ template <int M, class Real>
 void eliminate_modes(const Part<Real>& part, const double* alpha, const ElementSystem<M, Real>& elements,
                      const Settings& settings, LegSystem<M>& leg) {
   constexpr int kVectors = M / 8;
-  const double h = settings.time_step, scale = stiffness_scale(settings);
+  const double h = settings.elasticity * settings.time_step, scale = element_scale(settings);
+  const double mount_h = settings.mount_elasticity * settings.time_step;
   const auto predicted = [](Real lack, Real last) { return 2.0 * double(lack) - double(last); };
   for (int a = 0; a < M; ++a)
     leg.right_modes[a] += h * double(elements.force[a]) - scale * predicted(elements.lack[a], elements.last_lack[a]);
@@ -271,7 +274,7 @@ void eliminate_modes(const Part<Real>& part, const double* alpha, const ElementS
     for (int a = 0; a < M; ++a) {
       DoubleLanes dot = {};
       for (int v = 0; v < M; v += 8) dot += load(part.linear_stiffness + a * M + v) * load(alpha + v);
-      leg.right_modes[a] -= h * sum_lanes(dot);
+      leg.right_modes[a] -= mount_h * sum_lanes(dot);
     }
   if (settings.published_damping)
     for (int i = 0; i < 3; ++i) {

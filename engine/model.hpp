@@ -125,6 +125,10 @@ struct Settings {
   double speed_limit = 1e4;          // mm/s, above it a robot counts as diverged
   double tangent_tolerance = 0;      // mm/s, how far a kept tangent's two predictions may part; 0: a fresh one in every step
   int regulator_count = 0;
+  // Of a robot whose material is another than its parts' (conditions.hpp); forces are over its mass factor.
+  double elasticity = 1;             // factor of the elements' forces
+  double mount_elasticity = 1;       // of the mounts'
+  double branch_factor = 1;          // of what relaxes, beside the elements'
 };
 
 struct RobotState {

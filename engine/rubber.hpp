@@ -27,8 +27,9 @@ struct StepBranches {
       const double a = settings.time_step / part.branch_time[b], c = -std::expm1(-a) / a;
       gain[b] = Real(c);
       decay[b] = Real(std::exp(-a));
-      stress[b] = Real(2 * part.branch_ratio[b] * std::exp(-a));
-      sum += c * part.branch_ratio[b];
+      const double ratio = settings.branch_factor * part.branch_ratio[b];
+      stress[b] = Real(2 * ratio * std::exp(-a));
+      sum += c * ratio;
     }
     resistance = Real(sum * settings.time_step / (settings.time_step + settings.stiffness_damping));
   }

@@ -23,6 +23,7 @@ class Module:
         make_full: Makes the finite elements, given factors on all Young's moduli and on the mass.
         modulus_factor: Young's moduli of this module over those it was made with.
         mass_factor: Mass of this module over that it was made with.
+        damping_factor: Stiffness of what relaxes in it over that it was made with.
         pressure_map: Real to simulated pressure that makes it bend as the real one does, where that
             is known of it.
     """
@@ -32,6 +33,7 @@ class Module:
     make_full: Callable[[float, float], PartModel]
     modulus_factor: float = 1.0
     mass_factor: float = 1.0
+    damping_factor: float = 1.0
     pressure_map: PressureMap | None = None
 
     @classmethod
@@ -47,22 +49,28 @@ class Module:
     def reduced(self) -> ReducedPart:
         """The reduced part."""
         part = self.make_reduced()
-        as_made = self.modulus_factor == self.mass_factor == 1.0
-        return part if as_made else scaled_part(part, self.modulus_factor, self.mass_factor)
+        factors = (self.modulus_factor, self.mass_factor, self.damping_factor)
+        return part if factors == (1.0, 1.0, 1.0) else scaled_part(part, *factors)
 
     @cached_property
     def full(self) -> PartModel:
         """The finite elements."""
-        return self.make_full(self.modulus_factor, self.mass_factor)
+        return self.make_full(self.modulus_factor, self.mass_factor).damped(self.damping_factor)
 
-    def scaled(self, modulus_factor: float = 1.0, mass_factor: float = 1.0) -> Module:
-        """The same module of a stiffer or heavier material."""
-        if modulus_factor == mass_factor == 1.0:
+    def scaled(
+        self,
+        modulus_factor: float = 1.0,
+        mass_factor: float = 1.0,
+        damping_factor: float = 1.0,
+    ) -> Module:
+        """The same module of a stiffer or heavier material, or of one that relaxes more."""
+        if modulus_factor == mass_factor == damping_factor == 1.0:
             return self
         return replace(
             self,
             modulus_factor=self.modulus_factor * modulus_factor,
             mass_factor=self.mass_factor * mass_factor,
+            damping_factor=self.damping_factor * damping_factor,
         )
 
     def check_reduction(self) -> None:

@@ -22,6 +22,7 @@ from pneumorph.physics.calibration import Calibration, describe_calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.regulators import Regulators
 from pneumorph.robot.design import Design
+from pneumorph.robot.mounting_angle import tilted
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import World
@@ -54,6 +55,7 @@ class RobotSpec:
         thread_count: Threads of a simulator; 0 takes every processor.
         calibration: What was measured of the robot and is part of physics and modules already; see
             `calibrated`.
+        mounting_angle_deg: How much further down modules point than their sites have it [degrees].
     """
 
     hub: HubSpec
@@ -65,6 +67,7 @@ class RobotSpec:
     height_map: HeightMap = field(default_factory=HeightMap)
     thread_count: int = 0
     calibration: Calibration | None = None
+    mounting_angle_deg: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.sites:
@@ -85,7 +88,8 @@ class RobotSpec:
         for location, regulator in design.legs:
             site = self.sites[location]
             part = site.module.reduced
-            mounts.append(Mount(part, site.pose, (regulator - 1,) * part.cavity_count))
+            pose = tilted(site.pose, part.rest_nodes, self.mounting_angle_deg)
+            mounts.append(Mount(part, pose, (regulator - 1,) * part.cavity_count))
         return Robot(self.hub.rigid, tuple(mounts), design)
 
     def reduced(
@@ -106,10 +110,12 @@ class RobotSpec:
     def full(self, design: Design | str) -> FullRobot:
         """The finite elements that the reduced robot of a design stands for."""
         design = self._known(design)
-        mounts = [
-            (self.sites[location].module.full, self.sites[location].pose, regulator - 1)
-            for location, regulator in design.legs
-        ]
+        mounts = []
+        for location, regulator in design.legs:
+            site = self.sites[location]
+            part = site.module.full
+            pose = tilted(site.pose, part.rest_nodes, self.mounting_angle_deg)
+            mounts.append((part, pose, regulator - 1))
         return FullRobot(
             self.hub.full(self.hub_model),
             mounts,
@@ -138,12 +144,18 @@ class RobotSpec:
                 "walk on a plane, and only full ones on a floor of heights"
             )
 
-    def scaled(self, modulus_factor: float = 1.0, mass_factor: float = 1.0) -> RobotSpec:
-        """The same robot of stiffer or heavier modules; the hub's mass is scaled with theirs."""
-        if modulus_factor == mass_factor == 1.0:
+    def scaled(
+        self,
+        modulus_factor: float = 1.0,
+        mass_factor: float = 1.0,
+        damping_factor: float = 1.0,
+    ) -> RobotSpec:
+        """The same robot of stiffer or heavier modules, or of some that relax more; the hub's mass
+        is scaled with theirs."""
+        if modulus_factor == mass_factor == damping_factor == 1.0:
             return self
         modules = {
-            module: module.scaled(modulus_factor, mass_factor)
+            module: module.scaled(modulus_factor, mass_factor, damping_factor)
             for module in {site.module for site in self.sites}
         }
         sites = tuple(Site(site.pose, modules[site.module]) for site in self.sites)
@@ -158,10 +170,13 @@ class RobotSpec:
         )
 
     def in_world(self, world: World) -> RobotSpec:
-        """The robot in a drawn world; the regulators' lag is the command's."""
+        """The robot in a drawn world, as finite elements or reduced; the regulators' lag is the
+        command's, and a reduction that the world names is seen to by `simulator_in_worlds`."""
+        scaled = self.scaled(world.modulus_factor, world.mass_factor, world.damping_factor)
         return replace(
-            self.scaled(world.modulus_factor, world.mass_factor),
+            scaled,
             physics=world.applied_to(self.physics),
+            mounting_angle_deg=self.mounting_angle_deg + world.mounting_angle_deg,
         )
 
     @cached_property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import asdict, replace
 from functools import cached_property
 from typing import Any
@@ -110,6 +111,15 @@ class PartModel:
             Cavity.of_surface(mesh.surface_connectivity(cavity)) if cavity else None
         )
         """Where pressure acts."""
+
+    def damped(self, factor: float) -> PartModel:
+        """The same part with the stiffness of every branch that relaxes times a factor."""
+        if self.branches is None or factor == 1.0:
+            return self
+        part = copy(self)
+        vars(part).pop("compiled", None)  # made of the branches
+        part.branches = replace(self.branches, series=self.branches.series.scaled(factor))
+        return part
 
     @property
     def rest_nodes(self) -> np.ndarray:

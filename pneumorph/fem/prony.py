@@ -53,6 +53,24 @@ class PronySeries(Checked):
         """k_i: stiffness of each branch over the relaxed one, (branch,)."""
         return np.array(self.weights) / (1.0 - sum(self.weights))
 
+    def scaled(self, factor: float) -> PronySeries:
+        """The same rubber with every branch's stiffness, and so nearly its loss, times a factor.
+
+        The relaxed modulus stays, and with it what a body does that is held still.
+
+        Args:
+            factor: New k_i over the old; positive.
+
+        Raises:
+            ValueError: It is not positive and finite.
+        """
+        if not 0.0 < factor < np.inf:
+            raise ValueError(f"factor must be positive and finite, got {factor}")
+        if factor == 1.0 or not self.weights:
+            return self
+        ratios = factor * self.branch_ratios
+        return PronySeries(tuple((ratios / (1.0 + ratios.sum())).tolist()), self.times_s)
+
     def step_factors(self, step_s: float) -> tuple[np.ndarray, np.ndarray]:
         """exp(-a) and (1 - exp(-a)) / a with a = h / tau_i, two of (branch,).
 

@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.robot import Hub, Robot
 
 
 def scaled_part(
-    part: ReducedPart, modulus_factor: float = 1.0, mass_factor: float = 1.0
+    part: ReducedPart,
+    modulus_factor: float = 1.0,
+    mass_factor: float = 1.0,
+    damping_factor: float = 1.0,
 ) -> ReducedPart:
-    """Scale all moduli and all masses of a part.
+    """Scale all moduli, all masses and all that relaxes of a part.
 
     Elastic forces are linear in the moduli. The stepper takes modes to be orthonormal in mass, so a
     heavier part has modes Phi / sqrt(m) and coordinates sqrt(m) alpha: the same motions, written in
@@ -22,14 +27,24 @@ def scaled_part(
         part: The reduced part.
         modulus_factor: New Young's moduli (of solid and membrane) over the old.
         mass_factor: New mass over the old.
+        damping_factor: Stiffness of each branch that relaxes over the relaxed one, new over old.
 
     Raises:
         ValueError: A factor is not positive and finite.
     """
-    for name, value in (("modulus_factor", modulus_factor), ("mass_factor", mass_factor)):
+    factors = {
+        "modulus_factor": modulus_factor,
+        "mass_factor": mass_factor,
+        "damping_factor": damping_factor,
+    }
+    for name, value in factors.items():
         if not (math.isfinite(value) and value > 0.0):
             raise ValueError(f"{name} must be positive and finite, got {value}")
+    if damping_factor == 1.0:
+        del factors["damping_factor"]  # as parts that were scaled before there was such
     root = math.sqrt(mass_factor)
+    series = None if part.relaxation is None else part.relaxation.scaled(damping_factor)
+    weights = part.relaxation_weight if series is None else np.array(series.weights)
     return replace(
         part,
         modes=part.modes / root,
@@ -38,6 +53,7 @@ def scaled_part(
         membrane_mode_gradient=part.membrane_mode_gradient / root,
         tetrahedron_material=part.tetrahedron_material.stiffer(modulus_factor),
         membrane_material=part.membrane_material.stiffer(modulus_factor),
+        relaxation_weight=weights,
         dilatation_1=part.dilatation_1 / root,
         dilatation_2=part.dilatation_2 / root**2,
         dilatation_3=part.dilatation_3 / root**3,
@@ -54,7 +70,7 @@ def scaled_part(
         # sum (m m_i) (Phi / sqrt m)(Phi / sqrt m) is what it was.
         metadata={
             **part.metadata,
-            "scaled": {"modulus_factor": modulus_factor, "mass_factor": mass_factor},
+            "scaled": factors,
         },
     )
 

@@ -15,6 +15,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.physics.regulators import CELL_COUNT, AirRegulators
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.robot import Hub, Robot
+from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.reduced_state import ReducedState
 from pneumorph.simulation.robot_air import regulators_of
 from pneumorph.simulation.stepper_settings import StepperSettings
@@ -55,6 +56,7 @@ class BatchedSimulator:
         physics: Physics | None = None,
         stepper: StepperSettings | None = None,
         thread_count: int = 0,
+        worlds: Sequence[World] | None = None,
     ) -> None:
         """Put robots at rest in their initial pose, with no pressure.
 
@@ -63,22 +65,42 @@ class BatchedSimulator:
             physics: What acts on them; None for the published physics.
             stepper: How steps are computed; None for the usual numerics.
             thread_count: Threads to use; 0 takes every processor this process may run on.
+            worlds: The world of each robot, see `set_robots`; None for one that is as it stands.
 
         Raises:
-            ValueError: No robot, an unknown regulator, or a part of too many modes, of a law that
-                the compiled stepper does not know, or that relaxes under published damping.
+            ValueError: No robot, another number of worlds, an unknown regulator, or a part of too
+                many modes, of a law that the compiled stepper does not know, or that relaxes under
+                published damping.
         """
         self.physics = physics or Physics()
         self.stepper = stepper or StepperSettings()
         self.thread_count = thread_count or processor_count()
         self._parts: list[ReducedPart] = []
         self._batch: Any = None
-        self.set_robots(robots)
+        self.set_robots(robots, worlds)
 
-    def set_robots(self, robots: Sequence[Robot]) -> None:
-        """Replace all robots; every one starts from rest. A refused call changes nothing."""
+    def set_robots(self, robots: Sequence[Robot], worlds: Sequence[World] | None = None) -> None:
+        """Replace all robots; every one starts from rest. A refused call changes nothing.
+
+        Friction, slope, air, damping and the factors on moduli and masses are each robot's own,
+        without a copy of its parts: (44) of docs/physics.md. A world's lag, mounting angle and
+        reduction are seen to by `RandomisedSimulator`.
+
+        Args:
+            robots: The robots.
+            worlds: The world of each; None for one that is as it stands.
+
+        Raises:
+            ValueError: As of the constructor.
+        """
         if not robots:
             raise ValueError("robots is empty, expected at least one robot")
+        if worlds is not None and len(worlds) != len(robots):
+            raise ValueError(
+                f"got {len(worlds)} worlds for {len(robots)} robots, expected one for each"
+            )
+        of_world = {world: world.applied_to(self.physics) for world in set(worlds or ())}
+        physics = [of_world[world] for world in worlds] if worlds else [self.physics] * len(robots)
         known = {id(part): index for index, part in enumerate(self._parts)}
         fresh: list[ReducedPart] = []
         hubs: dict[int, tuple[int, Hub]] = {}
@@ -88,7 +110,9 @@ class BatchedSimulator:
                 if id(mount.part) not in known:
                     known[id(mount.part)] = len(known)
                     fresh.append(mount.part)
-        frictions = [_contact_friction(robot, self.physics) for robot in robots]
+        frictions = [
+            _contact_friction(robot, own) for robot, own in zip(robots, physics, strict=True)
+        ]
         batch, parts = self._batch, [*self._parts, *fresh]
         if fresh or batch is None:
             batch = _engine.Batch(
@@ -114,10 +138,13 @@ class BatchedSimulator:
                         )
                         for mount in robot.mounts
                     ],
-                    _pressure_rates(robot, self.physics),
+                    _pressure_rates(robot, own),
                     friction,
+                    _conditions(own, worlds[number] if worlds else None),
                 )
-                for robot, friction in zip(robots, frictions, strict=True)
+                for number, (robot, friction, own) in enumerate(
+                    zip(robots, frictions, physics, strict=True)
+                )
             ],
         )
         self._batch, self._parts = batch, parts
@@ -349,6 +376,16 @@ def _pressure_rates(robot: Robot, physics: Physics) -> np.ndarray:
         return np.zeros(0)
     rates = np.stack([regulators.rising_kPa_per_s, regulators.falling_kPa_per_s], axis=1)
     return rates.ravel()
+
+
+def _conditions(physics: Physics, world: World | None) -> np.ndarray:
+    """What of a robot's world the engine keeps for it alone; see engine/conditions.hpp."""
+    factors = (
+        (1.0, 1.0, 1.0)
+        if world is None
+        else (world.modulus_factor, world.mass_factor, world.damping_factor)
+    )
+    return np.array([*physics.gravity_vector, physics.stiffness_damping_s, *factors])
 
 
 def _engine_settings(physics: Physics, stepper: StepperSettings) -> dict[str, Any]:

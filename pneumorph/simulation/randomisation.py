@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,19 @@ from pneumorph.physics.friction import check_surfaces
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.distribution import Distribution
 
-_LATER_CHOICES = ("filling_factor", "venting_factor", "friction_by_surface")
+_LATER_CHOICES = (
+    "filling_factor",
+    "venting_factor",
+    "friction_by_surface",
+    "damping_factor",
+    "mounting_angle_deg",
+    "reductions",
+)
 """What could not be drawn when the first trainings were kept."""
+
+_OWN_GENERATOR = {"filling_factor": 0, "venting_factor": 0}
+_OWN_GENERATOR |= {"damping_factor": 2, "mounting_angle_deg": 2}
+"""Which generator draws what could not be drawn then; surfaces have the one between."""
 
 _BOUNDS = {
     "modulus_factor": Bounds(above=0.0),
@@ -22,6 +34,8 @@ _BOUNDS = {
     "filling_factor": Bounds(above=0.0),
     "venting_factor": Bounds(above=0.0),
     "floor_slope_deg": Bounds(above=-90.0, below=90.0),
+    "damping_factor": Bounds(above=0.0),
+    "mounting_angle_deg": Bounds(least=-15.0, most=15.0),
 }
 """Of every draw; others are not negative."""
 
@@ -46,9 +60,15 @@ class World:
     """Their venting conductances relative to the model's."""
     friction_by_surface: tuple[tuple[str, float], ...] = ()
     """Friction coefficients of surfaces by name; others that the physics names keep theirs."""
+    damping_factor: float = 1.0
+    """The legs' damping relative to the model's: branches that relax, and stiffness damping."""
+    mounting_angle_deg: float = 0.0
+    """How much further down legs point than their mounting has it [degrees]."""
+    reduction: str = ""
+    """File of the reduced part that all legs are; empty for the robot's own."""
 
     def applied_to(self, physics: Physics) -> Physics:
-        """Physics of this world; modulus and mass are the robots', the lag the command's."""
+        """Physics of this world; what is said of the legs is the robots', the lag the command's."""
         by_surface = {**dict(physics.friction_by_surface), **dict(self.friction_by_surface)}
         return replace(
             physics,
@@ -56,7 +76,14 @@ class World:
             floor_slope_deg=self.floor_slope_deg,
             friction_by_surface=tuple(by_surface.items()),
             air=physics.air.scaled(self.filling_factor, self.venting_factor),
+            stiffness_damping_s=self.damping_factor * physics.stiffness_damping_s,
         )
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Its numbers by name, such as ``modulus_factor`` and ``friction sheet``."""
+        own = {name: value for name, value in vars(self).items() if isinstance(value, float)}
+        return own | {f"friction {name}": value for name, value in self.friction_by_surface}
 
 
 @dataclass(frozen=True)
@@ -79,6 +106,13 @@ class Randomisation:
     """Conductances that they vent through over the model's."""
     friction_by_surface: tuple[tuple[str, str], ...] = ()
     """Distributions for surfaces by name, such as `sheet "U(0.4, 1)" hub 0.3`."""
+    damping_factor: str = "1"
+    """The legs' damping over the model's: branches that relax, and stiffness damping."""
+    mounting_angle_deg: str = "0"
+    """How much further down all legs point than their mounting has it [degrees]."""
+    reductions: tuple[Path, ...] = ()
+    """Files of other reductions of the leg: a world's legs are of one of them or of the robot's
+    own, all alike likely."""
 
     def __post_init__(self) -> None:
         check_surfaces(self.friction_by_surface)
@@ -102,23 +136,29 @@ class Randomisation:
     def draw(self, rng: np.random.Generator) -> World:
         """Draw a world.
 
-        The air's factors and the surfaces have generators of their own, so that what else a seed
-        draws is what it was before there were such.
+        What could not be drawn at first has generators of its own, so that what else a seed draws
+        is what it was then.
         """
         air, surfaces = rng.spawn(2)
+        legs = air.spawn(1)[0]
+        own = {name: (air, surfaces, legs)[place] for name, place in _OWN_GENERATOR.items()}
         numbers = {
-            name: Distribution.parse(text).draw(
-                air if name in ("filling_factor", "venting_factor") else rng
-            )
+            name: Distribution.parse(text).draw(own.get(name, rng))
             for name, text in self._numbers().items()
         }
+        reductions = ("", *map(str, self.reductions))
         by_surface = tuple(
             (name, Distribution.parse(text).draw(surfaces))
             for name, text in self.friction_by_surface
         )
-        return World(**numbers, friction_by_surface=by_surface)
+        return World(
+            **numbers,
+            friction_by_surface=by_surface,
+            reduction=reductions[int(legs.integers(len(reductions)))],
+        )
 
     def _numbers(self) -> dict[str, str]:
-        """Distributions of everything but surfaces, by name."""
-        names = (item.name for item in fields(self) if item.name != "friction_by_surface")
+        """Distributions of everything but surfaces and reductions, by name."""
+        others = ("friction_by_surface", "reductions")
+        names = (item.name for item in fields(self) if item.name not in others)
         return {name: getattr(self, name) for name in names}

@@ -1,16 +1,17 @@
-"""Robots in worlds that differ: groups of a batch, each with its own physics."""
+"""Robots in worlds that differ, side by side in one batch."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
-from pneumorph.robot.robot import Hub, Mount, Robot
-from pneumorph.robot.scaled_part import scaled_hub, scaled_part
+from pneumorph.robot.mounting_angle import tilted
+from pneumorph.robot.robot import Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.stepper_settings import StepperSettings
@@ -53,6 +54,7 @@ class RandomisedSimulator:
         self._physics, self._randomisation = physics, randomisation
         self._seed, self._world_count, self._threads = seed, world_count, thread_count
         self._stepper = stepper
+        self._simulator: LaggingSimulator | None = None
         self._robots: Sequence[Robot] = robots
         self.redraw(0)
 
@@ -64,117 +66,130 @@ class RandomisedSimulator:
 
     def set_robots(self, robots: Sequence[Robot]) -> None:
         """Replace every robot (any count) and reset all; the worlds stay."""
-        if not robots:
-            raise ValueError("robots is empty, expected at least one robot")
         self._robots = robots
-        self._members = [
-            np.arange(world, len(robots), self._world_count)
-            for world in range(min(self._world_count, len(robots)))
-        ]
-        self._groups = [
-            simulator_in_world(
-                [robots[int(i)] for i in members],
-                world,
-                self._physics,
-                self._stepper,
-                self._threads,
+        worlds = [self.worlds[robot % self._world_count] for robot in range(len(robots))]
+        if self._simulator is None:
+            self._simulator = simulator_in_worlds(
+                robots, worlds, self._physics, self._stepper, self._threads
             )
-            for members, world in zip(self._members, self.worlds, strict=False)
-        ]
+        else:
+            self._simulator.set_robots(robots, worlds)
 
     def reset(self, active: np.ndarray | None = None) -> None:
         """Put robots back to their initial state, (robot,) bool; None for all."""
-        for members, group in zip(self._members, self._groups, strict=True):
-            group.reset(None if active is None else np.asarray(active)[members])
+        self._lagging.reset(active)
 
     def advance(
         self, command_kPa: np.ndarray, step_count: int, active: np.ndarray | None = None
     ) -> None:
         """Hold a command [real kPa], (robot, regulator), for some time steps."""
-        for members, group in zip(self._members, self._groups, strict=True):
-            group.advance(
-                np.asarray(command_kPa)[members],
-                step_count,
-                None if active is None else np.asarray(active)[members],
-            )
+        self._lagging.advance(command_kPa, step_count, active)
 
     @property
     def forward_position_mm(self) -> np.ndarray:
         """How far forward each robot's tracked point is [mm], (robot,)."""
-        return self._gathered([group.forward_position_mm for group in self._groups])
+        return self._lagging.forward_position_mm
 
     @property
     def status(self) -> np.ndarray:
         """Status of each robot, (robot,) uint8."""
-        return self._gathered([group.status for group in self._groups]).astype(np.uint8)
+        return self._lagging.status
 
     @property
     def range_ratio(self) -> np.ndarray:
         """As `BatchedSimulator.range_ratio` has it, (robot,)."""
-        return self._gathered([group.range_ratio for group in self._groups])
+        return self._lagging.range_ratio
 
-    def _gathered(self, values: list[np.ndarray]) -> np.ndarray:
-        result = np.zeros(len(self._robots))
-        for members, value in zip(self._members, values, strict=True):
-            result[members] = value
-        return result
+    @property
+    def _lagging(self) -> LaggingSimulator:
+        assert self._simulator is not None, "made by the first draw"
+        return self._simulator
 
 
 class LaggingSimulator:
-    """A simulator whose regulators follow their command like a first-order filter.
+    """A simulator whose regulators follow their command like a first-order filter, each robot's as
+    its world has it.
 
     The filter acts before the regulators' rate limit: after a time t of one command c the filtered
     one is c + (c_0 - c) exp(-t / lag).
     """
 
-    def __init__(self, simulator: BatchedSimulator, lag_s: float) -> None:
-        self._simulator, self._lag_s = simulator, lag_s
-        self._filtered = self._zero()
+    def __init__(self, simulator: BatchedSimulator, worlds: Sequence[World]) -> None:
+        self.simulator = simulator
+        self._begin(worlds)
+
+    def _begin(self, worlds: Sequence[World]) -> None:
+        self._worlds = worlds
+        self._lag_s = np.array([world.regulator_lag_s for world in worlds])[:, None]
+        self._filtered = np.zeros((len(worlds), self.simulator.physics.regulator_count))
 
     def reset(self, active: np.ndarray | None = None) -> None:
         """Put robots back to their initial state."""
-        self._simulator.reset(active)
+        self.simulator.reset(active)
         chosen = np.ones(len(self._filtered), bool) if active is None else np.asarray(active, bool)
         self._filtered[chosen] = 0.0
 
-    def set_robots(self, robots: Sequence[Robot]) -> None:
-        """Replace every robot and reset all."""
-        self._simulator.set_robots(robots)
-        self._filtered = self._zero()
+    def set_robots(self, robots: Sequence[Robot], worlds: Sequence[World] | None = None) -> None:
+        """Replace every robot and reset all.
+
+        Args:
+            robots: The robots.
+            worlds: The world of each; None for those of the robots before, of as many.
+        """
+        worlds = self._worlds if worlds is None else worlds
+        placed = [robot_in_world(robot, own) for robot, own in zip(robots, worlds, strict=True)]
+        self.simulator.set_robots(placed, worlds)
+        self._begin(worlds)
 
     def advance(
         self, command_kPa: np.ndarray, step_count: int, active: np.ndarray | None = None
     ) -> None:
         """Hold a command for some time steps while the regulators approach it."""
-        if self._lag_s == 0.0:
-            self._simulator.advance(command_kPa, step_count, active)
+        if not self._lag_s.any():
+            self.simulator.advance(command_kPa, step_count, active)
             return
         command = np.asarray(command_kPa, dtype=float)
         moving = np.ones(len(command), bool) if active is None else np.asarray(active, bool)
         for begin in range(0, step_count, LAG_STEPS):
             count = min(LAG_STEPS, step_count - begin)
-            kept = math.exp(-count * self._simulator.physics.time_step_s / self._lag_s)
+            time_s = count * self.simulator.physics.time_step_s
+            with np.errstate(divide="ignore"):  # without a lag nothing is kept
+                kept = np.exp(-time_s / self._lag_s)
             new = command + (self._filtered - command) * kept
             self._filtered = np.where(moving[:, None], new, self._filtered)
-            self._simulator.advance(self._filtered, count, active)
+            self.simulator.advance(self._filtered, count, active)
 
     @property
     def forward_position_mm(self) -> np.ndarray:
         """How far forward each robot's tracked point is [mm], (robot,)."""
-        return self._simulator.forward_position_mm
+        return self.simulator.forward_position_mm
 
     @property
     def status(self) -> np.ndarray:
         """Status of each robot, (robot,) uint8."""
-        return self._simulator.status
+        return self.simulator.status
 
     @property
     def range_ratio(self) -> np.ndarray:
         """As `BatchedSimulator.range_ratio` has it, (robot,)."""
-        return self._simulator.range_ratio
+        return self.simulator.range_ratio
 
-    def _zero(self) -> np.ndarray:
-        return np.zeros((len(self._simulator.robots), self._simulator.physics.regulator_count))
+
+def simulator_in_worlds(
+    robots: Sequence[Robot],
+    worlds: Sequence[World],
+    physics: Physics,
+    stepper: StepperSettings | None = None,
+    thread_count: int = 0,
+) -> LaggingSimulator:
+    """A simulator of robots, each in its world; parts are shared by all.
+
+    Raises:
+        ValueError: As `BatchedSimulator`, or a world names a reduction of other cavities.
+    """
+    placed = [robot_in_world(robot, own) for robot, own in zip(robots, worlds, strict=True)]
+    batch = BatchedSimulator(placed, physics, stepper, thread_count, worlds)
+    return LaggingSimulator(batch, worlds)
 
 
 def simulator_in_world(
@@ -184,20 +199,26 @@ def simulator_in_world(
     stepper: StepperSettings | None = None,
     thread_count: int = 0,
 ) -> LaggingSimulator:
-    """A simulator of robots in a world; a part that robots share is scaled once."""
-    parts: dict[int, ReducedPart] = {}
-    hubs: dict[int, Hub] = {}
+    """A simulator of robots in one world."""
+    return simulator_in_worlds(robots, [world] * len(robots), physics, stepper, thread_count)
 
-    def part_of(mount: Mount) -> ReducedPart:
-        key = id(mount.part)
-        if key not in parts:
-            parts[key] = scaled_part(mount.part, world.modulus_factor, world.mass_factor)
-        return parts[key]
 
-    scaled = []
-    for robot in robots:
-        hub = hubs.setdefault(id(robot.hub), scaled_hub(robot.hub, world.mass_factor))
-        mounts = tuple(Mount(part_of(m), m.pose, m.regulators) for m in robot.mounts)
-        scaled.append(Robot(hub, mounts, robot.design))
-    batch = BatchedSimulator(scaled, world.applied_to(physics), stepper, thread_count)
-    return LaggingSimulator(batch, world.regulator_lag_s)
+def robot_in_world(robot: Robot, world: World) -> Robot:
+    """The robot with its legs mounted and reduced as in a world; the same where that is as usual.
+
+    Raises:
+        ValueError: A leg's own part has another number of cavities than the world's reduction.
+    """
+    if not world.reduction and world.mounting_angle_deg == 0.0:
+        return robot
+    mounts = []
+    for mount in robot.mounts:
+        part = _part_of(world.reduction) if world.reduction else mount.part
+        pose = tilted(mount.pose, part.rest_nodes, world.mounting_angle_deg)
+        mounts.append(replace(mount, part=part, pose=pose))
+    return replace(robot, mounts=tuple(mounts))
+
+
+@cache
+def _part_of(file: str) -> ReducedPart:
+    return ReducedPart.load(file)

@@ -15,7 +15,10 @@ from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
-from pneumorph.simulation.randomised_simulator import simulator_in_world
+from pneumorph.simulation.randomised_simulator import simulator_in_worlds
+
+SIDE_BY_SIDE = 96
+"""Robots that walk at once."""
 
 
 @dataclass(frozen=True)
@@ -73,20 +76,28 @@ def walks_in_worlds(
     """
     robots = [spec.assembly(design) for design in designs]
     distances, ratios = [], []
-    for number, world in enumerate(worlds, start=1):
-        simulator = simulator_in_world(robots, world, spec.physics, spec.stepper, spec.thread_count)
+    together = max(1, SIDE_BY_SIDE // len(robots))
+    for begin in range(0, len(worlds), together):
+        chosen = worlds[begin : begin + together]
+        simulator = simulator_in_worlds(
+            robots * len(chosen),
+            [world for world in chosen for _ in robots],
+            spec.physics,
+            spec.stepper,
+            spec.thread_count,
+        )
         walked = walk(
             simulator,
-            gaits,
+            list(gaits) * len(chosen),
             duration_s=gaits[0].duration_s,
             time_step_s=spec.physics.time_step_s,
             settling_step_count=settling_steps,
             record_step_count=100,
         )
-        distances.append(walked.distance_cm)
-        ratios.append(walked.range_ratio)
-        folder.progress(number, len(worlds), "walking in worlds")
-    return np.array(distances), np.array(ratios)
+        distances.append(walked.distance_cm.reshape(-1, len(robots)))
+        ratios.append(walked.range_ratio.reshape(-1, len(robots)))
+        folder.progress(begin + len(chosen), len(worlds), "walking in worlds")
+    return np.concatenate(distances), np.concatenate(ratios)
 
 
 def draw_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:

@@ -227,7 +227,23 @@ def test_a_robot_in_a_world_is_the_randomised_simulators() -> None:
     theirs = simulator_in_world([SPEC.assembly(DESIGN)], world, SPEC.physics, SPEC.stepper, 1)
     for simulator in (ours, theirs):
         simulator.advance(np.array([[6.0, 9.0]]), 20)
-    np.testing.assert_array_equal(ours.forward_position_mm, theirs.forward_position_mm)
+    # Scaled parts on one side, the engine's factors on the other: to rounding.
+    np.testing.assert_allclose(ours.forward_position_mm, theirs.forward_position_mm, rtol=1e-12)
+
+
+def test_modules_point_down_in_a_world_in_both_models() -> None:
+    spec = SPEC.in_world(World(0.5, 1.0, 1.0, 0.0, 0.0, mounting_angle_deg=3.0))
+    reduced = [mount.pose for mount in spec.assembly(DESIGN).mounts]
+    usual = [mount.pose for mount in SPEC.assembly(DESIGN).mounts]
+    legs, before = (each.full(DESIGN).legs for each in (spec, SPEC))
+    for pose, old, leg, leg_before in zip(reduced, usual, legs, before, strict=True):
+        turned = np.degrees(np.arccos(pose.rotation[:, 0] @ old.rotation[:, 0]))
+        assert turned == pytest.approx(3.0, abs=1e-6)
+        nodes = leg.part.mesh.node_set("attachment")
+        np.testing.assert_allclose(
+            leg.attachment_in_hub, pose.apply(leg.part.rest_nodes[nodes]), atol=1e-12
+        )
+        assert np.abs(leg.attachment_in_hub - leg_before.attachment_in_hub).max() < 1.0
 
 
 @pytest.mark.parametrize("design", ["1.2.1", "1.2.0.1.0", "1.2.1.0.0.0.0.2"])

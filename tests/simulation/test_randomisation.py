@@ -153,7 +153,7 @@ def test_factors_on_valves_are_factors_on_time(name: str) -> None:
         simulator = simulator_in_world([robot], world, AIR, thread_count=1)
         for number, command in enumerate(commands):
             simulator.advance(command, last if number == len(commands) - 1 else 150)
-        return np.array(simulator._simulator.read("regulated")[0])
+        return np.array(simulator.simulator.read("regulated")[0])
 
     slow, quick = pressures(1.0, 2 * steps), pressures(2.0, steps)
     assert 5.0 < slow[0] < 75.0
@@ -229,7 +229,7 @@ def test_lagging_regulators_follow_a_first_order_filter() -> None:
         [robot], replace(AS_IS, regulator_lag_s=lag), Physics(), thread_count=1
     )
     simulator.advance(np.array([[10.0, 20.0, 0.0]]), steps)
-    regulated = simulator._simulator.read("regulated")[0]
+    regulated = simulator.simulator.read("regulated")[0]
     np.testing.assert_allclose(regulated[:2], np.array([10.0, 20.0]) * (1 - np.exp(-0.6 / lag)))
     simulator.reset()
     assert not simulator._filtered.any()
