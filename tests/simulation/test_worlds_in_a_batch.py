@@ -43,7 +43,7 @@ def test_a_robot_in_a_world_moves_as_one_whose_parts_are_scaled(damping: str, ch
     world = HEAVY if change == "all" else replace(AS_IS, **{change: getattr(HEAVY, change)})
     law = FrictionPressure(-0.3, 1e-3)
     physics = replace(PHYSICS, damping=damping, friction_pressure=law)
-    robots = [with_areas(robot) for robot in crawlers()]
+    robots = [on_springs(robot) for robot in crawlers()]
     shared = walked(BatchedSimulator(robots, physics, STEPPER, 1, [world] * 3))
     scaled = [scaled_robot(robot, world.modulus_factor, world.mass_factor) for robot in robots]
     alone = walked(BatchedSimulator(scaled, world.applied_to(physics), STEPPER, 1))
@@ -55,12 +55,15 @@ def test_a_robot_in_a_world_moves_as_one_whose_parts_are_scaled(damping: str, ch
         np.testing.assert_allclose(shared[name], expected, rtol=0, atol=tolerance, err_msg=name)
 
 
-def with_areas(robot: Robot) -> Robot:
-    """Contact points that know their areas, whatever those are."""
+def on_springs(robot: Robot) -> Robot:
+    """Mounts that give, and contact points that know their areas, whatever those are."""
     part = robot.mounts[0].part
     points = len(part.contact_points)
     part = replace(
-        part, contact_surface=np.full(points, "skin"), contact_area_mm2=np.full(points, 5.0)
+        part,
+        linear_stiffness=0.3 * part.stiffness(np.zeros(part.mode_count)),
+        contact_surface=np.full(points, "skin"),
+        contact_area_mm2=np.full(points, 5.0),
     )
     return replace(robot, mounts=tuple(replace(mount, part=part) for mount in robot.mounts))
 
