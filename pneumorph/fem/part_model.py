@@ -179,6 +179,10 @@ class PartModel:
         volumes, branches = self.volume_group, self.branches
         return CompiledElements(self.assembly, groups, volumes, branches, self.cavity)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what the engine holds, which another process makes for itself."""
+        return {name: value for name, value in self.__dict__.items() if name != "compiled"}
+
     def internal_force(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Elastic force on the nodes [mN], (node, 3).
 

@@ -1,5 +1,7 @@
 """Elements of the engine against those of NumPy, which say what they are to be."""
 
+import pickle
+
 import numpy as np
 import pneumorph._engine as engine
 import pytest
@@ -93,6 +95,13 @@ def test_a_solid_turned_inside_out_has_no_force():
     x[corner] += 3.0 * (made.rest_nodes[made.mesh.connectivity[0, 1:4]].mean(axis=0) - x[corner])
     assert np.isnan(made.compiled.force(x)[corner]).any()
     assert np.isfinite(made.compiled.force(made.rest_nodes)).all()
+
+
+def test_a_part_that_was_compiled_goes_to_other_processes():
+    made = part("yeoh", 2)
+    x = bent(made)
+    force = made.elastic_force(x)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(made)).elastic_force(x), force)
 
 
 def test_parts_of_other_laws_stay_with_numpy():
