@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.assembly import Assembly
 from pneumorph.fem.cavity import Cavity
 from pneumorph.fem.compiled_elements import CompiledElements
@@ -141,8 +142,13 @@ class PartModel:
             ],
             "mass_kg": self.mass_kg,
             **self.lumping(),
-            **({} if self.branches is None else {"relaxation": asdict(self.branches.series)}),
+            **self._relaxation(),
         }
+
+    def _relaxation(self) -> dict[str, Any]:
+        if self.branches is None:
+            return {}
+        return {"relaxation": settings_to_dict(self.branches.series)}
 
     def lumping(self) -> dict[str, Any]:
         """``mass_lumping`` unless it is even: what earlier versions kept does not say so."""

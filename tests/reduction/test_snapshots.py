@@ -13,6 +13,7 @@ from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
@@ -36,6 +37,9 @@ SETTINGS = SnapshotSettings(
     ),
     executor=ExecutorSettings(process_count=1),
 )
+
+
+WITHOUT_WALKS = dataclasses.replace(SETTINGS, walk=WalkSnapshotSettings(leg_counts=()))
 
 
 def some_snapshots(name: str = "load", digest: str = "a") -> Snapshots:
@@ -92,10 +96,9 @@ def test_gray_corners_visit_every_corner_changing_one_leg_at_a_time():
 
 def test_files_of_other_materials_are_made_again_and_unknown_settings_are_defaults(tmp_path):
     hub, poses = robot_around_a_box()
-    without_walks = dataclasses.replace(SETTINGS, walk=WalkSnapshotSettings(leg_counts=()))
     part = synthetic_part((4, 4, 4))
     said = []
-    collect_snapshots(part, hub, poses, without_walks, tmp_path, say=said.append)
+    collect_snapshots(part, hub, poses, WITHOUT_WALKS, tmp_path, say=said.append)
     assert said == []  # walks are what takes long
     before = (tmp_path / "load_0.npz").stat().st_mtime_ns
     # A file of an older version knows neither the part nor every setting.
@@ -104,12 +107,12 @@ def test_files_of_other_materials_are_made_again_and_unknown_settings_are_defaul
     old.save(tmp_path / "load_0.npz")
     written = (tmp_path / "load_0.npz").stat().st_mtime_ns
     assert written != before
-    files = collect_snapshots(part, hub, poses, without_walks, tmp_path)
+    files = collect_snapshots(part, hub, poses, WITHOUT_WALKS, tmp_path)
     assert (tmp_path / "load_0.npz").stat().st_mtime_ns == written
     assert files.metadata["seconds"]["files_without"] == 1
     heavier = PartModel(part.mesh, part.material, 0.2, part.membranes, cavity="cavity")
     bend = (tmp_path / "bend.npz").stat().st_mtime_ns
-    collect_snapshots(heavier, hub, poses, without_walks, tmp_path)
+    collect_snapshots(heavier, hub, poses, WITHOUT_WALKS, tmp_path)
     assert (tmp_path / "bend.npz").stat().st_mtime_ns != bend
 
 
@@ -137,6 +140,17 @@ def test_collection_resumes_and_does_not_depend_on_when_it_stopped(tmp_path):
     assert np.array_equal(displacement, again.states(np.arange(len(again))))
     assert (tmp_path / "bend.npz").stat().st_mtime_ns == written["bend.npz"]
     assert (tmp_path / "load_0.npz").stat().st_mtime_ns != written["load_0.npz"]
+
+
+def test_what_a_part_that_relaxes_is_made_of_reads_back_from_its_files(tmp_path):
+    plain = synthetic_part((4, 4, 4))
+    series = PronySeries((0.1, 0.2), (0.5, 0.05))
+    part = PartModel(plain.mesh, plain.material, 0.1, plain.membranes, "cavity", relaxation=series)
+    hub, poses = robot_around_a_box()
+    collect_snapshots(part, hub, poses, WITHOUT_WALKS, tmp_path)
+    written = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    collect_snapshots(part, hub, poses, WITHOUT_WALKS, tmp_path)
+    assert written == {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
 
 
 def test_walks_in_other_physics_are_made_again_and_equilibria_are_not(tmp_path):
