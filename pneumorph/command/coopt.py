@@ -7,8 +7,11 @@ can replay. A stopped run goes on from its last checkpoint with --resume and the
 Presets: quick (minutes on two cores: three or four legs, many updates an action, mirror images),
 paper (one million timesteps, all designs, then fine-tuning of the eight best) and fast (all
 designs in 21 % of that). All use the published damping; see --physics.damping. With --randomize
-every round is walked in worlds drawn from --randomisation, so that a pair's distance is that of the
-world it was seen in; `pneumorph evaluate RUN --randomize` ranks pairs over many worlds.
+every round is walked in worlds drawn from --randomisation. With --objective.worlds-per-design 4 as
+well every design walks in four, and designs, finalists and gaits are ranked by --objective.kind
+over them, with what drawn worlds leave open as score_standard_error_cm in the metrics; otherwise a
+pair's distance is that of the world it was seen in. Both are on in --physics measured, in worlds of
+all that nobody has measured of the robot.
 
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
 metrics.jsonl, TensorBoard logs, checkpoints, policy.npz, a policy for each fine-tuned design, and

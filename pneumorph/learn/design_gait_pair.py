@@ -21,7 +21,8 @@ class DesignGaitPair:
     Attributes:
         design: Index in the design space.
         held_kPa: Real pressures, each held for one action [kPa], shape (action, regulator).
-        distance_cm: Forward travel in one episode [cm].
+        distance_cm: Forward travel in one episode [cm]; where designs walk in several worlds, the
+            objective over those of an evaluation.
         source: ``policy`` for the deterministic policy's gait, ``exploration`` for an episode of
             training, whose actions were drawn from the policy, ``search`` for a search without
             one. Always a plain open-loop gait.

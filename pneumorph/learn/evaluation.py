@@ -11,8 +11,12 @@ from pneumorph.environment.crawling_simulator import RUNNING
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.networks import Policy
+from pneumorph.learn.objective import Objective
 from pneumorph.learn.sac import Sac
 from pneumorph.robot.design_space import DesignSpace
+
+EVALUATION_SEED = 2**40
+"""Worlds of an evaluation are drawn by seeds from here on; those of training by its timestep."""
 
 
 def evaluate_policy(
@@ -24,6 +28,7 @@ def evaluate_policy(
     *,
     timestep: int = 0,
     progress: Progress | None = None,
+    objective: Objective | None = None,
 ) -> list[DesignGaitPair]:
     """Walk designs for one episode each with the policy's deterministic actions.
 
@@ -35,11 +40,13 @@ def evaluate_policy(
         designs: Indices of designs, shape (n,); walked in batches of the environment's size.
         timestep: Timestep of training, noted in the pairs.
         progress: Told how far the evaluation is.
+        objective: What counts where designs walk in several worlds; None for one world.
 
     Returns:
         A pair for each design whose simulation did not fail, in the order asked for.
     """
-    count = environment.num_envs
+    objective = objective or Objective()
+    count = environment.num_envs // objective.worlds_per_design
     action_count = environment.task.action_count
     pairs: list[DesignGaitPair] = []
     for begin in range(0, len(designs), count):
@@ -57,6 +64,7 @@ def evaluate_policy(
             lambda observation: learner.mode_actions(policy, observation),
             timestep,
             report,
+            objective,
         )
     return pairs
 
@@ -68,8 +76,10 @@ def walk_batch(
     act: Callable[[np.ndarray], np.ndarray],
     timestep: int,
     report: Callable[[int], None] | None = None,
+    objective: Objective | None = None,
 ) -> list[DesignGaitPair]:
-    """Walk no more designs than the environment has robots, for one episode.
+    """Walk no more designs than the environment has robots, for one episode; where designs walk in
+    several worlds each, no more than it then has room for, in all worlds of an evaluation.
 
     Args:
         environment: Where to walk; its designs are replaced.
@@ -77,11 +87,16 @@ def walk_batch(
         batch: Indices of the designs, shape (n,).
         act: Turns observations (robot, observation) into actions (robot, regulator).
         timestep: Timestep of training, noted in the pairs; it seeds physics that are drawn.
-        report: Told the number of actions done.
+        report: Told the number of actions done, of one episode.
+        objective: What counts of distances in several worlds; None for one world.
 
     Returns:
-        A pair for each design whose simulation did not fail, in the order asked for.
+        A pair for each design whose simulation did not fail, in the order asked for. Of several
+        worlds, a design's distance in one where its simulation failed is zero, or less if it was
+        behind its start; one that failed in all has no pair.
     """
+    if objective is not None and objective.is_robust:
+        return _walk_in_worlds(environment, space, batch, act, timestep, report, objective)
     commands, distance_cm, failed = walk_episode(
         environment, space, filled_batch(batch, environment.num_envs), act, report, timestep
     )
@@ -91,6 +106,43 @@ def walk_batch(
         )
         for place, design in enumerate(batch)
         if not failed[place]
+    ]
+
+
+def _walk_in_worlds(
+    environment: CrawlingEnvironment,
+    space: DesignSpace,
+    batch: np.ndarray,
+    act: Callable[[np.ndarray], np.ndarray],
+    timestep: int,
+    report: Callable[[int], None] | None,
+    objective: Objective,
+) -> list[DesignGaitPair]:
+    """Pairs whose distance is the objective over the worlds of an evaluation; see `walk_batch`."""
+    side_by_side = objective.worlds_per_design
+    designs = filled_batch(batch, environment.num_envs // side_by_side)
+    distances, failures = [], []
+    for number in range(-(-objective.evaluation_worlds // side_by_side)):
+        commands, distance_cm, failed = walk_episode(
+            environment,
+            space,
+            np.repeat(designs, side_by_side),
+            act,
+            report if number == 0 else None,
+            EVALUATION_SEED + number,
+        )
+        distances.append(np.where(failed, np.minimum(distance_cm, 0.0), distance_cm))
+        failures.append(failed)
+    shape = (len(distances), len(designs), side_by_side)
+    by_world = np.moveaxis(np.reshape(distances, shape), 1, 0).reshape(len(designs), -1)
+    fallen: np.ndarray = np.all(np.reshape(failures, shape), axis=(0, 2))
+    scores = objective.of(by_world[:, : objective.evaluation_worlds])
+    return [
+        DesignGaitPair(
+            int(design), commands[:, place * side_by_side], float(scores[place]), "policy", timestep
+        )
+        for place, design in enumerate(batch)
+        if not fallen[place]
     ]
 
 

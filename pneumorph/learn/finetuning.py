@@ -117,17 +117,25 @@ def _walked(
 ) -> list[DesignGaitPair]:
     """Every design side by side, each driven by its own policy without noise."""
     pairs = []
-    count = training.environment.num_envs
+    settings = training.settings
+    count, worlds = settings.designs_per_round, settings.objective.worlds_per_design
     for begin in range(0, len(designs), count):
         batch = np.array(designs[begin : begin + count])
-        drivers = filled_batch(np.arange(begin, begin + len(batch)), count)
+        drivers = np.repeat(filled_batch(np.arange(begin, begin + len(batch)), count), worlds)
 
         def act(observation: np.ndarray, drivers: np.ndarray = drivers) -> np.ndarray:
-            action = np.empty((count, training.settings.task.regulator_count), np.float32)
+            action = np.empty((len(drivers), training.settings.task.regulator_count), np.float32)
             for driver in np.unique(drivers):
                 rows = drivers == driver
                 action[rows] = training.learner.mode_actions(policies[driver], observation[rows])
             return action
 
-        pairs += walk_batch(training.environment, training.space, batch, act, timestep)
+        pairs += walk_batch(
+            training.environment,
+            training.space,
+            batch,
+            act,
+            timestep,
+            objective=training.settings.objective,
+        )
     return pairs

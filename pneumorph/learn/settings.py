@@ -9,6 +9,7 @@ from typing import Literal
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.design_distribution import EntropySchedule
+from pneumorph.learn.objective import Objective
 from pneumorph.learn.sac import SacSettings
 from pneumorph.robot.design_space import DesignSpace
 
@@ -27,6 +28,12 @@ class FinetuningSettings(Checked):
     def round_count(self, timesteps_per_round: int) -> int:
         """Episodes of every robot for each finalist."""
         return math.ceil(self.timesteps / timesteps_per_round)
+
+
+ROBUST_OBJECTIVE = Objective(
+    "mean_minus_deviations", deviations=1.0, worlds_per_design=4, centring_rounds=8
+)
+"""Of robots in worlds that may be: about what a sixth of the worlds fall short of."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +56,8 @@ class CooptSettings(Checked):
     """How the design distribution narrows."""
     finetuning: FinetuningSettings = field(default_factory=FinetuningSettings)
     """What follows training, for the best designs."""
+    objective: Objective = field(default_factory=Objective)
+    """What of distances in several worlds counts."""
     buffer_size: Count = 100_000
     """Transitions kept for learning (paper, appendix A)."""
     learning_start_timestep: Count = 10_000
@@ -83,6 +92,17 @@ class CooptSettings(Checked):
                 f"the design space has {self.space.regulator_count} regulators and the task "
                 f"{self.task.regulator_count}, expected the same number"
             )
+        if self.environment_count % self.objective.worlds_per_design:
+            raise ValueError(
+                f"environment_count is {self.environment_count}, expected a multiple of "
+                f"worlds_per_design, {self.objective.worlds_per_design}: every design of a round "
+                "walks in each of its worlds"
+            )
+
+    @property
+    def designs_per_round(self) -> int:
+        """Designs that are drawn for a round."""
+        return self.environment_count // self.objective.worlds_per_design
 
     @property
     def updates_per_vector_step(self) -> int:

@@ -21,6 +21,7 @@ from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.metrics import score_histogram
 from pneumorph.learn.mirror import MirrorImage
+from pneumorph.learn.objective import RoundLevel
 from pneumorph.learn.replay_buffer import ReplayBuffer
 from pneumorph.learn.sac import Sac
 from pneumorph.learn.settings import CooptSettings
@@ -69,6 +70,7 @@ class Training:
         self.best = BestPairs(self.space, settings.kept_pair_count)
         # Designs whose newest episode failed.
         self._failing = np.zeros(len(self.space), dtype=bool)
+        self._level = RoundLevel(settings.objective.centring_rounds)
         self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
         self._rng = np.random.default_rng(settings.seed)
         self.timestep = 0
@@ -93,12 +95,20 @@ class Training:
             Metrics of the round.
         """
         # Algorithm 1, line 3.
-        designs = self.distribution.sample(self.settings.environment_count, self._rng)
+        objective = self.settings.objective
+        designs = self.distribution.sample(self.settings.designs_per_round, self._rng)
+        # Robot i walks in world i modulo their number, so each design in all of them.
         returns, failed, losses = self.walk_and_learn(
-            designs, self.settings.updates_per_vector_step
+            np.repeat(designs, objective.worlds_per_design), self.settings.updates_per_vector_step
         )
-        self._update_distribution(designs, returns, failed)
-        return self._metrics(returns, failed, losses)
+        # Travel before a failure is no reason to come back to a design.
+        counted = np.where(failed, np.minimum(returns, 0.0), returns)
+        by_world = counted.reshape(len(designs), -1)
+        scores = self._level.centred(objective.of(by_world))
+        failing: np.ndarray = np.any(failed.reshape(by_world.shape), axis=1)
+        self._update_distribution(designs, scores, failing)
+        self.failure_count += int(failed.sum())
+        return self._metrics(returns, failed, losses) | self._score_metrics(by_world)
 
     def walk_and_learn(
         self, designs: np.ndarray, update_count: int
@@ -191,6 +201,8 @@ class Training:
     def _note_pairs(
         self, designs: np.ndarray, returns: np.ndarray, failed: np.ndarray, commands: np.ndarray
     ) -> None:
+        if self.settings.objective.is_robust:
+            return  # each went in one world: nothing to rank by
         self.best.offer(
             DesignGaitPair(
                 int(designs[robot]),
@@ -206,9 +218,8 @@ class Training:
     def _update_distribution(
         self, designs: np.ndarray, returns: np.ndarray, failed: np.ndarray
     ) -> None:
-        """Lines 6 to 9 of algorithm 1."""
-        # Travel before a failure is no reason to come back to a design.
-        returns = np.where(failed, np.minimum(returns, 0.0), returns)
+        """Lines 6 to 9 of algorithm 1, with the scores of a round's designs and whether any of a
+        design's simulations failed, both (design,)."""
         if self._mirror is not None:
             images = self._mirror.designs(designs)
             self.distribution.record(images, returns)
@@ -223,7 +234,6 @@ class Training:
             # The critic learns from the steps before a failure, and knows nothing of it.
             expected[self._failing] = -np.inf
             self.distribution.raise_scores(expected)
-        self.failure_count += int(failed.sum())
         self.distribution.follow_schedule(self.timestep)
 
     def expected_returns(self, designs: np.ndarray, returns: np.ndarray) -> np.ndarray:
@@ -245,6 +255,17 @@ class Training:
         if walked <= 0.0 or travelled <= 0.0:
             return np.full(len(values), -np.inf)
         return values * (travelled / walked)
+
+    def _score_metrics(self, by_world: np.ndarray) -> dict[str, Any]:
+        """What is said of a round's scores where designs walk in several worlds."""
+        objective = self.settings.objective
+        if not objective.is_robust:
+            return {}
+        errors = objective.standard_error(by_world)
+        return {
+            "round_score_cm": float(objective.of(by_world).mean()),
+            "score_standard_error_cm": float(np.sqrt(np.mean(errors**2))),
+        }
 
     def _metrics(
         self, returns: np.ndarray, failed: np.ndarray, losses: list[dict[str, jax.Array]]
@@ -286,6 +307,7 @@ class Training:
             order[: self.settings.evaluated_design_count],
             timestep=self.timestep,
             progress=progress,
+            objective=self.settings.objective,
         )
         self.best.offer(pairs)
         return sorted(pairs, key=lambda pair: pair.distance_cm, reverse=True)
@@ -309,6 +331,7 @@ class Training:
             "update_count": self.update_count,
             "failure_count": self.failure_count,
             "seconds": dict(self.clock.seconds),
+            "round_level": self._level.state(),
             "random_state": json.dumps(self._rng.bit_generator.state),
         }
 
@@ -342,6 +365,8 @@ class Training:
         self.timestep = int(metadata["timestep"])
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])
+        if "round_level" in metadata:  # not in checkpoints of an earlier version
+            self._level.restore(metadata["round_level"])
         self.clock.clear()
         self.clock.seconds.update(metadata["seconds"])
         self._rng.bit_generator.state = json.loads(metadata["random_state"])

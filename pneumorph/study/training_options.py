@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from typing import Annotated, Any
 
 from pneumorph.base.checked import Checked, Count
 from pneumorph.base.flags import flat
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
-from pneumorph.learn.settings import CooptSettings, quick_settings
+from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, quick_settings
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.study_once import study_once
 from pneumorph.study.training_run import TrainingResult, TrainingWorlds, train
@@ -29,11 +32,26 @@ class TrainingOptions(Checked):
     """Project of Weights & Biases to log to besides TensorBoard; offline, into the run folder,
     unless WANDB_API_KEY is set."""
     world_count: Count = 8
-    """How many worlds --randomize draws in a round."""
+    """How many worlds --randomize draws in a round, where designs walk in one each."""
     randomisation: Randomisation = field(default_factory=Randomisation)
     coopt: Annotated[CooptSettings, flat] = field(default_factory=quick_settings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     baseline: PhaseSweepSettings = field(default_factory=PhaseSweepSettings)
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Settings that a choice of physics brings with it where they are not set: robots as their
+        materials were measured are trained in the worlds that they may turn out to live in."""
+        if content.get("robot", {}).get("based_on") != "measured":
+            return {}
+        return {
+            "randomize": True,
+            "randomisation": settings_to_dict(measured_worlds()),
+            "coopt": {
+                "objective": settings_to_dict(ROBUST_OBJECTIVE),
+                "evaluated_design_count": 24,
+            },
+        }
 
 
 def train_once(options: TrainingOptions, folder: RunFolder, threads: int = 0) -> TrainingResult:
@@ -63,7 +81,9 @@ def train_once(options: TrainingOptions, folder: RunFolder, threads: int = 0) ->
 
 def train_as_asked(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
     """Train as the options say; raises as `train`."""
-    worlds = TrainingWorlds(options.randomisation, options.world_count)
+    objective = options.coopt.objective
+    count = objective.worlds_per_design if objective.is_robust else options.world_count
+    worlds = TrainingWorlds(options.randomisation, count)
     return train(
         options.coopt,
         folder,

@@ -97,6 +97,9 @@ class TrainingResult(BestPhase):
     """Distributions of the worlds it was trained in; None for one world."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    ranked_by: str | None = None
+    """What the distances of the pairs are, where designs walked in several worlds each; None for
+    the distance in one world."""
 
 
 def train(
@@ -121,14 +124,14 @@ def train(
         wandb_project: Project of Weights & Biases to log to besides TensorBoard.
 
     Raises:
-        ValueError: The folder holds a training already, or task and robot have different numbers of
-            regulators.
+        ValueError: The folder holds a training already, task and robot have different numbers of
+            regulators, or designs walk in another number of worlds than are drawn.
     """
     start = time.monotonic()
     settings, spec = settings or quick_settings(), robot or paper_robot()
     baseline = baseline or PhaseSweepSettings()
     folder = folder if isinstance(folder, RunFolder) else RunFolder(Path(folder), "coopt")
-    _check(settings, spec, folder, resume)
+    _check(settings, spec, folder, resume, worlds)
     expert = swept(spec, baseline, folder)
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start
@@ -173,10 +176,23 @@ def train(
         **{name: learned[name] for name in _TIMES},
         finetuning_wall_s=learned.get("finetuning_wall_s"),
         randomisation=drawn.get("randomisation"),
+        ranked_by=settings.objective.said if settings.objective.is_robust else None,
     )
 
 
-def _check(settings: CooptSettings, spec: RobotSpec, folder: RunFolder, resume: bool) -> None:
+def _check(
+    settings: CooptSettings,
+    spec: RobotSpec,
+    folder: RunFolder,
+    resume: bool,
+    worlds: TrainingWorlds | None,
+) -> None:
+    wanted, drawn = settings.objective.worlds_per_design, worlds.world_count if worlds else 1
+    if wanted > 1 and wanted != drawn:
+        raise ValueError(
+            f"objective.worlds_per_design is {wanted} and {drawn} worlds are drawn for a round, "
+            "expected as many; without --randomize there is one"
+        )
     ours, theirs = settings.task.regulator_count, spec.physics.regulator_count
     if ours != theirs:
         raise ValueError(

@@ -104,7 +104,7 @@ def test_what_is_expected_of_a_design_does_not_forgive_its_failure(
     image = int(SPACE.mirror_index[failing])
     (other,) = np.flatnonzero(~np.isin(np.arange(len(SPACE)), [failing, image]))[:1]
     for designs, failed in (([failing, other], [True, False]), ([other, other], [False, False])):
-        training._update_distribution(np.array(designs), np.array([3.0, 1.0]), np.array(failed))
+        training._update_distribution(np.array(designs), np.array([0.0, 1.0]), np.array(failed))
         assert training.distribution.scores[[failing, image]].max() <= 0.0
         assert training.distribution.scores[other] == 50.0
     # Walking again it is a design like any other, and a restored training knows as much.

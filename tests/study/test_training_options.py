@@ -1,0 +1,33 @@
+"""What a choice of physics brings with it for a training."""
+
+from __future__ import annotations
+
+import pytest
+
+from pneumorph.base.layers import layered
+from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.learn.objective import Objective
+from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, fast_settings, quick_settings
+from pneumorph.study.training_options import TrainingOptions, train_as_asked
+
+
+def test_measured_robots_are_trained_in_the_worlds_that_may_be() -> None:
+    usual = TrainingOptions(coopt=fast_settings())
+    measured = layered(usual, [{"robot": {"based_on": "measured"}}])
+    assert measured.randomize
+    assert measured.randomisation == measured_worlds()
+    assert measured.coopt.objective == ROBUST_OBJECTIVE
+    assert measured.coopt.total_timesteps == usual.coopt.total_timesteps
+    # The published physics is as it was, and what is asked for is had.
+    assert layered(usual, [{"robot": {"based_on": "published"}}]) == usual
+    asked = {"robot": {"based_on": "measured"}, "randomize": False}
+    asked["coopt"] = {"objective": {"worlds_per_design": 1}}
+    single = layered(usual, [asked])
+    assert (single.randomize, single.coopt.objective.is_robust) == (False, False)
+    assert not quick_settings().objective.is_robust
+
+
+def test_several_worlds_for_a_design_ask_for_worlds(tmp_path) -> None:
+    asked = TrainingOptions(coopt=CooptSettings(objective=Objective(worlds_per_design=4)))
+    with pytest.raises(ValueError, match="worlds_per_design is 4 and 1 worlds are drawn"):
+        train_as_asked(asked, tmp_path)
