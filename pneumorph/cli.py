@@ -31,6 +31,7 @@ VERBS = {
     "campaign": "many coopt runs: seeds and settings  ->  how they compare",
     "search": "designs and gaits, without a policy  ->  how good the learned ones are",
     "evaluate": "learned pairs, simulated again  ->  distances, reduced or full",
+    "certify": "learned pairs, unseen worlds  ->  bands of distances, what to measure next",
     "analyse": "learned pairs  ->  rewards of each step, tilt, load and friction of each leg",
     "calibrate": "measured bends, trials  ->  calibration file",
     "deploy": "gait or policy  ->  timed commands to a rig, logs of its trials",

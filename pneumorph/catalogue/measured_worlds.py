@@ -6,7 +6,7 @@ becomes narrower by a measurement of the robot, not because results look better 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pneumorph.catalogue.paper_robot import SURFACES
@@ -80,4 +80,7 @@ def measured_worlds(reductions: tuple[Path, ...] = ()) -> Randomisation:
     """
     numbers = {name: each.distribution for name, each in UNCERTAINTIES.items() if " " not in name}
     by_surface = tuple((name, UNCERTAINTIES[f"friction {name}"].distribution) for name in SURFACES)
-    return Randomisation(**numbers, friction_by_surface=by_surface, reductions=reductions)
+    return replace(
+        Randomisation(friction_by_surface=by_surface, reductions=reductions),
+        **numbers,  # type: ignore[arg-type]
+    )

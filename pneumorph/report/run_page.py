@@ -12,6 +12,7 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.exchange.conversion import ConvertedFile
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.report import page
+from pneumorph.report.certificate_sections import certificate_sections
 from pneumorph.report.experiment_sections import analysis_sections, campaign_sections
 from pneumorph.report.hardware_sections import (
     calibration_sections,
@@ -46,6 +47,7 @@ from pneumorph.report.walk_sections import walk_sections
 from pneumorph.study.analysis import Analysis
 from pneumorph.study.baseline import Baseline, BestPhase
 from pneumorph.study.campaign import Campaign
+from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.comparison import Comparison
 from pneumorph.study.deployed_gait import DeployedGait
 from pneumorph.study.engine_benchmark import EngineSpeed
@@ -131,6 +133,12 @@ PAGES = {
         Analysis,
         (analysis_sections,),
     ),
+    "certify": VerbPage(
+        "How far it will walk, and how sure that is",
+        "The best pairs of a training in worlds it never saw; L1 is the training's first.",
+        Certificate,
+        (certificate_sections, leg_sections),
+    ),
     "evaluate": VerbPage(
         "Learned pairs, walked again",
         "The best pairs of a training, simulated anew; L1 is the training's first.",
@@ -180,6 +188,10 @@ PAGES = {
 """How the run of each verb is shown, or of a verb and its subject."""
 
 _HEADLINE = {
+    "median_cm": ("median distance of the best pair", "{:.1f} cm"),
+    "tenth_percentile_cm": ("10th percentile", "{:.1f} cm"),
+    "expert_median_cm": ("the expert's median", "{:.1f} cm"),
+    "measure_next": ("measure next", "{}"),
     "best_distance_cm": ("distance of the best pair", "{:.1f} cm"),
     "baseline_best_distance_cm": ("expert's best phase", "{:.1f} cm"),
     "baseline_best_phase_deg": ("the expert's best phase", "{:.0f}°"),

@@ -11,6 +11,9 @@ import numpy as np
 _CALL = re.compile(r"(?P<name>[A-Za-z]+)\(\s*(?P<a>[^,\s]+)\s*,\s*(?P<b>[^,\s]+)\s*\)$")
 _KINDS = ("U", "N", "LogU")
 
+MOST_REJECTIONS = 100_000
+"""Draws that are tried until one agrees with a measurement."""
+
 
 @dataclass(frozen=True)
 class Distribution:
@@ -60,6 +63,56 @@ class Distribution:
     def highest(self) -> float:
         """No draw is above."""
         return self.first + 3.0 * self.second if self.kind == "N" else self.second
+
+    def check_measured(self, name: str, value: float, deviation: float) -> None:
+        """Refuse a measurement that no draw could have given.
+
+        Args:
+            name: What was measured.
+            value: What was found.
+            deviation: Its standard deviation.
+
+        Raises:
+            ValueError: The deviation is not positive, the number is no distribution, or the value
+                is further than three deviations from all that it may be.
+        """
+        if not (math.isfinite(value) and 0.0 < deviation < math.inf):
+            raise ValueError(
+                f"measured {name} is {value:g} with a standard deviation of {deviation:g}, "
+                "expected a finite value and a positive deviation"
+            )
+        if self.lowest == self.highest:
+            raise ValueError(
+                f"{name} is {self.lowest:g} and no distribution, expected one for what was "
+                "measured to say more about"
+            )
+        if not self.lowest - 3.0 * deviation <= value <= self.highest + 3.0 * deviation:
+            raise ValueError(
+                f"measured {name} is {value:g}, expected {self.lowest:g} to {self.highest:g} give "
+                f"or take three standard deviations, {3.0 * deviation:g}; the test, its unit or "
+                "the distribution is wrong"
+            )
+
+    def drawn_given(self, drawn: float, value: float, deviation: float) -> float:
+        """A draw from the distribution times the likelihood of a measurement, by rejection.
+
+        Args:
+            drawn: A draw without it, which decides this one.
+            value: What was measured.
+            deviation: Its standard deviation.
+
+        Raises:
+            ValueError: The measurement is so narrow, or so far off, that nothing was accepted.
+        """
+        rng = np.random.default_rng(int(np.float64(drawn).view(np.uint64)))
+        for _ in range(MOST_REJECTIONS):
+            tried = self.draw(rng)
+            if rng.random() < math.exp(-0.5 * ((tried - value) / deviation) ** 2):
+                return tried
+        raise ValueError(
+            f"none of {MOST_REJECTIONS} draws agrees with a measurement of {value:g} with a "
+            f"standard deviation of {deviation:g}, expected a wider one"
+        )
 
     def draw(self, rng: np.random.Generator) -> float:
         """Draw one number; a constant uses up a random number too, so that others stay the same."""

@@ -21,6 +21,7 @@ _LATER_CHOICES = (
     "damping_factor",
     "mounting_angle_deg",
     "reductions",
+    "measured",
 )
 """What could not be drawn when the first trainings were kept."""
 
@@ -113,12 +114,20 @@ class Randomisation:
     reductions: tuple[Path, ...] = ()
     """Files of other reductions of the leg: a world's legs are of one of them or of the robot's
     own, all alike likely."""
+    measured: tuple[tuple[str, float, float], ...] = ()
+    """What tests of the robot found: name of a world's number, value and standard deviation, such
+    as `"friction sheet" 0.62 0.03`. Draws are from what was known before and this."""
 
     def __post_init__(self) -> None:
         check_surfaces(self.friction_by_surface)
         named = [(name, text, Bounds(least=0.0)) for name, text in self.friction_by_surface]
         for name, text in self._numbers().items():
             named.append((name, text, _BOUNDS.get(name, Bounds(least=0.0))))
+        laws = self.distributions
+        for name, value, deviation in self.measured:
+            if name not in laws:
+                raise ValueError(f"measured names {name!r}, expected one of {', '.join(laws)}")
+            laws[name].check_measured(name, value, deviation)
         for name, text, bounds in named:
             distribution = Distribution.parse(text)
             for drawn in (distribution.lowest, distribution.highest):
@@ -127,6 +136,13 @@ class Randomisation:
                         f"{name} is {text!r}, which may give {drawn:g}; "
                         f"expected every draw to be {bounds}"
                     )
+
+    @property
+    def distributions(self) -> dict[str, Distribution]:
+        """What each number of a world is drawn from, by the names of `World.numbers`."""
+        texts = self._numbers()
+        texts |= {f"friction {name}": text for name, text in self.friction_by_surface}
+        return {name: Distribution.parse(text) for name, text in texts.items()}
 
     def described(self) -> dict[str, Any]:
         """Distributions by name, which tell kept things apart; those that earlier versions did not
@@ -142,13 +158,19 @@ class Randomisation:
         air, surfaces = rng.spawn(2)
         legs = air.spawn(1)[0]
         own = {name: (air, surfaces, legs)[place] for name, place in _OWN_GENERATOR.items()}
+        known = {name: (value, deviation) for name, value, deviation in self.measured}
+
+        def drawn(name: str, text: str, generator: np.random.Generator) -> float:
+            law = Distribution.parse(text)
+            value = law.draw(generator)
+            return law.drawn_given(value, *known[name]) if name in known else value
+
         numbers = {
-            name: Distribution.parse(text).draw(own.get(name, rng))
-            for name, text in self._numbers().items()
+            name: drawn(name, text, own.get(name, rng)) for name, text in self._numbers().items()
         }
         reductions = ("", *map(str, self.reductions))
         by_surface = tuple(
-            (name, Distribution.parse(text).draw(surfaces))
+            (name, drawn(f"friction {name}", text, surfaces))
             for name, text in self.friction_by_surface
         )
         return World(
@@ -158,7 +180,7 @@ class Randomisation:
         )
 
     def _numbers(self) -> dict[str, str]:
-        """Distributions of everything but surfaces and reductions, by name."""
-        others = ("friction_by_surface", "reductions")
+        """Distributions of all numbers but surfaces', by name."""
+        others = ("friction_by_surface", "reductions", "measured")
         names = (item.name for item in fields(self) if item.name not in others)
         return {name: getattr(self, name) for name in names}

@@ -60,8 +60,7 @@ class RandomisedSimulator:
 
     def redraw(self, number: int) -> None:
         """Draw the worlds of a number and put every robot back to its start in them."""
-        rng = np.random.default_rng([self._seed, number])
-        self.worlds = [self._randomisation.draw(rng) for _ in range(self._world_count)]
+        self.worlds = worlds_of_round(self._randomisation, self._seed, number, self._world_count)
         self.set_robots(self._robots)
 
     def set_robots(self, robots: Sequence[Robot]) -> None:
@@ -104,6 +103,40 @@ class RandomisedSimulator:
     def _lagging(self) -> LaggingSimulator:
         assert self._simulator is not None, "made by the first draw"
         return self._simulator
+
+
+def worlds_of_round(
+    randomisation: Randomisation, seed: int, number: int, count: int
+) -> list[World]:
+    """The worlds that `RandomisedSimulator.redraw` draws for a number.
+
+    Args:
+        randomisation: What to draw.
+        seed: Of the simulator.
+        number: Of the draw.
+        count: Worlds side by side.
+    """
+    rng = np.random.default_rng([seed, number])
+    return [randomisation.draw(rng) for _ in range(count)]
+
+
+def lagging_commands(commands_kPa: np.ndarray, lag_s: float, time_step_s: float) -> np.ndarray:
+    """Commands of a whole gait as `LaggingSimulator` passes them on [kPa], (step, regulator).
+
+    Args:
+        commands_kPa: Of the gait [kPa], (step, regulator).
+        lag_s: Time constant [s]; 0 for none.
+        time_step_s: Time step [s].
+    """
+    if lag_s == 0.0:
+        return commands_kPa
+    lagging = np.zeros_like(commands_kPa)
+    kept = np.exp(-LAG_STEPS * time_step_s / lag_s)
+    now = np.zeros(commands_kPa.shape[1])
+    for begin in range(0, len(commands_kPa), LAG_STEPS):
+        now = commands_kPa[begin] + (now - commands_kPa[begin]) * kept
+        lagging[begin : begin + LAG_STEPS] = now
+    return lagging
 
 
 class LaggingSimulator:

@@ -200,7 +200,7 @@ def analyse(
     folder.progress.stage("walking over the range of friction")
     distances = _over_friction(spec, robots, settings.frictions, folder)
     analysed = tuple(
-        _analysed(each, trajectory, spec, step_s, settings.cycle_s, distances[each.label])
+        analysed_robot(each, trajectory, spec, step_s, settings.cycle_s, distances[each.label])
         for each, trajectory in zip(robots, recorded, strict=True)
     )
     best = furthest(analysed[1:])
@@ -245,14 +245,24 @@ def _over_friction(
     return distances
 
 
-def _analysed(
+def analysed_robot(
     walker: Walker,
     trajectory: Trajectory,
     spec: RobotSpec,
     step_s: float,
     cycle_s: float,
-    distances_cm: Sequence[float],
+    distances_cm: Sequence[float] = (),
 ) -> AnalysedRobot:
+    """What one robot did.
+
+    Args:
+        walker: The robot and its gait.
+        trajectory: Its walk, recorded with nodes and forces.
+        spec: What it walked as.
+        step_s: Length of an action [s].
+        cycle_s: Length of a cycle [s].
+        distances_cm: Its distance at each friction of an analysis [cm].
+    """
     rewards: tuple[float, ...] | None = None
     slides: tuple[float, ...] | None = None
     if trajectory.status == "completed":

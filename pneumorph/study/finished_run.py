@@ -26,6 +26,8 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.learn.objective import Objective
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
@@ -279,6 +281,13 @@ class FinishedRun:
     def baseline(self) -> PhaseSweepSettings:
         """The expert's gaits that the run was compared with."""
         return self.structured("baseline", PhaseSweepSettings)
+
+    @cached_property
+    def objective(self) -> Objective | None:
+        """What its training ranked designs by; None of a run that trained nothing."""
+        if "coopt" not in self.settings:
+            return None
+        return self.structured("coopt", CooptSettings).objective
 
     @cached_property
     def best_expert(self) -> ExpertGait:

@@ -88,6 +88,7 @@ def needed(verb: str, folder: Path) -> list[str]:
     return {
         "evaluate": [str(folder / "run")],
         "analyse": [str(folder / "run")],
+        "certify": [str(folder / "run")],
         "transfer": [str(folder / "run")],
         "fabricate": ["1.0.0.2.2.0.0.1"],
         "exchange": [str(folder / "run/training/gaits/L1.csv")],

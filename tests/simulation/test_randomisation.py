@@ -21,7 +21,11 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation, World
-from pneumorph.simulation.randomised_simulator import RandomisedSimulator, simulator_in_world
+from pneumorph.simulation.randomised_simulator import (
+    RandomisedSimulator,
+    lagging_commands,
+    simulator_in_world,
+)
 
 DESIGN = Design.parse("1.0.0.2.2.0.0.1")
 AS_IS = World(1.2, 1.0, 1.0, 0.0, 0.0)
@@ -233,6 +237,58 @@ def test_lagging_regulators_follow_a_first_order_filter() -> None:
     np.testing.assert_allclose(regulated[:2], np.array([10.0, 20.0]) * (1 - np.exp(-0.6 / lag)))
     simulator.reset()
     assert not simulator._filtered.any()
+
+
+def test_commands_of_a_gait_lag_as_the_simulators_do() -> None:
+    """At every fifth step, where both renew them; steps between are held."""
+    robot = paper_robot().assembly(DESIGN)
+    world = replace(AS_IS, regulator_lag_s=0.2)
+    simulator = simulator_in_world([robot], world, Physics(pressure_rate_kPa_per_s=1e9))
+    commands = np.repeat(np.array([[10.0, 20.0, 0.0], [40.0, 0.0, 5.0]]), 10, axis=0)
+    lagging = lagging_commands(commands, 0.2, 0.01)
+    for step in (0, 10):
+        for part in range(2):
+            simulator.advance(commands[step][None], 5)
+            regulated = simulator.simulator.read("regulated")[0]
+            np.testing.assert_allclose(regulated, lagging[step + 5 * part + 4], rtol=1e-12)
+    assert lagging_commands(commands, 0.0, 0.01) is commands
+
+
+def test_a_measurement_narrows_its_own_number_alone() -> None:
+    """Of a uniform range far from its ends the draws are the measurement's normal distribution:
+    mean and deviation within four standard errors of 400 draws. At an end half of it is left, whose
+    mean is 0.798 deviations inside."""
+    usual = Randomisation(friction="U(0, 2)", friction_by_surface=(("sheet", "U(0.2, 1.2)"),))
+    found = replace(usual, measured=(("friction", 0.7, 0.05), ("friction sheet", 0.2, 0.01)))
+    pairs = [
+        [each.draw(rng) for _ in range(400)]
+        for each in (usual, found)
+        for rng in [np.random.default_rng(2)]
+    ]
+    friction = np.array([world.friction for world in pairs[1]])
+    assert friction.mean() == pytest.approx(0.7, abs=4 * 0.05 / 20)
+    assert friction.std() == pytest.approx(0.05, rel=4 / np.sqrt(800))
+    sheet = np.array([dict(world.friction_by_surface)["sheet"] for world in pairs[1]])
+    assert sheet.mean() == pytest.approx(0.2 + 0.798 * 0.01, abs=4 * 0.006 / 20)
+    for before, after in zip(*pairs, strict=True):
+        same = {"friction": 0.0, "friction_by_surface": ()}
+        assert replace(before, **same) == replace(after, **same)
+
+
+@pytest.mark.parametrize(
+    ("measured", "message"),
+    [
+        (("grip", 1.0, 0.1), "measured names 'grip', expected one of friction, modulus_factor"),
+        (("friction", 1.0, 0.0), "with a standard deviation of 0, expected a finite value"),
+        (("friction", 3.0, 0.1), "measured friction is 3, expected 0.9 to 1.5 give or take"),
+        (("filling_factor", 1.0, 0.1), "filling_factor is 1 and no distribution"),
+    ],
+)
+def test_measurements_without_sense_are_refused(
+    measured: tuple[str, float, float], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        Randomisation(measured=(measured,))
 
 
 def test_robots_live_in_their_worlds_and_draws_repeat() -> None:

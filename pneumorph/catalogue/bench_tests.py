@@ -1,0 +1,95 @@
+"""Tests of the paper's robot on a bench, each of one number that worlds differ in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class BenchTest:
+    """A test, what it finds and how well."""
+
+    name: str
+    number: str
+    """Which number of a world; see `World.numbers`."""
+    deviation: float
+    """Standard deviation of what it finds, of the number itself or relative to it."""
+    relative: bool
+    minutes: float
+    """Of one who has robot, supply and a phone's camera at hand."""
+    how: str
+
+    def deviation_at(self, value: float) -> float:
+        """Standard deviation at a value of the number."""
+        return self.deviation * abs(value) if self.relative else self.deviation
+
+
+BENCH_TESTS = (
+    BenchTest(
+        "tilt of a robot",
+        "friction",
+        0.05,
+        True,
+        5.0,
+        "Of surfaces without a coefficient of their own: tilt the robot at rest until it slides.",
+    ),
+    BenchTest(
+        "tilt of a leg",
+        "friction sheet",
+        0.05,
+        True,
+        5.0,
+        "Lay a leg with its sheet on a board of the floor and tilt until it slides: the tangent.",
+    ),
+    BenchTest(
+        "tilt of a leg on its side",
+        "friction skin",
+        0.05,
+        True,
+        5.0,
+        "The same with bare silicone below.",
+    ),
+    BenchTest(
+        "tilt of the hub", "friction hub", 0.05, True, 5.0, "The same with the hub without legs."
+    ),
+    BenchTest(
+        "bend at one pressure",
+        "modulus_factor",
+        0.03,
+        True,
+        10.0,
+        "Hold a leg at its end, inflate it to 50 kPa, wait, and read the bend off a photograph; "
+        "the factor is the one that the simulated leg needs (`pneumorph calibrate --bends`).",
+    ),
+    BenchTest(
+        "ring-down of a leg",
+        "damping_factor",
+        0.1,
+        True,
+        10.0,
+        "Release a leg that was pushed aside and film it: the logarithmic decrement.",
+    ),
+    BenchTest("weighing", "mass_factor", 0.01, True, 2.0, "Kitchen scales."),
+    BenchTest(
+        "step up of pressure",
+        "filling_factor",
+        0.1,
+        True,
+        10.0,
+        "Command a step and log the sensed pressure (`pneumorph calibrate --air`).",
+    ),
+    BenchTest("step down of pressure", "venting_factor", 0.1, True, 10.0, "The same downward."),
+    BenchTest(
+        "lag of a regulator", "regulator_lag_s", 0.01, False, 10.0, "From the same log, in seconds."
+    ),
+    BenchTest("level of the floor", "floor_slope_deg", 0.1, False, 2.0, "A spirit level."),
+    BenchTest(
+        "photograph from the side",
+        "mounting_angle_deg",
+        0.3,
+        False,
+        5.0,
+        "Of the mounted legs at rest: degrees below where they should point.",
+    ),
+)
+"""What each finds is a guess of how well a careful person does it, not a measurement."""

@@ -1,0 +1,137 @@
+"""Sections of a certificate: bands, what they depend on, finite elements, what to measure."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pneumorph.report import page
+from pneumorph.report.page import Section
+from pneumorph.report.sheet import Sheet
+from pneumorph.report.style import (
+    INK_COLOUR,
+    LEARNED_COLOUR,
+    NEUTRAL_COLOUR,
+    figure_style,
+    new_axes,
+    zero_line,
+)
+from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.finished_run import FinishedRun
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SHOWN_NUMBERS = 4
+"""Most important numbers that are named for each pair."""
+
+
+@figure_style()
+def band_figure(found: Certificate) -> Figure:
+    """Return the distances of the expert and of each pair in every world, with their bands."""
+    labels = ["expert", *(pair.label for pair in found.pairs)]
+    bands = [found.expert.band, *(pair.band for pair in found.pairs)]
+    figure, axes = new_axes(max(4.2, 1.0 + 0.75 * len(labels)), 3.2)
+    places = np.arange(len(labels))
+    # A fixed spread across, in the worlds' order: the same picture each time.
+    across = places + 0.25 * np.linspace(-1.0, 1.0, found.world_count)[:, None]
+    axes.plot(across, found.distances_cm, ".", color=NEUTRAL_COLOUR, markersize=3, zorder=1)
+    low, high = [band.low_cm for band in bands], [band.high_cm for band in bands]
+    axes.vlines(places, low, high, LEARNED_COLOUR, lw=4.0, alpha=0.6, label="80 % of the worlds")
+    median = [band.median_cm for band in bands]
+    axes.hlines(median, places - 0.3, places + 0.3, LEARNED_COLOUR, lw=2.0, label="median")
+    full = [
+        (place, each.full_cm)
+        for place, pair in enumerate(found.pairs, start=1)
+        for each in pair.full_order
+        if each.full_cm is not None
+    ]
+    if full:
+        axes.plot(*zip(*full, strict=True), "D", color=INK_COLOUR, ms=5, label="finite elements")
+    zero_line(axes)
+    axes.set_xticks(places, labels)
+    axes.set(ylabel="forward distance (cm)")
+    axes.grid(axis="x", visible=False)
+    figure.legend(loc="outside lower center", ncols=3, fontsize=7)
+    return figure
+
+
+def certificate_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return the bands, what they depend on, finite elements, and what to measure."""
+    caption = (
+        f"Distances in {found.world_count} worlds that training never saw. The expert's robot has "
+        f"the phase of its largest mean in the training's worlds, {found.expert.phase_deg:g}°."
+    )
+    sections = [
+        Section(
+            "How far, and how sure",
+            sheet.drawn("bands", band_figure(found), caption) + _band_table(found),
+        ),
+        Section("What the distance depends on", _sensitivity_table(found)),
+    ]
+    if any(pair.full_order for pair in found.pairs):
+        sections.append(Section("As finite elements", _full_order_table(found)))
+    return [*sections, Section("What to measure next", _tests_table(found))]
+
+
+def _band_table(found: Certificate) -> str:
+    header = [
+        "robot", "design", "10th percentile (cm)", "median (cm)", "90th percentile (cm)",
+        "further than the expert", "promised (cm)", "optimism (cm)", "weight on the hub",
+    ]  # fmt: skip
+    expert = found.expert
+    rows = [["expert", expert.design, *_numbers(expert.band.low_cm, expert.band.median_cm,
+                                                expert.band.high_cm), "", "", "", ""]]  # fmt: skip
+    rows += [
+        [
+            pair.label,
+            pair.design,
+            *_numbers(pair.band.low_cm, pair.band.median_cm, pair.band.high_cm),
+            f"{100.0 * pair.share_beyond_expert:.0f} %",
+            *_numbers(pair.promised_cm, pair.optimism_cm),
+            f"{100.0 * pair.hub_load_share:.0f} %",
+        ]
+        for pair in found.pairs
+    ]
+    return page.table(header, rows)
+
+
+def _sensitivity_table(found: Certificate) -> str:
+    rows = [
+        [pair.label, each.number, f"{100.0 * each.first_order_index:.0f} %",
+         f"{each.rank_correlation:+.2f}"]
+        for pair in found.pairs
+        for each in pair.sensitivities[:_SHOWN_NUMBERS]
+    ]  # fmt: skip
+    header = ["robot", "number", "share of the variance", "rank correlation"]
+    return page.table(header, rows)
+
+
+def _full_order_table(found: Certificate) -> str:
+    rows = [
+        [pair.label, "as it stands" if each.world is None else f"number {each.world}",
+         *_numbers(each.full_cm, each.reduced_cm, each.error_cm),
+         "agree" if each.agrees else "differ"]
+        for pair in found.pairs
+        for each in pair.full_order
+    ]  # fmt: skip
+    header = ["robot", "world", "finite elements (cm)", "reduced (cm)", "difference (cm)", "they"]
+    return page.table(header, rows)
+
+
+def _tests_table(found: Certificate) -> str:
+    rows = [
+        [each.test, each.number, f"{each.minutes:g}", *_numbers(each.width_cm, each.narrowing_cm),
+         each.how]
+        for each in found.tests
+    ]  # fmt: skip
+    header = ["test", "of", "minutes", "width then (cm)", "narrower by (cm)", "how"]
+    said = f"Of {found.best}'s band, 10th to 90th percentile. " + (
+        f"Worth most: {found.measure_next}." if found.measure_next else "None is of use."
+    )
+    return page.paragraph(said) + page.table(header, rows)
+
+
+def _numbers(*values: float | None) -> list[str]:
+    return ["" if value is None else f"{value:.1f}" for value in values]

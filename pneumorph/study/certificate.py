@@ -1,0 +1,319 @@
+"""How far a run's robots will walk, in worlds that training never saw, and how sure that is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.walk import walk
+from pneumorph.learn.evaluation import EVALUATION_SEED
+from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
+from pneumorph.robot.design import Design
+from pneumorph.simulation.randomisation import Randomisation, World
+from pneumorph.simulation.randomised_simulator import worlds_of_round
+from pneumorph.study.analysis import Walker, analysed_robot
+from pneumorph.study.certified_pairs import Band, Certificate, CertifiedExpert, CertifiedPair
+from pneumorph.study.certified_walks import full_order_walk
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.measure_next import narrowings, worth_measuring
+from pneumorph.study.recorded_walk import recorded_walk
+from pneumorph.study.robustness import walks_in_worlds
+from pneumorph.study.sensitivity import sensitivities
+
+EXPERT = "B"
+"""What the expert's robot is called, as in the paper."""
+
+
+@dataclass(frozen=True)
+class CertificateSettings(Checked):
+    """Which pairs, in which worlds, and whether as finite elements too."""
+
+    pair_count: Count = 5
+    """How many of the best pairs."""
+    world_count: Annotated[int, Bounds(least=4)] = 200
+    """Worlds that nothing was chosen in, which bands are of."""
+    world_seed: CountOrNone = 0
+    """Seed of these worlds; those of trainings are drawn otherwise for every seed."""
+    tuning_world_count: Count = 24
+    """Worlds of the training that the expert's phase is tuned in, for its own mean."""
+    cycle_s: Annotated[float, Bounds(above=0.0)] = 4.0
+    """Length of a cycle, over which a slide back is counted [s]."""
+    full: bool = False
+    """Walk as finite elements as well: the best pair in the world as it stands and in its worst
+    ones, the others in the former. Hours; what was walked is kept."""
+    worst_world_count: CountOrNone = 2
+    """How many of the worst worlds."""
+    randomisation: Randomisation = field(default_factory=measured_worlds)
+
+
+def certify(
+    run: FinishedRun | Path | str,
+    settings: CertificateSettings | None = None,
+    robot: RobotSpec | None = None,
+    folder: RunFolder | None = None,
+) -> Certificate:
+    """Walk a run's best pairs and the expert in unseen worlds, and say what to expect of them.
+
+    Args:
+        run: A run of coopt or its folder.
+        settings: Which pairs and worlds.
+        robot: What they walk as; None for the leg and physics of the run.
+        folder: Keeps walks of finite elements and is told how far it is; None for
+            RUN/certificate.
+
+    Raises:
+        ArtefactError: The run holds no pairs, or is damaged.
+        ValueError: A surface of the worlds is none of the robot's.
+    """
+    start = time.monotonic()
+    settings = settings or CertificateSettings()
+    run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
+    spec = robot or run.robot.spec()
+    folder = folder or RunFolder(run.folder / "certificate", "certify")
+    if settings.full:
+        spec.module.check_reduction()
+    task = run.task
+    pairs = [
+        Walker(f"L{rank}", pair.design, pair.gait, task.settling_step_count)
+        for rank, pair in enumerate(run.pairs(settings.pair_count), start=1)
+    ]
+    seen, ranked_there = _worlds_of_training(run, settings)
+    folder.progress.stage("tuning the expert's phase")
+    expert, phase_deg = _tuned_expert(run, spec, seen[: settings.tuning_world_count], folder)
+    folder.progress.stage("walking in the training's worlds")
+    seen_cm = np.nan_to_num(_walked(spec, pairs, seen, folder)[0]).mean(axis=0)
+    worlds = unseen_worlds(settings.randomisation, settings.world_count, settings.world_seed)
+    folder.progress.stage(f"walking in {len(worlds)} unseen worlds")
+    expert_cm = _walked(spec, [expert], worlds, folder)[0]
+    pair_cm, ratios = _walked(spec, pairs, worlds, folder)
+    nominal = _nominal(spec, pairs)
+    numbers = {
+        name: np.array([world.numbers[name] for world in worlds]) for name in worlds[0].numbers
+    }
+    found = run.pairs(settings.pair_count)
+    promised = list(map(float, seen_cm)) if ranked_there else [pair.distance_cm for pair in found]
+    best = int(np.argmax(seen_cm))
+    folder.progress.stage("looking at the walks")
+    certified = [
+        _certified(
+            each,
+            pair.gait_file,
+            (nominal[place], promised[place]),
+            pair_cm[:, place],
+            expert_cm[:, 0],
+            ratios[:, place],
+            numbers,
+            spec,
+            task.action_step_count * spec.physics.time_step_s,
+            settings.cycle_s,
+        )
+        for place, (each, pair) in enumerate(zip(pairs, found, strict=True))
+    ]
+    if settings.full:
+        certified = _with_full_order(
+            spec, settings, pairs, certified, best, worlds, pair_cm, folder
+        )
+    chosen = certified[best]
+    tests = narrowings(numbers, np.nan_to_num(pair_cm[:, best]))
+    return Certificate(
+        run=str(run.folder),
+        best=chosen.label,
+        best_design=chosen.design,
+        median_cm=chosen.band.median_cm,
+        tenth_percentile_cm=chosen.band.low_cm,
+        ninetieth_percentile_cm=chosen.band.high_cm,
+        expert_median_cm=(expert_band := Band.of(expert_cm[:, 0])).median_cm,
+        share_beyond_expert=chosen.share_beyond_expert,
+        optimism_cm=chosen.optimism_cm,
+        measure_next=worth_measuring(tests),
+        pairs=tuple(certified),
+        expert=CertifiedExpert(str(expert.design), phase_deg, expert_band),
+        tests=tests,
+        world_count=len(worlds),
+        distributions=settings_to_dict(settings.randomisation),
+        numbers={name: tuple(values.tolist()) for name, values in numbers.items()},
+        distances_cm=np.concatenate([expert_cm, pair_cm], axis=1),
+        **spec.describe(),
+        notes=tuple(_notes(certified)),
+        wall_s=time.monotonic() - start,
+    )
+
+
+def unseen_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:
+    """Worlds that no training of any seed draws: theirs have seeds of two numbers."""
+    rng = np.random.default_rng([seed, 11, 1])
+    return [randomisation.draw(rng) for _ in range(count)]
+
+
+def _worlds_of_training(
+    run: FinishedRun, settings: CertificateSettings
+) -> tuple[list[World], bool]:
+    """Worlds to choose in, and whether the run ranked its pairs in them."""
+    objective = run.objective
+    if objective is None or not objective.is_robust:
+        rng = np.random.default_rng([settings.world_seed, 13, 1])
+        count = settings.tuning_world_count
+        return [settings.randomisation.draw(rng) for _ in range(count)], False
+    side_by_side = objective.worlds_per_design
+    rounds = -(-objective.evaluation_worlds // side_by_side)
+    drawn = run.structured("randomisation", Randomisation)
+    worlds = [
+        world
+        for number in range(rounds)
+        for world in worlds_of_round(
+            drawn, run.of_summary("seed", int), EVALUATION_SEED + number, side_by_side
+        )
+    ]
+    return worlds[: objective.evaluation_worlds], True
+
+
+def _tuned_expert(
+    run: FinishedRun, spec: RobotSpec, worlds: Sequence[World], folder: RunFolder
+) -> tuple[Walker, float]:
+    """The expert's robot at the phase of its largest mean, and that phase [degrees]."""
+    sweep = run.baseline
+    design = Design.parse(sweep.design)
+    gaits = [replace(sweep.gait, phase_deg=phase) for phase in sweep.phases_deg]
+    distances, _ = walks_in_worlds(
+        spec, [design] * len(gaits), gaits, worlds, sweep.settling_step_count, folder
+    )
+    best = gaits[int(np.argmax(np.nan_to_num(distances).mean(axis=0)))]
+    return Walker(EXPERT, design, best, sweep.settling_step_count), best.phase_deg
+
+
+def _walked(
+    spec: RobotSpec, walkers: Sequence[Walker], worlds: Sequence[World], folder: RunFolder
+) -> tuple[np.ndarray, np.ndarray]:
+    """As `walks_in_worlds`."""
+    return walks_in_worlds(
+        spec,
+        [each.design for each in walkers],
+        [each.gait for each in walkers],
+        worlds,
+        walkers[0].settling_steps,
+        folder,
+    )
+
+
+def _nominal(spec: RobotSpec, walkers: Sequence[Walker]) -> list[float | None]:
+    """Distances in the world as it stands [cm]; None where a simulation failed."""
+    walked = walk(
+        spec.simulator([each.design for each in walkers]),
+        [each.gait for each in walkers],
+        duration_s=walkers[0].gait.duration_s,
+        time_step_s=spec.physics.time_step_s,
+        settling_step_count=walkers[0].settling_steps,
+        record_step_count=100,
+    )
+    return [None if np.isnan(far) else float(far) for far in walked.distance_cm]
+
+
+def _certified(
+    walker: Walker,
+    gait_file: str,
+    nominal_and_promised_cm: tuple[float | None, float | None],
+    distance_cm: np.ndarray,
+    expert_cm: np.ndarray,
+    range_ratio: np.ndarray,
+    numbers: Mapping[str, np.ndarray],
+    spec: RobotSpec,
+    step_s: float,
+    cycle_s: float,
+) -> CertifiedPair:
+    """One pair by its distances over the worlds, and what it does in the world as it stands."""
+    nominal, promised = nominal_and_promised_cm
+    band, counted = Band.of(distance_cm), np.nan_to_num(distance_cm)
+    known = range_ratio[~np.isnan(range_ratio)]
+    trajectory = recorded_walk(
+        spec, walker.design, walker.gait, record_every=5, settling_steps=walker.settling_steps
+    )
+    did = analysed_robot(walker, trajectory, spec, step_s, cycle_s)
+    return CertifiedPair(
+        label=walker.label,
+        design=str(walker.design),
+        gait=gait_file,
+        nominal_cm=nominal,
+        band=band,
+        share_beyond_expert=float(np.mean(counted > np.nan_to_num(expert_cm))),
+        promised_cm=promised,
+        optimism_cm=None if promised is None else promised - band.mean_cm,
+        hub_load_share=did.hub_load_share,
+        backsliding_cm=did.backsliding_cm,
+        legs=did.legs,
+        left_range_share=float(np.mean(known > RANGE_TOLERANCE)) if known.size else None,
+        sensitivities=sensitivities(numbers, counted),
+    )
+
+
+def _with_full_order(
+    spec: RobotSpec,
+    settings: CertificateSettings,
+    walkers: Sequence[Walker],
+    pairs: Sequence[CertifiedPair],
+    best: int,
+    worlds: Sequence[World],
+    pair_cm: np.ndarray,
+    folder: RunFolder,
+) -> list[CertifiedPair]:
+    """The pairs with their walks as finite elements."""
+    found = []
+    for place, (walker, pair) in enumerate(zip(walkers, pairs, strict=True)):
+        numbers: list[int | None] = [None]
+        if place == best:
+            order = np.argsort(np.nan_to_num(pair_cm[:, place]), kind="stable")
+            numbers += [int(number) for number in order[: settings.worst_world_count]]
+        walks = []
+        for number in numbers:
+            where = "as it stands" if number is None else f"number {number}"
+            folder.progress.stage(f"{pair.label} as finite elements in the world {where}")
+            reduced = pair.nominal_cm if number is None else float(pair_cm[number, place])
+            if reduced is not None and np.isnan(reduced):
+                reduced = None
+            walks.append(
+                full_order_walk(
+                    spec,
+                    walker.design,
+                    walker.gait,
+                    walker.label,
+                    number,
+                    worlds,
+                    reduced,
+                    walker.settling_steps,
+                    folder,
+                )
+            )
+        found.append(replace(pair, full_order=tuple(walks)))
+    return found
+
+
+def _notes(pairs: Sequence[CertifiedPair]) -> list[str]:
+    notes = []
+    for pair in pairs:
+        if pair.band.failed_count:
+            notes.append(f"{pair.label} diverged in {pair.band.failed_count} worlds, counted as 0")
+        if pair.left_range_share:
+            notes.append(
+                f"{pair.label} left the range of its legs' snapshots in "
+                f"{100.0 * pair.left_range_share:.0f} % of the worlds"
+            )
+        for each in pair.full_order:
+            if not each.agrees:
+                where = "as it stands" if each.world is None else f"number {each.world}"
+                full = "no end" if each.full_cm is None else f"{each.full_cm:.1f} cm"
+                notes.append(
+                    f"{pair.label} as finite elements in the world {where} comes to {full}, the "
+                    f"reduced robot to {each.reduced_cm} cm"
+                )
+    if not any(pair.full_order for pair in pairs):
+        notes.append("no pair walked as finite elements; --full makes them")
+    return notes

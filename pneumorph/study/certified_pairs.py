@@ -1,0 +1,117 @@
+"""What a certificate says: of the expert, of each pair, and of the tests that would say more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pneumorph.physics.physics import Physics
+from pneumorph.study.analysis import AnalysedLeg
+from pneumorph.study.certified_walks import FullOrderWalk
+from pneumorph.study.measure_next import ExpectedNarrowing
+from pneumorph.study.sensitivity import Sensitivity, weighted_quantiles
+
+
+@dataclass(frozen=True)
+class Band:
+    """A robot's distance over the worlds [cm]; a failed simulation counts as 0."""
+
+    low_cm: float
+    """10th percentile."""
+    median_cm: float
+    high_cm: float
+    """90th percentile."""
+    mean_cm: float
+    deviation_cm: float
+    failed_count: int
+
+    @classmethod
+    def of(cls, distance_cm: np.ndarray) -> Band:
+        """That of distances (world,), NaN where a simulation failed."""
+        counted = np.nan_to_num(distance_cm, nan=0.0)
+        low, median, high = weighted_quantiles(counted, np.ones(len(counted)))
+        return cls(
+            float(low),
+            float(median),
+            float(high),
+            float(counted.mean()),
+            float(counted.std(ddof=1)),
+            int(np.isnan(distance_cm).sum()),
+        )
+
+
+@dataclass(frozen=True)
+class CertifiedExpert:
+    """The expert's robot in the same worlds."""
+
+    design: str
+    phase_deg: float
+    """Of the largest mean in the training's worlds."""
+    band: Band
+
+
+@dataclass(frozen=True)
+class CertifiedPair:
+    """What is to be expected of a design with its gait."""
+
+    label: str
+    design: str
+    gait: str
+    nominal_cm: float | None
+    """In the world as it stands."""
+    band: Band
+    share_beyond_expert: float
+    """Share of the worlds in which it goes further than the expert's robot does there."""
+    promised_cm: float | None
+    """Where the run ranked pairs over worlds the mean there, otherwise what the run reported."""
+    optimism_cm: float | None
+    """The same less the mean over the unseen worlds: what choosing the best made of it."""
+    hub_load_share: float
+    """Share of the weight that the floor bears through the hub, in the world as it stands."""
+    backsliding_cm: float | None
+    """Mean furthest slide back in a cycle there."""
+    legs: tuple[AnalysedLeg, ...]
+    """How much of its friction each leg uses there."""
+    left_range_share: float | None
+    """Share of the worlds in which a leg left its snapshots' range; None where not known."""
+    sensitivities: tuple[Sensitivity, ...]
+    """To each uncertain number, the most important first."""
+    full_order: tuple[FullOrderWalk, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What a run's robots will do, and how sure that is."""
+
+    run: str
+    best: str
+    """Label of the pair with the largest mean in the training's worlds."""
+    best_design: str
+    median_cm: float
+    tenth_percentile_cm: float
+    ninetieth_percentile_cm: float
+    expert_median_cm: float
+    share_beyond_expert: float
+    optimism_cm: float | None
+    measure_next: str | None
+    """The test that would narrow the best pair's band most; of some that do as much as nine tenths
+    of that, the quickest. None where none would."""
+    pairs: tuple[CertifiedPair, ...]
+    expert: CertifiedExpert
+    tests: tuple[ExpectedNarrowing, ...]
+    """What could be measured, the most useful first."""
+    world_count: int
+    distributions: dict[str, Any]
+    """What the worlds were drawn from."""
+    numbers: dict[str, tuple[float, ...]]
+    """What differed, by name and world."""
+    distances_cm: np.ndarray
+    """Of the expert and then each pair [cm], (world, robot); NaN where a simulation failed."""
+    damping: str
+    calibration: dict[str, Any]
+    leg: dict[str, Any]
+    physics: Physics
+    notes: tuple[str, ...]
+    wall_s: float

@@ -1,0 +1,148 @@
+"""Finite elements beside the reduced robot, in the nominal world and in drawn ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.run_folder import RunFolder, made_once
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
+from pneumorph.robot.design import Design
+from pneumorph.simulation.randomisation import World
+from pneumorph.simulation.randomised_simulator import lagging_commands
+from pneumorph.study.full_order_store import rollout_identity
+from pneumorph.study.recorded_walk import recorded_walk
+
+AGREED_SHARE, AGREED_CM = 0.03, 0.3
+"""Reduced and full agree where they differ by no more than one of these, of the full distance or
+[cm]."""
+
+
+@dataclass(frozen=True)
+class FullOrderWalk:
+    """A walk as finite elements beside that of the reduced robot."""
+
+    world: int | None
+    """Number of the drawn world; None for the world as it stands."""
+    full_cm: float | None
+    """None where it did not come to its end."""
+    reduced_cm: float | None
+    status: str
+
+    @property
+    def error_cm(self) -> float | None:
+        """Reduced less full [cm]; None where one of them is not known."""
+        if self.full_cm is None or self.reduced_cm is None:
+            return None
+        return self.reduced_cm - self.full_cm
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both models say as good as the same."""
+        if self.error_cm is None or self.full_cm is None:
+            return False
+        return abs(self.error_cm) <= max(AGREED_CM, AGREED_SHARE * abs(self.full_cm))
+
+    def derived(self) -> dict[str, Any]:
+        """What follows, for those who read the file."""
+        return {"error_cm": self.error_cm, "agrees": self.agrees}
+
+
+@dataclass(frozen=True, eq=False)
+class LaggingGait:
+    """A gait as lagging regulators of a world pass it on."""
+
+    gait: OpenLoopGait
+    commands_kPa: np.ndarray
+    """Of each time step [kPa], (step, regulator)."""
+    time_step_s: float
+
+    @classmethod
+    def of(cls, gait: OpenLoopGait, lag_s: float, time_step_s: float) -> LaggingGait:
+        """The gait behind regulators of a time constant [s]."""
+        commands = commands_of(gait, time_step_s, gait.regulator_count)
+        return cls(gait, lagging_commands(commands, lag_s, time_step_s), time_step_s)
+
+    @property
+    def regulator_count(self) -> int:
+        """Number of regulators it commands."""
+        return self.gait.regulator_count
+
+    @property
+    def duration_s(self) -> float:
+        """How long it lasts [s]."""
+        return self.gait.duration_s
+
+    @property
+    def maximum_pressure_kPa(self) -> float:
+        """Highest real pressure that it may command [kPa]."""
+        return self.gait.maximum_pressure_kPa
+
+    def pressure_kPa(self, time_s: float) -> np.ndarray:
+        """Real pressure commanded at a time [kPa], (regulator,)."""
+        step = min(round(time_s / self.time_step_s), len(self.commands_kPa) - 1)
+        commanded: np.ndarray = self.commands_kPa[step]
+        return commanded
+
+
+def full_order_walk(
+    spec: RobotSpec,
+    design: Design,
+    gait: OpenLoopGait,
+    label: str,
+    number: int | None,
+    worlds: Sequence[World],
+    reduced_cm: float | None,
+    settling_steps: int,
+    folder: RunFolder,
+) -> FullOrderWalk:
+    """Walk a pair as finite elements; a walk that was stopped goes on, a finished one is read.
+
+    Args:
+        spec: The robot in the world as it stands.
+        design: Its design.
+        gait: Its gait.
+        label: What the pair is called.
+        number: Which of the worlds; None for the world as it stands.
+        worlds: The worlds.
+        reduced_cm: Distance of the reduced robot there [cm].
+        settling_steps: Time steps at zero pressure before the gait.
+        folder: Keeps the walk.
+    """
+    world = None if number is None else worlds[number]
+    own, driven = spec, gait
+    if world is not None:
+        own = spec.in_world(world)
+        driven = LaggingGait.of(gait, world.regulator_lag_s, spec.physics.time_step_s)
+    name = f"full_{label}_{'nominal' if number is None else f'world_{number}'}"
+
+    def walked() -> dict[str, Any]:
+        trajectory = recorded_walk(
+            own,
+            design,
+            driven,
+            "full",
+            folder / f"checkpoint_{name}.npz",
+            settling_steps=settling_steps,
+            progress=folder.progress,
+        )
+        return {"status": trajectory.status, "distance_cm": trajectory.distance_cm}
+
+    commands = commands_of(driven, spec.physics.time_step_s, spec.physics.regulator_count)
+    module = spec.module.full
+    made_of = {
+        "design": str(design),
+        "physics": settings_to_dict(spec.physics),
+        "full_order": settings_to_dict(spec.full_order),
+        "module": module.ingredients(),
+        "mesh": module.mesh.digest(),
+        "world": None if world is None else settings_to_dict(world),
+    }
+    identity = rollout_identity(made_of, commands)
+    kept = made_once(folder / f"{name}.json", walked, identity=identity)
+    return FullOrderWalk(number, kept["distance_cm"], reduced_cm, kept["status"])

@@ -1,0 +1,124 @@
+"""What the certificate of a run says, beside walks of the same worlds one by one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.run_json import run_json
+
+from pneumorph.base.result import result_from_dict
+from pneumorph.cli import run
+from pneumorph.gait.walk import walk
+from pneumorph.learn.evaluation import EVALUATION_SEED
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.simulation.randomised_simulator import simulator_in_world, worlds_of_round
+from pneumorph.study.certificate import unseen_worlds
+from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.finished_run import FinishedRun
+
+_SHORT = (
+    "--total-timesteps 48 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
+    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
+    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
+    "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 20 "
+    "--finetuning.timesteps 20 --finetuning.finalist-count 2 --baseline.phase-step-deg 90 "
+    "--baseline.gait.duration-s 4 --baseline.record-step-count 10 "
+    "--randomize --randomisation.damping-factor U(0.5,2) --objective.kind worst_share "
+    "--objective.worlds-per-design 2 --objective.evaluation-worlds 4"
+)
+WORLDS = Randomisation(damping_factor="U(0.5,2)")
+
+
+@pytest.fixture(scope="module")
+def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run whose designs were ranked over worlds."""
+    folder = tmp_path_factory.mktemp("coopt") / "run"
+    assert run(f"coopt --preset fast --part {leg} --out {folder} {_SHORT}".split()) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def certified(learned: Path) -> Path:
+    folder = learned.parent / "certified"
+    asked = f"certify {learned} --world-count 6 --tuning-world-count 2 --cycle-s 0.4"
+    assert run([*asked.split(), "--out", str(folder)]) == 0
+    return folder
+
+
+def test_a_certificate_is_of_the_runs_worlds_unseen(learned: Path, certified: Path) -> None:
+    content = json.loads((certified / "summary.json").read_text())
+    found, source = result_from_dict(Certificate, content), FinishedRun.read(learned)
+    worlds = unseen_worlds(WORLDS, 6, 0)
+    seen = [each for k in range(2) for each in worlds_of_round(WORLDS, 0, EVALUATION_SEED + k, 2)]
+    assert found.distributions["damping_factor"] == "U(0.5,2)"
+    assert found.numbers["friction"] == tuple(world.friction for world in worlds)
+    assert set(found.numbers["friction"]).isdisjoint(world.friction for world in seen)
+    assert [pair.label for pair in found.pairs] == ["L1", "L2"]
+    spec, pairs = source.robot.spec(), source.pairs()
+
+    def distance(number: int, world) -> float:
+        simulator = simulator_in_world(
+            [spec.assembly(pairs[number].design)], world, spec.physics, spec.stepper, 1
+        )
+        walked = walk(
+            simulator, [pairs[number].gait], duration_s=pairs[number].gait.duration_s,
+            time_step_s=0.01, record_step_count=100,
+        )  # fmt: skip
+        return float(walked.distance_cm[0])
+
+    for number, pair in enumerate(found.pairs):
+        alone = np.array([distance(number, world) for world in worlds])
+        np.testing.assert_array_equal(found.distances_cm[:, number + 1], alone)
+        assert pair.band.mean_cm == pytest.approx(alone.mean())
+        promised = np.mean([distance(number, world) for world in seen])
+        assert pair.promised_cm == pytest.approx(promised)
+        assert pair.optimism_cm == pytest.approx(promised - alone.mean())
+        beyond = np.mean(alone > found.distances_cm[:, 0])
+        assert pair.share_beyond_expert == pytest.approx(beyond)
+        assert pair.full_order == ()
+        # The hub of legs this short hangs over the floor; a short walk is no mean over time.
+        assert pair.hub_load_share == pytest.approx(0.0, abs=0.02)
+    best = max(found.pairs, key=lambda each: each.promised_cm)
+    assert found.best == best.label
+    assert found.median_cm == best.band.median_cm
+    assert found.tests == tuple(sorted(found.tests, key=lambda each: -each.narrowing_cm))
+    assert {each.number for each in found.tests} >= {"damping_factor", "mass_factor"}
+    assert "--full makes them" in found.notes[-1]
+    assert source.objective is not None
+    training = json.loads((learned / "summary.json").read_text())
+    assert training["ranked_by"] == "mean over the worst 25 % of 4 worlds"
+
+
+def test_the_distance_of_a_pair_is_the_objective_of_the_training(
+    learned: Path, certified: Path
+) -> None:
+    """The mean over the worst of four worlds is at most the mean over all, which is promised."""
+    summary = json.loads((learned / "summary.json").read_text())
+    pairs = json.loads((certified / "summary.json").read_text())["pairs"]
+    for pair, ranked in zip(pairs, summary["pairs"], strict=True):
+        assert ranked["distance_cm"] <= pair["promised_cm"]
+    assert summary["pairs"][0]["distance_cm"] >= summary["pairs"][1]["distance_cm"]
+
+
+def test_a_measurement_keeps_the_band_to_worlds_that_agree(
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = run_json(
+        f"certify {learned} --world-count 4 --tuning-world-count 1 --pair-count 1 --cycle-s 0.4 "
+        f"--randomisation.measured damping_factor 0.8 0.02 --out {tmp_path / 'told'}",
+        capsys,
+    )
+    assert max(abs(value - 0.8) for value in found["numbers"]["damping_factor"]) < 0.1
+    friction = [world.friction for world in unseen_worlds(WORLDS, 4, 0)]
+    assert found["numbers"]["friction"] == friction
+    assert found["distributions"]["measured"] == [["damping_factor", 0.8, 0.02]]
+
+
+def test_its_page_shows_bands_and_what_to_measure(certified: Path, tmp_path: Path) -> None:
+    assert run(["report", str(certified), "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "page.html").read_text()
+    for words in ("How far, and how sure", "What to measure", "What the distance depends on"):
+        assert words in page

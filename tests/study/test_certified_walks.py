@@ -1,0 +1,87 @@
+"""Finite elements beside the reduced robot, walked once and kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.box_mesh import box_mesh
+from helpers.small_robot import small_leg
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.fem.material import Material
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.physics.physics import Physics
+from pneumorph.robot.design import Design
+from pneumorph.simulation.randomisation import World
+from pneumorph.study import certified_walks
+from pneumorph.study.certified_walks import FullOrderWalk, LaggingGait, full_order_walk
+
+WORLD = World(0.7, 1.1, 0.9, 0.05, 1.0, mounting_angle_deg=1.0)
+GAIT = HeldGait.evenly(np.array([[20.0, 0.0], [5.0, 30.0]]), 0.04)
+
+
+def spec() -> RobotSpec:
+    mesh = box_mesh((16.0, 16.0, 9.0), (2, 2, 1))
+    mesh = replace(mesh, nodes=mesh.nodes + np.array([-8.0, -8.0, 1.0]))
+    bottom = mesh.nodes[mesh.nodes[:, 2] < 1.0 + 1e-9]
+    hub = HubSpec(mesh, Material(500.0, 0.3), 0.03, np.array([0.0, 0.0, 10.0]), bottom)
+
+    def full(modulus_factor: float, mass_factor: float):
+        assert mass_factor == 0.9 or mass_factor == 1.0
+        return small_leg(300.0 * modulus_factor)
+
+    leg = Module("a box", lambda: None, full)
+    poses = [
+        Pose(rotation_about("z", angle)).compose(Pose(np.eye(3), np.array([8.0, -6.0, 1.0])))
+        for angle in (0.0, 100.0)
+    ]
+    physics = Physics(floor_height_mm=0.0, regulator_count=2)
+    return RobotSpec(hub, tuple(Site(pose, leg) for pose in poses), physics, hub_model="rigid")
+
+
+def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, folder = spec(), RunFolder(tmp_path / "run", "certify")
+    design = Design.parse("1.2")
+
+    def walked(number: int | None, label: str = "L1") -> FullOrderWalk:
+        return full_order_walk(
+            robot, design, GAIT, label, number, [WORLD], 0.01, settling_steps=2, folder=folder
+        )
+
+    nominal, drawn = walked(None), walked(0)
+    assert (nominal.status, drawn.status) == ("completed", "completed")
+    assert nominal.full_cm != pytest.approx(drawn.full_cm, abs=1e-6)
+    # As the robot in that world walks the lagging commands.
+    own = robot.in_world(WORLD)
+    assert own.mounting_angle_deg == 1.0
+    lagging = LaggingGait.of(GAIT, 0.05, 0.01)
+    assert lagging.pressure_kPa(0.04)[0] != GAIT.pressure_kPa(0.04)[0]
+
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("walked again")
+
+    monkeypatch.setattr(certified_walks, "recorded_walk", never)
+    assert walked(0) == drawn
+    with pytest.raises(AssertionError, match="walked again"):
+        walked(None, "L2")
+    robot = replace(robot, physics=replace(robot.physics, friction=0.3))
+    with pytest.raises(ValueError, match="was made with identity"):
+        walked(0)
+
+
+@pytest.mark.parametrize(
+    ("full", "reduced", "agrees"),
+    [(20.0, 20.55, True), (20.0, 20.65, False), (1.0, 0.71, True), (1.0, 0.6, False),
+     (None, 1.0, False), (1.0, None, False)],
+)  # fmt: skip
+def test_agreement_is_by_share_or_by_length(
+    full: float | None, reduced: float | None, agrees: bool
+) -> None:
+    assert FullOrderWalk(None, full, reduced, "completed").agrees is agrees
