@@ -100,10 +100,25 @@ inline void solid_law(const ElementPacks& packs, const V F[3][3], V P[3][3], V T
     }
 }
 
-// Adds P = F S and its derivative, S = base + lambda tr(E) I + 2 mu E with Green's strain E; base may be null.
+// The positive semi-definite part of symmetric (2, 2) matrices.
+inline void keep_tension(V S[3][3]) {
+  alignas(64) double a[kPack], b[kPack], c[kPack];
+  store(a, S[0][0]), store(b, S[0][1]), store(c, S[1][1]);
+  for (int e = 0; e < kPack; ++e) {
+    const double mean = 0.5 * (a[e] + c[e]), radius = std::hypot(0.5 * (a[e] - c[e]), b[e]);
+    if (mean - radius >= 0.0) continue;
+    const double share = mean + radius > 0.0 ? (mean + radius) / (2.0 * radius) : 0.0;
+    a[e] = share * (a[e] - mean + radius), b[e] = share * b[e], c[e] = share * (c[e] - mean + radius);
+  }
+  S[0][0] = load(a), S[0][1] = S[1][0] = load(b), S[1][1] = load(c);
+}
+
+// Adds P = F S and its derivative, S = base + lambda tr(E) I + 2 mu E with Green's strain E; base may be null. The derivative
+// has the stress that a step dF foresaw, that of E - dF^T dF / 2 (pneumorph/fem/foreseen_stress.py), unless `turned` is null;
+// of a sheet only its tension where `definite` is asked for.
 template <int D>
-inline void add_green_law(double lambda, double mu, const V base[6], const V F[3][3], V P[3][3], V T[3][3][3][3],
-                          bool with_tangent) {
+inline void add_green_law(double lambda, double mu, const V base[6], const V F[3][3], const V (*turned)[3], bool definite,
+                          V P[3][3], V T[3][3][3][3], bool with_tangent) {
   constexpr int component[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
   V E[3][3], S[3][3], trace = splat(0.0);
   for (int a = 0; a < D; ++a)
@@ -121,6 +136,22 @@ inline void add_green_law(double lambda, double mu, const V base[6], const V F[3
     for (int a = 0; a < D; ++a)
       for (int b = 0; b < D; ++b) P[i][a] += F[i][b] * S[b][a];
   if (!with_tangent) return;
+  if (turned) {
+    V stretch[3][3];
+    trace = splat(0.0);
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) {
+        stretch[a][b] = 0.5 * (turned[0][a] * turned[0][b] + turned[1][a] * turned[1][b] + turned[2][a] * turned[2][b]);
+        if (a == b) trace += stretch[a][b];
+      }
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) {
+        S[a][b] -= 2.0 * mu * stretch[a][b];
+        if (a == b) S[a][b] -= lambda * trace;
+      }
+  }
+  if constexpr (D == 2)
+    if (definite) keep_tension(S);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       V left = splat(0.0);
@@ -148,16 +179,21 @@ struct Sums {
 };
 
 template <int K, int D>
-inline void add_point(const ElementPacks& packs, const double* gradients, V measure, const V x[K][3], const V* base,
-                      double gain, bool with_tangent, Sums<K>& sums) {
-  V g[K][D], F[3][3], P[3][3], T[3][3][3][3];
-  for (int n = 0; n < K; ++n)
-    for (int a = 0; a < D; ++a) g[n][a] = load(gradients + (n * D + a) * kPack);
+inline void deformation_gradient(const V x[K][3], const V g[K][D], V F[3][3]) {
   for (int i = 0; i < 3; ++i)
     for (int a = 0; a < D; ++a) {
       F[i][a] = x[0][i] * g[0][a];
       for (int n = 1; n < K; ++n) F[i][a] += x[n][i] * g[n][a];
     }
+}
+
+template <int K, int D>
+inline void add_point(const ElementPacks& packs, const double* gradients, V measure, const V x[K][3], const V (*step)[3],
+                      bool definite, const V* base, double gain, bool with_tangent, Sums<K>& sums) {
+  V g[K][D], F[3][3], turned[3][3], P[3][3], T[3][3][3][3];
+  for (int n = 0; n < K; ++n)
+    for (int a = 0; a < D; ++a) g[n][a] = load(gradients + (n * D + a) * kPack);
+  deformation_gradient<K, D>(x, g, F);
   if (packs.law == FullLaw::kStVenantKirchhoff) {
     const V zero = splat(0.0);
     for (int i = 0; i < 3; ++i)
@@ -166,11 +202,14 @@ inline void add_point(const ElementPacks& packs, const double* gradients, V meas
         for (int j = 0; j < 3; ++j)
           for (int c = 0; c < D; ++c) T[i][a][j][c] = zero;
       }
-    add_green_law<D>(packs.constants[1], packs.constants[0], nullptr, F, P, T, with_tangent);
+    const bool foreseen = D == 2 && step;
+    if (foreseen) deformation_gradient<K, D>(step, g, turned);
+    add_green_law<D>(packs.constants[1], packs.constants[0], nullptr, F, foreseen ? turned : nullptr, definite, P, T,
+                     with_tangent);
   } else if constexpr (D == 3) {
     solid_law(packs, F, P, T, with_tangent);
   }
-  if (base) add_green_law<D>(0.0, gain, base, F, P, T, with_tangent);
+  if (base) add_green_law<D>(0.0, gain, base, F, nullptr, false, P, T, with_tangent);
   for (int i = 0; i < 3; ++i)
     for (int n = 0; n < K; ++n) {
       V total = P[i][0] * g[n][0];
@@ -197,12 +236,11 @@ inline void add_point(const ElementPacks& packs, const double* gradients, V meas
   }
 }
 
-// Mean dilatation: lambda / 2 V (v / V - 1)^2.
+// u of each pair of nodes and dv/dx of an element's volume v.
 template <int K>
-inline void add_volume(const ElementPacks& packs, const double* volumes, const V x[K][3], bool with_tangent,
-                       Sums<K>& sums) {
+inline void volume_gradient(const ElementPacks& packs, const V x[K][3], V mixed[K * (K - 1) / 2][3], V gradient[K][3]) {
   const int pair_count = int(packs.pairs.size()) / 2;
-  V mixed[K * (K - 1) / 2][3], gradient[K][3], out[3];
+  V out[3];
   for (int n = 0; n < K; ++n)
     for (int i = 0; i < 3; ++i) gradient[n][i] = splat(0.0);
   for (int p = 0; p < pair_count; ++p) {
@@ -217,21 +255,41 @@ inline void add_volume(const ElementPacks& packs, const double* volumes, const V
     cross(x[n], mixed[p], out);
     for (int i = 0; i < 3; ++i) gradient[m][i] -= 0.5 * out[i];
   }
+}
+
+// Mean dilatation: lambda / 2 V (v / V - 1)^2. The derivative has the volume that a step foresaw, unless `step` is null,
+// and no part that may be negative where `definite` is asked for.
+template <int K>
+inline void add_volume(const ElementPacks& packs, const double* volumes, const V x[K][3], const V (*step)[3],
+                       bool definite, bool with_tangent, Sums<K>& sums) {
+  const int pair_count = int(packs.pairs.size()) / 2;
+  V mixed[K * (K - 1) / 2][3], gradient[K][3];
+  volume_gradient<K>(packs, x, mixed, gradient);
   V volume = splat(0.0);
   for (int n = 0; n < K; ++n)
     for (int i = 0; i < 3; ++i) volume += x[n][i] * gradient[n][i];
   const V rest = load(volumes);
-  const V swelling = volume / (3.0 * rest) - 1.0;
-  const V pressure = packs.lame_lambda * swelling, stiffness = packs.lame_lambda / rest;
+  V pressure = packs.lame_lambda * (volume / (3.0 * rest) - 1.0);
+  const V stiffness = packs.lame_lambda / rest;
   for (int n = 0; n < K; ++n)
     for (int i = 0; i < 3; ++i) sums.forces[n][i] -= pressure * gradient[n][i];
   if (!with_tangent) return;
+  if (step) {
+    V before[K][3], slope[K][3], mixed_before[K * (K - 1) / 2][3], foreseen = splat(0.0);
+    for (int n = 0; n < K; ++n)
+      for (int i = 0; i < 3; ++i) before[n][i] = x[n][i] - step[n][i];
+    volume_gradient<K>(packs, before, mixed_before, slope);
+    for (int n = 0; n < K; ++n)
+      for (int i = 0; i < 3; ++i) foreseen += (before[n][i] + 3.0 * step[n][i]) * slope[n][i];
+    pressure = packs.lame_lambda * (foreseen / (3.0 * rest) - 1.0);
+  }
   for (int n = 0; n < K; ++n)
     for (int i = 0; i < 3; ++i) {
       const V stiff = stiffness * gradient[n][i];
       for (int m = n; m < K; ++m)
         for (int j = 0; j < 3; ++j) sums.blocks[block_of<K>(n, m)][i][j] += stiff * gradient[m][j];
     }
+  if (definite) return;
   for (int p = 0; p < pair_count; ++p) {
     auto& block = sums.blocks[block_of<K>(packs.pairs[2 * p], packs.pairs[2 * p + 1])];
     for (int k = 0; k < 3; ++k) {
@@ -242,9 +300,21 @@ inline void add_volume(const ElementPacks& packs, const double* volumes, const V
   }
 }
 
+// Vectors at the nodes of a pack's elements, from the first node on, so that nothing is lost where a body is far from the
+// origin.
+template <int K>
+inline void gather(const double* vectors, const int* nodes, V x[K][3]) {
+  alignas(64) double lanes[kPack];
+  for (int i = 0; i < 3; ++i)
+    for (int n = 0; n < K; ++n) {
+      for (int e = 0; e < kPack; ++e) lanes[e] = vectors[3 * nodes[n * kPack + e] + i] - vectors[3 * nodes[e] + i];
+      x[n][i] = load(lanes);
+    }
+}
+
 template <int K, int D>
-void add_packs(const ElementPacks& packs, const double* positions, const double* relaxing_base, double relaxing_gain,
-               double factor, double* forces, double* data) {
+void add_packs(const ElementPacks& packs, const double* positions, const double* change, bool definite,
+               const double* relaxing_base, double relaxing_gain, double factor, double* forces, double* data) {
   const bool with_tangent = data != nullptr;
   const int points = packs.point_count;
   const long all_points = long(packs.element_count) * points;
@@ -252,14 +322,10 @@ void add_packs(const ElementPacks& packs, const double* positions, const double*
   alignas(64) double lanes[kPack];
   for (int pack = 0; pack < packs.pack_count(); ++pack) {
     const int* nodes = packs.nodes.data() + long(pack) * K * kPack;
-    V x[K][3];
-    for (int i = 0; i < 3; ++i)
-      for (int n = 0; n < K; ++n) {
-        // From the first node on, so that nothing is lost where a body is far from the origin.
-        for (int e = 0; e < kPack; ++e)
-          lanes[e] = positions[3 * nodes[n * kPack + e] + i] - positions[3 * nodes[e] + i];
-        x[n][i] = load(lanes);
-      }
+    V x[K][3], change_here[K][3];
+    gather<K>(positions, nodes, x);
+    if (change) gather<K>(change, nodes, change_here);
+    const V(*step)[3] = change ? change_here : nullptr;
     const V zero = splat(0.0);
     for (int n = 0; n < K; ++n)
       for (int i = 0; i < 3; ++i) sums.forces[n][i] = zero;
@@ -278,10 +344,11 @@ void add_packs(const ElementPacks& packs, const double* positions, const double*
           base[c] = load(lanes);
         }
       add_point<K, D>(packs, packs.gradients.data() + point * K * D * kPack, load(packs.measures.data() + point * kPack), x,
-                      relaxing_base ? base : nullptr, relaxing_gain, with_tangent, sums);
+                      step, definite, relaxing_base ? base : nullptr, relaxing_gain, with_tangent, sums);
     }
     if constexpr (D == 3)
-      if (!packs.volumes.empty()) add_volume<K>(packs, packs.volumes.data() + pack * kPack, x, with_tangent, sums);
+      if (!packs.volumes.empty())
+        add_volume<K>(packs, packs.volumes.data() + pack * kPack, x, step, definite, with_tangent, sums);
     for (int n = 0; n < K; ++n)
       for (int i = 0; i < 3; ++i) {
         store(lanes, sums.forces[n][i]);
@@ -310,18 +377,18 @@ void add_packs(const ElementPacks& packs, const double* positions, const double*
   }
 }
 
-void add_elements(const ElementPacks& packs, const double* positions, const double* relaxing_base, double relaxing_gain,
-                  double factor, double* forces, double* data) {
+void add_elements(const ElementPacks& packs, const double* positions, const double* change, bool definite,
+                  const double* relaxing_base, double relaxing_gain, double factor, double* forces, double* data) {
   auto add = packs.dimension == 3 ? (packs.corner_count == 10 ? &add_packs<10, 3> : &add_packs<4, 3>)
                                   : (packs.corner_count == 6 ? &add_packs<6, 2> : &add_packs<3, 2>);
-  add(packs, positions, relaxing_base, relaxing_gain, factor, forces, data);
+  add(packs, positions, change, definite, relaxing_base, relaxing_gain, factor, forces, data);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET
 
-void PNEUMORPH_ELEMENTS_NAME(const ElementPacks& packs, const double* positions, const double* relaxing_base,
-                             double relaxing_gain, double factor, double* forces, double* data) {
-  PNEUMORPH_INSTRUCTION_SET::add_elements(packs, positions, relaxing_base, relaxing_gain, factor, forces, data);
+void PNEUMORPH_ELEMENTS_NAME(const ElementPacks& packs, const double* positions, const double* change, bool definite,
+                             const double* relaxing_base, double relaxing_gain, double factor, double* forces, double* data) {
+  PNEUMORPH_INSTRUCTION_SET::add_elements(packs, positions, change, definite, relaxing_base, relaxing_gain, factor, forces, data);
 }
 
 }  // namespace pneumorph

@@ -11,6 +11,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "blas.hpp"
@@ -35,8 +36,18 @@ struct FrontPattern {
   int largest_update = 0;          // likewise
   long stack_size = 0;             // likewise: of updates that wait for their parents
   std::vector<int> child_counts;   // (block,) likewise
+  template <class Real>
+  using Memories = std::vector<std::unique_ptr<Real[]>>;
   // Memory of factors that are gone, for those to come: fresh pages cost half a factorisation.
-  mutable std::vector<std::unique_ptr<double[]>> spare;
+  mutable std::tuple<Memories<float>, Memories<double>> panels, stacks;
+  template <class Real>
+  Memories<Real>& spare_panels() const {
+    return std::get<Memories<Real>>(panels);
+  }
+  template <class Real>
+  Memories<Real>& spare_stacks() const {
+    return std::get<Memories<Real>>(stacks);
+  }
 
   int block_count() const { return int(starts.size()) - 1; }
   int size() const { return starts.back(); }
@@ -91,40 +102,45 @@ struct FrontPattern {
   }
 };
 
+// Memory of that size, from those that are spare where there is one.
+template <class Real>
+std::unique_ptr<Real[]> taken(std::vector<std::unique_ptr<Real[]>>& spare, long size) {
+  if (spare.empty()) return std::unique_ptr<Real[]>(new Real[size]);
+  std::unique_ptr<Real[]> memory = std::move(spare.back());
+  spare.pop_back();
+  return memory;
+}
+
+// In double precision, or in single: half the memory and half the time, for what only leads to a solution.
+template <class Real>
 class FrontalCholesky {
  public:
-  FrontalCholesky(const FrontPattern& pattern, const Blas& blas) : pattern_(pattern), blas_(blas) {
-    if (pattern.spare.empty()) {
-      panels_.reset(new double[pattern.panel_starts.back()]);
-    } else {
-      panels_ = std::move(pattern.spare.back());
-      pattern.spare.pop_back();
-    }
-  }
+  FrontalCholesky(const FrontPattern& pattern, const Blas<Real>& blas)
+      : pattern_(pattern), blas_(blas), panels_(taken(pattern.spare_panels<Real>(), pattern.panel_starts.back())) {}
   FrontalCholesky(const FrontalCholesky&) = delete;
-  ~FrontalCholesky() { pattern_.spare.push_back(std::move(panels_)); }
+  ~FrontalCholesky() { pattern_.spare_panels<Real>().push_back(std::move(panels_)); }
 
   // A = L L^T; the number of the block where A is not positive definite, or -1.
-  int factorise(const double* data) {
+  // `stack` has the pattern's stack_size numbers, whatever they are.
+  int factorise(const double* data, Real* stack) {
     const auto& p = pattern_;
-    std::vector<double> stack(p.stack_size);
     std::vector<int> waiting;  // blocks whose updates lie on the stack
-    double* top = stack.data();
+    Real* top = stack;
     for (int b = 0; b < p.block_count(); ++b) {
       const int w = p.width(b), m = p.update_size(b), height = w + m;
-      double *panel = panels_.get() + p.panel_starts[b], *update = top, *bottom = top;
-      std::memset(panel, 0, sizeof(double) * height * w);
+      Real *panel = panels_.get() + p.panel_starts[b], *update = top, *bottom = top;
+      std::memset(panel, 0, sizeof(Real) * height * w);
       for (int i = p.entry_starts[b]; i < p.entry_starts[b + 1]; ++i)
-        panel[p.entry_target[i]] += data[p.entry_source[i]];
-      for (int j = 0; j < m; ++j) std::memset(update + long(j) * m + j, 0, sizeof(double) * (m - j));
+        panel[p.entry_target[i]] += Real(data[p.entry_source[i]]);
+      for (int j = 0; j < m; ++j) std::memset(update + long(j) * m + j, 0, sizeof(Real) * (m - j));
       for (int k = 0; k < p.child_counts[b]; ++k, waiting.pop_back()) {
         const int child = waiting.back(), below = p.update_size(child);
         bottom -= long(below) * below;
         const int* place = p.landing.data() + p.row_starts[child];
         for (int j = 0; j < below; ++j) {
-          const double* from = bottom + long(j) * below;
+          const Real* from = bottom + long(j) * below;
           const bool in_panel = place[j] < w;
-          double* to = in_panel ? panel + long(place[j]) * height : update + long(place[j] - w) * m;
+          Real* to = in_panel ? panel + long(place[j]) * height : update + long(place[j] - w) * m;
           const int first = in_panel ? 0 : w;
           for (int i = j; i < below; ++i) to[place[i] - first] += from[i];
         }
@@ -139,7 +155,7 @@ class FrontalCholesky {
       blas_.add_square(m, w, -1.0, panel + w, height, update, m);
       if (bottom != update)
         for (int j = 0; j < m; ++j)
-          std::memmove(bottom + long(j) * m + j, update + long(j) * m + j, sizeof(double) * (m - j));
+          std::memmove(bottom + long(j) * m + j, update + long(j) * m + j, sizeof(Real) * (m - j));
       top = bottom + long(m) * m;
     }
     return -1;
@@ -147,14 +163,14 @@ class FrontalCholesky {
 
   // Y <- L^-1 Y, row-major with `columns` columns, of which those from begin[b] to end[b] are not zero in
   // block b; adds Y^T Y to `gram`, the lower triangle of its columns, unless it is null.
-  void half_solve(double* y, int columns, const int* begin, const int* end, double* gram) const {
+  void half_solve(Real* y, int columns, const int* begin, const int* end, Real* gram) const {
     const auto& p = pattern_;
-    std::vector<double> change(long(p.largest_update) * columns);
+    std::vector<Real> change(long(p.largest_update) * columns);
     for (int b = 0; b < p.block_count(); ++b) {
       const int w = p.width(b), m = p.update_size(b), skipped = begin[b], a = end[b] - skipped;
       if (a == 0) continue;
-      const double* panel = panels_.get() + p.panel_starts[b];
-      double* here = y + long(p.starts[b]) * columns + skipped;
+      const Real* panel = panels_.get() + p.panel_starts[b];
+      Real* here = y + long(p.starts[b]) * columns + skipped;
       // A row-major (w, a) is a column-major (a, w).
       blas_.solve_right(true, a, w, panel, w + m, here, columns);
       if (gram) blas_.add_square(a, w, 1.0, here, columns, gram + long(skipped) * columns + skipped, columns);
@@ -162,21 +178,21 @@ class FrontalCholesky {
       blas_.multiply(true, a, m, w, 1.0, here, columns, panel + w, w + m, 0.0, change.data(), a);
       const int* row = p.rows.data() + p.row_starts[b];
       for (int i = 0; i < m; ++i) {
-        double* to = y + long(row[i]) * columns + skipped;
-        const double* from = &change[long(i) * a];
+        Real* to = y + long(row[i]) * columns + skipped;
+        const Real* from = &change[long(i) * a];
         for (int c = 0; c < a; ++c) to[c] -= from[c];
       }
     }
   }
 
   // X <- L^-T X, row-major.
-  void half_solve_transposed(double* x, int columns) const {
+  void half_solve_transposed(Real* x, int columns) const {
     const auto& p = pattern_;
-    std::vector<double> beyond(long(p.largest_update) * columns);
+    std::vector<Real> beyond(long(p.largest_update) * columns);
     for (int b = p.block_count() - 1; b >= 0; --b) {
       const int w = p.width(b), m = p.update_size(b);
-      const double* panel = panels_.get() + p.panel_starts[b];
-      double* here = x + long(p.starts[b]) * columns;
+      const Real* panel = panels_.get() + p.panel_starts[b];
+      Real* here = x + long(p.starts[b]) * columns;
       const int* row = p.rows.data() + p.row_starts[b];
       for (int i = 0; i < m; ++i)
         std::copy_n(x + long(row[i]) * columns, columns, &beyond[long(i) * columns]);
@@ -186,12 +202,41 @@ class FrontalCholesky {
     }
   }
 
+  // The same of one column.
+  void half_solve_one(Real* y) const {
+    const auto& p = pattern_;
+    std::vector<Real> change(p.largest_update);
+    for (int b = 0; b < p.block_count(); ++b) {
+      const int w = p.width(b), m = p.update_size(b);
+      const Real* panel = panels_.get() + p.panel_starts[b];
+      Real* here = y + p.starts[b];
+      blas_.solve_one(false, w, panel, w + m, here);
+      if (m == 0) continue;
+      blas_.multiply_one(false, m, w, 1.0, panel + w, w + m, here, 0.0, change.data());
+      const int* row = p.rows.data() + p.row_starts[b];
+      for (int i = 0; i < m; ++i) y[row[i]] -= change[i];
+    }
+  }
+  void half_solve_transposed_one(Real* x) const {
+    const auto& p = pattern_;
+    std::vector<Real> beyond(p.largest_update);
+    for (int b = p.block_count() - 1; b >= 0; --b) {
+      const int w = p.width(b), m = p.update_size(b);
+      const Real* panel = panels_.get() + p.panel_starts[b];
+      Real* here = x + p.starts[b];
+      const int* row = p.rows.data() + p.row_starts[b];
+      for (int i = 0; i < m; ++i) beyond[i] = x[row[i]];
+      if (m > 0) blas_.multiply_one(true, m, w, -1.0, panel + w, w + m, beyond.data(), 1.0, here);
+      blas_.solve_one(true, w, panel, w + m, here);
+    }
+  }
+
   int size() const { return pattern_.size(); }
 
  private:
   const FrontPattern& pattern_;
-  const Blas& blas_;
-  std::unique_ptr<double[]> panels_;
+  const Blas<Real>& blas_;
+  std::unique_ptr<Real[]> panels_;
 };
 
 }  // namespace pneumorph

@@ -149,7 +149,10 @@ _KINDS: dict[str, LegKind] = {
         ),
         "cast",
         hub_model="rigid",  # the printed hub gives a fiftieth of what a leg does
-        full_order=FullOrderSettings(integrator="implicit_euler", newton_matrix="kept"),
+        # 2000 steps of this error in one direction would be a fiftieth of a millimetre.
+        full_order=FullOrderSettings(
+            integrator="implicit_euler", newton_matrix="kept", displacement_tolerance_mm=1e-5
+        ),
     ),
 }
 

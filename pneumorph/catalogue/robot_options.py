@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from pneumorph.base.checked import Bounds, Checked, Count
+from pneumorph.base.checked import Bounds, Checked, Count, NotNegative
 from pneumorph.base.settings import laid_over, settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
 from pneumorph.catalogue.masses import Masses
@@ -85,6 +85,9 @@ class FullOptions(Checked):
     newton_matrix: NewtonMatrix = "fresh"
     """Newton's method with tangents of every iteration, or with those of an earlier one while they
     do: a part of the time, for legs whose law the engine knows."""
+    displacement_tolerance_mm: NotNegative = 0.0
+    """Newton's method with kept tangents ends as well where nodes are this close to the step's end
+    [mm]; 0 for by the balance of forces alone."""
     thread_count: Count = 1
     """Threads among which Newton's method with kept tangents shares out the legs."""
     friction_solver: FrictionSolver = "newton"
@@ -103,6 +106,7 @@ def _full_of(kind: LegKind) -> dict[str, Any]:
         "hub": kind.hub_model,
         "integrator": kind.full_order.integrator,
         "newton_matrix": kind.full_order.newton_matrix,
+        "displacement_tolerance_mm": kind.full_order.displacement_tolerance_mm,
     }
 
 
@@ -197,6 +201,7 @@ class RobotOptions(Checked):
             full_order=FullOrderSettings(
                 integrator=full.integrator,
                 newton_matrix=full.newton_matrix,
+                displacement_tolerance_mm=full.displacement_tolerance_mm,
                 thread_count=full.thread_count,
                 friction_solver=full.friction_solver,
                 contact_sweeps=full.contact_sweeps,

@@ -96,6 +96,8 @@ class CompiledElements:
         relaxing: RelaxingStress | None,
         data: np.ndarray,
         factor: float,
+        change: np.ndarray | None = None,
+        definite: bool = False,
     ) -> np.ndarray:
         """The same, with a factor times -d(force)/dx added to `data` in place.
 
@@ -105,8 +107,12 @@ class CompiledElements:
             relaxing: The branches' stress in this step.
             data: In the pattern of the part's assembly, (entry,).
             factor: What the tangent is multiplied by.
+            change: A step that led here [mm], (node, 3): the tangent has the stresses that it
+                foresaw in what is stiff, sheets and volumes (`pneumorph.fem.foreseen_stress`).
+            definite: Leave out what compressed sheets and swollen or shrunk volumes take from the
+                tangent: most often it is positive definite then.
         """
-        return self._add(x, pressure_kPa, relaxing, data, factor)
+        return self._add(x, pressure_kPa, relaxing, data, factor, change, definite)
 
     def _add(
         self,
@@ -115,13 +121,16 @@ class CompiledElements:
         relaxing: RelaxingStress | None,
         data: np.ndarray | None,
         factor: float,
+        change: np.ndarray | None = None,
+        definite: bool = False,
     ) -> np.ndarray:
         x, forces = np.ascontiguousarray(x, dtype=float), np.zeros(x.shape)
+        step = None if change is None else np.ascontiguousarray(change, dtype=float)
         for number, sums in enumerate(self._sums):
             if number == 0 and relaxing is not None:
-                sums.add(x, relaxing.base, relaxing.gain, forces, data, factor)
+                sums.add(x, step, definite, relaxing.base, relaxing.gain, forces, data, factor)
             else:
-                sums.add(x, None, 0.0, forces, data, factor)
+                sums.add(x, step, definite, None, 0.0, forces, data, factor)
         if self._cavity is not None and pressure_kPa != 0.0:
             self._cavity.add(x, pressure_kPa, forces, data, factor)
         return forces

@@ -27,6 +27,9 @@ class FullOrderSettings(Checked):
     newton_tolerance: Positive = 1e-8
     """`implicit_euler` ends at this unbalanced impulse, relative to momentum, weight and
     pressure."""
+    displacement_tolerance_mm: NotNegative = 0.0
+    """`kept` ends as well where the nodes are this close to their places at the step's end [mm],
+    root mean square by mass, as the last changes let one expect; 0 for by balance alone."""
     newton_iterations: Count = 30
     """Most Newton iterations of a step."""
     newton_matrix: NewtonMatrix = "fresh"
@@ -61,5 +64,9 @@ class FullOrderSettings(Checked):
         """Settings by name, which tell kept things apart: without what decides nothing, and without
         what earlier versions did not have where it is as usual."""
         own = settings_to_dict(self)
-        usual = ("thread_count", *(("newton_matrix",) if self.newton_matrix == "fresh" else ()))
+        usual = ["thread_count"]
+        if self.newton_matrix == "fresh":
+            usual.append("newton_matrix")
+        if self.displacement_tolerance_mm == 0.0:
+            usual.append("displacement_tolerance_mm")
         return {name: value for name, value in own.items() if name not in usual}

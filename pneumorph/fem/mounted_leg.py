@@ -7,6 +7,7 @@ from typing import Protocol
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from pneumorph.base.stage_clock import StageClock
 from pneumorph.fem.frontal_cholesky import Along, FrontalCholesky, FrontPattern
@@ -116,6 +117,9 @@ class MountedLeg:
         """Contact points as sums of nodes, (point, node)."""
         self.tied_unknowns: np.ndarray = self.tie.unknowns
         """Unknowns of the tied nodes, (3 tied,)."""
+        attached = np.eye(3 * len(self.attachment))
+        spread = self.tie.spread(attached.reshape(len(self.attachment), 3, -1))
+        self._spread = csr_array(spread.reshape(-1, len(attached)))  # to the tied unknowns
         self._first_blocks: dict[Along, np.ndarray] = {}
 
     @property
@@ -234,18 +238,10 @@ class MountedLeg:
         Returns:
             A_fa, (free, 3 attachment), and A_aa, (3 attachment, 3 attachment).
         """
-        assembly = self.part.assembly
-        local = np.full(assembly.size, -1)
-        local[self.tied_unknowns] = np.arange(len(self.tied_unknowns))
-        coupling = np.zeros((len(pattern.unknowns), len(self.tied_unknowns)))
-        own = np.zeros((len(self.tied_unknowns),) * 2)
-        for column, unknown in enumerate(self.tied_unknowns):
-            span = slice(assembly.indptr[unknown], assembly.indptr[unknown + 1])
-            rows, values = assembly.indices[span], data[span]
-            free = pattern.place[rows] >= 0
-            coupling[pattern.place[rows[free]], column] = values[free]
-            own[local[rows[~free]], column] = values[~free]
-        return self._from_tied(coupling), self._from_tied(self._from_tied(own).T)
+        tied = self.part.assembly.matrix(data)[:, self.tied_unknowns]
+        columns = (tied @ self._spread).toarray()
+        own = self._spread.T @ columns[self.tied_unknowns]
+        return columns[pattern.unknowns], own
 
     def fill_contacts(
         self, pattern: FrontPattern, columns: np.ndarray, active: np.ndarray, frames: np.ndarray

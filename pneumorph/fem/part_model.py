@@ -34,6 +34,7 @@ from pneumorph.fem.material import (
 )
 from pneumorph.fem.maxwell_group import MaxwellGroup, ViscousState
 from pneumorph.fem.membrane import membrane_group
+from pneumorph.fem.node_turns import NodeTurns
 from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.solid import solid_groups
 from pneumorph.fem.volume_group import VolumeGroup
@@ -188,6 +189,11 @@ class PartModel:
     def __getstate__(self) -> dict[str, Any]:
         """Without what the engine holds, which another process makes for itself."""
         return {name: value for name, value in self.__dict__.items() if name != "compiled"}
+
+    @cached_property
+    def turns(self) -> NodeTurns:
+        """How far the solid turns about its nodes."""
+        return NodeTurns(self.rest_nodes, self.mesh.connectivity)
 
     def internal_force(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Elastic force on the nodes [mN], (node, 3).

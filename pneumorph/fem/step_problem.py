@@ -153,8 +153,18 @@ class StepProblem(Generic[HubState]):
             start.memories[number],
         )
 
-    def implicit_matrix(self, number: int, trial: TrialStep[HubState]) -> np.ndarray:
-        """A of a leg in the implicit Euler step, linearised at a trial, (entry,)."""
+    def implicit_matrix(
+        self, number: int, trial: TrialStep[HubState], change: np.ndarray, definite: bool = False
+    ) -> np.ndarray:
+        """A of a leg in the implicit Euler step, linearised at a trial, (entry,).
+
+        Args:
+            number: The leg's.
+            trial: The trial.
+            change: A step of the leg's nodes that led there [mm], (node, 3): stiff stresses are
+                taken as it foresaw them (`pneumorph.fem.foreseen_stress`).
+            definite: Without what compression of sheets and volumes takes from it.
+        """
         leg = self._robot.legs[number]
         return implicit_matrix(
             leg.part,
@@ -162,6 +172,8 @@ class StepProblem(Generic[HubState]):
             self._pressure_of(leg),
             self._physics,
             self._start.memories[number],
+            change,
+            definite,
         )
 
     def implicit_residual(self, number: int, trial: TrialStep[HubState]) -> np.ndarray:

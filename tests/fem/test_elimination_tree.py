@@ -74,5 +74,25 @@ def test_columns_of_single_nodes_cost_nothing_beside_their_branch(part, pattern,
     expected, expected_gram = factor.half_solve(right.copy())
     np.testing.assert_allclose(half, expected, atol=1e-12 * np.abs(expected).max())
     np.testing.assert_allclose(gram, expected_gram, atol=1e-12 * np.abs(expected_gram).max())
-    one = factor.half_solve_only(right[:, 3])
+    one = factor.half_solve_one(right[:, 3])
     np.testing.assert_allclose(one, expected[:, 3], atol=1e-12 * np.abs(expected).max())
+
+
+def test_single_precision_solves_to_its_rounding(part, pattern, data):
+    """6e-8 times a condition number of about 1e3, and some tens of sums; columns and one column
+    are the same solution."""
+    right = np.random.default_rng(2).normal(size=(len(pattern.unknowns), 3))
+    exact, single = FrontalCholesky(pattern, data), FrontalCholesky(pattern, data, "single")
+    expected, found = exact.solve(right), single.solve(right)
+    assert found.dtype == np.float32
+    np.testing.assert_allclose(found, expected, atol=1e-3 * np.abs(expected).max())
+    assert np.abs(found - expected).max() > 1e-9 * np.abs(expected).max()
+    for factor, wanted, rounding in ((exact, expected, 1e-12), (single, found, 1e-3)):
+        one = factor.half_solve_transposed_one(factor.half_solve_one(right[:, 1]))
+        np.testing.assert_allclose(one, wanted[:, 1], atol=rounding * np.abs(expected).max())
+
+
+def test_wrong_columns_are_refused(pattern, data):
+    factor = FrontalCholesky(pattern, data, "single")
+    with pytest.raises(ValueError, match="3 rows, expected"):
+        factor.half_solve_one(np.zeros(3))
