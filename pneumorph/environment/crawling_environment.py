@@ -13,12 +13,13 @@ from gymnasium.vector.utils import batch_space
 from pneumorph.environment.crawling_simulator import (
     RUNNING,
     CrawlingSimulator,
+    LoadedSimulator,
     RedrawingSimulator,
     RobotBuilder,
     SimulatorFactory,
 )
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.reward import reward_terms
+from pneumorph.environment.reward import SAMPLE_STEPS, reward_terms
 from pneumorph.robot.design import Design
 
 
@@ -93,6 +94,7 @@ class CrawlingEnvironment(VectorEnv):
         self._memory = np.zeros((self.num_envs, self.task.state_size), dtype=np.float32)
         self._action_number = np.zeros(self.num_envs, dtype=np.int64)
         self._distance_cm = np.zeros(self.num_envs)
+        self._last_command_kPa = np.zeros((self.num_envs, self.task.regulator_count))
         self._awaits_reset = np.ones(self.num_envs, dtype=bool)
         self._was_reset = False
 
@@ -157,10 +159,19 @@ class CrawlingEnvironment(VectorEnv):
         self._settle()
 
         start_mm = np.array(self._simulator.forward_position_mm, dtype=np.float64)
-        self._simulator.advance(command_kPa, self.task.action_step_count)
+        slide_mm, hub_load_share = self._advance(command_kPa, start_mm)
         status = np.array(self._simulator.status, dtype=np.uint8)
         failed = status != RUNNING
-        terms = reward_terms(self._simulator.forward_position_mm - start_mm, failed)
+        span = self.task.maximum_pressure_kPa - self.task.minimum_pressure_kPa
+        terms = reward_terms(
+            self._simulator.forward_position_mm - start_mm,
+            failed,
+            self.task.reward,
+            slide_mm,
+            hub_load_share,
+            np.abs(command_kPa - self._last_command_kPa).sum(axis=1) / span,
+        )
+        self._last_command_kPa = command_kPa
         reward = np.sum(list(terms.values()), axis=0)
 
         self._memory = np.concatenate(
@@ -185,6 +196,34 @@ class CrawlingEnvironment(VectorEnv):
             self._begin(ended)
         return self._observation(), reward, terminated, truncated, info
 
+    def _advance(
+        self, command_kPa: np.ndarray, start_mm: np.ndarray
+    ) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """Hold an action; furthest slide back [mm] and mean share of the weight on the hub, both
+        (robot,), where the reward asks for them."""
+        steps, weights = self.task.action_step_count, self.task.reward
+        if not weights.needs_samples:
+            self._simulator.advance(command_kPa, steps)
+            return None, None
+        furthest, slide, loads = start_mm, np.zeros(self.num_envs), []
+        for begin in range(0, steps, SAMPLE_STEPS):
+            self._simulator.advance(command_kPa, min(SAMPLE_STEPS, steps - begin))
+            now = np.nan_to_num(self._simulator.forward_position_mm)
+            furthest = np.maximum(furthest, now)
+            slide = np.maximum(slide, furthest - now)
+            if weights.hub_load > 0.0:
+                loads.append(self._loaded.hub_load_share)
+        return slide, np.mean(loads, axis=0) if loads else None
+
+    @property
+    def _loaded(self) -> LoadedSimulator:
+        if not isinstance(self._simulator, LoadedSimulator):
+            raise ValueError(
+                f"reward.hub_load is {self.task.reward.hub_load:g}, expected 0 for a simulator "
+                f"that does not know what its robots stand on, {type(self._simulator).__name__}"
+            )
+        return self._simulator
+
     def _final(self, ended: np.ndarray, info: dict[str, Any]) -> dict[str, Any]:
         """Last observation and info of ended episodes, in the layout of Gymnasium's own."""
         observation = self._observation()
@@ -206,6 +245,7 @@ class CrawlingEnvironment(VectorEnv):
         self._memory = np.where(robots[:, None], np.float32(0.0), self._memory)
         self._action_number[robots] = 0
         self._distance_cm[robots] = 0.0
+        self._last_command_kPa = np.where(robots[:, None], 0.0, self._last_command_kPa)
         self._awaits_reset |= robots
 
     def _settle(self) -> None:

@@ -67,5 +67,15 @@ class RangedSimulator(Protocol):
         furthest state it was made from, shape (robot,); NaN where that is not known."""
 
 
+@runtime_checkable
+class LoadedSimulator(Protocol):
+    """A simulator that knows what its robots stand on."""
+
+    @property
+    def hub_load_share(self) -> np.ndarray:
+        """Share of the floor's normal force on each robot that its hub bears at the end of the last
+        step, shape (robot,); 0 where nothing touches."""
+
+
 SimulatorFactory = Callable[[Sequence[Any]], CrawlingSimulator]
 """Makes a simulator of these robots."""

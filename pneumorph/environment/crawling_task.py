@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, check_range
+from pneumorph.environment.reward import RewardWeights
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, RegulatorCount, check_commands
 
 
@@ -34,6 +35,8 @@ class CrawlingTask(Checked):
     """Real pressure that an action of 1 commands [kPa]; above it PneuNets form aneurysms."""
     time_limit_is_terminal: bool = True
     """Whether the last action of an episode terminates it (the paper) or truncates it."""
+    reward: RewardWeights = field(default_factory=RewardWeights)
+    """What is taken off the distance."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

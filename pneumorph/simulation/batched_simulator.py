@@ -304,6 +304,17 @@ class BatchedSimulator:
         return self.read("range_ratio")
 
     @property
+    def hub_load_share(self) -> np.ndarray:
+        """Share of the floor's normal force on each robot that its hub bears in the last step,
+        (robot,); 0 where nothing touches."""
+        normal = self.read("impulses")[:, :, 0]
+        hub_counts = np.array([len(robot.hub.contact_points) for robot in self.robots])
+        on_hub = np.arange(normal.shape[1]) < hub_counts[:, None]
+        total, hub = normal.sum(axis=1), np.where(on_hub, normal, 0.0).sum(axis=1)
+        share: np.ndarray = np.divide(hub, total, out=np.zeros(len(total)), where=total > 0.0)
+        return share
+
+    @property
     def stage_seconds(self) -> dict[str, float]:
         """Thread time of each stage since `clear_counters`, where profiling was asked for [s]."""
         return dict(zip(STAGES, self._batch.stages(), strict=True))

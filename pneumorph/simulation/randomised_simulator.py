@@ -100,6 +100,11 @@ class RandomisedSimulator:
         return self._lagging.range_ratio
 
     @property
+    def hub_load_share(self) -> np.ndarray:
+        """As `BatchedSimulator.hub_load_share` has it, (robot,)."""
+        return self._lagging.hub_load_share
+
+    @property
     def _lagging(self) -> LaggingSimulator:
         assert self._simulator is not None, "made by the first draw"
         return self._simulator
@@ -206,6 +211,11 @@ class LaggingSimulator:
     def range_ratio(self) -> np.ndarray:
         """As `BatchedSimulator.range_ratio` has it, (robot,)."""
         return self.simulator.range_ratio
+
+    @property
+    def hub_load_share(self) -> np.ndarray:
+        """As `BatchedSimulator.hub_load_share` has it, (robot,)."""
+        return self.simulator.hub_load_share
 
 
 def simulator_in_worlds(

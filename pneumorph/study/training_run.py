@@ -98,8 +98,8 @@ class TrainingResult(BestPhase):
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
     ranked_by: str | None = None
-    """What the distances of the pairs are, where designs walked in several worlds each; None for
-    the distance in one world."""
+    """What the distances of the pairs are, where designs walked in several worlds each or something
+    is taken off for how they walk; None for the distance in one world."""
 
 
 def train(
@@ -176,7 +176,7 @@ def train(
         **{name: learned[name] for name in _TIMES},
         finetuning_wall_s=learned.get("finetuning_wall_s"),
         randomisation=drawn.get("randomisation"),
-        ranked_by=settings.objective.said if settings.objective.is_robust else None,
+        ranked_by=_ranked_by(settings),
     )
 
 
@@ -203,6 +203,13 @@ def _check(
             f"{folder.path} holds a training run already; go on with --resume, or choose another "
             "--out"
         )
+
+
+def _ranked_by(settings: CooptSettings) -> str | None:
+    said = [settings.objective.said] if settings.objective.is_robust else []
+    if settings.task.reward.said:
+        said.append(f"distance less {settings.task.reward.said}")
+    return ", ".join(said) or None
 
 
 def _simulator_factory(

@@ -1,8 +1,19 @@
 """The reward is the travel in cm, and a failure never pays."""
 
-import numpy as np
+from dataclasses import replace
 
-from pneumorph.environment.reward import reward_terms
+import numpy as np
+import pytest
+from helpers.crawlers import PHYSICS, STEPPER, crawlers
+
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.reward import RewardWeights, reward_terms
+from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
+from pneumorph.robot.design import Design
+from pneumorph.robot.robot import Hub, Robot
+from pneumorph.simulation.batched_simulator import BatchedSimulator
+from pneumorph.simulation.randomisation import World
 
 
 def test_travel_is_paid_in_centimetres_and_failures_are_not_paid() -> None:
@@ -11,3 +22,98 @@ def test_travel_is_paid_in_centimetres_and_failures_are_not_paid() -> None:
     np.testing.assert_allclose(
         reward_terms(travel_mm, failed)["forward_travel_cm"], [2.5, -0.3, 0.0, 0.0, 0.0]
     )
+
+
+class _Scripted:
+    """Goes to given places [mm] every ten steps, its hub bearing given shares."""
+
+    def __init__(self, robots: list[Design]) -> None:
+        self.set_robots(robots)
+
+    def set_robots(self, robots: list[Design]) -> None:
+        self.steps, self.count = 0, len(robots)
+
+    def reset(self, active: np.ndarray | None = None) -> None:
+        self.steps = 0
+
+    def advance(self, command_kPa, step_count, active=None) -> None:
+        self.steps += step_count
+
+    PLACES_MM = (0.0, 4.0, 1.0, 6.0, 5.0, 2.0, 7.0)
+    SHARES = (0.0, 0.2, 0.4, 0.6, 0.0, 1.0, 0.5)
+
+    @property
+    def forward_position_mm(self) -> np.ndarray:
+        return np.full(self.count, self.PLACES_MM[self.steps // 10])
+
+    @property
+    def hub_load_share(self) -> np.ndarray:
+        return np.full(self.count, self.SHARES[self.steps // 10])
+
+    @property
+    def status(self) -> np.ndarray:
+        return np.zeros(self.count, np.uint8)
+
+
+def _stepped(weights: RewardWeights) -> tuple[np.ndarray, list[dict]]:
+    task = CrawlingTask(
+        regulator_count=2, action_step_count=30, settling_step_count=0, reward=weights
+    )
+    environment = CrawlingEnvironment([Design.parse("1.2.0.0")], lambda d: d, _Scripted, task)
+    environment.reset()
+    actions = np.array([[[1.0, -1.0]], [[0.0, 0.0]]])  # 90 and 0 kPa, then 45 and 45
+    stepped = [environment.step(action) for action in actions]
+    return np.array([each[1][0] for each in stepped]), [each[4] for each in stepped]
+
+
+def test_what_is_taken_off_has_a_weight_and_a_name() -> None:
+    """The furthest slide of the first action is 4 to 1 mm, of the second 6 to 2; the hub bears 0.4
+    and 0.5 on average; one regulator changes by its whole range, then two by half of it."""
+    travel = np.array([0.6, 0.1])
+    reward, infos = _stepped(RewardWeights(backsliding=2.0))
+    np.testing.assert_allclose(reward, travel - 2.0 * np.array([0.3, 0.4]), atol=1e-12)
+    np.testing.assert_allclose(infos[1]["backsliding_cm"], [-0.8])
+    np.testing.assert_allclose(infos[1]["distance_cm"], [0.7])  # as it went
+    reward, _ = _stepped(RewardWeights(hub_load=0.1))
+    np.testing.assert_allclose(reward, travel - 0.1 * np.array([0.4, 0.5]))
+    reward, infos = _stepped(RewardWeights(pressure_change=0.01))
+    np.testing.assert_allclose(reward, travel - 0.01 * np.array([1.0, 1.0]))
+    assert "hub_load_cm" not in infos[0]
+    reward, _ = _stepped(RewardWeights(1.0, 0.1, 0.01))
+    np.testing.assert_allclose(reward, [0.6 - 0.3 - 0.04 - 0.01, 0.1 - 0.4 - 0.05 - 0.01])
+    assert _stepped(RewardWeights())[0] == pytest.approx(travel)
+
+
+def test_a_failure_costs_nothing_either() -> None:
+    found = reward_terms(
+        np.array([np.nan]), np.array([True]), RewardWeights(1.0, 1.0), np.ones(1), np.ones(1)
+    )
+    np.testing.assert_array_equal(sum(found.values()), [0.0])
+
+
+def test_a_simulator_that_knows_no_load_is_refused() -> None:
+    task = CrawlingTask(regulator_count=2, reward=RewardWeights(hub_load=1.0))
+    environment = CrawlingEnvironment(
+        [Design.parse("1.2.0.0")], viscous_crawler_robot, ViscousCrawler, task
+    )
+    environment.reset()
+    with pytest.raises(ValueError, match=r"hub_load is 1, expected 0 .* ViscousCrawler"):
+        environment.step(np.zeros((1, 2)))
+
+
+def test_the_share_on_the_hub() -> None:
+    """A hub alone on the floor bears all, with legs that hold it up none, in the air there is
+    none to bear; the numbers of contact points differ."""
+    points = np.array([[x, y, 0.0] for x in (-20.0, 20.0) for y in (-20.0, 20.0)])
+    alone = Robot(Hub(0.1, np.zeros(3), 10.0 * np.eye(3), np.zeros(3), points), ())
+    standing = crawlers()[0]
+    physics = replace(PHYSICS, floor_height_mm=0.0)
+    simulator = BatchedSimulator([alone, standing], physics, STEPPER, 1)
+    np.testing.assert_array_equal(simulator.hub_load_share, [0.0, 0.0])
+    simulator.advance(np.zeros((2, 2)), 100)
+    np.testing.assert_array_equal(simulator.hub_load_share, [1.0, 0.0])
+    # The load does not depend on what impulses are over.
+    heavy = World(1.2, 1.0, 3.0, 0.0, 0.0)
+    simulator.set_robots([alone, standing], [heavy, heavy])
+    simulator.advance(np.zeros((2, 2)), 100)
+    np.testing.assert_array_equal(simulator.hub_load_share, [1.0, 0.0])
