@@ -10,8 +10,11 @@ import numpy as np
 from jaxtyping import Float
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
+from pneumorph.geometry.robot_shape import RobotShape
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+_WITHOUT_SHAPE = 1
+"""Format version of files that do not say what the robot looks like."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +40,11 @@ class Trajectory:
     contact_count: np.ndarray
     """Contact points that took part in the contact solve, (frame,)."""
     node_positions_mm: Float[np.ndarray, "frame leg node 3"] | None = None
-    """World positions of every leg's nodes [mm], in single precision, where recorded."""
+    """World positions of every leg's nodes [mm], in single precision, where recorded; of a leg with
+    fewer nodes than others the last one is repeated."""
     skin_triangles: np.ndarray | None = None
-    """Outer triangles of a leg, indices of its nodes, (triangle, 3), for drawing."""
+    """Outer triangles of a leg, indices of its nodes, (triangle, 3), for drawing; of all different
+    parts, one after the other, where there are several: see `RobotShape.skin_part`."""
     cavity_volume_mm3: Float[np.ndarray, "frame leg"] | None = None
     """Volume of each leg's cavity [mm^3], of full-order robots."""
     pressure_work_mJ: Float[np.ndarray, "frame leg"] | None = None
@@ -47,10 +52,13 @@ class Trajectory:
     full-order robots."""
     contact_force_mN: Float[np.ndarray, "frame leg point 3"] | None = None
     """Force of the floor on each leg's contact points in the step before the frame, world axes
-    [mN], in single precision; recorded with the nodes."""
+    [mN], in single precision; recorded with the nodes; zero beyond a leg's points."""
     contact_velocity_mm_per_s: Float[np.ndarray, "frame leg point 3"] | None = None
     """Velocities of these points after that step, zero where there is no force [mm/s], in single
     precision; recorded with the nodes."""
+    shape: RobotShape | None = None
+    """What the robot looks like: its hub, and the part, place and regulators of each leg; None in
+    files of earlier versions."""
     status: str = "completed"
     """How the rollout ended: `completed`, or why it stopped early."""
     metadata: dict[str, Any] = field(default_factory=dict)
@@ -76,6 +84,20 @@ class Trajectory:
             raise ValueError(
                 f"node_positions_mm must have shape ({frame}, leg, node, 3), got {nodes.shape}"
             )
+        if self.shape is None:
+            return
+        if nodes is not None and nodes.shape[1] != len(self.shape.leg_part):
+            raise ValueError(
+                f"shape has {len(self.shape.leg_part)} legs, expected {nodes.shape[1]} as "
+                "node_positions_mm has"
+            )
+        if self.skin_triangles is not None:
+            triangles = len(self.skin_triangles)
+            if len(self.shape.skin_part) != triangles:
+                raise ValueError(
+                    f"shape.skin_part has {len(self.shape.skin_part)} entries, expected one for "
+                    f"each of the {triangles} skin triangles"
+                )
 
     @property
     def forward_distance_cm(self) -> float:
@@ -126,7 +148,9 @@ class Trajectory:
     def save(self, path: Path | str) -> Path:
         """Write the trajectory as one npz file."""
         header = {"status": self.status, "description": self.metadata}
-        return save_artefact(path, "Trajectory", FORMAT_VERSION, self.arrays(), header)
+        shape = {} if self.shape is None else self.shape.arrays()
+        version = FORMAT_VERSION if shape else _WITHOUT_SHAPE
+        return save_artefact(path, "Trajectory", version, {**self.arrays(), **shape}, header)
 
     @classmethod
     def load(cls, path: Path | str) -> Trajectory:
@@ -136,9 +160,13 @@ class Trajectory:
             FileNotFoundError: No such file.
             ArtefactError: Truncated, of another kind or of another format version.
         """
-        arrays, header = load_artefact(path, "Trajectory", FORMAT_VERSION)
+        arrays, header = load_artefact(path, "Trajectory", _WITHOUT_SHAPE, FORMAT_VERSION)
         with reading(path, "Trajectory"):
-            return cls(**arrays, status=header["status"], metadata=header["description"])
+            shape = RobotShape.taken_from(arrays)
+            recorded = {k: v for k, v in arrays.items() if ":" not in k}
+            return cls(
+                **recorded, shape=shape, status=header["status"], metadata=header["description"]
+            )
 
 
 _REQUIRED = ("time_s", "hub_position_mm", "hub_rotation", "tracked_point_mm", "commanded_kPa",

@@ -69,6 +69,7 @@ class HubSpec:
                 self.tracked_point,
                 self.contact_points,
                 surfaces,
+                self.mesh,
             )
         return hub_of_mesh(self.mesh, self.mass, self.tracked_point, self.contact_points, surfaces)
 

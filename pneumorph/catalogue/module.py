@@ -8,6 +8,8 @@ from functools import cached_property
 from typing import Any
 
 from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.attachment import face_of_mesh
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
@@ -26,6 +28,8 @@ class Module:
         damping_factor: Stiffness of what relaxes in it over that it was made with.
         pressure_map: Real to simulated pressure that makes it bend as the real one does, where that
             is known of it.
+        find_face: Finds the frame of its attachment face in its own frame
+            (`pneumorph.geometry.attachment`); None where it is not known.
     """
 
     name: str
@@ -35,6 +39,7 @@ class Module:
     mass_factor: float = 1.0
     damping_factor: float = 1.0
     pressure_map: PressureMap | None = None
+    find_face: Callable[[], Pose | None] = lambda: None
 
     @classmethod
     def of_full(cls, name: str, part: PartModel) -> Module:
@@ -43,7 +48,16 @@ class Module:
         def missing() -> ReducedPart:
             raise ValueError(f"{name} has not been reduced; it walks as finite elements only")
 
-        return cls(name, missing, lambda *_: part)
+        return cls(name, missing, lambda *_: part, find_face=lambda: face_of_mesh(part.mesh))
+
+    @cached_property
+    def face(self) -> Pose | None:
+        """The frame of its attachment face in its own frame; None where it is not known.
+
+        Raises:
+            MeshError: Its attachment nodes span no face.
+        """
+        return self.find_face()
 
     @cached_property
     def reduced(self) -> ReducedPart:

@@ -8,6 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.settings import settings_from_dict
 from pneumorph.catalogue.hub_spec import HubModel
@@ -18,11 +20,14 @@ from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.material import LegMaterials, Material
 from pneumorph.fem.part_model import PartModel, leg_model
 from pneumorph.fem.silicones import BEAM_RELAXATION, silicone
+from pneumorph.geometry.attachment import attachment_frame, face_of_mesh
 from pneumorph.geometry.face_tie import tied_over_face
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.resized_part import resized_part
 from pneumorph.robot.scaled_part import scaled_part
 
 LegName = Literal["published", "hyperelastic", "measured"]
@@ -194,6 +199,8 @@ def paper_leg(
     mesh: Mesh | Path | None = None,
     materials: LegMaterials | None = None,
     masses: Masses | None = None,
+    size_factor: float = 1.0,
+    label: str | None = None,
 ) -> Module:
     """A PneuNet leg as the paper's robot has it.
 
@@ -203,6 +210,9 @@ def paper_leg(
         mesh: Its mesh or the file of one; None for the one that ships.
         materials: What it is made of; None for what its reduction says, or else the name.
         masses: What it weighs; None for what its materials and its reduction say.
+        size_factor: All its lengths over those it is made with; it keeps its density where no
+            weighed mass is given.
+        label: What it is called in summaries; None for the file or the name.
 
     Raises:
         ValueError: No such leg.
@@ -217,7 +227,7 @@ def paper_leg(
         if masses is None or (masses.leg_mass_g is None and masses.model == "published"):
             return None
         if masses.leg_mass_g is not None:
-            return 1e-3 * masses.leg_mass_g
+            return 1e-3 * masses.leg_mass_g / size_factor**3  # before it is resized
         if part is not None and mesh is None:
             _check_shape(reduced_as_made(), shipped_mesh())
         return cast_leg_mass_kg(shape(), masses.densities)
@@ -230,7 +240,11 @@ def paper_leg(
 
     def reduced() -> ReducedPart:
         made, weight = reduced_as_made(), mass_kg()
-        return made if weight is None else scaled_part(made, 1.0, weight / made.mass)
+        if weight is not None:
+            made = scaled_part(made, 1.0, weight / made.mass)
+        if size_factor != 1.0:
+            made = resized_part(made, size_factor)
+        return made
 
     def recorded_materials() -> LegMaterials:
         usual = leg_kind(name).materials
@@ -245,10 +259,51 @@ def paper_leg(
         made_of, weight = materials or recorded_materials(), mass_kg()
         if weight is not None:
             made_of = replace(made_of, mass_kg=weight)
-        return leg_model(shape(), scaled_materials(made_of, modulus_factor, mass_factor))
+        if size_factor != 1.0:
+            made_of = replace(
+                made_of,
+                sheet_thickness_mm=made_of.sheet_thickness_mm * size_factor,
+                mass_kg=made_of.mass_kg * size_factor**3,
+            )
+        resized = shape() if size_factor == 1.0 else shape().scaled(size_factor)
+        return leg_model(resized, scaled_materials(made_of, modulus_factor, mass_factor))
 
-    label = f"the {name} leg that ships" if part is None or isinstance(part, ReducedPart) else part
-    return Module(str(label), reduced, full, pressure_map=pressure_map(name))
+    def face() -> Pose | None:
+        if part is None or mesh is not None:
+            found: Pose | None = face_of_mesh(shape())
+        else:
+            found = attachment_of(reduced_as_made(), shipped_mesh())
+        return None if found is None else Pose(found.rotation, size_factor * found.translation)
+
+    if label is None:
+        unnamed = part is None or isinstance(part, ReducedPart)
+        label = f"the {name} leg that ships" if unnamed else str(part)
+    return Module(label, reduced, full, pressure_map=pressure_map(name), find_face=face)
+
+
+def attachment_of(part: ReducedPart, shipped: Mesh) -> Pose | None:
+    """The attachment face of a reduced part: as its reduction noted it, or that of the mesh that
+    ships where it was made from that, or where its modes leave nodes in place; None where nothing
+    tells.
+
+    Args:
+        part: The reduced part.
+        shipped: A mesh that it may have been made from.
+
+    Raises:
+        MeshError: The nodes span no face.
+    """
+    recorded = part.metadata.get("attachment_nodes")
+    if recorded is None and part.metadata.get("mesh_digest") == shipped.digest():
+        return face_of_mesh(shipped)
+    held = (
+        np.flatnonzero(np.abs(part.modes).max(axis=(1, 2)) == 0.0)
+        if recorded is None
+        else np.array(recorded, dtype=int)
+    )
+    if len(held) < 3:
+        return None
+    return attachment_frame(part.rest_nodes[held], part.rest_nodes.mean(axis=0))
 
 
 def _check_shape(part: ReducedPart, mesh: Mesh) -> None:

@@ -20,6 +20,7 @@ from pneumorph.fem.material import DiskMaterials
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.surfaces import PRINTED_PLASTIC, SILICONE, SILICONE_OVER_SHEET
@@ -78,6 +79,23 @@ def paper_hub(masses: Masses | None = None) -> HubSpec:
     return hub if masses.hub_mass_g is None else hub.weighing(1e-3 * masses.hub_mass_g)
 
 
+PAPER_FACE = Pose(np.eye(3), np.array([-52.0, 0.0, 12.0]))
+"""The attachment face of the paper's leg, the end of its first tooth, in the leg's frame."""
+
+
+def ring_of_sites(mounting: RadialMounting, modules: tuple[Module, ...]) -> tuple[Site, ...]:
+    """Sites around a disk; a module's attachment face comes where that of the paper's leg is.
+
+    Args:
+        mounting: How many and where.
+        modules: Allowed at each.
+    """
+    face = Pose(np.eye(3), np.array([-mounting.half_tooth_length_mm, *PAPER_FACE.translation[1:]]))
+    return tuple(
+        Site(mounting.pose(k), modules, face, str(k)) for k in range(mounting.location_count)
+    )
+
+
 def _named(leg: LegName | Module) -> str:
     return f"the {leg} leg" if isinstance(leg, str) else leg.name
 
@@ -128,5 +146,5 @@ def paper_robot(
         masses = masses_of(leg) if isinstance(leg, str) else Masses()
     module = paper_leg(leg, masses=masses) if isinstance(leg, str) else leg
     mounting = RadialMounting()
-    sites = tuple(Site(mounting.pose(k), module) for k in range(mounting.location_count))
+    sites = ring_of_sites(mounting, (module,))
     return RobotSpec(paper_hub(masses), sites, physics, **rest)

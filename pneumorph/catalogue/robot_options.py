@@ -26,6 +26,7 @@ from pneumorph.catalogue.paper_leg import (
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_order_settings import (
     FrictionSolver,
@@ -110,10 +111,23 @@ def _full_of(kind: LegKind) -> dict[str, Any]:
     }
 
 
+def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
+    """The robot that settings with a group ``robot`` describe by a file; None without one.
+
+    Args:
+        content: Settings as nested dictionaries.
+    """
+    path = content.get("robot", {}).get("described")
+    return None if path is None else RobotDescription.read(path)
+
+
 @dataclass(frozen=True)
 class RobotOptions(Checked):
-    """The leg and the physics."""
+    """The robot, its leg and the physics."""
 
+    described: Annotated[Path | None, tyro.conf.arg(name="robot")] = None
+    """TOML file that describes a robot, see docs/own_robot.md; by default the paper's. It brings
+    its physics and its designs with it, and says itself what its legs and masses are."""
     based_on: Annotated[PhysicsName, tyro.conf.arg(name="physics")] = "published"
     """What all of leg, masses, hub and physics are where nothing else is asked for. `published`:
     as the article simulated its robots. `measured`: as their materials were measured; finite
@@ -165,6 +179,12 @@ class RobotOptions(Checked):
     def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
         """Settings that a choice of physics or leg brings with it where they are not set."""
         brought: dict[str, Any] = {}
+        if content.get("described") is not None:
+            robot = RobotDescription.read(content["described"])
+            brought = {
+                "physics": settings_to_dict(robot.acting),
+                "full": {**_full_of(leg_kind(robot.physics.based_on)), "hub": robot.hub.model},
+            }
         if "based_on" in content:
             name: PhysicsName = content["based_on"]
             kind = leg_kind(name)
@@ -193,12 +213,9 @@ class RobotOptions(Checked):
                 leg's pressure map for another leg.
         """
         full = self.full
-        spec = paper_robot(
-            paper_leg(self.leg, self.part, full.mesh, masses=self.masses),
-            self.physics,
-            self.masses,
-            stepper=self.stepper,
-            full_order=FullOrderSettings(
+        numerics: dict[str, Any] = {
+            "stepper": self.stepper,
+            "full_order": FullOrderSettings(
                 integrator=full.integrator,
                 newton_matrix=full.newton_matrix,
                 displacement_tolerance_mm=full.displacement_tolerance_mm,
@@ -206,18 +223,56 @@ class RobotOptions(Checked):
                 friction_solver=full.friction_solver,
                 contact_sweeps=full.contact_sweeps,
             ),
-            hub_model=full.hub,
-            height_map=full.height_map,
-            thread_count=self.threads,
-        )
+            "hub_model": full.hub,
+            "height_map": full.height_map,
+            "thread_count": self.threads,
+        }
+        robot = self.description
+        if robot is None:
+            leg = paper_leg(self.leg, self.part, full.mesh, masses=self.masses)
+            spec = paper_robot(leg, self.physics, self.masses, **numerics)
+            usual = pressure_map(self.leg)
+        else:
+            self._refuse_beside_a_description()
+            spec, usual = robot.spec(self.physics, **numerics), robot.acting.pressure_map
         if self.calibration is None:
             return spec
-        if self.physics.pressure_map != pressure_map(self.leg):
+        if self.physics.pressure_map != usual:
             raise ValueError(
                 f"both a calibration file ({self.calibration}) and physics.pressure_map were "
                 "given, expected one of them"
             )
         return spec.calibrated(Calibration.load(self.calibration))
+
+    @property
+    def description(self) -> RobotDescription | None:
+        """The robot's description; None for the paper's robot.
+
+        Raises:
+            FileNotFoundError: The file is missing.
+            ArtefactError: It is no description.
+        """
+        return None if self.described is None else RobotDescription.read(self.described)
+
+    def _refuse_beside_a_description(self) -> None:
+        """Refuse what would be ignored: the description says it.
+
+        Raises:
+            ValueError: A leg, a part, a mesh or masses are given.
+        """
+        usual = RobotOptions()
+        for name in ("based_on", "leg", "part", "masses"):
+            if getattr(self, name) != getattr(usual, name):
+                flag = "physics" if name == "based_on" else name
+                raise ValueError(
+                    f"--{flag} is given beside --robot {self.described}, expected it in that file "
+                    "alone: it says what its modules, masses and physics are"
+                )
+        if self.full.mesh is not None:
+            raise ValueError(
+                f"--full.mesh is given beside --robot {self.described}, expected each module's "
+                "mesh in that file"
+            )
 
     def refuse_full_options(self) -> None:
         """Refuse options of finite elements where reduced robots walk.
@@ -225,9 +280,12 @@ class RobotOptions(Checked):
         Raises:
             ValueError: One of them is not the usual one.
         """
-        kind = leg_kind(self.based_on)
+        robot = self.description
+        kind = leg_kind(self.based_on if robot is None else robot.physics.based_on)
         asked = settings_to_dict(self.full)
         usual = {**settings_to_dict(FullOptions()), **_full_of(kind)}
+        if robot is not None:
+            usual["hub"] = robot.hub.model
         changed = [name for name in usual if usual[name] != asked[name]]
         if changed:
             raise ValueError(

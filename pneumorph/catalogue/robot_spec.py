@@ -6,10 +6,13 @@ that `pneumorph.simulation.rollout.rollout` runs alike, and `RobotSpec.simulator
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
@@ -17,6 +20,7 @@ from pneumorph.catalogue.module import Module
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.height_map import HeightMap
+from pneumorph.geometry.attachment import mount_pose, same_frame
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.calibration import Calibration, describe_calibration
 from pneumorph.physics.physics import Physics
@@ -34,10 +38,42 @@ from pneumorph.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """A place for a module: where it sits in the robot's frame, and what is mounted there."""
+    """A place for a module: where it sits in the robot's frame, and what may be mounted there.
+
+    Attributes:
+        pose: The site's frame in the robot's.
+        modules: The modules that are allowed, in the order of a design's letters; one of them may
+            be given alone.
+        face: Where in the site's frame a module's attachment face comes, see
+            `pneumorph.geometry.attachment`; None where the site's frame is the module's own.
+        name: What messages call it; empty for its number.
+    """
 
     pose: Pose
-    module: Module
+    modules: tuple[Module, ...]
+    face: Pose | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        modules = (self.modules,) if isinstance(self.modules, Module) else tuple(self.modules)
+        if not modules:
+            raise ValueError(f"site {self.name} has no modules, expected at least one")
+        object.__setattr__(self, "modules", modules)
+
+    def pose_of(self, module: Module) -> Pose:
+        """Where a module's frame is in the robot's when it is mounted here.
+
+        Of a module whose face is where the site has it anyway, and of one whose face is not known,
+        the frame is the site's own.
+        """
+        face = module.face
+        if self.face is None or face is None or same_frame(self.face, face):
+            return self.pose
+        return mount_pose(self.pose.compose(self.face), face)
+
+    def with_modules(self, change: Callable[[Module], Module]) -> Site:
+        """The same site with each module changed."""
+        return replace(self, modules=tuple(change(module) for module in self.modules))
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +92,7 @@ class RobotSpec:
         calibration: What was measured of the robot and is part of physics and modules already; see
             `calibrated`.
         mounting_angle_deg: How much further down modules point than their sites have it [degrees].
+        name: What it is called; None for the paper's robot.
     """
 
     hub: HubSpec
@@ -68,6 +105,7 @@ class RobotSpec:
     thread_count: int = 0
     calibration: Calibration | None = None
     mounting_angle_deg: float = 0.0
+    name: str | None = None
 
     def __post_init__(self) -> None:
         if not self.sites:
@@ -85,11 +123,12 @@ class RobotSpec:
         """
         design = self._known(design)
         mounts = []
-        for location, regulator in design.legs:
-            site = self.sites[location]
-            part = site.module.reduced
-            pose = tilted(site.pose, part.rest_nodes, self.mounting_angle_deg)
-            mounts.append(Mount(part, pose, (regulator - 1,) * part.cavity_count))
+        for module, pose, regulators in self._mounted(design):
+            part = module.reduced
+            if len(regulators) == 1:
+                regulators = regulators * part.cavity_count
+            pose = tilted(pose, part.rest_nodes, self.mounting_angle_deg)
+            mounts.append(Mount(part, pose, regulators))
         return Robot(self.hub.rigid, tuple(mounts), design)
 
     def reduced(
@@ -108,14 +147,20 @@ class RobotSpec:
         return ReducedRobot(self.assembly(design), self.physics, self.stepper, watch)
 
     def full(self, design: Design | str) -> FullRobot:
-        """The finite elements that the reduced robot of a design stands for."""
-        design = self._known(design)
-        mounts = []
-        for location, regulator in design.legs:
-            site = self.sites[location]
-            part = site.module.full
-            pose = tilted(site.pose, part.rest_nodes, self.mounting_angle_deg)
-            mounts.append((part, pose, regulator - 1))
+        """The finite elements that the reduced robot of a design stands for.
+
+        Raises:
+            ValueError: A module has several regulators, which reduced robots alone can have.
+        """
+        design, mounts = self._known(design), []
+        for module, pose, regulators in self._mounted(design):
+            if len(regulators) > 1:
+                raise ValueError(
+                    f"{module.name} has {len(regulators)} regulators in design {design}, expected "
+                    "one: finite elements have one cavity a leg"
+                )
+            pose = tilted(pose, module.full.rest_nodes, self.mounting_angle_deg)
+            mounts.append((module.full, pose, regulators[0]))
         return FullRobot(
             self.hub.full(self.hub_model),
             mounts,
@@ -123,6 +168,7 @@ class RobotSpec:
             self.hub.tracked_point,
             self.height_map.floor(self.physics.floor_height_mm),
             self.full_order,
+            [each.location for each in design.fittings],
         )
 
     def simulator(self, robots: Sequence[Robot | Design | str]) -> BatchedSimulator:
@@ -156,9 +202,9 @@ class RobotSpec:
             return self
         modules = {
             module: module.scaled(modulus_factor, mass_factor, damping_factor)
-            for module in {site.module for site in self.sites}
+            for module in self.modules
         }
-        sites = tuple(Site(site.pose, modules[site.module]) for site in self.sites)
+        sites = tuple(site.with_modules(modules.__getitem__) for site in self.sites)
         return replace(self, hub=self.hub.scaled(mass_factor), sites=sites)
 
     def calibrated(self, calibration: Calibration) -> RobotSpec:
@@ -180,17 +226,49 @@ class RobotSpec:
         )
 
     @cached_property
+    def modules(self) -> tuple[Module, ...]:
+        """All kinds of modules, in the order in which the sites first name them."""
+        return tuple(dict.fromkeys(module for site in self.sites for module in site.modules))
+
+    @cached_property
     def module(self) -> Module:
         """The module of all sites.
 
         Raises:
             ValueError: The sites have different ones.
         """
-        kinds = {site.module for site in self.sites}
-        if len(kinds) > 1:
-            names = ", ".join(sorted(module.name for module in kinds))
+        if len(self.modules) > 1:
+            names = ", ".join(sorted(module.name for module in self.modules))
             raise ValueError(f"the robot has modules {names}, expected one kind for this")
-        return next(iter(kinds))
+        return self.modules[0]
+
+    def reduction_digest(self) -> str:
+        """Hash of all that tells reduced robots of this kind from others of the same physics: of
+        one module at the sites of the paper's robot it is that of its reduced part."""
+        if len(self.modules) == 1 and self.name is None:
+            return self.module.reduced.digest()
+        content = hashlib.sha256()
+        for module in self.modules:
+            content.update(module.reduced.digest().encode())
+        for number in self.hub.mass_numbers():
+            content.update(repr(number).encode())
+        for array in (self.hub.tracked_point, self.hub.contact_points):
+            content.update(np.ascontiguousarray(array, dtype=float).tobytes())
+        for site in self.sites:
+            for module in site.modules:
+                pose = site.pose_of(module)
+                content.update(pose.rotation.tobytes() + pose.translation.tobytes())
+                content.update(str(self.modules.index(module)).encode())
+        return content.hexdigest()
+
+    def check_reduction(self) -> None:
+        """Refuse reduced parts that do not stand for the finite elements.
+
+        Raises:
+            ArtefactError: One was made from another mesh or material.
+        """
+        for module in self.modules:
+            module.check_reduction()
 
     def regulators(self, design: Design | str) -> Regulators:
         """The regulators of a design, with the chambers of its legs."""
@@ -215,13 +293,36 @@ class RobotSpec:
 
     def describe(self, reduced: bool = True) -> dict[str, Any]:
         """Physics, calibration and, of reduced robots, the module, for a summary."""
-        used = {"leg": self.module.describe()} if reduced else {}
+        used = {"leg": self._described_modules()} if reduced else {}
         return {
             "physics": self.physics,
             "damping": self.physics.damping,
             "calibration": describe_calibration(self.calibration, self.physics.pressure_map),
             **used,
         }
+
+    def _described_modules(self) -> dict[str, Any]:
+        """Of the first module, with the others by name beside it."""
+        first, *others = (module.describe() for module in self.modules)
+        return {**first, "others": {each["part"]: each for each in others}} if others else first
+
+    def _mounted(self, design: Design) -> list[tuple[Module, Pose, tuple[int, ...]]]:
+        """Module, pose and regulators, from 0, of each leg of a design."""
+        mounted = []
+        for location, kind, regulators in design.fittings:
+            site = self.sites[location]
+            if kind >= len(site.modules):
+                allowed = " or ".join(
+                    f"{chr(ord('a') + place)} ({each.name})"
+                    for place, each in enumerate(site.modules)
+                )
+                raise ValueError(
+                    f"design {design} has a module {chr(ord('a') + kind)} at site "
+                    f"{site.name or location}, expected {allowed}"
+                )
+            module = site.modules[kind]
+            mounted.append((module, site.pose_of(module), tuple(r - 1 for r in regulators)))
+        return mounted
 
     def _known(self, design: Design | str) -> Design:
         design = Design.parse(design) if isinstance(design, str) else design

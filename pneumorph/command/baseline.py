@@ -11,10 +11,11 @@ Example: pneumorph baseline --phase-step-deg 20 --out runs/baseline
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, Any
 
-from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.study.baseline import baseline
@@ -26,6 +27,12 @@ class BaselineOptions:
 
     sweep: Annotated[PhaseSweepSettings, flat] = field(default_factory=PhaseSweepSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """The design and the regulators that a robot's file brings with it."""
+        robot = described_robot(content)
+        return {} if robot is None else {"sweep": robot.baseline_settings()}
 
 
 VERB = Verb(

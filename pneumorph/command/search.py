@@ -14,13 +14,14 @@ Example: pneumorph search --method genetic --timesteps 1000000 --out runs/geneti
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.study.finished_run import FinishedRun, TakenOver
 from pneumorph.study.search import SearchFindings, SearchSettings, search
@@ -34,6 +35,12 @@ class SearchOptions:
     """A coopt run, whose robots, task and space are taken over."""
     search: Annotated[SearchSettings, flat] = field(default_factory=SearchSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """The designs and the regulators that a robot's file brings with it."""
+        robot = described_robot(content)
+        return {} if robot is None else {"search": robot.training_settings()}
 
 
 def run(options: SearchOptions, folder: RunFolder) -> SearchFindings:

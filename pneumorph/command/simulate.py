@@ -1,5 +1,7 @@
 """Simulate any design with any gait, reduced or full.
 
+The robot is the paper's, or what --robot describes (docs/own_robot.md).
+
 The gait is a CSV file, as coopt writes them and a spreadsheet can, a coopt run (its best pair), a
 policy (RUN/training/policy.npz with --design), or else the expert's gait at --expert.phase-deg. The
 design is --design, or the one that the file names, or the expert's.
@@ -18,13 +20,14 @@ Example: pneumorph simulate --gait runs/quick/training/gaits/L1.csv --film --out
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from typing import Annotated, Any
 
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.film import FilmSettings
 from pneumorph.report.replay.live_replay import LiveReplay, LiveSettings
@@ -45,6 +48,14 @@ class SimulateOptions:
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     film_settings: FilmSettings = field(default_factory=FilmSettings)
     live_settings: LiveSettings = field(default_factory=LiveSettings)
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """The design and the regulators that a robot's file brings with it."""
+        robot = described_robot(content)
+        if robot is None or content.get("walk", {}).get("gait") is not None:
+            return {}
+        return {"walk": {"design": robot.usual_design, "expert": robot.expert_settings()}}
 
 
 def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:

@@ -56,6 +56,8 @@ class CrawlingEnvironment(VectorEnv):
         build_robot: RobotBuilder,
         make_simulator: SimulatorFactory,
         task: CrawlingTask | None = None,
+        module_count: int = 1,
+        cavity_count: int = 1,
     ) -> None:
         """Build the robots and their simulator.
 
@@ -64,6 +66,8 @@ class CrawlingEnvironment(VectorEnv):
             build_robot: Turns a design into a robot of the simulator.
             make_simulator: Makes the simulator of a list of robots.
             task: Actions, episode and pressures; None for the paper's.
+            module_count: Kinds of modules that designs tell apart, see `Design.one_hot`.
+            cavity_count: Most cavities of a module that have regulators of their own.
 
         Raises:
             ValueError: No design, or a design of another hub or with an unknown regulator.
@@ -73,6 +77,7 @@ class CrawlingEnvironment(VectorEnv):
         self.task = task or CrawlingTask()
         self.num_envs = len(designs)
         self.location_count = designs[0].location_count
+        self._features = (self.task.regulator_count, module_count, cavity_count)
         self._build_robot = build_robot
         self._robots: dict[Design, Any] = {}
         self._accept(designs)
@@ -80,7 +85,7 @@ class CrawlingEnvironment(VectorEnv):
             [self._robot(design) for design in self._designs]
         )
 
-        design_size = self.location_count * (self.task.regulator_count + 1)
+        design_size = self._one_hot.shape[1]
         low = np.concatenate([-np.ones(self.task.state_size), np.zeros(design_size)])
         self.single_observation_space = gymnasium.spaces.Box(
             low.astype(np.float32), np.float32(1.0), dtype=np.float32
@@ -277,7 +282,7 @@ class CrawlingEnvironment(VectorEnv):
                     f"design {design} has {design.location_count} locations, expected "
                     f"{self.location_count} as the other robots have"
                 )
-        self._one_hot = np.stack([design.one_hot(self.task.regulator_count) for design in designs])
+        self._one_hot = np.stack([design.one_hot(*self._features) for design in designs])
         self._designs = designs
 
     def _robot(self, design: Design) -> Any:

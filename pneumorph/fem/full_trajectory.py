@@ -9,6 +9,7 @@ import numpy as np
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.hub_body import HubState
 from pneumorph.fem.robot_body import RobotBody
+from pneumorph.geometry.robot_shape import stacked
 from pneumorph.trajectory import Trajectory
 
 
@@ -18,18 +19,9 @@ class Recorder(Generic[HubState]):
     Args:
         robot: Whose motion.
         record_nodes: Record every node's position.
-
-    Raises:
-        ValueError: Nodes are asked for, but the legs have different numbers of them.
     """
 
     def __init__(self, robot: RobotBody[HubState], record_nodes: bool) -> None:
-        counts = {leg.part.node_count for leg in robot.legs}
-        if record_nodes and len(counts) > 1:
-            raise ValueError(
-                f"legs have {sorted(counts)} nodes, expected equal counts; record_nodes works for "
-                "robots whose legs are all the same part"
-            )
         self._robot, self._record_nodes = robot, record_nodes
         self._frames: dict[str, list[Any]] = {}
         self._worst_residual = self._deepest = 0.0
@@ -66,7 +58,7 @@ class Recorder(Generic[HubState]):
             ),
         }
         if self._record_nodes:
-            frame["node_positions_mm"] = np.array(state.positions, dtype=np.float32)
+            frame["node_positions_mm"] = stacked(state.positions, fill_last=True).astype(np.float32)
             force, velocity = robot.leg_contacts(state)
             frame["contact_force_mN"] = force.astype(np.float32)
             frame["contact_velocity_mm_per_s"] = velocity.astype(np.float32)
@@ -84,10 +76,11 @@ class Recorder(Generic[HubState]):
             description: What else to note.
         """
         robot = self._robot
-        skin = robot.legs[0].part.mesh.surfaces.get("skin") if self._record_nodes else None
+        shape, skin = robot.shape
         return Trajectory(
             **{name: np.array(values) for name, values in self._frames.items()},
-            skin_triangles=skin,
+            skin_triangles=skin if self._record_nodes else None,
+            shape=shape,
             status=status,
             metadata={
                 "model": "full",

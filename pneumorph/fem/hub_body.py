@@ -8,6 +8,7 @@ import numpy as np
 
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
+from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Physics
 
 Body = tuple[PartModel, np.ndarray, np.ndarray]
@@ -43,6 +44,10 @@ class HubBody(Protocol[HubState]):
     @property
     def rigid(self) -> bool:
         """Whether its points keep their places in its frame."""
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """Its shape in its frame, for drawing."""
 
     def identity(self) -> list[np.ndarray]:
         """Numbers that tell this hub from others."""

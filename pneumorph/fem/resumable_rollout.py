@@ -100,7 +100,7 @@ def _loaded(
             return 0, None, []
         kept = {k.removeprefix(STATE): v for k, v in arrays.items() if k.startswith(STATE)}
         recorded: dict[str, Any] = {k: v for k, v in arrays.items() if not k.startswith(STATE)}
-        way = Trajectory(**recorded, metadata=header["way"])
+        way = Trajectory(**recorded, shape=robot.shape[0], metadata=header["way"])
         return header["done"], state_from_arrays(robot, kept), [way]
 
 
@@ -143,7 +143,8 @@ def joined(pieces: Sequence[Trajectory]) -> Trajectory:
             "mean_iterations": float(share @ [each["mean_iterations"] for each in steps]),
         },
     }
-    return Trajectory(**arrays, status=pieces[-1].status, metadata=metadata)
+    last = pieces[-1]
+    return Trajectory(**arrays, shape=last.shape, status=last.status, metadata=metadata)
 
 
 def _identity(

@@ -47,6 +47,7 @@ class RigidHub:
         surface: str = "",
     ) -> None:
         body = mass if isinstance(mass, MassProperties) else _of_nodes(mesh, mass)
+        self.mesh = mesh
         self.mass_kg = body.mass_kg
         self.rest_centre: np.ndarray = body.centre_mm
         """Centre of mass at rest [mm], (3,)."""

@@ -19,6 +19,7 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.trial_step import TrialStep
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.pose import Pose
+from pneumorph.geometry.robot_shape import PlacedPart, RobotShape, stacked
 from pneumorph.physics.physics import Physics
 
 _Result = TypeVar("_Result")
@@ -35,6 +36,7 @@ class RobotBody(Generic[HubState]):
         tracked_point: Point of the hub's frame whose travel is rewarded [mm], (3,); the frame's
             origin by default.
         floor: What it stands on; by default the plane of the physics.
+        sites: Number of the site of each leg; None for their own numbers.
 
     Raises:
         ValueError: No legs, a regulator that does not exist, or friction for a surface that there
@@ -49,6 +51,7 @@ class RobotBody(Generic[HubState]):
         tracked_point: np.ndarray | None = None,
         floor: Floor | None = None,
         numerics: FullOrderSettings | None = None,
+        sites: Sequence[int] | None = None,
     ) -> None:
         self.hub = hub
         self.physics = physics or Physics()
@@ -57,6 +60,7 @@ class RobotBody(Generic[HubState]):
         if not mounts:
             raise ValueError("mounts is empty: a robot needs at least one leg")
         self.legs = tuple(MountedLeg(*mount) for mount in mounts)
+        self.sites = tuple(range(len(mounts)) if sites is None else sites)
         for leg in self.legs:
             if not 0 <= leg.regulator < self.physics.regulator_count:
                 raise ValueError(
@@ -141,16 +145,34 @@ class RobotBody(Generic[HubState]):
 
         Returns:
             Force in the last step [mN] and velocity after it [mm/s], world axes, both (leg, point,
-            3) for legs that are all the same part.
+            3), zero beyond the points of a leg with fewer of them than others.
         """
         positions = np.concatenate(self.contact_positions(state)[:-1])
-        count, shape = len(positions), (len(self.legs), -1, 3)
+        count, ends = len(positions), self._contact_starts[1:-1]
         frames = self.floor.frames(positions)
         impulses, velocities = state.impulses[:count], state.contact_velocities[:count]
         force = np.einsum("pra,pr->pa", frames, impulses) / self.physics.time_step_s
         velocity = np.einsum("pra,pr->pa", frames, velocities)
-        pressed = impulses[:, :1] > 0.0
-        return force.reshape(shape), np.where(pressed, velocity, 0.0).reshape(shape)
+        moving = np.where(impulses[:, :1] > 0.0, velocity, 0.0)
+        of_force, of_velocity = (
+            stacked(np.split(each, ends), fill_last=False) for each in (force, moving)
+        )
+        return of_force, of_velocity
+
+    @cached_property
+    def shape(self) -> tuple[RobotShape, np.ndarray | None]:
+        """What it looks like, and the skin triangles of its different parts; None where a part has
+        no region ``skin``."""
+        skins = [leg.part.mesh.surfaces.get("skin") for leg in self.legs]
+        legs = [
+            PlacedPart(
+                leg.part, np.zeros((0, 3)) if skin is None else skin, leg.pose,
+                (leg.regulator + 1,), site,
+            )
+            for site, leg, skin in zip(self.sites, self.legs, skins, strict=True)
+        ]  # fmt: skip
+        shape, triangles = RobotShape.of(self.hub.mesh, legs)
+        return shape, None if any(skin is None for skin in skins) else triangles
 
     def bodies(self, state: FullRobotState[HubState]) -> list[Body]:
         """Every body of finite elements, legs first and then those of the hub."""

@@ -39,6 +39,7 @@ class SoftHub:
         self, part: PartModel, contact_points: np.ndarray | None = None, surface: str = ""
     ) -> None:
         self.part = part
+        self.mesh = part.mesh
         self.contact_points: np.ndarray = np.array(
             part.mesh.contact_points if contact_points is None else contact_points, dtype=float
         ).reshape(-1, 3)

@@ -79,7 +79,7 @@ def surfaces_at(
     names = np.full(len(points), "", dtype=object)
     nearest = np.full(len(points), np.inf)
     for name in order:
-        distance = np.array([_distance(point, nodes[regions[name]]) for point in points])
+        distance = np.array([distance_to(point, nodes[regions[name]]) for point in points])
         nearer = distance < nearest - TOUCH_MM
         names[nearer], nearest[nearer] = name, distance[nearer]
     counts = {name: int(np.count_nonzero(names == name)) for name in order}
@@ -87,7 +87,7 @@ def surfaces_at(
     return ContactSurfaces(names, np.array([share.get(name, 0.0) for name in names]))
 
 
-def _distance(point: np.ndarray, triangles: np.ndarray) -> float:
+def distance_to(point: np.ndarray, triangles: np.ndarray) -> float:
     """Distance of a point from the nearest of triangles (triangle, 3, 3) [mm]."""
     corners = triangles - point
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]

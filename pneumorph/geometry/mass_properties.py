@@ -127,6 +127,35 @@ class MassProperties:
         return cls._of_corners(corners, density_g_per_ml)
 
     @classmethod
+    def of_shell(
+        cls, nodes: np.ndarray, triangles: np.ndarray, wall_mm: float, density_g_per_ml: float
+    ) -> MassProperties:
+        """Of a surface with thin walls.
+
+        A triangle of area A with corners x_i has the integrals A/3 sum x_i and
+        A/12 (sum x_i x_i^T + s s^T), s = sum x_i.
+
+        Args:
+            nodes: Positions [mm], (node, 3).
+            triangles: Corners, (triangle, 3).
+            wall_mm: Thickness [mm].
+            density_g_per_ml: Density [g/ml].
+
+        Raises:
+            ValueError: The thickness or the density is not positive.
+        """
+        _check_positive("wall_mm", wall_mm)
+        _check_positive("density_g_per_ml", density_g_per_ml)
+        corners = nodes[triangles]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area = 0.5 * np.linalg.norm(normal, axis=1)
+        mass = KG_PER_MM3 * density_g_per_ml * wall_mm * area
+        total = corners.sum(axis=1)
+        second = np.einsum("t,tci,tcj->ij", mass, corners, corners)
+        second += np.einsum("t,ti,tj->ij", mass, total, total)
+        return cls.of_moments(float(mass.sum()), mass @ total / 3.0, second / 12.0)
+
+    @classmethod
     def of_solid(cls, solid: Any, density_g_per_ml: float) -> MassProperties:
         """Of an OpenCASCADE solid, round faces exactly.
 

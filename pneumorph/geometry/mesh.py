@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -150,6 +150,14 @@ class Mesh:
         a, b, c = (self.nodes[self.tetrahedra[:, corner]] - first for corner in (1, 2, 3))
         volumes: np.ndarray = np.einsum("ei,ei->e", np.cross(a, b), c) / 6.0
         return volumes
+
+    def scaled(self, factor: float) -> Mesh:
+        """The same mesh of another size; its frame's origin stays.
+
+        Args:
+            factor: New lengths over the old, positive.
+        """
+        return replace(self, nodes=factor * self.nodes, contact_points=factor * self.contact_points)
 
     def digest(self) -> str:
         """SHA-256 of everything in the mesh, in hexadecimal; names what was made from it."""

@@ -51,7 +51,16 @@ class GeneticAlgorithm:
     def __init__(
         self, space: DesignSpace, task: CrawlingTask, settings: GeneticSettings, seed: int
     ) -> None:
-        """Draw the first generation uniformly."""
+        """Draw the first generation uniformly.
+
+        Raises:
+            ValueError: The space has rules that crossover and mutation do not know.
+        """
+        if not space.is_plain:
+            raise ValueError(
+                "the genetic algorithm knows numbers of legs and regulators alone, expected a "
+                "design space without options, exclusions or symmetries; search at random, or gaits"
+            )
         self._space, self._settings = space, settings
         self._rng = np.random.default_rng(seed)
         self._gait_shape = (task.action_count, task.regulator_count)

@@ -92,6 +92,11 @@ class CooptSettings(Checked):
                 f"the design space has {self.space.regulator_count} regulators and the task "
                 f"{self.task.regulator_count}, expected the same number"
             )
+        if self.mirror_transitions and not self.space.has_mirror:
+            raise ValueError(
+                'mirror_transitions is true and space.mirror is "none", expected it false: a '
+                "robot's image is none of this space"
+            )
         if self.environment_count % self.objective.worlds_per_design:
             raise ValueError(
                 f"environment_count is {self.environment_count}, expected a multiple of "

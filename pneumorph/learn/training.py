@@ -56,6 +56,8 @@ class Training:
             build_robot,
             make_simulator,
             settings.task,
+            self.space.module_count,
+            self.space.cavity_count,
         )
         self._state_size = settings.task.state_size
         features = self.space.one_hot

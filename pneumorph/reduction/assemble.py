@@ -13,6 +13,8 @@ from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.face_tie import ATTACHMENT, ATTACHMENT_FACE
+from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial
 from pneumorph.reduction.inertia import mass_integrals
 from pneumorph.reduction.mixed_dilatation import (
@@ -175,7 +177,7 @@ def assemble_reduced_part(
         contact_modes=contact_modes,
         contact_surface=mesh.contact_surfaces.names,
         contact_area_mm2=mesh.contact_surfaces.area_mm2,
-        metadata={**(metadata or {}), "mesh_digest": mesh.digest()},
+        metadata={**(metadata or {}), **_attachment(mesh), "mesh_digest": mesh.digest()},
     )
 
 
@@ -208,6 +210,12 @@ def _mount(part: PartModel, modes: np.ndarray, stiffness: np.ndarray | None) -> 
         )
     projected: np.ndarray = attached.T @ stiffness @ attached
     return 0.5 * (projected + projected.T)
+
+
+def _attachment(mesh: Mesh) -> dict[str, list[int]]:
+    """Which nodes are tied to what carries the part: a soft mount lets its modes move them."""
+    sets = [mesh.node_sets[n] for n in (ATTACHMENT, ATTACHMENT_FACE) if n in mesh.node_sets]
+    return {"attachment_nodes": np.unique(np.concatenate(sets)).tolist()} if sets else {}
 
 
 def _no_membrane(mode_count: int) -> SampledElements:

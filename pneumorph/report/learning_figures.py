@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pneumorph.report.plan import PlanOf, paper_plan
 from pneumorph.report.plan_view import framed_plan_view
 from pneumorph.report.style import (
     BASELINE_COLOUR,
@@ -77,6 +78,7 @@ def reward_figure(
     baseline_cm: float | None = None,
     learned_cm: float | None = None,
     pairs: Sequence[LearnedPair] = (),
+    plan_of: PlanOf = paper_plan,
 ) -> Figure:
     """Return distances in cm against timesteps (paper, figure 7).
 
@@ -89,6 +91,7 @@ def reward_figure(
         baseline_cm: Distance of the expert's best phase.
         learned_cm: Distance of the best pair, evaluated after the last round.
         pairs: The best pairs, drawn beside and marked where training saw them; at most five.
+        plan_of: What a design looks like from above.
 
     Raises:
         ValueError: No rounds.
@@ -96,7 +99,7 @@ def reward_figure(
     timestep = _timesteps(metrics)
     pairs = pairs[:_MOST_PAIRS]
     figure = new_figure(6.6 if pairs else 5.2, 3.6 if pairs else 3.2)
-    axes = _with_plan_views(figure, pairs) if pairs else figure.add_subplot()
+    axes = _with_plan_views(figure, pairs, plan_of) if pairs else figure.add_subplot()
     shares = np.array([each["score_histogram"] for each in metrics])
     if shares.shape[1] >= len(histogram_edges_cm):
         raise ValueError(
@@ -135,13 +138,13 @@ def reward_figure(
     return figure
 
 
-def _with_plan_views(figure: Figure, pairs: Sequence[LearnedPair]) -> Axes:
+def _with_plan_views(figure: Figure, pairs: Sequence[LearnedPair], plan_of: PlanOf) -> Axes:
     """Draw the pairs' designs in a column at the right and return the axes at the left."""
     columns = figure.add_gridspec(1, 2, width_ratios=(5.2, 1.2))
     views = columns[1].subgridspec(_MOST_PAIRS, 1)
     for rank, pair in enumerate(pairs, start=1):
         view = figure.add_subplot(views[rank - 1])
-        framed_plan_view(view, Design.parse(pair.design).assignment)
+        framed_plan_view(view, plan_of(Design.parse(pair.design)))
         far = "failed" if pair.distance_cm is None else f"{pair.distance_cm:.1f} cm"
         view.set_title(f"L{rank}: {far}", size=7, loc="center", pad=2)
     return figure.add_subplot(columns[0])

@@ -11,6 +11,7 @@ import numpy as np
 
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands
 from pneumorph.physics.regulators import Regulators
+from pneumorph.report.plan import PlanOf, paper_plan
 from pneumorph.report.plan_view import framed_plan_view
 from pneumorph.report.style import figure_style, new_figure, regulator_colour
 from pneumorph.robot.design import Design
@@ -39,40 +40,45 @@ class Pair:
 
 
 @figure_style()
-def pairs_figure(pairs: Sequence[Pair], regulators_of: Callable[[Design], Regulators]) -> Figure:
+def pairs_figure(
+    pairs: Sequence[Pair],
+    regulators_of: Callable[[Design], Regulators],
+    plan_of: PlanOf = paper_plan,
+) -> Figure:
     """Return each design from above, and below it its pressures over time, a panel a regulator.
 
     Args:
         pairs: In the order to draw.
         regulators_of: The regulators of a design, which smooth what is commanded.
+        plan_of: What a design looks like from above.
 
     Raises:
         ValueError: No pairs.
     """
     if not pairs:
         raise ValueError("pairs is empty, expected at least one design with its gait")
-    regulators = max(max(pair.design.assignment) for pair in pairs)
+    regulators = max(pair.design.highest_regulator for pair in pairs)
     figure = new_figure(max(3.0, 0.5 + 1.35 * len(pairs)), 1.6 + 0.75 * regulators)
     panels = figure.subplots(
         regulators + 1, len(pairs), squeeze=False, height_ratios=[1.7] + [1.0] * regulators
     )
     for column, pair in enumerate(pairs):
         above = panels[0, column]
-        framed_plan_view(above, pair.design.assignment, number_size=6.5)
+        framed_plan_view(above, plan_of(pair.design), number_size=6.5)
         far = "" if pair.distance_cm is None else f": {pair.distance_cm:.1f} cm"
         above.set_title(f"{pair.label}{far}\n{pair.design}", size=8, loc="center")
         time_s, commanded, smoothed = _pressures(pair.gait, regulators_of(pair.design))
         for index in range(regulators):
             axes = panels[index + 1, column]
             colour = regulator_colour(index + 1)
-            if index + 1 > max(pair.design.assignment):
+            if index + 1 > pair.design.highest_regulator:
                 axes.axis("off")
                 continue
             axes.plot(time_s, commanded[:, index], color=colour, linewidth=0.7, linestyle="--")
             axes.plot(time_s, smoothed[:, index], color=colour, linewidth=1.2)
             axes.set(ylim=(-4, 94), yticks=[0, 45, 90], xlim=(0, time_s[-1]))
             axes.tick_params(labelleft=column == 0)
-            last = index + 1 == max(pair.design.assignment)
+            last = index + 1 == pair.design.highest_regulator
             axes.tick_params(labelbottom=last)
             if last:
                 axes.set_xlabel("time (s)")

@@ -47,7 +47,7 @@ def margin_figure(
     panels = figure.subplots(len(margins), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for axes, (label, (design, margin)) in zip(panels, margins.items(), strict=True):
         begin_s, inside = last_cycle(margin.time_s, cycle_s)
-        draw_legs(axes, margin.time_s[inside] - begin_s, margin.used_share[inside], design)
+        draw_legs(axes, margin.time_s[inside] - begin_s, margin.used_share[inside], design.legs)
         axes.axhspan(LIMIT_SHARE, 1.0, color=NEUTRAL_COLOUR, alpha=0.25, linewidth=0)
         axes.set(ylim=(0.0, 1.03), xlim=(0.0, cycle_s), ylabel="used")
         axes.set_title(f"{label}: {design}", size=9)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from pneumorph.geometry.disk import DiskShape
+from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.geometry.robot_shape import PlacedPart, RobotShape
+from pneumorph.geometry.simple_solids import cone_solid
 from pneumorph.report.style import DISK_COLOUR, red_green_blue, regulator_colour
 from pneumorph.robot.design import Design
 
@@ -20,6 +23,15 @@ ColourBy = Literal["regulator", "pressure"]
 
 _FULL_COLOUR_KPA = 90.0
 _SLACK_TINT = 0.45
+_SHOWN_EDGE_MM = 9.0
+
+
+@dataclass(frozen=True, eq=False)
+class ShownLeg:
+    """A leg as it is drawn: its skin's nodes in the world [mm], (frame, node, 3), and triangles."""
+
+    nodes: np.ndarray
+    triangles: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -29,16 +41,14 @@ class Actor:
     Attributes:
         trajectory: What it did, with node positions and skin.
         label: What to write beside it.
-        regulators: Regulator of each leg, 1, 2, ..., in the trajectory's order of legs.
+        shape: What it looks like.
         lane_mm: Where to place it across the direction of travel (y).
-        disk: The body that carries the legs.
     """
 
     trajectory: Trajectory
     label: str
-    regulators: tuple[int, ...]
+    shape: RobotShape
     lane_mm: float = 0.0
-    disk: DiskShape = field(default_factory=DiskShape)
 
     def __post_init__(self) -> None:
         nodes, skin = self.trajectory.node_positions_mm, self.trajectory.skin_triangles
@@ -60,27 +70,37 @@ class Actor:
 
     @classmethod
     def of(cls, trajectory: Trajectory, label: str) -> Actor:
-        """Return the actor of a trajectory whose metadata names its design.
+        """Return the actor of a trajectory.
+
+        One of an earlier version does not say what its robot looks like: it is the paper's, with
+        the design that the metadata names.
 
         Raises:
-            ValueError: No design in the metadata, or nothing to draw.
+            ValueError: Nothing to draw, or neither a shape nor a design.
         """
-        design = trajectory.metadata.get("design")
-        if not isinstance(design, str):
-            raise ValueError(
-                f"the trajectory of {label!r} does not name its design, expected such as "
-                "1.0.0.2.2.0.0.1 in its metadata"
-            )
-        regulators = tuple(regulator for _, regulator in Design.parse(design).legs)
-        return cls(trajectory, label, regulators)
+        return cls(trajectory, label, shape_of(trajectory, label))
+
+    @property
+    def regulators(self) -> tuple[int, ...]:
+        """Regulator of each leg's first cavity, 1, 2, ..., in the trajectory's order of legs."""
+        return tuple(int(each) for each in self.shape.leg_regulators[:, 0])
 
     @cached_property
-    def skin(self) -> tuple[np.ndarray, np.ndarray]:
-        """World positions of the skin's nodes [mm], (frame, leg, node, 3), and its triangles."""
-        thin = self.trajectory.with_skin_only()
-        assert thin.node_positions_mm is not None
-        assert thin.skin_triangles is not None
-        return thin.node_positions_mm, thin.skin_triangles
+    def legs(self) -> tuple[ShownLeg, ...]:
+        """Each leg with the nodes of its own skin alone, in ascending order of their numbers."""
+        nodes, skin = self.trajectory.node_positions_mm, self.trajectory.skin_triangles
+        assert nodes is not None
+        assert skin is not None
+        kept: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        shown = []
+        for leg, part in enumerate(self.shape.leg_part.tolist()):
+            if part not in kept:
+                own = skin[self.shape.skin_of(leg)]
+                used, renumbered = np.unique(own, return_inverse=True)
+                kept[part] = used, renumbered.reshape(own.shape).astype(np.int32)
+            used, triangles = kept[part]
+            shown.append(ShownLeg(np.ascontiguousarray(nodes[:, leg, used]), triangles))
+        return tuple(shown)
 
     @property
     def end_s(self) -> float:
@@ -95,12 +115,16 @@ class Actor:
     def extent_mm(self) -> np.ndarray:
         """Return corners of boxes around all that it will be drawn with, (point, 3)."""
         lane = np.array([0.0, self.lane_mm, 0.0])
-        nodes = self.skin[0]
-        low, high = (end(nodes, axis=(0, 1, 2)) + lane for end in (np.nanmin, np.nanmax))
+        ends = np.array(
+            [(np.nanmin(leg.nodes, axis=(0, 1)), np.nanmax(leg.nodes, axis=(0, 1)))
+             for leg in self.legs]
+        )  # fmt: skip
+        low, high = ends[:, 0].min(axis=0) + lane, ends[:, 1].max(axis=0) + lane
         high[2] = max(high[2], low[2] + 45.0)
         corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij"))
         hub = self.trajectory.hub_position_mm[[0, -1]] + lane
-        side = np.array([self.disk.top_radius_mm, 0.0, 0.0])
+        reach = np.hypot(*self.shape.hub_nodes_mm[:, :2].T).max(initial=0.0)
+        side = np.array([reach, 0.0, 0.0])
         return np.concatenate([corners.reshape(3, -1).T, hub - side, hub + side])
 
     def frame_at(self, time_s: float) -> int:
@@ -110,11 +134,16 @@ class Actor:
 
     def corners(self, frame: int) -> np.ndarray:
         """Return all surface triangles in the world, legs first, (triangle, 3, 3) mm."""
-        nodes, triangles = self.skin
-        legs = nodes[frame][:, triangles].reshape(-1, 3, 3)
-        disk = _disk_corners(self.disk) @ self.trajectory.hub_rotation[frame].T
-        disk += self.trajectory.hub_position_mm[frame]
-        return np.concatenate([legs, disk]) + np.array([0.0, self.lane_mm, 0.0])
+        legs = [leg.nodes[frame][leg.triangles] for leg in self.legs]
+        hub = self._hub_corners @ self.trajectory.hub_rotation[frame].T
+        hub += self.trajectory.hub_position_mm[frame]
+        return np.concatenate([*legs, hub]) + np.array([0.0, self.lane_mm, 0.0])
+
+    @cached_property
+    def _hub_corners(self) -> np.ndarray:
+        """Surface of the hub, (triangle, 3, 3) mm: as small as those of legs, among which they are
+        sorted by depth."""
+        return halved(self.shape.hub_nodes_mm[self.shape.hub_triangles], _SHOWN_EDGE_MM)
 
     def colours(self, frame: int, colour_by: ColourBy = "regulator") -> np.ndarray:
         """Return the colour of each triangle of `corners`, (triangle, 3) in 0..1.
@@ -132,23 +161,64 @@ class Actor:
             full = [red_green_blue(regulator_colour(each)) for each in self.regulators]
             strength = _SLACK_TINT + (1.0 - _SLACK_TINT) * inflated
             legs = 1.0 - strength[:, None] * (1.0 - np.array(full))
-        disk = np.tile(red_green_blue(DISK_COLOUR), (len(_disk_corners(self.disk)), 1))
-        return np.concatenate([np.repeat(legs, len(self.skin[1]), axis=0), disk])
+        hub = np.tile(red_green_blue(DISK_COLOUR), (len(self._hub_corners), 1))
+        counts = [len(leg.triangles) for leg in self.legs]
+        return np.concatenate([np.repeat(legs, counts, axis=0), hub])
 
 
-def _disk_corners(disk: DiskShape, segment_count: int = 40) -> np.ndarray:
-    """Return the surface of the disk as triangles with outward normals, (triangle, 3, 3) mm.
+def shape_of(trajectory: Trajectory, label: str) -> RobotShape:
+    """Return what the robot of a trajectory looks like.
 
-    Its profile, from the middle of the bottom over the side to the middle of the top, is turned
-    about the axis. Triangles are as small as those of legs, among which they are sorted by depth.
+    Args:
+        trajectory: What it did.
+        label: What messages call it.
+
+    Raises:
+        ValueError: It holds neither a shape nor the name of a design of the paper's robot.
     """
-    share = np.linspace(0.0, 1.0, 8)
-    low, high, top = disk.bottom_radius_mm, disk.top_radius_mm, disk.top_centre_mm[2]
-    radius = np.concatenate([low * share, [(low + high) / 2], high * share[::-1]])
-    height = np.repeat([disk.bottom_mm, (disk.bottom_mm + top) / 2, top], [8, 1, 8])
-    angle = 2 * np.pi * np.arange(segment_count + 1) / segment_count
-    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
-    points = radius[:, None, None] * ring + height[:, None, None] * np.array([0.0, 0.0, 1.0])
-    a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
-    corners = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)])
-    return corners.reshape(-1, 3, 3)
+    if trajectory.shape is not None:
+        return trajectory.shape
+    design = trajectory.metadata.get("design")
+    if not isinstance(design, str):
+        raise ValueError(
+            f"the trajectory of {label!r} says neither what its robot looks like nor its design, "
+            "expected such as 1.0.0.2.2.0.0.1 in its metadata"
+        )
+    triangles = trajectory.skin_triangles
+    return paper_shape(Design.parse(design), 0 if triangles is None else len(triangles))
+
+
+def paper_shape(design: Design, triangle_count: int = 0) -> RobotShape:
+    """Return what a design looks like on the paper's disk, or on one of as many locations.
+
+    Args:
+        design: The design.
+        triangle_count: Triangles of a leg's skin.
+    """
+    disk, mounting = DiskShape(), RadialMounting(design.location_count)
+    cone = cone_solid(disk.bottom_radius_mm, disk.top_radius_mm, disk.height_mm, disk.bottom_mm)
+    skin = np.zeros((triangle_count, 3), dtype=np.int32)
+    legs = [
+        PlacedPart(None, skin, mounting.pose(each.location), each.regulators, each.location)
+        for each in design.fittings
+    ]
+    return RobotShape.of(cone, legs)[0]
+
+
+def halved(corners: np.ndarray, edge_mm: float) -> np.ndarray:
+    """Return triangles cut in four until no edge is longer than a length.
+
+    Args:
+        corners: Triangles, (triangle, 3, 3) mm.
+        edge_mm: The length [mm].
+    """
+    while len(corners):
+        edges = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
+        long = edges > edge_mm
+        if not long.any():
+            break
+        a, b, c = corners[long].transpose(1, 0, 2)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        corners = np.concatenate([corners[~long], *(np.stack(each, axis=1) for each in quarters)])
+    return corners

@@ -14,6 +14,7 @@ from pneumorph.report import page
 from pneumorph.report.learning_figures import entropy_figure, phase_figure, reward_figure
 from pneumorph.report.page import Section
 from pneumorph.report.pairs_figure import Pair, pairs_figure
+from pneumorph.report.plan import plans_of
 from pneumorph.report.robustness_figures import robustness_figure
 from pneumorph.report.sheet import Sheet
 from pneumorph.robot.design import Design
@@ -48,6 +49,7 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         found.baseline_best_distance_cm,
         found.best_distance_cm,
         (found.seen_pairs or found.pairs)[:_DRAWN_PAIRS],
+        plans_of(run.robot),
     )
     body = page.side_by_side(
         sheet.drawn(
@@ -138,12 +140,15 @@ def _pair_sections(
     header = ["", "design", "distance (cm)", "over the baseline (cm)"]
     body = page.table(header, _rows(pairs, baseline))
     if found:
-        physics = run.robot.physics
+        physics, plans = run.robot.physics, plans_of(run.robot)
         rate = physics.pressure_rate_kPa_per_s
         if physics.air.law == "rate_limit":
-            figure, how = pairs_figure(found, lambda _: RateLimited(rate)), f"' {rate:g} kPa/s"
+            figure, how = (
+                pairs_figure(found, lambda _: RateLimited(rate), plans),
+                f"' {rate:g} kPa/s",
+            )
         else:
-            figure, how = pairs_figure(found, run.robot.spec().regulators), ""
+            figure, how = pairs_figure(found, run.robot.spec().regulators, plans), ""
         caption = (
             "Best designs from above, and their gaits: commanded (dashed) and smoothed by the "
             f"regulators{how}."

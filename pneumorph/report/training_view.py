@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM
 from pneumorph.report import page
 from pneumorph.report.learning_figures import entropy_figure, reward_figure
+from pneumorph.report.plan import PlanOf, paper_plan
 from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.replay.page import player_script, replay_assets, script_json
 from pneumorph.report.replay.replay_data import replay_data
@@ -28,6 +29,7 @@ def training_view_data(
     space: DesignSpace,
     best: Actor | None,
     baseline_cm: float | None = None,
+    plan_of: PlanOf = paper_plan,
 ) -> dict[str, Any]:
     """Return what the page shows, as JSON values.
 
@@ -36,12 +38,13 @@ def training_view_data(
         space: Its designs.
         best: The best robot crawling; None before the first checkpoint.
         baseline_cm: Distance of the expert's best phase, where it is known.
+        plan_of: What a design looks like from above.
     """
     return {
         "status": _status(snapshot),
         "numbers": page.numbers(_headline(snapshot)),
         "figures": _figures(snapshot, baseline_cm),
-        "designs": _designs(snapshot, space),
+        "designs": _designs(snapshot, space, plan_of),
         "replay": None if best is None else replay_data([best]),
     }
 
@@ -101,12 +104,12 @@ def _figures(snapshot: TrainingSnapshot, baseline_cm: float | None) -> str:
     )
 
 
-def _designs(snapshot: TrainingSnapshot, space: DesignSpace) -> str:
+def _designs(snapshot: TrainingSnapshot, space: DesignSpace, plan_of: PlanOf) -> str:
     if not snapshot.pairs:
         return page.paragraph("They come with the first checkpoint.", "note")
     return "".join(
         page.drawn(
-            plan_view_figure(space[pair.design].assignment),
+            plan_view_figure(plan_of(space[pair.design])),
             f"{space[pair.design]}, {pair.distance_cm:.1f} cm",
         )
         for pair in snapshot.pairs[:SHOWN_DESIGNS]

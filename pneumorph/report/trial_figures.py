@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.report.plan_view import HALF_WIDTH_MM, draw_plan_view
+from pneumorph.report.plan import HALF_WIDTH_MM, paper_plan
+from pneumorph.report.plan_view import draw_plan_view
 from pneumorph.report.style import (
     BASELINE_COLOUR,
     INK_COLOUR,
@@ -111,7 +112,7 @@ def transfer_rewards_figure(comparisons: Sequence[TrialComparison]) -> Figure:
         dots = np.full(len(each.distances_cm), number + 0.2)
         axes.plot(dots, each.distances_cm, ".", color=INK_COLOUR, markersize=3)
         size = 0.9 / (2.0 * HALF_WIDTH_MM)
-        draw_plan_view(above, Design.parse(each.design).assignment, (number, 0.0), size_mm=size)
+        draw_plan_view(above, paper_plan(Design.parse(each.design)), (number, 0.0), size_mm=size)
     above.set(ylim=(-0.5, 0.5), aspect="equal")
     above.axis("off")
     zero_line(axes)
@@ -131,7 +132,7 @@ def transfer_gaits_figure(
         comparisons: The robots.
         trials: Trials of each.
     """
-    regulators = max(max(Design.parse(each.design).assignment) for each in comparisons)
+    regulators = max(Design.parse(each.design).highest_regulator for each in comparisons)
     columns = len(comparisons)
     figure = new_figure(max(4.2, 2.9 * columns), 1.0 + 0.8 * regulators + 2.0)
     panels = figure.subplots(

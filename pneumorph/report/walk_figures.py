@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.gait.walk import cycle_slides_cm, last_cycle, step_rewards_cm
+from pneumorph.report.plan import Plan, plan_of_walk
 from pneumorph.report.plan_view import draw_plan_view
 from pneumorph.report.style import (
     INK_COLOUR,
@@ -55,14 +56,11 @@ def distance_figure(trajectories: Mapping[str, Trajectory]) -> Figure:
 
 
 @figure_style()
-def path_figure(
-    trajectories: Mapping[str, Trajectory], assignments: Mapping[str, Sequence[int]]
-) -> Figure:
+def path_figure(trajectories: Mapping[str, Trajectory]) -> Figure:
     """Return the paths of the tracked point in cm from above, each robot drawn at its end.
 
     Args:
         trajectories: Trajectories by label.
-        assignments: The design of each, by the same label.
     """
     figure = new_figure(5.2, 2.6)
     panels = figure.subplots(1, len(trajectories), squeeze=False, sharey=True)[0]
@@ -72,7 +70,7 @@ def path_figure(
         rotation = trajectory.hub_rotation[-1]
         heading = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
         x, y = path_cm[-1].tolist()
-        draw_plan_view(axes, assignments[label], (x, y), heading, size_mm=0.1)
+        draw_plan_view(axes, plan_of_walk(trajectory), (x, y), heading, size_mm=0.1)
         axes.plot(*path_cm.T, color=colour, linewidth=2.0, zorder=3)
         axes.plot(0, 0, "o", color=colour, markersize=4, zorder=3)
         axes.set_title(label)
@@ -164,11 +162,11 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
     if nodes is None:
         raise ValueError("the trajectory holds no node positions, expected them for legs' heights")
     since = trajectory.time_s[inside] - begin_s
-    design = Design.parse(trajectory.metadata["design"])
+    plan, legs = plan_of_walk(trajectory), legs_of(trajectory)
     figure = new_figure(5.2, 5.6 if forces is None else 6.8)
     panels = list(figure.subplots(4 if forces is None else 5, 1, sharex=True))
     pressure, tilt, height, travel = (*panels[:3], panels[-1])
-    for index in range(max(design.assignment)):
+    for index in range(highest_regulator(plan)):
         kPa = trajectory.regulated_kPa[inside, index]
         pressure.plot(since, kPa, color=regulator_colour(index + 1), label=f"regulator {index + 1}")
     pressure.set(ylabel="kPa", yticks=[0, 45, 90])
@@ -178,10 +176,10 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
     zero_line(tilt)
     tilt.set(ylabel="tilt (°)")
     lowest = nodes[..., 2].min(axis=2)
-    draw_legs(height, since, lowest[inside] - lowest.min(), design)
+    draw_legs(height, since, lowest[inside] - lowest.min(), legs)
     height.set(ylabel="lowest (mm)")
     if forces is not None:
-        draw_legs(panels[3], since, forces[inside][..., 2].sum(axis=2) / 1e3, design)
+        draw_legs(panels[3], since, forces[inside][..., 2].sum(axis=2) / 1e3, legs)
         panels[3].set(ylabel="load (N)")
     forward_cm = trajectory.forward_cm[inside]
     travel.plot(since, forward_cm - forward_cm[0], color=INK_COLOUR)
@@ -191,9 +189,26 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
     return figure
 
 
-def draw_legs(axes: Axes, since: np.ndarray, values: np.ndarray, design: Design) -> None:
-    """Draw a value of each leg, (frame, leg), in its regulator's colour and a style of its own."""
-    for leg, (location, regulator) in enumerate(design.legs):
+def draw_legs(
+    axes: Axes, since: np.ndarray, values: np.ndarray, legs: Sequence[tuple[int, int]]
+) -> None:
+    """Draw a value of each leg, (frame, leg), in its regulator's colour and a style of its own;
+    legs are numbers of their sites, from 0, and of their regulators."""
+    for leg, (site, regulator) in enumerate(legs):
         style = LEG_LINES[leg % len(LEG_LINES)]
         axes.plot(since, values[:, leg], color=regulator_colour(regulator), linestyle=style,
-                  label=f"leg {location + 1}")  # fmt: skip
+                  label=f"leg {site + 1}")  # fmt: skip
+
+
+def legs_of(trajectory: Trajectory) -> list[tuple[int, int]]:
+    """Numbers of site, from 0, and of the first cavity's regulator of each leg of a recorded
+    robot."""
+    shape = trajectory.shape
+    if shape is None:
+        return list(Design.parse(trajectory.metadata["design"]).legs)
+    return list(zip(shape.leg_site.tolist(), shape.leg_regulators[:, 0].tolist(), strict=True))
+
+
+def highest_regulator(plan: Plan) -> int:
+    """Highest number of a regulator that a robot uses."""
+    return max((max(each) for each in plan.regulators), default=0)

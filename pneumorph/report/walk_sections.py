@@ -8,17 +8,18 @@ from pathlib import Path
 from pneumorph.report import page
 from pneumorph.report.frames_figure import frames_figure
 from pneumorph.report.page import Section
+from pneumorph.report.plan import plan_of_walk
 from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.scene import Actor
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.walk_figures import (
     cycle_figure,
     distance_figure,
+    highest_regulator,
     path_figure,
     pressure_figure,
     step_figure,
 )
-from pneumorph.robot.design import Design
 from pneumorph.study.recorded_trajectories import recorded_trajectories
 from pneumorph.trajectory import Trajectory
 
@@ -48,7 +49,7 @@ def walk_sections(folder: Path, sheet: Sheet) -> list[Section]:
 
 def _failures_section(group: str, trajectories: Mapping[str, Trajectory]) -> Section:
     rows = [
-        (name, each.metadata["design"], each.status, float(each.time_s[-1]))
+        (name, each.metadata.get("design", ""), each.status, float(each.time_s[-1]))
         for name, each in trajectories.items()
         if each.status != "completed"
     ]
@@ -70,7 +71,8 @@ def _named(name: str, group: str) -> str:
 
 def _replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
     actors = [
-        Actor.of(each, f"{name}\n{each.metadata['design']}") for name, each in trajectories.items()
+        Actor.of(each, f"{name}\n{each.metadata.get('design', '')}".strip())
+        for name, each in trajectories.items()
     ]
     replay = sheet.replayed(
         actors, "Forward is to the right. A leg has its regulator's colour, full at 90 kPa."
@@ -86,10 +88,6 @@ def _replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: S
 
 
 def _distance_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
-    assignments = {
-        name: Design.parse(each.metadata["design"]).assignment
-        for name, each in trajectories.items()
-    }
     return Section(
         _titled("Distance and path", group),
         page.side_by_side(
@@ -100,7 +98,7 @@ def _distance_section(group: str, trajectories: Mapping[str, Trajectory], sheet:
             ),
             sheet.drawn(
                 _named("path", group),
-                path_figure(trajectories, assignments),
+                path_figure(trajectories),
                 "Paths seen from above, each robot drawn where it ended.",
             ),
         ),
@@ -111,17 +109,17 @@ def _gait_sections(
     group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet
 ) -> list[Section]:
     first, trajectory = next(iter(trajectories.items()))
-    design = Design.parse(trajectory.metadata["design"])
+    plan = plan_of_walk(trajectory)
     gait = page.side_by_side(
         sheet.drawn(
             _named("pressures", group),
-            pressure_figure(trajectory, max(design.assignment)),
+            pressure_figure(trajectory, highest_regulator(plan)),
             f"Pressures of the robot called {first}: what is commanded, and what the regulators "
             "reach at their limited rate.",
         ),
         sheet.drawn(
             _named("design", group),
-            plan_view_figure(design.assignment, str(design)),
+            plan_view_figure(plan, trajectory.metadata.get("design", "")),
             "The design from above: colour and number are the regulator's, the arrow is forward.",
         ),
     )

@@ -16,6 +16,7 @@ from pneumorph.learn.metrics import METRICS_FILE
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.snapshot import TrainingSnapshot, training_snapshot
 from pneumorph.report.page import write_html
+from pneumorph.report.plan import plans_of
 from pneumorph.report.replay.live_server import LivePage
 from pneumorph.report.scene import Actor
 from pneumorph.report.training_view import SHOWN_DESIGNS, training_view_data, training_view_page
@@ -72,7 +73,7 @@ class WatchedRun:
             raise ArtefactError(f"{folder} holds no training, expected the folder of a coopt run")
         self.folder = folder
         self.settings = run.structured("coopt", CooptSettings)
-        self._spec = run.robot.spec()
+        self._spec, self._plan_of = run.robot.spec(), plans_of(run.robot)
         self._best: tuple[DesignGaitPair, Actor] | None = None
 
     def moment(self) -> WatchedMoment:
@@ -145,7 +146,9 @@ class WatchedRun:
     def _view(self, snapshot: TrainingSnapshot) -> dict[str, Any]:
         """What the page shows of a snapshot."""
         best = self._crawling(snapshot.pairs[0]) if snapshot.pairs else None
-        return training_view_data(snapshot, self.settings.space, best, self._baseline_cm())
+        return training_view_data(
+            snapshot, self.settings.space, best, self._baseline_cm(), self._plan_of
+        )
 
     def _baseline_cm(self) -> float | None:
         """The distance of the expert's best phase, where the sweep is done."""

@@ -1,9 +1,18 @@
-"""A design: which candidate locations of the hub carry a leg, and which regulator inflates each."""
+"""A design: which candidate locations of the hub carry a leg, and which regulator inflates each.
+
+Its text has an entry for each location, joined by dots: ``0`` for no leg, else the number of a
+regulator, as in ``1.0.0.2.2.0.0.1``. Where a robot has several kinds of modules, a letter says
+which: ``b2`` is the second kind that the location allows, on regulator 2, no letter the first.
+Cavities of one module that have regulators of their own are joined by a plus sign: ``b2+3``.
+"""
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +20,23 @@ MINIMUM_LEGS = 3
 """Fewest legs of a crawling design (paper, section III-B)."""
 BASELINE_DESIGN = "1.0.0.2.2.0.0.1"
 """Two fore legs on regulator 1 and two hind legs on regulator 2 (paper, section IV)."""
+
+
+_ENTRY = re.compile(r"([a-z]?)([0-9]+(?:\+[0-9]+)*)", re.ASCII)
+
+
+class Fitting(NamedTuple):
+    """What a design has at one location."""
+
+    location: int
+    module: int
+    """Number of its kind among those that the location allows, from 0."""
+    regulators: tuple[int, ...]
+    """Numbers, from 1: one for all of its cavities, or one for each."""
+
+    def __str__(self) -> str:
+        letter = chr(ord("a") + self.module) if self.module else ""
+        return letter + "+".join(map(str, self.regulators))
 
 
 @dataclass(frozen=True, order=True)
@@ -21,11 +47,17 @@ class Design:
 
     Attributes:
         assignment: Per location around the hub, 0 for no leg, else the number (from 1) of the
-            regulator the leg is connected to. Leg ``k`` of ``n`` sits at ``360 (k + 1/2) / n``
-            degrees from the forward axis, counter-clockwise seen from above.
+            regulator its first cavity is connected to. Of a radial robot, leg ``k`` of ``n`` sits
+            at ``360 (k + 1/2) / n`` degrees from the forward axis, counter-clockwise from above.
+        modules: Per location the number of its kind of module, from 0; empty where all are of the
+            first kind.
+        others: Per location the regulators of its second and further cavities; empty where each
+            module has one regulator for all of its cavities.
     """
 
     assignment: tuple[int, ...]
+    modules: tuple[int, ...] = ()
+    others: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
         assignment = tuple(self.assignment)
@@ -45,24 +77,100 @@ class Design:
                     "of a regulator, counted from 1"
                 )
         object.__setattr__(self, "assignment", tuple(int(regulator) for regulator in assignment))
+        for name in ("modules", "others"):
+            if len(getattr(self, name)) not in (0, len(assignment)):
+                raise ValueError(
+                    f"{name} has {len(getattr(self, name))} entries, expected none, or one for "
+                    f"each of the {len(assignment)} locations"
+                )
+        kinds, others = tuple(map(int, self.modules)), tuple(map(tuple, self.others))
+        for location, regulator in enumerate(self.assignment):
+            kind = kinds[location] if kinds else 0
+            if not 0 <= kind < 26 or (regulator == 0 and kind != 0):
+                raise ValueError(
+                    f"modules[{location}] is {kind}, expected 0 to 25, and 0 where there is no leg"
+                )
+            if others and any(each < 1 for each in (*others[location], regulator or 1)):
+                raise ValueError(
+                    f"others[{location}] is {others[location]}, expected numbers of regulators, "
+                    "counted from 1"
+                )
+            if others and others[location] and regulator == 0:
+                raise ValueError(
+                    f"others[{location}] is {others[location]}, expected () where there is no leg"
+                )
+        # One way to say the same: designs are compared by their content.
+        object.__setattr__(self, "modules", kinds if any(kinds) else ())
+        object.__setattr__(self, "others", others if any(others) else ())
+
+    @classmethod
+    def of(cls, location_count: int, fittings: Iterable[Fitting]) -> Design:
+        """The design of these legs; other locations have none.
+
+        Raises:
+            ValueError: A location is taken twice or does not exist.
+        """
+        entries: dict[int, Fitting] = {}
+        for each in fittings:
+            if each.location in entries or not 0 <= each.location < location_count:
+                raise ValueError(
+                    f"location {each.location} is given twice or is not one of 0 to "
+                    f"{location_count - 1}"
+                )
+            entries[each.location] = each
+        found = [entries.get(location) for location in range(location_count)]
+        return cls(
+            tuple(0 if each is None else each.regulators[0] for each in found),
+            tuple(0 if each is None else each.module for each in found),
+            tuple(() if each is None else each.regulators[1:] for each in found),
+        )
 
     @classmethod
     def parse(cls, text: str) -> Design:
-        """Read a design such as ``1.0.0.2.2.0.0.1``, as `str` writes it.
+        """Read a design such as ``1.0.0.2.2.0.0.1`` or ``1.0.b2+3``, as `str` writes it.
 
         Raises:
             ValueError: The text is not whole numbers joined by dots.
         """
         fields = text.strip().split(".")
-        if not all(field.isascii() and field.isdigit() for field in fields):
+        matches = [_ENTRY.fullmatch(field) for field in fields]
+        if not all(matches):
             raise ValueError(
                 f"design {text!r} is not whole numbers joined by dots, expected one per location "
-                "such as 1.0.0.2.2.0.0.1 (0 = no leg, else the regulator)"
+                "such as 1.0.0.2.2.0.0.1 (0 = no leg, else the regulator; b2 for the second kind "
+                "of module, 2+3 for two cavities)"
             )
-        return cls(tuple(int(field) for field in fields))
+        kinds, numbers = zip(*(match.groups() for match in matches if match), strict=True)
+        regulators = [tuple(int(number) for number in each.split("+")) for each in numbers]
+        return cls(
+            tuple(first for first, *_ in regulators),
+            tuple(ord(kind or "a") - ord("a") for kind in kinds),
+            tuple(each[1:] for each in regulators),
+        )
 
     def __str__(self) -> str:
-        return ".".join(str(regulator) for regulator in self.assignment)
+        text = ["0"] * self.location_count
+        for each in self.fittings:
+            text[each.location] = str(each)
+        return ".".join(text)
+
+    @property
+    def fittings(self) -> tuple[Fitting, ...]:
+        """Each leg with its kind and all of its regulators, in order of location."""
+        return tuple(
+            Fitting(
+                location,
+                self.modules[location] if self.modules else 0,
+                (regulator, *(self.others[location] if self.others else ())),
+            )
+            for location, regulator in enumerate(self.assignment)
+            if regulator > 0
+        )
+
+    @property
+    def highest_regulator(self) -> int:
+        """Highest number of a regulator, 0 without legs."""
+        return max((max(each.regulators) for each in self.fittings), default=0)
 
     @property
     def location_count(self) -> int:
@@ -89,7 +197,7 @@ class Design:
 
     def regulator_order(self) -> tuple[int, ...]:
         """Regulators in order of first appearance: entry ``i`` becomes regulator ``i + 1``."""
-        return tuple(dict.fromkeys(regulator for regulator in self.assignment if regulator > 0))
+        return tuple(dict.fromkeys(r for each in self.fittings for r in each.regulators))
 
     def canonical(self) -> Design:
         """The same robot with its regulators renumbered in order of first appearance.
@@ -97,37 +205,84 @@ class Design:
         Designs that differ only by the names of their regulators have the same canonical form.
         """
         number = {old: new for new, old in enumerate(self.regulator_order(), start=1)}
-        number[0] = 0
-        return Design(tuple(number[regulator] for regulator in self.assignment))
+        return Design.of(
+            self.location_count,
+            [
+                each._replace(regulators=tuple(number[old] for old in each.regulators))
+                for each in self.fittings
+            ],
+        )
 
     def mirror(self) -> Design:
-        """The mirror image about the forward axis, with the regulators' names kept.
+        """The mirror image of a radial robot about the forward axis, regulators' names kept.
 
-        Leg ``k`` of ``n`` goes to location ``n - 1 - k``. The result need not be canonical:
-        driven by the same pressures it walks the mirrored path.
+        Leg ``k`` of ``n`` goes to location ``n - 1 - k``, its cavities in reverse order, left for
+        right. The result need not be canonical: driven by the same pressures it walks the mirrored
+        path.
         """
-        return Design(self.assignment[::-1])
+        return self.moved(tuple(reversed(range(self.location_count))), reflected=True)
 
-    def one_hot(self, regulator_count: int) -> np.ndarray:
+    def moved(self, to: Sequence[int], reflected: bool = False) -> Design:
+        """The design with the legs of each location at another one.
+
+        Args:
+            to: Where each location's leg goes, (location,): a permutation.
+            reflected: Whether cavities change order as well, as in a mirror.
+        """
+        return Design.of(
+            self.location_count,
+            [
+                each._replace(
+                    location=to[each.location],
+                    regulators=each.regulators[::-1] if reflected else each.regulators,
+                )
+                for each in self.fittings
+            ],
+        )
+
+    def one_hot(
+        self, regulator_count: int, module_count: int = 1, cavity_count: int = 1
+    ) -> np.ndarray:
         """One one-hot vector per location, concatenated (paper, appendix A).
 
         Args:
             regulator_count: Number of regulators ``M``.
+            module_count: Kinds of modules ``K``.
+            cavity_count: Most cavities of a module with regulators of their own ``C``.
 
         Returns:
-            shape (location x (M + 1),) float32; the first entry of each block says "no leg".
+            shape (location x (1 + K M + (C - 1) M),) float32; the first entry of each block says
+            "no leg", the next the kind and its first cavity's regulator, the last the other
+            cavities' regulators.
 
         Raises:
-            ValueError: A leg's regulator is above ``regulator_count``.
+            ValueError: A leg's regulator is above ``regulator_count``, or its kind or number of
+                cavities is.
         """
         self.check_regulators(regulator_count)
-        return np.eye(regulator_count + 1, dtype=np.float32)[list(self.assignment)].reshape(-1)
+        first = 1 + module_count * regulator_count
+        block = np.zeros(
+            (self.location_count, first + (cavity_count - 1) * regulator_count), np.float32
+        )
+        block[:, 0] = 1.0
+        for location, module, regulators in self.fittings:
+            if module >= module_count or len(regulators) > cavity_count:
+                raise ValueError(
+                    f"design {self} has a module of kind {module + 1} with {len(regulators)} "
+                    f"cavities at location {location}, expected at most {module_count} kinds and "
+                    f"{cavity_count} cavities"
+                )
+            block[location, 0] = 0.0
+            block[location, module * regulator_count + regulators[0]] = 1.0
+            for number, regulator in enumerate(regulators[1:]):
+                block[location, first + number * regulator_count + regulator - 1] = 1.0
+        return block.reshape(-1)
 
     def check_regulators(self, regulator_count: int) -> None:
         """Raise `ValueError` where a leg is on a regulator that does not exist."""
-        for location, regulator in enumerate(self.assignment):
-            if regulator > regulator_count:
+        for location, _, regulators in self.fittings:
+            if max(regulators) > regulator_count:
                 raise ValueError(
-                    f"design {self} connects location {location} to regulator {regulator}, "
+                    f"design {self} connects location {location} to regulator {max(regulators)}, "
                     f"expected 1 to {regulator_count}: this rig has {regulator_count} regulators"
                 )

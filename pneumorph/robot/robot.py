@@ -10,6 +10,7 @@ import numpy as np
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.pose import Pose
+from pneumorph.geometry.robot_shape import PlacedPart, RobotShape
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 
@@ -25,6 +26,7 @@ class Hub:
         tracked_point: Point whose travel is rewarded [mm], (3,).
         contact_points: Points that may touch the floor [mm], (point, 3).
         contact_surfaces: What they lie on; None for one surface without a name.
+        mesh: Its shape in its frame, for drawing; None where it is not known.
 
     Raises:
         ValueError: The mass is not positive, or an array has the wrong shape or is not finite.
@@ -36,6 +38,7 @@ class Hub:
     tracked_point: np.ndarray
     contact_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     contact_surfaces: ContactSurfaces | None = None
+    mesh: Mesh | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mass) and self.mass > 0.0):
@@ -79,6 +82,7 @@ def hub_of_mesh(
         tracked_point=tracked_point,
         contact_points=contact_points,
         contact_surfaces=contact_surfaces,
+        mesh=mesh,
     )
 
 
@@ -111,6 +115,21 @@ class Robot:
     hub: Hub
     mounts: tuple[Mount, ...]
     design: Design | None = None
+
+    @cached_property
+    def shape(self) -> tuple[RobotShape, np.ndarray | None]:
+        """What it looks like, and the skin triangles of its different parts."""
+        sites = [each.location for each in self.design.fittings] if self.design else []
+        if len(sites) != len(self.mounts):
+            sites = list(range(len(self.mounts)))
+        legs = [
+            PlacedPart(
+                mount.part, mount.part.skin, mount.pose,
+                tuple(regulator + 1 for regulator in mount.regulators), site,
+            )
+            for mount, site in zip(self.mounts, sites, strict=True)
+        ]  # fmt: skip
+        return RobotShape.of(self.hub.mesh, legs)
 
     @cached_property
     def contact_surfaces(self) -> ContactSurfaces:

@@ -9,6 +9,7 @@ import numpy as np
 from tqdm import trange
 
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.geometry.robot_shape import stacked
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.snapshot_range import known_ratio
 from pneumorph.robot.robot import Robot
@@ -47,29 +48,20 @@ class ReducedRobot:
         return self._simulator.state(0)
 
     def node_positions(self, state: ReducedState) -> np.ndarray:
-        """World positions of every mount's nodes [mm], (mount, node, 3).
-
-        Raises:
-            ValueError: The mounted parts have different numbers of nodes.
-        """
-        counts = {len(mount.part.rest_nodes) for mount in self.robot.mounts}
-        if len(counts) > 1:
-            raise ValueError(
-                f"mounted parts have {sorted(counts)} nodes, expected equal counts; record_nodes "
-                "works for robots whose mounts are all the same part"
-            )
+        """World positions of every mount's nodes [mm], (mount, node, 3); of a part with fewer nodes
+        than others the last one is repeated."""
         world = []
         for mount, alpha in zip(self.robot.mounts, state.modes, strict=True):
             local = mount.part.positions(alpha[: mount.part.mode_count])
             world.append(mount.pose.apply(local) @ state.rotation.T + state.position)
-        return np.array(world)
+        return stacked(world, fill_last=True)
 
     def leg_contacts(self, state: ReducedState) -> tuple[np.ndarray, np.ndarray]:
         """Forces on the mounted parts' contact points and the velocities of those that carry one.
 
         Returns:
             Force in the last step [mN] and velocity after it [mm/s], world axes, both (mount,
-            point, 3) for mounts that are all the same part.
+            point, 3), zero beyond the points of a part with fewer of them than others.
         """
         hub_count = len(self.robot.hub.contact_points)
         # the engine's rows are z, x, y
@@ -87,9 +79,12 @@ class ReducedRobot:
                 + np.cross(state.angular_velocity, arm @ state.rotation.T)
                 + moved @ state.rotation.T
             )
-        pressed = force[:, 2:] > 0.0
-        shape = (len(self.robot.mounts), -1, 3)
-        return force.reshape(shape), np.where(pressed, np.concatenate(velocity), 0.0).reshape(shape)
+        ends = np.cumsum([len(each) for each in velocity])[:-1]
+        moving = np.where(force[:, 2:] > 0.0, np.concatenate(velocity), 0.0)
+        of_force, of_velocity = (
+            stacked(np.split(each, ends), fill_last=False) for each in (force, moving)
+        )
+        return of_force, of_velocity
 
     def rollout(
         self,
@@ -123,16 +118,17 @@ class ReducedRobot:
         simulator.reset()
         simulator.set_state(0, state)
         frames: dict[str, list[Any]] = {}
-        same_skin = self.robot.mounts[0].part.skin if self.robot.mounts and record_nodes else None
+        shape, skin = self.robot.shape
 
         def trajectory(frames: dict[str, list[Any]], status: str) -> Trajectory:
             return Trajectory(
                 **{name: np.array(values) for name, values in frames.items()},
-                skin_triangles=same_skin,
+                skin_triangles=skin if record_nodes else None,
+                shape=shape,
                 status=status,
                 metadata={
                     "model": "reduced",
-                    "design": str(self.robot.design),
+                    **({} if self.robot.design is None else {"design": str(self.robot.design)}),
                     "range_ratio": known_ratio(simulator.range_ratio[0]),
                     "settings": {
                         **settings_to_dict(self.physics),

@@ -81,7 +81,7 @@ def certify(
     spec = robot or run.robot.spec()
     folder = folder or RunFolder(run.folder / "certificate", "certify")
     if settings.full:
-        spec.module.check_reduction()
+        spec.check_reduction()
     task = run.task
     pairs = [
         Walker(f"L{rank}", pair.design, pair.gait, task.settling_step_count)

@@ -163,7 +163,7 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
         ValueError: An unknown animation, or a robot that diverges.
     """
     start = time.monotonic()
-    robot.module.check_reduction()
+    robot.check_reduction()
     store = FullOrderStore(
         (settings.full_order or folder.path / "full_order", data_folder("full_order"))
     )

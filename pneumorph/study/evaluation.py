@@ -125,7 +125,7 @@ def evaluate(
     folder = folder or RunFolder(run.folder / "evaluation", "evaluate")
     pairs, task = run.pairs(settings.pair_count), run.task
     if settings.model == "full":
-        spec.module.check_reduction()
+        spec.check_reduction()
     folder.progress.stage(f"walking {len(pairs)} pairs with the {settings.model} model")
     if settings.model == "reduced" and not settings.record:
         walked = _together(spec, pairs, task, folder)

@@ -320,6 +320,6 @@ def _provenance(measured: Path, spec: RobotSpec) -> dict[str, Any]:
     return {
         "measured": str(measured),
         "sha256": hashlib.sha256(content).hexdigest() if content else None,
-        "leg": spec.module.reduced.digest(),
+        "leg": spec.reduction_digest(),
         "damping": spec.physics.damping,
     }

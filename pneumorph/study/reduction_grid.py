@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
-from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.study.animations import Animation
 from pneumorph.study.model_pair import ModelPair
@@ -65,7 +65,7 @@ def _with_part(robot: RobotSpec, path: Path) -> RobotSpec:
     """The robot on one thread, with another reduction of its module."""
     module = replace(robot.module, name=str(path), make_reduced=lambda: ReducedPart.load(path))
     module.check_reduction()
-    sites = tuple(Site(site.pose, module) for site in robot.sites)
+    sites = tuple(site.with_modules(lambda _: module) for site in robot.sites)
     return replace(robot, sites=sites, thread_count=1)
 
 

@@ -97,6 +97,8 @@ def search(
         robot.assembly,
         robot.simulator,
         task,
+        space.module_count,
+        space.cavity_count,
     )
     gaits = settings.method == "gaits"
     designs = _designs(settings, learned) if gaits else {}
@@ -118,7 +120,7 @@ def search(
             **{name: asked[name] for name in same},
             "designs": [str(space[design]) for design in designs],
             "simulation": robot.settings,
-            "leg": robot.module.reduced.digest(),
+            "leg": robot.reduction_digest(),
         },
         progress=folder.progress,
     )

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 from pneumorph.base.checked import Checked, Count
 from pneumorph.base.flags import flat
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
-from pneumorph.base.settings import settings_to_dict
+from pneumorph.base.settings import laid_over, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, quick_settings
@@ -40,18 +40,36 @@ class TrainingOptions(Checked):
 
     @classmethod
     def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Settings that a choice of physics brings with it where they are not set: robots as their
-        materials were measured are trained in the worlds that they may turn out to live in."""
-        if content.get("robot", {}).get("based_on") != "measured":
-            return {}
-        return {
-            "randomize": True,
-            "randomisation": settings_to_dict(measured_worlds()),
-            "coopt": {
-                "objective": settings_to_dict(ROBUST_OBJECTIVE),
-                "evaluated_design_count": 24,
-            },
-        }
+        """Settings that the robots bring with them where they are not set: those as their materials
+        were measured are trained in the worlds that they may turn out to live in, and a robot's
+        file says what its designs, regulators and baseline are."""
+        return laid_over(_of_physics(content), _of_description(content))
+
+
+def _of_physics(content: Mapping[str, Any]) -> dict[str, Any]:
+    robot = described_robot(content)
+    named = content.get("robot", {}).get("based_on") if robot is None else robot.physics.based_on
+    if named != "measured":
+        return {}
+    return {
+        "randomize": True,
+        "randomisation": settings_to_dict(measured_worlds()),
+        "coopt": {
+            "objective": settings_to_dict(ROBUST_OBJECTIVE),
+            "evaluated_design_count": 24,
+        },
+    }
+
+
+def _of_description(content: Mapping[str, Any]) -> dict[str, Any]:
+    robot = described_robot(content)
+    if robot is None:
+        return {}
+    mirrored = {} if robot.space.has_mirror else {"mirror_transitions": False}
+    return {
+        "coopt": {**robot.training_settings(), **mirrored},
+        "baseline": robot.baseline_settings(),
+    }
 
 
 def train_once(options: TrainingOptions, folder: RunFolder, threads: int = 0) -> TrainingResult:

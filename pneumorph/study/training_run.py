@@ -144,7 +144,7 @@ def train(
         time_step_s=spec.physics.time_step_s,
         provenance={
             "simulation": spec.settings,
-            "leg": spec.module.reduced.digest(),
+            "leg": spec.reduction_digest(),
             **drawn,
         },
         resume=resume,

@@ -207,3 +207,30 @@ def test_simulate_live_shows_the_robot_and_ends_when_the_page_has_it(
     assert json.loads((out / "summary.json").read_text())["live_page_read"]
     replay = open_page(out / "replay.html")
     assert replay.evaluate(f"{PLAYER}.duration") == pytest.approx(4.0)
+
+
+def test_a_described_robot_is_simulated_replayed_and_explored(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The plate walks with its own design, hub and legs, and the page shows them."""
+    plate = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
+    out = tmp_path / "walk"
+    found = run_json(f"simulate --robot {plate} --expert.duration-s 1 --out {out}", capsys)
+    assert found["design"] == "b1.0.2.2.0.b1"
+    assert found["status"] == "completed"
+    assert (out / "replay.html").stat().st_size > 100_000
+    walked = Trajectory.load(out / "trajectory.npz")
+    assert walked.shape is not None
+    np.testing.assert_array_equal(walked.shape.leg_part, [0, 1, 1, 0])
+    assert np.ptp(walked.shape.hub_nodes_mm, axis=0) == pytest.approx([150.0, 90.0, 10.0])
+    assert walked.commanded_kPa.shape[1] == 4
+
+
+def test_a_description_says_itself_what_its_legs_are(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    plate = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
+    assert run(["simulate", "--robot", str(plate), "--leg", "hyperelastic"]) == 1
+    assert "--leg is given beside --robot" in capsys.readouterr().err
+    assert run(["simulate", "--robot", "no_such.toml"]) == 1
+    assert "no_such.toml" in capsys.readouterr().err

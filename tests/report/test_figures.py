@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from pneumorph.report.learning_figures import entropy_figure, phase_figure, reward_figure
+from pneumorph.report.plan import paper_plan
 from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.reduction_figures import bend_figure
 from pneumorph.report.style import regulator_colour, save_figure
 from pneumorph.report.walk_figures import distance_figure, path_figure, pressure_figure
+from pneumorph.robot.design import Design
 
 
 def test_distance_is_in_centimetres_from_the_start(make_trajectory) -> None:
@@ -40,7 +42,7 @@ def test_best_phase_is_marked_and_failures_are_left_out() -> None:
 def test_plan_view_draws_a_leg_for_each_regulator_entry() -> None:
     from matplotlib.colors import to_hex
 
-    figure = plan_view_figure((1, 0, 2, 0, 0, 3, 0, 0), "1.0.2.0.0.3.0.0")
+    figure = plan_view_figure(paper_plan(Design.parse("1.0.2.0.0.3.0.0")), "1.0.2.0.0.3.0.0")
     *legs, _disk = figure.axes[0].patches
     colours = [to_hex(leg.get_facecolor()).upper() for leg in legs]
     assert colours == [regulator_colour(regulator) for regulator in (1, 2, 3)]
@@ -50,7 +52,7 @@ def test_plan_view_draws_a_leg_for_each_regulator_entry() -> None:
 
 
 def test_path_and_bend(make_trajectory, tmp_path: Path) -> None:
-    figure = path_figure({"a": make_trajectory()}, {"a": (1, 0, 0, 2, 2, 0, 0, 1)})
+    figure = path_figure({"a": make_trajectory()})
     assert figure.axes[0].lines[0].get_xdata()[-1] == pytest.approx(1.0)
     assert len(bend_figure([0, 100], [0, 30], [0, 31]).axes[0].lines) == 2
 

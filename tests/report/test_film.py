@@ -12,7 +12,8 @@ from PIL import Image
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
 from pneumorph.report.frame_painter import FramePainter
 from pneumorph.report.marker_actor import MarkerActor
-from pneumorph.report.scene import Actor
+from pneumorph.report.scene import Actor, paper_shape
+from pneumorph.robot.design import Design
 
 SMALL = FilmSettings(width=240, frames_per_second=5)
 FROM_ABOVE = FilmSettings(width=480, azimuth_deg=0.0, elevation_deg=90.0)
@@ -55,7 +56,8 @@ def test_the_nearer_of_two_boxes_is_seen(make_trajectory, upper: int) -> None:
     boxes = [corners * [50, 40, 10] + [200, 0, 10], corners * [20, 20, 10] + [200, 0, 60]]
     legs = np.array([boxes[leg == upper] for leg in (0, 1)], dtype=np.float32)
     nodes = np.tile(legs, (21, 1, 1, 1))
-    actor = Actor(replace(trajectory, node_positions_mm=nodes), "a", (1, 2))
+    shape = paper_shape(Design.parse("1.2"), len(trajectory.skin_triangles))
+    actor = Actor(replace(trajectory, node_positions_mm=nodes), "a", shape)
     painter = FramePainter([actor], FROM_ABOVE, captions=False)
     red, _, blue = np.moveaxis(np.asarray(painter.paint(1.0)).astype(int), 2, 0)
     seen = [(blue - red > 40).sum(), (red - blue > 40).sum()]  # regulator 1 is blue, 2 orange
@@ -124,10 +126,10 @@ def test_what_cannot_be_drawn_is_refused(make_trajectory, tmp_path: Path) -> Non
     trajectory = make_trajectory()
     with pytest.raises(ValueError, match="holds no node positions or no skin"):
         Actor.of(replace(trajectory, node_positions_mm=None), "a")
-    with pytest.raises(ValueError, match="does not name its design"):
+    with pytest.raises(ValueError, match="neither what its robot looks like nor its design"):
         Actor.of(replace(trajectory, metadata={}), "a")
     with pytest.raises(ValueError, match="2 regulators, expected one for each of the 4 legs"):
-        Actor(trajectory, "a", (1, 2))
+        Actor(trajectory, "a", paper_shape(Design.parse("1.2"), len(trajectory.skin_triangles)))
     with pytest.raises(ValueError, match="names node 107, its trajectory has 8 nodes"):
         Actor.of(replace(trajectory, skin_triangles=trajectory.skin_triangles + 100), "a")
     with pytest.raises(ValueError, match=r"ends in '\.avi', expected \.mp4 or \.gif"):

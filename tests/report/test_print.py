@@ -20,6 +20,7 @@ from pneumorph.report.frames_figure import frames_figure
 from pneumorph.report.learning_figures import phase_figure, reward_figure
 from pneumorph.report.mesh_figure import mesh_figure
 from pneumorph.report.pairs_figure import Pair, pairs_figure
+from pneumorph.report.plan import paper_plan
 from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.reduction_figures import bend_figure, stage_figure, tolerance_figure
 from pneumorph.report.robustness_figures import robustness_figure
@@ -112,9 +113,9 @@ FIGURES: dict[str, Callable[[Trajectory], Figure]] = {
         [Pair(f"L{n}", DESIGN, ExpertGait(phase_deg=20 * n), 3.0) for n in range(1, 6)],
         lambda _: RateLimited(150.0),
     ),
-    "path": lambda t: path_figure({"a": t, "b": t}, dict.fromkeys("ab", DESIGN.assignment)),
+    "path": lambda t: path_figure({"a": t, "b": t}),
     "phase": lambda _: phase_figure([0, 90, 180], [0.5, 2.0, 1.0], 6.0),
-    "plan view": lambda _: plan_view_figure(DESIGN.assignment, str(DESIGN)),
+    "plan view": lambda _: plan_view_figure(paper_plan(DESIGN), str(DESIGN)),
     "pressure": lambda t: pressure_figure(t, 2),
     "reward": lambda _: reward_figure(metrics(), [-1.0, 0.0, 4.0], 1.5, 3.0, PAIRS),
     "robustness": lambda _: robustness_figure(WORLDS),

@@ -27,7 +27,7 @@ def robot(scale: float) -> RobotSpec:
     part = spec.module.reduced
     known = replace(part, snapshot_range=scale * np.eye(part.mode_count))
     module = replace(spec.module, make_reduced=lambda: known)
-    return replace(spec, sites=tuple(replace(site, module=module) for site in spec.sites))
+    return replace(spec, sites=tuple(replace(site, modules=(module,)) for site in spec.sites))
 
 
 def folder(tmp_path: Path) -> RunFolder:

@@ -18,6 +18,7 @@ from pneumorph.report.explorer.scored_designs import (
     scored_by_training,
     unscored,
 )
+from pneumorph.report.plan import paper_plan, plans_of
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.sheet import PAGE_REPLAY
 from pneumorph.robot.design_space import DesignSpace
@@ -76,7 +77,8 @@ def explore(
     folder.progress.stage("writing the page")
     command = f"pneumorph simulate {gait}--design DESIGN --out runs/DESIGN"
     scored = replace(scored, trajectories=walks)
-    path = write_explorer(folder / "explorer.html", scored, title, command, replay)
+    plans = paper_plan if run is None else plans_of(run.robot)
+    path = write_explorer(folder / "explorer.html", scored, title, command, replay, plans)
     return Explorer(
         page=str(path),
         page_bytes=path.stat().st_size,

@@ -6,12 +6,19 @@ const pneumorphExplorer = (() => {
   const data = explorerData;
   const ROW = 32;
   const NONE = "-";
-  const designs = data.designs.map((digits, index) => {
-    const assignment = Array.from(digits, Number);
-    const used = new Set(assignment.filter((regulator) => regulator > 0));
+  // Of each location null or the number of its kind of module and its regulators: 1, b2, 2+3.
+  function entries(name) {
+    return name.split(".").map((entry) => {
+      if (entry === "0") return null;
+      const kind = /^[a-z]/.test(entry) ? entry.charCodeAt(0) - 97 : 0;
+      return { kind, regulators: entry.replace(/^[a-z]/, "").split("+").map(Number) };
+    });
+  }
+  const designs = data.designs.map((name, index) => {
+    const legs = entries(name), mounted = legs.filter((leg) => leg);
+    const used = new Set(mounted.flatMap((leg) => leg.regulators));
     return {
-      index, assignment, name: assignment.join("."),
-      legs: assignment.filter((regulator) => regulator > 0).length,
+      index, entries: legs, name, legs: mounted.length,
       regulators: used.size, symmetric: data.symmetric[index] === "1",
       score: data.score_cm[index],
       probability: data.probability ? data.probability[index] : null,
@@ -28,11 +35,12 @@ const pneumorphExplorer = (() => {
   let shown = designs, chosen = null, sort = "-score", player = null;
 
   // The same robot with its regulators numbered in order of first appearance.
-  function canonical(assignment) {
+  function canonical(name) {
     const number = new Map();
-    return assignment.map((regulator) => {
-      if (regulator > 0 && !number.has(regulator)) number.set(regulator, number.size + 1);
-      return regulator > 0 ? number.get(regulator) : 0;
+    return name.replace(/\d+/g, (regulator) => {
+      if (regulator === "0") return "0";
+      if (!number.has(regulator)) number.set(regulator, number.size + 1);
+      return number.get(regulator);
     });
   }
 
@@ -40,10 +48,9 @@ const pneumorphExplorer = (() => {
   function searched(text) {
     const wanted = text.trim();
     const parts = wanted.split(".");
-    const whole = parts.length === data.locations && parts.every((part) => /^\d+$/.test(part));
+    const whole = parts.length === data.locations && parts.every((part) => /^[a-z]?\d+(\+\d+)*$/.test(part));
     if (!whole) return (design) => design.name.includes(wanted);
-    const numbers = parts.map(Number);
-    const name = (data.canonical ? canonical(numbers) : numbers).join(".");
+    const name = data.canonical ? canonical(wanted) : wanted;
     return (design) => design.name === name;
   }
 
@@ -83,19 +90,24 @@ const pneumorphExplorer = (() => {
   }
 
   // The design from above, forward to the right: as plan_view.py draws it.
-  function planView(assignment, numbered) {
-    const shape = data.shape_mm, half = shape.half_width;
-    const legs = assignment.map((regulator, location) => {
-      if (!regulator) return "";
-      const turn = -360 * (location + 0.5) / assignment.length;
-      const box = `<rect x="${shape.leg_centre - shape.leg_length / 2}" y="${-shape.leg_width / 2}"`
-        + ` width="${shape.leg_length}" height="${shape.leg_width}" fill="${data.colours[regulator]}"/>`;
-      const number = numbered ? `<text x="${shape.leg_centre + 12}" fill="#fff" font-size="22"`
-        + ` text-anchor="middle" transform="rotate(${-turn} ${shape.leg_centre + 12} 0)" dy="8">${regulator}</text>` : "";
-      return `<g transform="rotate(${turn})">${box}${number}</g>`;
+  function planView(entries, numbered) {
+    const half = data.plan.half_width;
+    // x and y of the page: forward to the right, left upwards.
+    const points = (outline) => outline.map(([x, y]) => `${x},${-y}`).join(" ");
+    const legs = entries.map((entry, location) => {
+      if (!entry) return "";
+      const outline = data.plan.legs[location][entry.kind];
+      const box = `<polygon points="${points(outline)}" fill="${data.colours[entry.regulators[0]]}"/>`;
+      if (!numbered) return box;
+      const [x, y] = [0, 1].map((axis) => {
+        const values = outline.map((corner) => corner[axis]);
+        return (Math.min(...values) + Math.max(...values)) / 2;
+      });
+      return `${box}<text x="${x}" y="${-y + 8}" fill="#fff" font-size="22"`
+        + ` text-anchor="middle">${entry.regulators.join("+")}</text>`;
     });
     return `<svg viewBox="${-half} ${-half} ${2 * half} ${2 * half}" role="img" aria-label="plan view">`
-      + legs.join("") + `<circle r="${shape.disk_radius}" fill="${data.colours[0]}"/>`
+      + legs.join("") + `<polygon points="${points(data.plan.hub)}" fill="${data.colours[0]}"/>`
       + `<path d="M-30 0H30M16 -10L30 0L16 10" fill="none" stroke="${data.ink}" stroke-width="4"/></svg>`;
   }
 
@@ -135,7 +147,7 @@ const pneumorphExplorer = (() => {
       row.setAttribute("aria-selected", String(design === chosen));
       row.style.transform = `translateY(${place * ROW}px)`;
       const tag = [design.pair ? design.pair[0] : "", design.robots.length ? "▶" : ""].join(" ");
-      row.innerHTML = `${planView(design.assignment, false)}<span>${design.name}</span>`
+      row.innerHTML = `${planView(design.entries, false)}<span>${design.name}</span>`
         + `<span class="value">${design.legs}</span><span class="value">${design.regulators}</span>`
         + `<span class="value">${fixed(design.score, 2)}</span>`
         + `<span class="value">${chance(design.probability)}</span><span class="value">${tag}</span>`;
@@ -146,8 +158,7 @@ const pneumorphExplorer = (() => {
   }
 
   function facts(design) {
-    const mirror = [...design.assignment].reverse();
-    const twin = (data.canonical ? canonical(mirror) : mirror).join(".");
+    const twin = designs[data.mirrors[design.index]].name;
     const lines = [
       ["legs", design.legs], ["regulators", design.regulators],
       ["mirror image", design.symmetric ? "itself" : twin],
@@ -165,7 +176,7 @@ const pneumorphExplorer = (() => {
     chosen = design;
     if (player) player.dispose();
     player = null;
-    details.innerHTML = `<h2>${design.name}</h2>${planView(design.assignment, true)}`
+    details.innerHTML = `<h2>${design.name}</h2>${planView(design.entries, true)}`
       + `<dl>${facts(design)}</dl><div class="more"></div>`;
     const more = details.querySelector(".more");
     if (design.robots.length) {

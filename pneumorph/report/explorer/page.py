@@ -12,17 +12,13 @@ import numpy as np
 from pneumorph.report.explorer.scored_designs import ScoredDesigns
 from pneumorph.report.film import side_by_side
 from pneumorph.report.page import document, write_html
-from pneumorph.report.plan_view import (
-    DISK_RADIUS_MM,
-    HALF_WIDTH_MM,
-    LEG_CENTRE_MM,
-    LEG_LENGTH_MM,
-    LEG_WIDTH_MM,
-)
+from pneumorph.report.plan import PlanOf, paper_plan
 from pneumorph.report.replay.page import replay_assets, script_json
 from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
 from pneumorph.report.scene import Actor
 from pneumorph.report.style import DISK_COLOUR, INK_COLOUR, REGULATOR_COLOURS
+from pneumorph.robot.design import Design, Fitting
+from pneumorph.robot.design_space import DesignSpace
 
 
 def write_explorer(
@@ -31,6 +27,7 @@ def write_explorer(
     title: str,
     command: str,
     replay: ReplaySettings,
+    plan_of: PlanOf = paper_plan,
 ) -> Path:
     """Write the page.
 
@@ -40,12 +37,13 @@ def write_explorer(
         title: Of the page.
         command: What walks a design that has no trajectory; DESIGN stands for its name.
         replay: How exact replays are.
+        plan_of: What a design looks like from above.
 
     Raises:
-        ValueError: More regulators than there are digits or colours.
+        ValueError: More regulators than there are colours.
     """
     folder = files("pneumorph.report.explorer")
-    data = explorer_data(scored, command, replay)
+    data = explorer_data(scored, command, replay, plan_of)
     assets = replay_assets() if data["replay"] else ""
     style, script = (folder.joinpath(f"explorer.{suffix}").read_text() for suffix in ("css", "js"))
     body = f"""<header><h1>{html.escape(title)}</h1><p>{html.escape(scored.meaning)}</p></header>
@@ -56,7 +54,9 @@ const explorerData = {script_json(data)};
     return write_html(path, document(title, f"{assets}<style>{style}</style>", body))
 
 
-def explorer_data(scored: ScoredDesigns, command: str, replay: ReplaySettings) -> dict[str, Any]:
+def explorer_data(
+    scored: ScoredDesigns, command: str, replay: ReplaySettings, plan_of: PlanOf = paper_plan
+) -> dict[str, Any]:
     """Return what the page is told, as JSON values; arguments as of `write_explorer`."""
     space = scored.space
     if space.regulator_count > len(REGULATOR_COLOURS):
@@ -72,7 +72,8 @@ def explorer_data(scored: ScoredDesigns, command: str, replay: ReplaySettings) -
     return {
         "locations": space.location_count,
         "canonical": space.canonical,
-        "designs": ["".join(map(str, design.assignment)) for design in space],
+        "designs": [str(design) for design in space],
+        "mirrors": space.mirror_index.tolist(),
         "symmetric": "".join(
             str(int(mirror == index)) for index, mirror in enumerate(space.mirror_index)
         ),
@@ -87,13 +88,31 @@ def explorer_data(scored: ScoredDesigns, command: str, replay: ReplaySettings) -
         "command": command,
         "colours": [DISK_COLOUR, *REGULATOR_COLOURS],
         "ink": INK_COLOUR,
-        "shape_mm": {
-            "disk_radius": DISK_RADIUS_MM,
-            "leg_length": float(LEG_LENGTH_MM),
-            "leg_centre": float(LEG_CENTRE_MM),
-            "leg_width": LEG_WIDTH_MM,
-            "half_width": HALF_WIDTH_MM,
-        },
+        "plan": _plan(space, plan_of),
+    }
+
+
+def _plan(space: DesignSpace, plan_of: PlanOf) -> dict[str, Any]:
+    """Outlines of the hub and of each module at each location, as lists of x and y [mm]."""
+
+    def corners(outline: np.ndarray) -> list[list[float]]:
+        listed: list[list[float]] = np.round(outline, 1).tolist()
+        return listed
+
+    alone = [
+        {
+            kind: plan_of(Design.of(space.location_count, [Fitting(location, kind, (1,))]))
+            for kind in sorted(kinds)
+        }
+        for location, kinds in enumerate(space.kinds)
+    ]
+    every = [plan for of_kind in alone for plan in of_kind.values()]
+    return {
+        "hub": corners(every[0].hub_mm),
+        "legs": [
+            {kind: corners(plan.legs_mm[0]) for kind, plan in of_kind.items()} for of_kind in alone
+        ],
+        "half_width": round(max(1.03 * plan.half_width_mm for plan in every), 1),
     }
 
 

@@ -106,7 +106,7 @@ def replay_assets() -> str:
     # Each in its own element: an error in one is reported at its own line.
     return (
         f"<style>{player_script('player.css')}</style>\n<script>{_three()}</script>\n"
-        f"<script>\nconst pneumorphColours = {script_json(colours)};\n{own}</script>"
+        f"<script>\nvar pneumorphColours = {script_json(colours)};\n{own}</script>"
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,10 +18,9 @@ from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.leg_modes import LegModes, leg_modes
 from pneumorph.report.scene import Actor
-from pneumorph.robot.design import Design
 
 FORMAT = "pneumorph replay"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -55,26 +54,31 @@ def replay_data(
     if not actors:
         raise ValueError("a replay needs at least one robot, got none")
     settings = settings or ReplaySettings()
-    of_mesh: dict[str, list[Actor]] = {}
+    of_mesh: dict[str, list[tuple[Actor, int]]] = {}
     for actor in actors:
         if isinstance(actor, Actor):
-            of_mesh.setdefault(_mesh_key(actor), []).append(actor)
+            for leg in range(len(actor.legs)):
+                of_mesh.setdefault(_mesh_key(actor, leg), []).append((actor, leg))
     keys, groups = list(of_mesh), of_mesh.values()
     bases = [
-        leg_modes([_shapes(each, _kept(each, settings)) for each in group], settings.tolerance_mm)
+        leg_modes(
+            [_shapes(actor, leg, _kept(actor, settings)) for actor, leg in group],
+            settings.tolerance_mm,
+        )
         for group in groups
     ]
-    robots = []
-    for actor in actors:
-        if isinstance(actor, MarkerActor):
-            robots.append(_measured(actor))
-        else:
-            place = keys.index(_mesh_key(actor))
-            robots.append(_simulated(actor, place, bases[place], settings))
+    robots = [
+        _measured(actor) if isinstance(actor, MarkerActor)
+        else _simulated(actor, keys, bases, settings)
+        for actor in actors
+    ]  # fmt: skip
     return {
         "format": FORMAT,
         "version": FORMAT_VERSION,
-        "bases": [_basis(b, group[0].skin[1]) for b, group in zip(bases, groups, strict=True)],
+        "bases": [
+            _basis(basis, actor.legs[leg].triangles)
+            for basis, ((actor, leg), *_) in zip(bases, groups, strict=True)
+        ],
         "robots": robots,
     }
 
@@ -86,24 +90,32 @@ def live_data(actor: Actor, frame: int = 0) -> dict[str, Any]:
         actor: A robot with at least one recorded frame.
         frame: Its first frame to show.
     """
-    nodes, triangles = actor.skin
-    basis = {"node_count": nodes.shape[2], "mode_count": 0, "triangles": array(triangles, "<u4")}
+    keys = [_mesh_key(actor, leg) for leg in range(len(actor.legs))]
+    first = {key: actor.legs[keys.index(key)] for key in dict.fromkeys(keys)}
+    bases = [
+        {
+            "node_count": leg.nodes.shape[1],
+            "mode_count": 0,
+            "triangles": array(leg.triangles, "<u4"),
+        }
+        for leg in first.values()
+    ]
     robot = {
         **_described(actor),
-        "basis": 0,
-        "turns_rad": [0.0] * nodes.shape[1],
+        "bases": [list(first).index(key) for key in keys],
         "frames": 1,
         **live_frame(actor, frame),
     }
-    return {"format": FORMAT, "version": FORMAT_VERSION, "bases": [basis], "robots": [robot]}
+    return {"format": FORMAT, "version": FORMAT_VERSION, "bases": bases, "robots": [robot]}
 
 
 def live_frame(actor: Actor, frame: int) -> dict[str, Any]:
     """Return one frame of a robot for the player: positions as they are, in single precision."""
+    positions = np.concatenate([leg.nodes[frame] for leg in actor.legs])
     return {
         "robot": 0,
         **_motion(actor, np.array([frame])),
-        "positions_mm": array(actor.skin[0][frame], "<f4"),
+        "positions_mm": array(positions, "<f4"),
     }
 
 
@@ -113,20 +125,22 @@ def array(values: np.ndarray, kind: str) -> str:
 
 
 def _simulated(
-    actor: Actor, place: int, basis: LegModes, settings: ReplaySettings
+    actor: Actor, keys: Sequence[str], bases: Sequence[LegModes], settings: ReplaySettings
 ) -> dict[str, Any]:
     kept = _kept(actor, settings)
-    shapes = _shapes(actor, kept)
-    coefficients = basis.coefficients(shapes)
-    # Turning a leg into the world adds the rounding of the hub's pose, 1e-4 mm at most.
-    error = float(np.abs(basis.shapes(coefficients) - shapes).max())
+    places = [keys.index(_mesh_key(actor, leg)) for leg in range(len(actor.legs))]
+    coefficients, error = [], 0.0
+    for leg, place in enumerate(places):
+        shapes = _shapes(actor, leg, kept)
+        coefficients.append(bases[place].coefficients(shapes))
+        # Turning a leg into the world adds the rounding of the hub's pose, 1e-4 mm at most.
+        error = max(error, float(np.abs(bases[place].shapes(coefficients[-1]) - shapes).max()))
     return {
         **_described(actor),
-        "basis": place,
-        "turns_rad": _turns(actor).tolist(),
+        "bases": places,
         "frames": len(kept),
         **_motion(actor, kept),
-        "coefficients_mm": array(coefficients, "<f4"),
+        "coefficients_mm": array(np.hstack(coefficients), "<f4"),
         "largest_error_mm": error,
     }
 
@@ -158,8 +172,15 @@ def _described(actor: Actor) -> dict[str, Any]:
         "status": trajectory.status,
         "regulators": list(actor.regulators),
         "regulator_count": trajectory.commanded_kPa.shape[1],
+        "poses": [
+            np.column_stack([rotation, position]).ravel().tolist()
+            for rotation, position in zip(
+                actor.shape.leg_rotation, actor.shape.leg_position_mm, strict=True
+            )
+        ],
         "floor_mm": _floor_mm(trajectory.metadata),
-        "disk": asdict(actor.disk),
+        "hub_nodes_mm": array(actor.shape.hub_nodes_mm, "<f4"),
+        "hub_triangles": array(actor.shape.hub_triangles, "<u4"),
     }
 
 
@@ -200,32 +221,19 @@ def _kept(actor: Actor, settings: ReplaySettings) -> np.ndarray:
     return np.union1d(kept, [len(times) - 1])
 
 
-def _mesh_key(actor: Actor) -> str:
-    nodes, triangles = actor.skin
-    return f"{nodes.shape[2]} {hashlib.sha256(triangles.astype('<u4').tobytes()).hexdigest()}"
+def _mesh_key(actor: Actor, leg: int) -> str:
+    shown = actor.legs[leg]
+    content = hashlib.sha256(shown.triangles.astype("<u4").tobytes()).hexdigest()
+    return f"{shown.nodes.shape[1]} {content}"
 
 
-def _shapes(actor: Actor, kept: np.ndarray) -> np.ndarray:
-    """Return legs in the hub's frame, turned to location 0, (frame x leg, 3 node)."""
-    trajectory = actor.trajectory
-    nodes = actor.skin[0][kept] - trajectory.hub_position_mm[kept, None, None]
-    turn = _turns(actor)
-    cosine, sine, zero = np.cos(turn), np.sin(turn), np.zeros_like(turn)
-    # Rows of R^T of a turn about z.
-    back = np.array([[cosine, sine, zero], [-sine, cosine, zero], [zero, zero, zero + 1.0]])
-    rotation = np.einsum("ijl,fkj->flik", back, trajectory.hub_rotation[kept])
-    shapes = np.einsum("flik,flnk->flni", rotation, nodes)
-    return np.asarray(shapes.reshape(len(kept) * len(turn), -1))
-
-
-def _turns(actor: Actor) -> np.ndarray:
-    """Return each leg's direction about the hub's axis [rad], (leg,); 0 where it is not known."""
-    name = actor.trajectory.metadata.get("design")
-    if isinstance(name, str):
-        design = Design.parse(name)
-        if design.leg_count == len(actor.regulators):
-            return np.array([design.angle_rad(location) for location, _ in design.legs])
-    return np.zeros(len(actor.regulators))
+def _shapes(actor: Actor, leg: int, kept: np.ndarray) -> np.ndarray:
+    """Return a leg in its own frame, (frame, 3 node)."""
+    trajectory, shape = actor.trajectory, actor.shape
+    nodes = actor.legs[leg].nodes[kept] - trajectory.hub_position_mm[kept, None]
+    in_hub = np.einsum("fki,fnk->fni", trajectory.hub_rotation[kept], nodes)
+    own = (in_hub - shape.leg_position_mm[leg]) @ shape.leg_rotation[leg]
+    return np.asarray(own.reshape(len(kept), -1))
 
 
 def _floor_mm(metadata: Mapping[str, Any]) -> float | None:

@@ -138,7 +138,7 @@ def test_a_click_shows_the_replay_or_the_command(
     other = show(page, legs=[6])[7]
     page.locator(".row", has_text=other).click()
     assert page.locator(".details pre").text_content() == f"pneumorph simulate --design {other}"
-    assert page.locator(".details svg rect").count() == 6
+    assert page.locator(".details svg polygon").count() == 7
     # The view is in the address: opened again it is the same.
     again = open_page(page.url)
     assert again.evaluate("pneumorphExplorer.selected()") == other

@@ -232,4 +232,4 @@ def test_a_page_needs_data_of_its_version(tmp_path: Path, open_page: OpenPage) -
         "(() => { try { pneumorphReplay.mount(document.getElementById('a'), {}); }"
         " catch (error) { return error.message; } })()"
     )
-    assert message.startswith("not replay data of version 1")
+    assert message.startswith("not replay data of version 2")

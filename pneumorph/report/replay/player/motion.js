@@ -1,7 +1,7 @@
 // What robots do: arrays decoded from base64, and positions at any time.
 // Between recorded frames everything moves linearly; at a frame it is what was recorded.
 "use strict";
-const pneumorphMotion = (() => {
+var pneumorphMotion = globalThis.pneumorphMotion || (() => {
   const TOUCHING_MM = 0.2;
 
   function decoded(text, kind) {
@@ -34,18 +34,25 @@ const pneumorphMotion = (() => {
     constructor(robot, bases) {
       this.robot = robot;
       this.simulated = robot.kind === "simulated";
-      this.basis = this.simulated ? basisOf(bases[robot.basis]) : null;
-      this.legCount = this.simulated ? robot.turns_rad.length : 0;
+      // Of each leg: its modes, where its nodes begin among all, and its first coefficient.
+      this.legs = [];
+      let nodes = 0, modes = 0;
+      for (const number of this.simulated ? robot.bases : []) {
+        const basis = basisOf(bases[number]);
+        this.legs.push({ basis, start: 3 * nodes, mode: modes });
+        nodes += basis.nodeCount;
+        modes += basis.modeCount;
+      }
+      this.modeCount = modes;
       this.time = [];
       this.parts = { hub: [], tracked: [], commanded: [], regulated: [], coefficients: [], raw: [] };
-      const size = this.legCount * (this.basis ? this.basis.nodeCount : 0) * 3;
-      // World positions of the skin's nodes as shown, (leg, node, 3) [mm], without the lane.
-      this.positions = new Float32Array(size);
+      // World positions of the skins' nodes as shown, leg after leg [mm], without the lane.
+      this.positions = new Float32Array(3 * nodes);
       this.hub = new Float64Array(7);
       this.tracked = new Float64Array(3);
       this.commanded = new Float64Array(robot.regulator_count);
       this.regulated = new Float64Array(robot.regulator_count);
-      if (this.basis) this._shape = new Float64Array(this.basis.nodeCount * 3);
+      this._shape = new Float64Array(3 * Math.max(0, ...this.legs.map((l) => l.basis.nodeCount)));
       if (robot.frames > 0) this.append(robot);
     }
 
@@ -57,8 +64,8 @@ const pneumorphMotion = (() => {
       add(this.parts.tracked, more.tracked_mm, 3);
       add(this.parts.commanded, more.commanded_kPa, this.robot.regulator_count);
       add(this.parts.regulated, more.regulated_kPa, this.robot.regulator_count);
-      if (this.basis) {
-        add(this.parts.coefficients, more.coefficients_mm, this.legCount * this.basis.modeCount);
+      if (this.simulated) {
+        add(this.parts.coefficients, more.coefficients_mm, this.modeCount);
         add(this.parts.raw, more.positions_mm, this.positions.length);
       }
     }
@@ -110,30 +117,29 @@ const pneumorphMotion = (() => {
       for (let i = 3; i < 7; i++) this.hub[i] /= Math.sqrt(square);
     }
 
-    // x = position + R_hub R_turn (mean + sum of coefficient times mode)
+    // x = p_hub + R_hub (p_leg + R_leg (mean + sum of coefficient times mode))
     _showLegs(frame, next, share) {
-      const { nodeCount, modeCount, mean, modes } = this.basis;
       const a = this.parts.coefficients[frame], b = this.parts.coefficients[next];
-      const shape = this._shape, width = nodeCount * 3;
-      const hub = rotationOf(this.hub);
-      for (let leg = 0; leg < this.legCount; leg++) {
+      const shape = this._shape, hub = rotationOf(this.hub), to = this.positions;
+      this.legs.forEach(({ basis, start, mode }, leg) => {
+        const { nodeCount, modeCount, mean, modes } = basis, width = nodeCount * 3;
         shape.set(mean);
         for (let m = 0; m < modeCount; m++) {
-          const place = leg * modeCount + m, c = a[place] + share * (b[place] - a[place]);
-          const start = m * width;
-          for (let i = 0; i < width; i++) shape[i] += c * modes[start + i];
+          const place = mode + m, c = a[place] + share * (b[place] - a[place]);
+          const first = m * width;
+          for (let i = 0; i < width; i++) shape[i] += c * modes[first + i];
         }
-        const cos = Math.cos(this.robot.turns_rad[leg]), sin = Math.sin(this.robot.turns_rad[leg]);
-        const r = [0, 3, 6].flatMap((i) => [
-          hub[i] * cos + hub[i + 1] * sin, hub[i + 1] * cos - hub[i] * sin, hub[i + 2]]);
-        const base = leg * width;
+        // Row by row: what the hub makes of the leg's rotation and position.
+        const pose = this.robot.poses[leg];
+        const r = [0, 3, 6].flatMap((i) => [0, 1, 2, 3].map((column) =>
+          hub[i] * pose[column] + hub[i + 1] * pose[4 + column] + hub[i + 2] * pose[8 + column]));
         for (let i = 0; i < width; i += 3) {
           const x = shape[i], y = shape[i + 1], z = shape[i + 2];
-          this.positions[base + i] = this.hub[0] + r[0] * x + r[1] * y + r[2] * z;
-          this.positions[base + i + 1] = this.hub[1] + r[3] * x + r[4] * y + r[5] * z;
-          this.positions[base + i + 2] = this.hub[2] + r[6] * x + r[7] * y + r[8] * z;
+          to[start + i] = this.hub[0] + r[3] + r[0] * x + r[1] * y + r[2] * z;
+          to[start + i + 1] = this.hub[1] + r[7] + r[4] * x + r[5] * y + r[6] * z;
+          to[start + i + 2] = this.hub[2] + r[11] + r[8] * x + r[9] * y + r[10] * z;
         }
-      }
+      });
     }
 
     // Whether it came to the end of its walk: one that diverged has travelled no distance.
@@ -174,5 +180,5 @@ const pneumorphMotion = (() => {
     ];
   }
 
-  return { Motion };
+  return { Motion, decoded };
 })();

@@ -8,12 +8,12 @@
 //   seek(time), play(), pause(), step(frames), setSpeed(x), select(robot)
 //   setCamera("orbit" | "follow" | "top" | "side"), setColour("regulator" | "pressure")
 //   nodePositions(robot): world positions of the skin's nodes as shown [mm], Float32Array,
-//     (leg, node, 3), nodes in the order of numpy.unique(skin_triangles), without the lane
+//     leg after leg, each (node, 3) in the order of numpy.unique of its skin, without the lane
 //   contactPoints(robot): those of them that touch the floor; trackedPoint(robot) [mm];
 //   pressures(robot) [kPa]; distance(robot) [cm]
 //   frameRate(seconds): a promise of the pictures drawn in a second while playing
 //   append(frame), finish(), dispose()
-const pneumorphReplay = (() => {
+var pneumorphReplay = globalThis.pneumorphReplay || (() => {
   const players = [];
   const CONTROLS = `
     <div class="pr-view"><canvas></canvas><div class="pr-labels"></div>
@@ -38,8 +38,8 @@ const pneumorphReplay = (() => {
 
   class Player {
     constructor(element, data, options = {}) {
-      if (data.format !== "pneumorph replay" || data.version !== 1) {
-        throw new Error(`not replay data of version 1: ${data.format} ${data.version}`);
+      if (data.format !== "pneumorph replay" || data.version !== 2) {
+        throw new Error(`not replay data of version 2: ${data.format} ${data.version}`);
       }
       this.element = element;
       this.live = Boolean(options.live);
@@ -125,7 +125,7 @@ const pneumorphReplay = (() => {
 
     get robots() {
       return this.motions.map((m) => ({ label: m.robot.label, kind: m.robot.kind,
-        frames: m.time.length, legs: m.legCount, nodes: m.basis ? m.basis.nodeCount : 0,
+        frames: m.time.length, legs: m.legs.length, nodes: m.legs.map((leg) => leg.basis.nodeCount),
         frameTimes: Array.from(m.time) }));
     }
 

@@ -1,5 +1,5 @@
 // The 3D picture: floor with a 5 cm grid, robots with their shadows, paths and contact points.
-const pneumorphStage = (() => {
+var pneumorphStage = globalThis.pneumorphStage || (() => {
   const GRID_MM = 50, SLACK = 0.45;
   const LIGHT = new THREE.Vector3(-0.35, -0.45, 0.82).normalize();
   // cividis: even in lightness, and the same to the colour-blind.
@@ -111,7 +111,7 @@ const pneumorphStage = (() => {
     }
 
     simulated(motion, index, labels) {
-      const robot = motion.robot, group = new THREE.Group(), size = motion.basis.nodeCount * 3;
+      const robot = motion.robot, group = new THREE.Group();
       group.position.y = robot.lane_mm;
       this.scene.add(group);
       // Slides every point along the light down to just above the grid.
@@ -121,12 +121,12 @@ const pneumorphStage = (() => {
         0, 0, 0, this.floor - 0.6, 0, 0, 0, 1);
       const shade = new THREE.MeshBasicMaterial({ color: "#cfd3d7", side: THREE.DoubleSide });
       const shadows = [];
-      const legs = robot.regulators.map((_, leg) => {
+      const legs = motion.legs.map(({ basis, start }) => {
         const geometry = new THREE.BufferGeometry();
-        const place = motion.positions.subarray(leg * size, (leg + 1) * size);
+        const place = motion.positions.subarray(start, start + 3 * basis.nodeCount);
         geometry.setAttribute("position",
           new THREE.BufferAttribute(place, 3).setUsage(THREE.DynamicDrawUsage));
-        geometry.setIndex(new THREE.BufferAttribute(motion.basis.triangles, 1));
+        geometry.setIndex(new THREE.BufferAttribute(basis.triangles, 1));
         const mesh = new THREE.Mesh(geometry, matt("#ffffff"));
         const shadow = new THREE.Mesh(geometry, shade);
         shadow.matrixAutoUpdate = false;
@@ -136,17 +136,17 @@ const pneumorphStage = (() => {
         shadows.push(shadow);
         return mesh;
       });
-      const shape = robot.disk;
-      const cone = new THREE.CylinderGeometry(
-        shape.top_radius_mm, shape.bottom_radius_mm, shape.height_mm, 48);
-      cone.rotateX(Math.PI / 2);
-      cone.translate(0, 0, shape.bottom_mm + shape.height_mm / 2);
-      const disk = new THREE.Mesh(cone, matt(pneumorphColours.disk));
-      const diskShadow = new THREE.Mesh(cone, shade);
-      disk.matrixAutoUpdate = diskShadow.matrixAutoUpdate = false;
-      diskShadow.frustumCulled = false;
-      shadows.push(diskShadow);
-      group.add(disk, diskShadow);
+      const solid = new THREE.BufferGeometry();
+      solid.setAttribute("position", new THREE.BufferAttribute(
+        pneumorphMotion.decoded(robot.hub_nodes_mm, Float32Array), 3));
+      solid.setIndex(new THREE.BufferAttribute(
+        pneumorphMotion.decoded(robot.hub_triangles, Uint32Array), 1));
+      const hub = new THREE.Mesh(solid, matt(pneumorphColours.disk));
+      const hubShadow = new THREE.Mesh(solid, shade);
+      hub.matrixAutoUpdate = hubShadow.matrixAutoUpdate = false;
+      hub.frustumCulled = hubShadow.frustumCulled = false;
+      shadows.push(hubShadow);
+      group.add(hub, hubShadow);
       const dots = new THREE.BufferGeometry();
       dots.setAttribute("position", new THREE.BufferAttribute(
         new Float32Array(motion.positions.length), 3).setUsage(THREE.DynamicDrawUsage));
@@ -154,7 +154,7 @@ const pneumorphStage = (() => {
         { color: "#22272b", size: 3, sizeAttenuation: false, depthTest: false }));
       contacts.frustumCulled = false;
       group.add(contacts);
-      const actor = { motion, group, legs, shadows, disk, diskShadow, flat, contacts, index };
+      const actor = { motion, group, legs, shadows, hub, hubShadow, flat, contacts, index };
       actor.label = this.label(labels, robot.label);
       return actor;
     }
@@ -219,7 +219,7 @@ const pneumorphStage = (() => {
     }
 
     updateSimulated(actor) {
-      const { motion, legs, disk, diskShadow, flat, contacts } = actor;
+      const { motion, legs, hub, hubShadow, flat, contacts } = actor;
       legs.forEach((mesh, leg) => {
         mesh.geometry.attributes.position.needsUpdate = true;
         const regulator = motion.robot.regulators[leg];
@@ -234,9 +234,9 @@ const pneumorphStage = (() => {
         }
       });
       const [x, y, z, i, j, k, w] = motion.hub;
-      disk.matrix.compose(new THREE.Vector3(x, y, z), new THREE.Quaternion(i, j, k, w),
+      hub.matrix.compose(new THREE.Vector3(x, y, z), new THREE.Quaternion(i, j, k, w),
         new THREE.Vector3(1, 1, 1));
-      diskShadow.matrix.multiplyMatrices(flat, disk.matrix);
+      hubShadow.matrix.multiplyMatrices(flat, hub.matrix);
       const count = this.showContacts ? motion.contacts(contacts.geometry.attributes.position.array) : 0;
       contacts.geometry.setDrawRange(0, count);
       contacts.geometry.attributes.position.needsUpdate = true;

@@ -1,5 +1,5 @@
 // The charts under the picture: pressures of one robot and distance of all, over time. Drag to seek.
-const pneumorphTimeLine = (() => {
+var pneumorphTimeLine = globalThis.pneumorphTimeLine || (() => {
   const LEFT = 52, RIGHT = 12, TOP = 14, GAP = 18, BOTTOM = 22;
 
   class TimeLine {

@@ -1,5 +1,5 @@
 // The page of a training: pneumorphTraining.show(snapshot) draws it, listen() draws what is sent.
-const pneumorphTraining = (() => {
+var pneumorphTraining = globalThis.pneumorphTraining || (() => {
   let shownReplay = null;
   const find = (id) => document.getElementById(id);
 

@@ -1,0 +1,158 @@
+"""Which designs of a described robot may be built: its rules, and symmetries from its sites."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.base.checked import Checked, Count, CountOrNone
+from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.robot.design import MINIMUM_LEGS
+from pneumorph.robot.design_space import DesignSpace
+
+_SAME_MM = 1e-3
+_SAME = 1e-6
+_REFLECTION = np.diag([1.0, -1.0, 1.0])
+
+
+@dataclass(frozen=True)
+class DesignRules(Checked):
+    """Options, counts, exclusions and symmetries; see `pneumorph.robot.design_space`."""
+
+    usual: str | None = None
+    """Design that walks where none is named; by default the first."""
+    minimum_legs: CountOrNone = MINIMUM_LEGS
+    """Fewest legs."""
+    maximum_legs: Count | None = None
+    """Most legs; by default as many as there are sites."""
+    minimum_regulators: CountOrNone = 0
+    """Fewest different regulators."""
+    maximum_regulators: Count | None = None
+    """Most different regulators; by default all."""
+    options: tuple[str, ...] = ()
+    """What each site may carry, such as `0 * b*`; by default nothing, or any of its modules on any
+    regulator."""
+    exclusions: tuple[str, ...] = ()
+    """Numbers of sites of which one at most may carry a leg, such as `0 1`."""
+    canonical: bool = True
+    """Count designs as one that differ only by the names of their regulators."""
+    mirror: bool = True
+    """Whether the robot is its own mirror image about the forward axis, so that what is learned of
+    a design holds for its image."""
+    same: tuple[str, ...] = ()
+    """Count designs as one that these turn into each other: `mirror`, or a turn about the z axis in
+    degrees such as `180`."""
+
+    def space(
+        self,
+        poses: Sequence[Pose],
+        modules: Sequence[tuple[str, ...]],
+        regulator_count: int,
+    ) -> DesignSpace:
+        """The designs of sites.
+
+        Args:
+            poses: Each site's frame in the robot's.
+            modules: Names of the modules that are allowed at each site.
+            regulator_count: How many regulators there are.
+
+        Raises:
+            ValueError: A rule asks for what there is not, or a symmetry maps a site to none.
+        """
+        count = len(poses)
+        if self.options and len(self.options) != count:
+            raise ValueError(
+                f"designs.options has {len(self.options)} entries, expected one for each of the "
+                f"{count} sites"
+            )
+        space = DesignSpace(
+            location_count=count,
+            regulator_count=regulator_count,
+            minimum_legs=self.minimum_legs,
+            maximum_legs=count if self.maximum_legs is None else self.maximum_legs,
+            canonical=self.canonical,
+            options=self.options or _usual_options(modules),
+            minimum_regulators=self.minimum_regulators,
+            maximum_regulators=self.maximum_regulators,
+            exclusions=self.exclusions,
+            mirror=_mirror(poses, modules) if self.mirror else "none",
+            symmetries=tuple(_symmetry(text, poses, modules) for text in self.same),
+        )
+        for location, kinds in enumerate(space.kinds):
+            names = modules[location]
+            if max(kinds, default=0) >= len(names):
+                allowed = (f"{chr(ord('a') + place)} ({each})" for place, each in enumerate(names))
+                raise ValueError(
+                    f"designs.options[{location}] names module {chr(ord('a') + max(kinds))}, "
+                    f"expected {' or '.join(allowed)}: those of the site"
+                )
+        if self.usual is not None:
+            _ = space.index(space.parse(self.usual))
+        return space
+
+
+def _usual_options(modules: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    """No leg or any module on any regulator; nothing to say of one module everywhere."""
+    texts = tuple(
+        " ".join(["0", *(f"{chr(ord('a') + kind) if kind else ''}*" for kind in range(len(names)))])
+        for names in modules
+    )
+    return () if set(texts) == {"0 *"} else texts
+
+
+def _mirror(poses: Sequence[Pose], modules: Sequence[tuple[str, ...]]) -> str:
+    images = _images(
+        [Pose(_REFLECTION @ each.rotation @ _REFLECTION, _REFLECTION @ each.translation)
+         for each in poses],
+        poses, modules, "designs.mirror is true, and the mirror image", "set mirror = false",
+    )  # fmt: skip
+    return "radial" if images == list(reversed(range(len(poses)))) else " ".join(map(str, images))
+
+
+def _symmetry(text: str, poses: Sequence[Pose], modules: Sequence[tuple[str, ...]]) -> str:
+    if text == "mirror":
+        return text
+    try:
+        angle = float(text)
+    except ValueError:
+        raise ValueError(
+            f'designs.same has {text!r}, expected "mirror" or a turn in degrees such as "180"'
+        ) from None
+    turn = Pose(rotation_about("z", angle))
+    images = _images(
+        [turn.compose(each) for each in poses], poses, modules,
+        f"designs.same has {text!r}, and that turn", "leave it out",
+    )  # fmt: skip
+    return " ".join(map(str, images))
+
+
+def _images(
+    moved: Sequence[Pose],
+    poses: Sequence[Pose],
+    modules: Sequence[tuple[str, ...]],
+    what: str,
+    remedy: str,
+) -> list[int]:
+    """Which site each moved one lies on.
+
+    Raises:
+        ValueError: One lies on none, or on one of other modules.
+    """
+    images = []
+    for site, pose in enumerate(moved):
+        here = [
+            place
+            for place, other in enumerate(poses)
+            if np.abs(other.translation - pose.translation).max() < _SAME_MM
+            and np.abs(other.rotation - pose.rotation).max() < _SAME
+        ]
+        if len(here) != 1 or modules[here[0]] != modules[site]:
+            found = "no site" if len(here) != 1 else f"site {here[0]}, which has other modules"
+            raise ValueError(
+                f"{what} of site {site} lies on {found}, expected one that is like it; {remedy}, "
+                "or move the sites"
+            )
+        images.append(here[0])
+    return images

@@ -1,0 +1,210 @@
+"""A hub as a robot's description has it: a box, a disk or a mesh, its mass from what it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from pneumorph.base.checked import Bounds, Checked, Positive
+from pneumorph.catalogue.hub_spec import HubModel, HubSpec
+from pneumorph.fem.material import DiskMaterials, Material
+from pneumorph.geometry.mass_properties import MassProperties
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.simple_solids import box_solid, cone_solid
+from pneumorph.geometry.spread_points import spread_points
+from pneumorph.geometry.surface import boundary_triangles
+
+HubShape = Literal["box", "disk", "mesh"]
+HubContact = Literal["rims", "spread", "mesh", "none"]
+Vector = tuple[float, float, float]
+
+_ON_EDGE_MM = 1e-6
+_SIZES = {
+    "box": ("length_mm", "width_mm", "height_mm", "bottom_mm"),
+    "disk": ("radius_mm", "height_mm", "bottom_mm"),
+    "mesh": ("mesh",),
+}
+
+
+@dataclass(frozen=True)
+class HubDescription(Checked):
+    """What carries the modules; z is up, x forward, the origin anywhere."""
+
+    shape: HubShape
+    """A `box` or a `disk` (a truncated cone) about the z axis, or a `mesh` in the robot's frame."""
+    length_mm: Positive | None = None
+    """Of a box, along x [mm]."""
+    width_mm: Positive | None = None
+    """Of a box, along y [mm]."""
+    radius_mm: Positive | None = None
+    """Of a disk's lower face [mm]."""
+    top_radius_mm: Positive | None = None
+    """Of a disk's upper face [mm]; that of the lower one by default."""
+    height_mm: Positive | None = None
+    """Of a box or a disk [mm]."""
+    bottom_mm: float | None = None
+    """Height of the lower face of a box or a disk in the robot's frame [mm]."""
+    mesh: Path | None = None
+    """Mesh file, as `pneumorph mesh` writes it."""
+    density_g_per_ml: Positive | None = None
+    """What it is made of [g/ml]; its mass, centre and inertia follow from its shape."""
+    wall_mm: Positive | None = None
+    """Thickness of its walls, of a hollow one [mm]; by default it is solid. A mesh with walls is
+    taken as a thin shell."""
+    mass_kg: Positive | None = None
+    """Its mass, in place of the density [kg]: of a box or a disk with the inertia of its shape, of
+    a mesh spread evenly over its nodes, unless centre and inertia are given."""
+    centre_mm: Vector | None = None
+    """Centre of mass that goes with mass_kg and inertia_kg_mm2 [mm]."""
+    inertia_kg_mm2: tuple[Vector, Vector, Vector] | None = None
+    """Inertia about the centre that goes with mass_kg and centre_mm, three rows [kg mm^2]."""
+    contact: HubContact = "rims"
+    """What of it may touch the floor: the outlines of its lower and upper faces (`rims`), nodes of
+    its skin contact_spacing_mm apart (`spread`), the mesh's own contact points, or nothing."""
+    contact_spacing_mm: Positive = 15.0
+    """Distance between points of `spread` [mm]."""
+    surface: str = "hub"
+    """What these points lie on, where friction is given by surface."""
+    tracked_point_mm: Vector | None = None
+    """Point whose travel counts [mm]; by default the middle of the upper face."""
+    model: HubModel = "rigid"
+    """The hub of full-order robots: of finite elements (`soft`), or rigid."""
+    young_modulus_kPa: Positive = DiskMaterials().body.young_modulus_kPa
+    """Of a soft hub [kPa]."""
+    poisson_ratio: Annotated[float, Bounds(least=0.0, below=0.5)] = (
+        DiskMaterials().body.poisson_ratio
+    )
+    """Of a soft hub."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        every = {name for names in _SIZES.values() for name in names} | {"top_radius_mm"}
+        asked = set(_SIZES[self.shape]) | ({"top_radius_mm"} if self.shape == "disk" else set())
+        for name in sorted(every):
+            given = getattr(self, name) is not None
+            if given and name not in asked:
+                raise ValueError(f"{name} is given, expected none of a {self.shape}")
+            if not given and name in _SIZES[self.shape]:
+                raise ValueError(f"{name} is missing: a {self.shape} has one")
+        weighed = self.mass_kg is not None
+        if weighed == (self.density_g_per_ml is not None):
+            raise ValueError(
+                "expected either density_g_per_ml or mass_kg, got "
+                + ("both" if weighed else "neither")
+            )
+        if (self.centre_mm is None) != (self.inertia_kg_mm2 is None) or (
+            self.centre_mm is not None and not weighed
+        ):
+            raise ValueError("centre_mm and inertia_kg_mm2 go together, and with mass_kg")
+        if self.wall_mm is not None and (self.centre_mm is not None or not self._hollow_fits()):
+            raise ValueError(
+                f"wall_mm is {self.wall_mm:g}, expected less than half of every size, and none "
+                "where the inertia is given"
+            )
+
+    def spec(self, folder: Path) -> HubSpec:
+        """The hub.
+
+        Args:
+            folder: Where a mesh file's path starts.
+
+        Raises:
+            FileNotFoundError: The mesh file is missing.
+            ValueError: Nothing is left to touch the floor or to weigh.
+        """
+        mesh = self._solid(0.0) if self.mesh is None else Mesh.load(folder / self.mesh)
+        return HubSpec(
+            mesh,
+            Material(self.young_modulus_kPa, self.poisson_ratio),
+            self._mass(mesh),
+            np.array(self._tracked_point(mesh)),
+            self._contact_points(mesh),
+            self.surface,
+        )
+
+    def _solid(self, wall_mm: float) -> Mesh:
+        """The box or the disk without so much of its outside."""
+        low, high = self.bottom_mm, self.height_mm
+        assert low is not None
+        assert high is not None
+        low, high = low + wall_mm, high - 2.0 * wall_mm
+        if self.shape == "box":
+            assert self.length_mm is not None
+            assert self.width_mm is not None
+            return box_solid(
+                self.length_mm - 2.0 * wall_mm, self.width_mm - 2.0 * wall_mm, high, low
+            )
+        assert self.radius_mm is not None
+        bottom, top = self.radius_mm, self.top_radius_mm or self.radius_mm
+        return cone_solid(bottom - wall_mm, top - wall_mm, high, low)
+
+    def _hollow_fits(self) -> bool:
+        sizes = (self.length_mm, self.width_mm, self.height_mm)
+        radii = (self.radius_mm, self.top_radius_mm)
+        halves = [0.5 * each for each in sizes if each] + [each for each in radii if each]
+        return all(self.wall_mm is None or self.wall_mm < half for half in halves)
+
+    def _mass(self, mesh: Mesh) -> float | MassProperties:
+        if self.mass_kg is not None:
+            if self.centre_mm is not None:
+                centre, inertia = np.array(self.centre_mm), np.array(self.inertia_kg_mm2)
+                return MassProperties(self.mass_kg, centre, inertia)
+            if self.shape == "mesh" and self.wall_mm is None:
+                return self.mass_kg
+            return self._of_shape(mesh, 1.0).weighing(self.mass_kg)
+        assert self.density_g_per_ml is not None
+        return self._of_shape(mesh, self.density_g_per_ml)
+
+    def _of_shape(self, mesh: Mesh, density_g_per_ml: float) -> MassProperties:
+        if self.wall_mm is None:
+            return MassProperties.of_tetrahedra(mesh.nodes, mesh.tetrahedra, density_g_per_ml)
+        if self.shape == "mesh":
+            skin = boundary_triangles(mesh.tetrahedra)
+            return MassProperties.of_shell(mesh.nodes, skin, self.wall_mm, density_g_per_ml)
+        hole = self._solid(self.wall_mm)
+        outside, inside = (
+            MassProperties.of_tetrahedra(each.nodes, each.tetrahedra, density_g_per_ml)
+            for each in (mesh, hole)
+        )
+        return MassProperties.of_moments(
+            outside.mass_kg - inside.mass_kg,
+            outside.first_moment - inside.first_moment,
+            outside.second_moment - inside.second_moment,
+        )
+
+    def _tracked_point(self, mesh: Mesh) -> Vector:
+        if self.tracked_point_mm is not None:
+            return self.tracked_point_mm
+        low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+        return (0.5 * float(low[0] + high[0]), 0.5 * float(low[1] + high[1]), float(high[2]))
+
+    def _contact_points(self, mesh: Mesh) -> np.ndarray:
+        if self.contact == "none":
+            return np.zeros((0, 3))
+        if self.contact == "mesh":
+            return mesh.contact_points
+        if self.contact == "rims":
+            return rim_points(mesh)
+        skin = mesh.nodes[np.unique(boundary_triangles(mesh.tetrahedra))]
+        chosen: np.ndarray = skin[spread_points(skin, self.contact_spacing_mm)]
+        return chosen
+
+
+def rim_points(mesh: Mesh) -> np.ndarray:
+    """Nodes on the outlines of the faces ``bottom`` and ``top`` of a mesh [mm], (point, 3).
+
+    Raises:
+        MeshError: The mesh has no such node sets.
+    """
+    points = []
+    for name in ("bottom", "top"):
+        face = mesh.nodes[mesh.node_set(name)]
+        hull = ConvexHull(face[:, :2])
+        # Rows (a, b, c) of lines a x + b y + c = 0 of unit normal.
+        height = face[:, :2] @ hull.equations[:, :2].T + hull.equations[:, 2]
+        points.append(face[height.max(axis=1) > -_ON_EDGE_MM])
+    return np.concatenate(points)

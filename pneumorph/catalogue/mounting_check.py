@@ -1,0 +1,113 @@
+"""Refuse modules that are not where a robot has its sites, or that weigh what nothing weighs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.robot_spec import Site
+from pneumorph.geometry.contact_surfaces import distance_to
+from pneumorph.geometry.mass_properties import KG_PER_MM3
+from pneumorph.geometry.surface import boundary_triangles, enclosed_volume
+from pneumorph.physics.physics import Physics
+
+DENSITIES_G_PER_ML = (0.3, 3.0)
+"""Between foam and the published legs, which weigh 2.5 times what silicone does."""
+
+
+def check_module(module: Module, name: str, physics: Physics, weighed: bool) -> None:
+    """Refuse a module whose mass does not go with its volume, or that the physics would inflate
+    otherwise than the real one.
+
+    Args:
+        module: The module.
+        name: What its description calls it.
+        physics: What acts on the robot.
+        weighed: Whether its description says its mass, which is taken as it is.
+
+    Raises:
+        ValueError: Either is the case.
+    """
+    part = module.reduced
+    volume = enclosed_volume(part.rest_nodes, part.skin) - float(part.cavity_volume.sum())
+    density = part.mass / (KG_PER_MM3 * volume)
+    low, high = DENSITIES_G_PER_ML
+    if not weighed and not low <= density <= high:
+        raise ValueError(
+            f"modules.{name} weighs {1e3 * part.mass:.1f} g and holds {1e-3 * volume:.1f} ml of "
+            f"material, {density:.2g} g/ml, expected {low:g} to {high:g}: its mass may be that of "
+            f"another leg; weigh it and give modules.{name}.mass_g"
+        )
+    own = module.pressure_map
+    if own is not None and own != physics.pressure_map:
+        raise ValueError(
+            f"modules.{name} bends as the real leg does with a pressure map of slope "
+            f"{own.slope:g} and intercept {own.intercept_kPa:g} kPa, the physics has "
+            f"{physics.pressure_map.slope:g} and {physics.pressure_map.intercept_kPa:g}: expected "
+            "one map for all modules; choose legs of one kind, or physics.pressure_map"
+        )
+
+
+def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> None:
+    """Refuse a gap between the hub and a module's attachment face, and a module inside the hub.
+
+    Args:
+        hub: The hub.
+        sites: The sites with their modules.
+        tolerance_mm: Widest gap and deepest overlap [mm].
+
+    Raises:
+        ValueError: A module's attachment face is not known, or it is too far away or too deep.
+    """
+    nodes, skin = hub.mesh.nodes, boundary_triangles(hub.mesh.tetrahedra)
+    for number, site in enumerate(sites):
+        where = f"sites[{number}]" + (f" ({site.name})" if site.name else "")
+        for module in site.modules:
+            if module.face is None:
+                raise ValueError(
+                    f"module {module.name} at {where} does not say what of it is attached, "
+                    "expected the mesh that it was made from: give its mesh, or reduce it again"
+                )
+            pose = site.pose_of(module)
+            face = pose.apply(module.face.translation)
+            gap = distance_to(face, nodes[skin])
+            if gap > tolerance_mm and not _inside(face[None], nodes, skin)[0]:
+                raise ValueError(
+                    f"the attachment face of module {module.name} at {where} is {gap:.1f} mm away "
+                    f"from the hub, its middle at {np.round(face, 1).tolist()} mm, expected at "
+                    f"most {tolerance_mm:g}: move the site to the hub's surface, or allow it by "
+                    "mounting_tolerance_mm"
+                )
+            points = pose.apply(module.reduced.rest_nodes)
+            within = points[_inside(points, nodes, skin)]
+            depth = max((distance_to(point, nodes[skin]) for point in within), default=0.0)
+            if depth > tolerance_mm:
+                raise ValueError(
+                    f"module {module.name} at {where} is up to {depth:.1f} mm inside the hub, "
+                    f"expected at most {tolerance_mm:g}: does the site's x axis point away from "
+                    "the hub? Turn or move it, or allow it by mounting_tolerance_mm"
+                )
+
+
+def _inside(points: np.ndarray, nodes: np.ndarray, skin: np.ndarray) -> np.ndarray:
+    """Whether points (point, 3) are within a closed surface, (point,) bool.
+
+    The solid angles of its triangles (Van Oosterom and Strackee 1983) add up to 4 pi inside.
+    """
+    inside = np.zeros(len(points), dtype=bool)
+    low, high = nodes.min(axis=0), nodes.max(axis=0)
+    near = np.flatnonzero(((points > low) & (points < high)).all(axis=1))
+    for place in near:
+        corners = nodes[skin] - points[place]
+        a, b, c = corners.transpose(1, 0, 2)
+        la, lb, lc = np.linalg.norm(corners, axis=2).T
+        triple = np.einsum("ti,ti->t", a, np.cross(b, c))
+        below = la * lb * lc
+        below += np.einsum("ti,ti->t", a, b) * lc
+        below += np.einsum("ti,ti->t", a, c) * lb
+        below += np.einsum("ti,ti->t", b, c) * la
+        inside[place] = 2.0 * np.arctan2(triple, below).sum() > 2.0 * np.pi
+    return inside

@@ -1,0 +1,280 @@
+"""A robot as its description has it: hub, modules, sites, physics and designs, from a TOML file.
+
+docs/own_robot.md has the file field by field; `examples/plate.toml` is one, and the paper's robot
+is another (`pneumorph/data/paper_robot.toml`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.checked import Checked, Positive
+from pneumorph.base.settings import (
+    laid_over,
+    read_settings_file,
+    settings_from_dict,
+    settings_to_dict,
+)
+from pneumorph.catalogue.design_rules import DesignRules
+from pneumorph.catalogue.hub_description import HubDescription
+from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.mounting_check import check_module, check_mounted
+from pneumorph.catalogue.paper_leg import LegName, PhysicsName, leg_kind, masses_of, paper_leg
+from pneumorph.catalogue.paper_robot import ring_of_sites
+from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.shipped_data import data_file
+from pneumorph.fem.material import LegMaterials
+from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.physics.physics import Physics
+from pneumorph.robot.design_space import DesignSpace
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class ModuleDescription(Checked):
+    """A kind of module: a leg that ships, or a part of your own."""
+
+    leg: LegName = "published"
+    """A leg that ships; of a part of your own the one whose material it has where none is given."""
+    part: Path | None = None
+    """Reduced part, as `pneumorph reduce` writes it."""
+    mesh: Path | None = None
+    """Its mesh, as `pneumorph mesh` writes it; for finite elements, and where the part does not say
+    what of it is attached."""
+    materials: LegMaterials | None = None
+    """What it is made of, for finite elements; by default what its reduction says, or the leg."""
+    size_factor: Positive = 1.0
+    """All its lengths, the sheet's thickness among them, over those it was made with."""
+    mass_g: Positive | None = None
+    """Its mass [g]; by default what its reduction says, or what is cast of the leg that ships."""
+
+    def module(self, name: str, folder: Path) -> Module:
+        """The module; files start from the folder."""
+        part, mesh = (None if path is None else folder / path for path in (self.part, self.mesh))
+        masses = replace(masses_of(self.leg) if part is None else Masses(), leg_mass_g=self.mass_g)
+        return paper_leg(
+            self.leg, part, mesh, self.materials, masses, size_factor=self.size_factor, label=name
+        )
+
+
+@dataclass(frozen=True)
+class SiteDescription(Checked):
+    """A place for a module; its frame is where the module's attachment face comes."""
+
+    position_mm: Vector
+    """Middle of the attachment face in the robot's frame [mm]."""
+    yaw_deg: float = 0.0
+    """Where the module points, seen from above, counter-clockwise from forward [degrees]."""
+    pitch_deg: float = 0.0
+    """How much it points down [degrees]."""
+    roll_deg: float = 0.0
+    """Turn about the direction it points in [degrees]."""
+    modules: tuple[str, ...] = ()
+    """Names of the modules that may be mounted; all by default."""
+    name: str = ""
+    """What messages call it; its number, from 0, by default."""
+
+    @property
+    def pose(self) -> Pose:
+        """The site's frame in the robot's."""
+        turn = rotation_about("z", self.yaw_deg) @ rotation_about("y", self.pitch_deg)
+        return Pose(turn @ rotation_about("x", self.roll_deg), np.array(self.position_mm))
+
+
+@dataclass(frozen=True)
+class ActingDescription(Checked):
+    """The physics by name; all else of the table are fields of `Physics` that differ from it."""
+
+    based_on: PhysicsName = "published"
+    """Whose physics, and whose finite elements."""
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    """Fields of `Physics`, as nested tables."""
+
+    @property
+    def physics(self) -> Physics:
+        """What acts on the robot.
+
+        Raises:
+            ValueError: No such field, or a value out of range.
+        """
+        named = settings_to_dict(leg_kind(self.based_on).physics)
+        return settings_from_dict(Physics, laid_over(named, self.changes))
+
+
+@dataclass(frozen=True)
+class RobotDescription(Checked):
+    """A robot: what is in its file."""
+
+    name: str
+    """What it is called."""
+    hub: HubDescription
+    """What carries the modules."""
+    modules: dict[str, ModuleDescription]
+    """The kinds of modules by name; sites have those that they allow in this order, and a design's
+    letters count them there."""
+    sites: tuple[SiteDescription, ...] = ()
+    """Places for modules, one for each entry of a design."""
+    ring: RadialMounting | None = None
+    """In place of sites: places around a disk for every module, as the paper's robot has them."""
+    physics: ActingDescription = field(default_factory=ActingDescription)
+    """What acts on it."""
+    designs: DesignRules = field(default_factory=DesignRules)
+    """Which designs may be built, and which walks where none is named."""
+    mounting_tolerance_mm: Positive = 3.0
+    """Widest gap between hub and attachment face, and deepest overlap of hub and module [mm]."""
+    folder: Path = Path()
+    """Where the paths of files start."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.modules:
+            raise ValueError("modules is empty, expected at least one table such as [modules.leg]")
+        if (self.ring is None) == (not self.sites):
+            both = "both" if self.sites else "neither"
+            raise ValueError(f"expected either sites or a ring of them, got {both}")
+        for number, site in enumerate(self.sites):
+            for each in site.modules:
+                if each not in self.modules:
+                    raise ValueError(
+                        f"sites[{number}].modules names {each!r}, expected one of modules: "
+                        f"{', '.join(self.modules)}"
+                    )
+        mounted = {name for names in self._allowed() for name in names}
+        for name in self.modules:
+            if name not in mounted:
+                raise ValueError(f"modules.{name} is at no site, expected one that allows it")
+
+    @classmethod
+    def read(cls, path: Path | str) -> RobotDescription:
+        """Read a description from a TOML (or JSON) file.
+
+        Raises:
+            FileNotFoundError: No such file.
+            ValueError: It is no description; names the file, the field and the cause.
+        """
+        path = Path(path)
+        content = read_settings_file(path)
+        acting = dict(content.get("physics", {}))
+        based_on = {"based_on": acting.pop("based_on")} if "based_on" in acting else {}
+        if "physics" in content:
+            content["physics"] = {**based_on, "changes": acting}
+        try:
+            found = settings_from_dict(cls, {**content, "folder": str(path.parent)})
+            _ = found.acting, found.space
+        except ValueError as error:
+            raise ArtefactError(f"robot file {path}: {error}") from error
+        return found
+
+    @property
+    def site_count(self) -> int:
+        """Number of places."""
+        return len(self.sites) if self.ring is None else self.ring.location_count
+
+    @property
+    def acting(self) -> Physics:
+        """What acts on the robot."""
+        return self.physics.physics
+
+    @property
+    def space(self) -> DesignSpace:
+        """The designs that may be built.
+
+        Raises:
+            ValueError: A rule names a site, module or regulator that there is not, a symmetry maps
+                a site to none, or no design is left.
+        """
+        return self.designs.space(
+            self._poses(),
+            self._allowed(),
+            self.acting.regulator_count,
+        )
+
+    @property
+    def usual_design(self) -> str:
+        """The design that walks where none is named."""
+        return self.designs.usual or str(self.space[0])
+
+    def expert_settings(self) -> dict[str, Any]:
+        """Settings of the expert's gait for its regulators."""
+        return {"regulator_count": self.acting.regulator_count}
+
+    def baseline_settings(self) -> dict[str, Any]:
+        """Settings of a phase sweep for its usual design."""
+        return {"design": self.usual_design, "gait": self.expert_settings()}
+
+    def training_settings(self) -> dict[str, Any]:
+        """Settings of a learner for its designs and regulators."""
+        space = self.space
+        return {
+            "space": settings_to_dict(space),
+            "task": {"regulator_count": space.regulator_count},
+        }
+
+    def spec(self, physics: Physics | None = None, **rest: Any) -> RobotSpec:
+        """The robot.
+
+        Args:
+            physics: What acts on it; None for its own.
+            **rest: Other fields of `RobotSpec`, such as ``thread_count``.
+
+        Raises:
+            FileNotFoundError: A file that it names is missing.
+            ValueError: A module is not where its site is, weighs what it cannot, or is inflated
+                otherwise than the real one; names the site, the module and the cause.
+        """
+        modules = {name: each.module(name, self.folder) for name, each in self.modules.items()}
+        physics = physics or self.acting
+        kind = leg_kind(self.physics.based_on)
+        hub = self.hub.spec(self.folder)
+        if self.ring is not None:
+            sites = ring_of_sites(self.ring, tuple(modules.values()))
+        else:
+            sites = tuple(
+                Site(site.pose, tuple(modules[name] for name in names), Pose(), site.name)
+                for site, names in zip(self.sites, self._allowed(), strict=True)
+            )
+        for name, module in modules.items():
+            check_module(module, name, physics, weighed=self.modules[name].mass_g is not None)
+        check_mounted(hub, sites, self.mounting_tolerance_mm)
+        return RobotSpec(
+            hub,
+            sites,
+            physics,
+            **{
+                "hub_model": self.hub.model,
+                "full_order": kind.full_order,
+                "name": self.name,
+                **rest,
+            },
+        )
+
+    def _allowed(self) -> list[tuple[str, ...]]:
+        """Names of the modules at each site, in the order of the modules."""
+        every = tuple(self.modules)
+        if self.ring is not None:
+            return [every] * self.ring.location_count
+        return [
+            tuple(name for name in every if not site.modules or name in site.modules)
+            for site in self.sites
+        ]
+
+    def _poses(self) -> list[Pose]:
+        """Each site's frame in the robot's."""
+        ring = self.ring
+        if ring is not None:
+            return [ring.pose(location) for location in range(ring.location_count)]
+        return [site.pose for site in self.sites]
+
+
+def paper_robot_file() -> Path:
+    """The file of the paper's robot, which ships."""
+    return data_file("paper_robot.toml")

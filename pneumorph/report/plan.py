@@ -1,0 +1,117 @@
+"""A robot from above, at rest: outlines of its hub and of its legs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from pneumorph.robot.design import Design
+
+if TYPE_CHECKING:
+    from pneumorph.catalogue.robot_options import RobotOptions
+    from pneumorph.geometry.pose import Pose
+    from pneumorph.geometry.robot_shape import RobotShape
+    from pneumorph.trajectory import Trajectory
+
+DISK_RADIUS_MM = 54.5
+LEG_LENGTH_MM = 115.0 * np.cos(np.radians(15.0))
+LEG_CENTRE_MM = 52.0 * np.cos(np.radians(15.0)) + 50.0
+LEG_WIDTH_MM = 32.0
+HALF_WIDTH_MM = 172.0
+"""Half the width that the paper's robot is drawn in."""
+_CORNERS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A robot from above, forward along x.
+
+    Attributes:
+        hub_mm: Corners of the hub's outline, (corner, 2).
+        legs_mm: Of each leg's, each (corner, 2).
+        regulators: Of each leg's cavities, from 1.
+    """
+
+    hub_mm: np.ndarray
+    legs_mm: tuple[np.ndarray, ...]
+    regulators: tuple[tuple[int, ...], ...]
+
+    @property
+    def half_width_mm(self) -> float:
+        """Half the width of a square about the origin that holds all of it."""
+        return float(max(np.abs(each).max(initial=0.0) for each in (self.hub_mm, *self.legs_mm)))
+
+
+PlanOf = Callable[[Design], Plan]
+"""What a design of a robot looks like."""
+
+
+def paper_plan(design: Design) -> Plan:
+    """A design of the paper's robot, or of one with as many legs around a disk."""
+    turn = 2.0 * np.pi * np.arange(_CORNERS) / _CORNERS
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    rectangle = corners * [LEG_LENGTH_MM, LEG_WIDTH_MM] + [LEG_CENTRE_MM, 0.0]
+    legs = tuple(rectangle @ _turned(design.angle_rad(each.location)).T for each in design.fittings)
+    return Plan(
+        DISK_RADIUS_MM * np.stack([np.cos(turn), np.sin(turn)], axis=1),
+        legs,
+        tuple(each.regulators for each in design.fittings),
+    )
+
+
+def plan_of_walk(trajectory: Trajectory) -> Plan:
+    """A recorded robot as it was simulated, when its recording began; one of an earlier version,
+    which does not say what it looks like, is the paper's."""
+    shape, nodes = trajectory.shape, trajectory.node_positions_mm
+    if shape is None or nodes is None or trajectory.skin_triangles is None:
+        return paper_plan(Design.parse(trajectory.metadata["design"]))
+    in_hub = (nodes[0] - trajectory.hub_position_mm[0]) @ trajectory.hub_rotation[0]
+    legs = tuple(
+        _outline(in_hub[leg, np.unique(trajectory.skin_triangles[shape.skin_of(leg)])])
+        for leg in range(len(shape.leg_part))
+    )
+    return Plan(_outline(shape.hub_nodes_mm), legs, _regulators(shape))
+
+
+def plans_of(robot: RobotOptions) -> PlanOf:
+    """What the designs of a robot look like: the paper's, or those of a description."""
+    if robot.description is None:
+        return paper_plan
+    spec = robot.spec()
+    hub = _outline(spec.hub.mesh.nodes)
+
+    def plan(design: Design) -> Plan:
+        mounts = spec.assembly(design).mounts
+        return Plan(
+            hub,
+            tuple(_posed(mount.pose, mount.part.rest_nodes) for mount in mounts),
+            tuple(each.regulators for each in design.fittings),
+        )
+
+    return plan
+
+
+def _posed(pose: Pose, nodes: np.ndarray) -> np.ndarray:
+    return _outline(pose.apply(nodes))
+
+
+def _regulators(shape: RobotShape) -> tuple[tuple[int, ...], ...]:
+    return tuple(tuple(r for r in row if r) for row in shape.leg_regulators.tolist())
+
+
+def _outline(points: np.ndarray) -> np.ndarray:
+    """Convex hull of points from above, (corner, 2)."""
+    if len(points) < 3:
+        return np.zeros((0, 2))
+    flat = points[:, :2].astype(float)
+    corners: np.ndarray = flat[ConvexHull(flat).vertices]
+    return corners
+
+
+def _turned(angle_rad: float) -> np.ndarray:
+    cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
+    return np.array([[cosine, -sine], [sine, cosine]])

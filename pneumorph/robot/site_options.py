@@ -1,0 +1,69 @@
+"""What a design may have at one location, as text.
+
+Entries are separated by spaces: ``0`` for no leg, else a kind of module and its regulators as in a
+design's text, where ``*`` stands for any regulator: ``0 * b*`` allows no leg, the first or the
+second kind of module on any regulator, ``1`` asks for the first kind on regulator 1, and ``c*+*``
+for the third kind with regulators of their own for its two cavities.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import product
+
+from pneumorph.robot.design import Fitting
+
+_ENTRY = re.compile(r"([a-z]?)((?:[1-9][0-9]*|\*)(?:\+(?:[1-9][0-9]*|\*))*)", re.ASCII)
+
+
+def site_options(
+    text: str, location: int, regulator_count: int
+) -> tuple[tuple[Fitting | None, ...], bool]:
+    """What a location may carry.
+
+    Args:
+        text: The options.
+        location: Number of the location.
+        regulator_count: Regulators that ``*`` stands for.
+
+    Returns:
+        The options in the order of designs, None for no leg, and whether one of them names a
+        regulator.
+
+    Raises:
+        ValueError: An entry is none, is given twice, or names a regulator that there is not.
+    """
+    found: list[Fitting | None] = []
+    named = False
+    for entry in text.split():
+        if entry == "0":
+            found.append(None)
+            continue
+        match = _ENTRY.fullmatch(entry)
+        if match is None:
+            raise ValueError(
+                f"options[{location}] has {entry!r}, expected entries such as 0, 1, * or b*, "
+                "separated by spaces"
+            )
+        kind, numbers = match.groups()
+        choices = []
+        for number in numbers.split("+"):
+            named |= number != "*"
+            if number != "*" and int(number) > regulator_count:
+                raise ValueError(
+                    f"options[{location}] names regulator {number}, expected 1 to {regulator_count}"
+                )
+            every = range(1, regulator_count + 1)
+            choices.append(every if number == "*" else [int(number)])
+        module = ord(kind or "a") - ord("a")
+        found += [Fitting(location, module, regulators) for regulators in product(*choices)]
+    if len(set(found)) < len(found) or not found:
+        raise ValueError(
+            f"options[{location}] is {text!r}, expected one or more different entries: such as "
+            '"0 *" for no leg or one on any regulator'
+        )
+    return tuple(sorted(found, key=_order)), named
+
+
+def _order(option: Fitting | None) -> tuple[tuple[int, ...], int]:
+    return ((0,), 0) if option is None else (option.regulators, option.module)

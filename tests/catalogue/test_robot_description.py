@@ -1,0 +1,177 @@
+"""A robot is what its file says: the paper's to the last bit, others with hub and sites."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.catalogue.paper_robot import PAPER_FACE, paper_robot
+from pneumorph.catalogue.robot_description import RobotDescription, paper_robot_file
+from pneumorph.geometry.attachment import same_frame
+from pneumorph.robot.design_space import DesignSpace
+from pneumorph.simulation.rollout import rollout
+
+PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
+Edited = Callable[[str, str], Path]
+
+
+@pytest.fixture
+def edited(tmp_path: Path) -> Edited:
+    """Write the plate's file with one text replaced by another."""
+
+    def edit(old: str, new: str) -> Path:
+        text = PLATE.read_text()
+        assert old in text
+        path = tmp_path / "edited.toml"
+        path.write_text(text.replace(old, new))
+        return path
+
+    return edit
+
+
+def test_the_papers_robot_is_its_file() -> None:
+    """Same hub, poses, parts, physics and numerics, and the same walk to the last bit."""
+    described = RobotDescription.read(paper_robot_file())
+    ours, usual = described.spec(thread_count=1), paper_robot(thread_count=1)
+    assert described.space == DesignSpace()
+    assert (ours.physics, ours.full_order, ours.hub_model) == (
+        usual.physics, usual.full_order, usual.hub_model
+    )  # fmt: skip
+    assert ours.hub.mass_numbers() == usual.hub.mass_numbers()
+    assert ours.hub.mesh.digest() == usual.hub.mesh.digest()
+    np.testing.assert_array_equal(ours.hub.contact_points, usual.hub.contact_points)
+    np.testing.assert_array_equal(ours.hub.tracked_point, usual.hub.tracked_point)
+    for mine, theirs in zip(
+        ours.assembly("1.2.3.1.2.3.1.2").mounts, usual.assembly("1.2.3.1.2.3.1.2").mounts,
+        strict=True,
+    ):  # fmt: skip
+        np.testing.assert_array_equal(mine.pose.rotation, theirs.pose.rotation)
+        np.testing.assert_array_equal(mine.pose.translation, theirs.pose.translation)
+        assert mine.part.digest() == theirs.part.digest()
+    commands = np.tile([70.0, 20.0, 0.0], (30, 1))
+    walks = [
+        rollout(spec.reduced(described.usual_design), commands, record_nodes=False)[1]
+        for spec in (ours, usual)
+    ]
+    np.testing.assert_array_equal(walks[0].tracked_point_mm, walks[1].tracked_point_mm)
+
+
+def test_a_plate_is_what_its_file_says() -> None:
+    """Mass and inertia in closed form, faces on the plate's edge, and two sizes of legs."""
+    described = RobotDescription.read(PLATE)
+    spec = described.spec()
+    a, b, c = 150.0, 90.0, 10.0
+    hub = spec.hub.rigid
+    assert hub.mass == pytest.approx(0.6e-6 * a * b * c, rel=1e-12)
+    second = hub.mass / 12.0 * np.diag([a * a, b * b, c * c])
+    second[2, 2] += hub.mass * 36.0**2
+    np.testing.assert_allclose(hub.second_moment, second, atol=1e-9 * np.trace(second))
+    long, short = spec.modules
+    assert short.reduced.mass == pytest.approx(0.75**3 * long.reduced.mass, rel=1e-12)
+    assert short.full.mass_kg == pytest.approx(0.75**3 * long.full.mass_kg, rel=1e-12)
+    for site, told in zip(spec.sites, described.sites, strict=True):
+        for module in site.modules:
+            assert module.face is not None
+            assert same_frame(site.pose_of(module).compose(module.face), told.pose)
+    assert len(described.space) == len({str(each) for each in described.space}) == 7816
+
+
+def test_both_models_of_a_plate_are_the_same_robot_at_rest() -> None:
+    spec = RobotDescription.read(PLATE).spec()
+    full, reduced = spec.full("b1.3.2.0.0.4"), spec.reduced("b1.3.2.0.0.4")
+    state = full.initial_state()
+    for mesh, mount, positions in zip(
+        [leg.part.mesh for leg in full.legs], reduced.robot.mounts, state.positions, strict=True
+    ):
+        # Nodes of 100 mm are kept in single precision by the reduced part.
+        np.testing.assert_allclose(
+            positions, mount.pose.apply(mount.part.rest_nodes), atol=1e-4, rtol=0
+        )
+        assert len(mesh.nodes) == len(positions)
+    assert [leg.regulator for leg in full.legs] == [0, 2, 1, 3]
+    assert full.hub.mass_kg == reduced.robot.hub.mass
+    np.testing.assert_allclose(full.hub.rest_centre, [0.0, 0.0, 36.0], atol=1e-9)
+
+
+def test_a_leg_of_another_length_is_mounted_by_its_face() -> None:
+    """On the paper's disk too: its face comes where that of the paper's leg is."""
+    small = RobotDescription.read(PLATE).spec().modules[1]
+    usual, own = paper_robot(), paper_robot(small)
+    assert small.face is not None
+    for mine, theirs in zip(own.sites, usual.sites, strict=True):
+        np.testing.assert_allclose(
+            mine.pose_of(small).apply(small.face.translation),
+            theirs.pose.apply(PAPER_FACE.translation),
+            atol=1e-9,
+        )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ('leg = "published"\n\n', 'leg = "none"\n\n', "modules.long.leg"),
+        ("bottom_mm = 31", "bottom_mm = 31\nradius_mm = 3", "radius_mm is given"),
+        ("density_g_per_ml = 0.6", "", "either density_g_per_ml or mass_kg, got neither"),
+        ("density_g_per_ml = 0.6", "density_g_per_ml = 0.6\nwall_mm = 6", "wall_mm is 6"),
+        ("regulator_count = 4", "regulator_count = 4\nfrictoin = 1", "frictoin"),
+        ("regulator_count = 4", "regulator_count = 1", "design .* to regulator 2"),
+        ('modules = ["long"]', 'modules = ["tall"]', r"sites\[1\].modules names 'tall'"),
+        ("[modules.short]", "[modules.spare]\n[modules.short]", None),
+        ("minimum_legs = 4", "minimum_legs = 7", "legs from 7 to 6"),
+        ("minimum_legs = 4", 'exclusions = ["0 1 2 3 4 5"]', "space is empty|usual|not one of"),
+        ("minimum_legs = 4", 'same = ["90"]', "turn of site 0 lies on no site"),
+        ("minimum_legs = 4", 'same = ["half"]', "designs.same has 'half'"),
+        ("minimum_legs = 4", 'options = ["0 *"]', "designs.options has 1 entries"),
+        ("position_mm = [0, -46, 36]", "position_mm = [5, -46, 36]", "lies on no site"),
+        ('usual = "b1.0.2.2.0.b1"', 'usual = "b1.b3.2.2.0.b1"', "at location 1, expected"),
+    ],
+)
+def test_a_file_that_is_none_is_refused(
+    edited: Edited, old: str, new: str, why: str | None
+) -> None:
+    """Named with the file, the field and the cause, before anything is simulated."""
+    path = edited(old, new)
+    if why is None:  # modules that every site allows are no mistake
+        assert len(RobotDescription.read(path).modules) == 3
+        return
+    with pytest.raises(ArtefactError, match=why) as error:
+        RobotDescription.read(path)
+    assert str(path) in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ("position_mm = [76, 24, 36]", "position_mm = [89, 24, 36]", "14.0 mm away from the hub"),
+        ("position_mm = [76, 24, 36]", "position_mm = [60, 24, 36]", "mm inside the hub"),
+        ('leg = "published"\n\n', 'leg = "published"\nmass_g = 9\n\n', None),
+        ('leg = "published"\n\n', 'leg = "hyperelastic"\n\n', "pressure map of slope 1.247"),
+    ],
+)
+def test_a_module_that_is_not_where_its_site_is_is_refused(
+    edited: Edited, old: str, new: str, why: str | None
+) -> None:
+    path = edited(old, new)
+    text = path.read_text().replace("mirror = true", "") + "mirror = false\n"
+    path.write_text(text)
+    described = RobotDescription.read(path)
+    if why is None:  # a mass that was weighed is taken as it is
+        assert described.spec().modules[0].reduced.mass == pytest.approx(0.009, rel=1e-12)
+        return
+    with pytest.raises(ValueError, match=why):
+        described.spec()
+
+
+def test_a_mass_of_another_leg_is_told(edited: Edited, tmp_path: Path) -> None:
+    """A part whose mass is not that of its volume: 16 g/ml."""
+    from dataclasses import replace
+
+    part = replace(paper_robot().module.reduced, mass=0.7)
+    part.save(tmp_path / "heavy.npz")
+    path = edited('leg = "published"\n\n', 'part = "heavy.npz"\n\n')
+    with pytest.raises(ValueError, match=r"modules.long weighs 700.0 g and holds 43.1 ml"):
+        RobotDescription.read(path).spec()

@@ -1,0 +1,169 @@
+"""Designs of several kinds of modules and cavities, and spaces with rules and symmetries."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.robot.design import Design, Fitting
+from pneumorph.robot.design_space import DesignSpace
+
+
+@pytest.mark.parametrize("text", ["1.0.2", "b1.0.2", "c2+1.0.1", "0.b3+3+1.0", "1.0.0.2.2.0.0.1"])
+def test_text_is_read_back(text: str) -> None:
+    design = Design.parse(text)
+    assert str(design) == text
+    assert Design.of(design.location_count, design.fittings) == design
+
+
+def test_entries_say_kind_and_regulators() -> None:
+    design = Design.parse("b2+3.0.1")
+    assert design.fittings == (Fitting(0, 1, (2, 3)), Fitting(2, 0, (1,)))
+    assert design.legs == ((0, 2), (2, 1))
+    assert design.highest_regulator == 3
+    assert str(design.canonical()) == "b1+2.0.3"
+    # Left for right: sites, and cavities that lie side by side.
+    assert str(design.mirror()) == "1.0.b3+2"
+    # A first kind on one regulator is a design as it always was.
+    assert Design.parse("a1.0.2") == Design((1, 0, 2)) == Design((1, 0, 2), (0, 0, 0), ((), (), ()))
+
+
+def test_one_hot_tells_kinds_and_cavities_apart() -> None:
+    row = Design.parse("b2+1.0").one_hot(2, module_count=2, cavity_count=2).reshape(2, 7)
+    np.testing.assert_array_equal(row, [[0, 0, 0, 0, 1, 1, 0], [1, 0, 0, 0, 0, 0, 0]])
+    with pytest.raises(ValueError, match="kind 2 with 2 cavities at location 0"):
+        Design.parse("b2+1.0").one_hot(2)
+
+
+@pytest.mark.parametrize("text", ["1.b0.2", "1..2", "B1.0", "1+.0", "1.0+1", "+1.0"])
+def test_what_is_no_design_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"design|modules|others"):
+        Design.parse(text)
+
+
+def brute_force(
+    space: DesignSpace, entries: list[list[str]], images: list[tuple[tuple[int, ...], bool]]
+) -> set[frozenset[Design]]:
+    """Classes of designs under names of regulators and symmetries, by trying everything."""
+    every = {Design.parse(".".join(chosen)) for chosen in product(*entries)}
+    legal = {
+        each
+        for each in every
+        if space.minimum_legs <= each.leg_count <= space.maximum_legs
+        and len(each.regulator_order()) >= space.minimum_regulators
+    }
+    classes = {each: {other for other in legal if other.canonical() == each.canonical()}
+               for each in legal}  # fmt: skip
+    for _ in range(4):
+        for each, own in classes.items():
+            for to, reflected in images:
+                own |= {
+                    member
+                    for other in set(own)
+                    for member in classes.get(other.moved(to, reflected), set())
+                }
+            classes[each] = own
+    return {frozenset(own) for own in classes.values()}
+
+
+def test_a_space_has_one_design_of_each_class() -> None:
+    """Against every assignment of 4 sites tried one by one, with a mirror and a half turn."""
+    space = DesignSpace(
+        location_count=4,
+        regulator_count=2,
+        minimum_legs=2,
+        maximum_legs=3,
+        minimum_regulators=2,
+        options=("0 * b*",) * 4,
+        symmetries=("mirror", "2 3 0 1"),
+    )
+    entries = [["0", "1", "2", "b1", "b2"]] * 4
+    classes = brute_force(space, entries, [((3, 2, 1, 0), True), ((2, 3, 0, 1), False)])
+    assert len(space) == len(classes)
+    for each in classes:
+        assert len({space.index(design) for design in each}) == 1
+        (place,) = {space.index(design) for design in each}
+        assert space[place] in each
+        assert space[place] == min(each & {d.canonical() for d in each})
+
+
+def test_options_and_exclusions_hold_for_every_design() -> None:
+    space = DesignSpace(
+        location_count=3,
+        regulator_count=2,
+        minimum_legs=1,
+        maximum_legs=3,
+        options=("0 *", "1", "0 b*+*"),
+        canonical=False,
+        exclusions=("0 2",),
+        mirror="none",
+    )
+    assert [str(each) for each in space] == [
+        "0.1.0", "0.1.b1+1", "0.1.b1+2", "0.1.b2+1", "0.1.b2+2", "1.1.0", "2.1.0",
+    ]  # fmt: skip
+    assert (space.module_count, space.cavity_count) == (2, 2)
+    assert space.one_hot.shape == (7, 3 * (1 + 2 * 2 + 2))
+    np.testing.assert_array_equal(space.mirror_index, np.arange(7))
+    with pytest.raises(ValueError, match="has 2 at location 1, expected one of the options '1'"):
+        space.index(Design.parse("0.2.0"))
+    with pytest.raises(ValueError, match="rules on options, regulators or exclusions"):
+        space.index(Design.parse("1.1.b1+1"))
+
+
+def test_the_mirror_moves_legs_and_regulators_where_it_says() -> None:
+    """Four sites in two rows: left and right of each row are each other's image."""
+    space = DesignSpace(
+        location_count=4, regulator_count=3, minimum_legs=2, maximum_legs=4,
+        options=("0 * b*",) * 4, mirror="1 0 3 2",
+    )  # fmt: skip
+    for place, design in enumerate(space):
+        image = space[int(space.mirror_index[place])]
+        source = space.mirror_regulator[place] + 1
+        entries = {each.location: each for each in design.fittings}
+        assert len(entries) == image.leg_count
+        for location, module, regulators in image.fittings:
+            own = entries[location ^ 1]
+            assert (own.module, own.regulators[0]) == (module, source[regulators[0] - 1])
+
+
+@pytest.mark.parametrize(
+    ("settings", "why"),
+    [
+        ({"options": ("0 *",)}, "options has 1 entries, expected one for each of the 3"),
+        ({"options": ("0 *", "x", "0 *")}, r"options\[1\] has 'x'"),
+        ({"options": ("0 *", "0 4", "0 *"), "canonical": False}, "names regulator 4"),
+        ({"options": ("0 *", "0 1", "0 *")}, "canonical = false"),
+        ({"options": ("0 * *", "0 *", "0 *")}, "different entries"),
+        ({"mirror": "0 0 1"}, "each of the 3 locations once"),
+        ({"symmetries": ("0 1 3",)}, "numbers of locations from 0 to 2"),
+        ({"mirror": "none", "symmetries": ("mirror",)}, 'mirror is "none"'),
+        ({"exclusions": ("0 7",)}, "exclusions has '0 7'"),
+    ],
+)
+def test_a_rule_that_is_none_is_refused(settings: dict[str, object], why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        DesignSpace(
+            location_count=3, regulator_count=2, minimum_legs=1, maximum_legs=3,
+            **settings,  # type: ignore[arg-type]
+        )  # fmt: skip
+
+
+def test_an_empty_space_and_one_beyond_the_limit_are_refused() -> None:
+    with pytest.raises(ValueError, match="design space is empty"):
+        _ = DesignSpace(
+            location_count=3, regulator_count=2, minimum_legs=2, maximum_legs=3,
+            exclusions=("0 1 2",),
+        ).designs  # fmt: skip
+    with pytest.raises(ValueError, match="more than 100000 designs"):
+        _ = DesignSpace(location_count=12, regulator_count=4, maximum_legs=12).designs
+
+
+def test_nothing_is_learned_from_an_image_that_there_is_not() -> None:
+    with pytest.raises(ValueError, match=r"mirror_transitions is true and space\.mirror"):
+        CooptSettings(mirror_transitions=True, space=DesignSpace(mirror="none"))
+    unlike = DesignSpace(location_count=2, minimum_legs=1, maximum_legs=2, options=("0 *", "0 b*"))
+    with pytest.raises(ValueError, match="is not one of the space"):
+        _ = unlike.mirror_index
