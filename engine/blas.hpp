@@ -47,11 +47,10 @@ struct Blas {
     int stride = 1;
     gemv(&trans, &m, &n, &alpha, const_cast<Real*>(a), &lda, const_cast<Real*>(x), &stride, &beta, y, &stride);
   }
-  // C <- C + alpha A A^T in the lower triangle, A of (n, k).
-  void add_square(int n, int k, Real alpha, const Real* a, int lda, Real* c, int ldc) const {
+  // C <- beta C + alpha A A^T in the lower triangle, A of (n, k).
+  void add_square(int n, int k, Real alpha, const Real* a, int lda, Real beta, Real* c, int ldc) const {
     char lower = 'L', trans = 'N';
-    Real one = 1.0;
-    syrk(&lower, &trans, &n, &k, &alpha, const_cast<Real*>(a), &lda, &one, c, &ldc);
+    syrk(&lower, &trans, &n, &k, &alpha, const_cast<Real*>(a), &lda, &beta, c, &ldc);
   }
   // C <- beta C + alpha A op(B), A of (m, k), C of (m, n).
   void multiply(bool transpose_b, int m, int n, int k, Real alpha, const Real* a, int lda, const Real* b,

@@ -36,6 +36,8 @@ struct FrontPattern {
   int largest_update = 0;          // likewise
   long stack_size = 0;             // likewise: of updates that wait for their parents
   std::vector<int> child_counts;   // (block,) likewise
+  // Rows that land side by side, likewise: (run,) their first among their block's, and (block + 1,) into it.
+  std::vector<int> runs, run_starts;
   template <class Real>
   using Memories = std::vector<std::unique_ptr<Real[]>>;
   // Memory of factors that are gone, for those to come: fresh pages cost half a factorisation.
@@ -71,6 +73,8 @@ struct FrontPattern {
     require(int(parents.size()) == blocks, "parents must be as many as blocks");
     panel_starts.assign(1, 0);
     child_counts.assign(blocks, 0);
+    runs.clear();
+    run_starts.assign(1, 0);
     std::vector<int> waiting;
     long top = 0;
     for (int b = 0; b < blocks; ++b) {
@@ -91,7 +95,10 @@ struct FrontPattern {
         require(landing[i] >= 0 && landing[i] < width(parent) + update_size(parent) &&
                     (i == row_starts[b] || landing[i] > landing[i - 1]),
                 "landing must ascend within the parent's front");
+        if (i == row_starts[b] || landing[i] != landing[i - 1] + 1 || landing[i] == width(parent))
+          runs.push_back(i - row_starts[b]);
       }
+      run_starts.push_back(int(runs.size()));
       for (int i = entry_starts[b]; i < entry_starts[b + 1]; ++i)
         require(entry_source[i] >= 0 && size_t(entry_source[i]) < data_count && entry_target[i] >= 0 &&
                     entry_target[i] < (w + m) * w,
@@ -132,27 +139,30 @@ class FrontalCholesky {
       std::memset(panel, 0, sizeof(Real) * height * w);
       for (int i = p.entry_starts[b]; i < p.entry_starts[b + 1]; ++i)
         panel[p.entry_target[i]] += Real(data[p.entry_source[i]]);
-      for (int j = 0; j < m; ++j) std::memset(update + long(j) * m + j, 0, sizeof(Real) * (m - j));
-      for (int k = 0; k < p.child_counts[b]; ++k, waiting.pop_back()) {
-        const int child = waiting.back(), below = p.update_size(child);
-        bottom -= long(below) * below;
-        const int* place = p.landing.data() + p.row_starts[child];
-        for (int j = 0; j < below; ++j) {
-          const Real* from = bottom + long(j) * below;
-          const bool in_panel = place[j] < w;
-          Real* to = in_panel ? panel + long(place[j]) * height : update + long(place[j] - w) * m;
-          const int first = in_panel ? 0 : w;
-          for (int i = j; i < below; ++i) to[place[i] - first] += from[i];
+      // Sums of single precision begin with the square, which then needs no zeros; those of double precision end with it,
+      // as in earlier versions, to the last bit.
+      constexpr bool square_first = sizeof(Real) == sizeof(float);
+      const size_t first_child = waiting.size() - p.child_counts[b];
+      if (!square_first)
+        for (int j = 0; j < m; ++j) std::memset(update + long(j) * m + j, 0, sizeof(Real) * (m - j));
+      for (size_t k = waiting.size(); k-- > first_child;) {
+        bottom -= long(p.update_size(waiting[k])) * p.update_size(waiting[k]);
+        add_child(waiting[k], b, bottom, panel, update, true, !square_first);
+      }
+      if (blas_.factorise(w, panel, height)) return b;
+      if (m > 0) {
+        blas_.solve_right(true, m, w, panel, height, panel + w, height);
+        blas_.add_square(m, w, -1.0, panel + w, height, square_first ? 0.0 : 1.0, update, m);
+      }
+      if (square_first) {
+        const Real* below = top;
+        for (size_t k = waiting.size(); k-- > first_child;) {
+          below -= long(p.update_size(waiting[k])) * p.update_size(waiting[k]);
+          add_child(waiting[k], b, below, panel, update, false, m > 0);
         }
       }
+      waiting.resize(first_child);
       waiting.push_back(b);
-      if (blas_.factorise(w, panel, height)) return b;
-      if (m == 0) {
-        top = bottom;
-        continue;
-      }
-      blas_.solve_right(true, m, w, panel, height, panel + w, height);
-      blas_.add_square(m, w, -1.0, panel + w, height, update, m);
       if (bottom != update)
         for (int j = 0; j < m; ++j)
           std::memmove(bottom + long(j) * m + j, update + long(j) * m + j, sizeof(Real) * (m - j));
@@ -173,7 +183,7 @@ class FrontalCholesky {
       Real* here = y + long(p.starts[b]) * columns + skipped;
       // A row-major (w, a) is a column-major (a, w).
       blas_.solve_right(true, a, w, panel, w + m, here, columns);
-      if (gram) blas_.add_square(a, w, 1.0, here, columns, gram + long(skipped) * columns + skipped, columns);
+      if (gram) blas_.add_square(a, w, 1.0, here, columns, 1.0, gram + long(skipped) * columns + skipped, columns);
       if (m == 0) continue;
       blas_.multiply(true, a, m, w, 1.0, here, columns, panel + w, w + m, 0.0, change.data(), a);
       const int* row = p.rows.data() + p.row_starts[b];
@@ -234,6 +244,25 @@ class FrontalCholesky {
   int size() const { return pattern_.size(); }
 
  private:
+  // Adds a child's update to its parent's panel and to the parent's own update.
+  void add_child(int child, int parent, const Real* from, Real* panel, Real* update, bool to_panel, bool to_update) const {
+    const auto& p = pattern_;
+    const int w = p.width(parent), m = p.update_size(parent), below = p.update_size(child);
+    const int* place = p.landing.data() + p.row_starts[child];
+    const int *run = p.runs.data() + p.run_starts[child], *last = p.runs.data() + p.run_starts[child + 1];
+    for (int j = 0; j < below; ++j, from += below) {
+      const bool in_panel = place[j] < w;
+      if (!(in_panel ? to_panel : to_update)) continue;
+      Real* to = in_panel ? panel + long(place[j]) * (w + m) : update + long(place[j] - w) * m - w;
+      while (run + 1 < last && run[1] <= j) ++run;
+      for (const int* r = run; r < last; ++r) {
+        const int begin = std::max(*r, j), end = r + 1 < last ? r[1] : below;
+        Real* target = to + place[begin] - begin;
+        for (int i = begin; i < end; ++i) target[i] += from[i];
+      }
+    }
+  }
+
   const FrontPattern& pattern_;
   const Blas<Real>& blas_;
   std::unique_ptr<Real[]> panels_;

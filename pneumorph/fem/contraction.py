@@ -23,8 +23,9 @@ class Contraction:
     """Sizes of the changes that one set of factors has led to.
 
     Args:
-        earlier: Whether the factors are of an earlier step. Their first change is then compared
-            with as well; that of factors of the first trial itself is much better than later ones.
+        earlier: Whether the factors are of an earlier step. Then the second change alone must be
+            small beside the first; that by factors of the first trial itself is much better than
+            later ones, and the next need only be smaller.
     """
 
     def __init__(self, earlier: bool) -> None:
@@ -37,8 +38,10 @@ class Contraction:
         Args:
             size: Its size, in any unit.
         """
-        before = self._sizes[-2:] if self.earlier else self._sizes[-2:-1]
-        if before and size > POOR_CONTRACTION * before[0]:
+        if len(self._sizes) > 1 and size > POOR_CONTRACTION * self._sizes[-2]:
+            return False
+        share = POOR_CONTRACTION if self.earlier else 1.0
+        if len(self._sizes) == 1 and size > share * self._sizes[0]:
             return False
         if self.earlier and not np.isfinite(size):
             return False

@@ -165,15 +165,13 @@ def _factors(
     trial: TrialStep[HubState],
     changes: Sequence[np.ndarray],
 ) -> list[KeptLeg]:
-    """Of the legs' matrices at a trial, or of definite ones where those are not."""
+    """Of the legs' matrices at a trial, without compression where they are not definite."""
 
     def factor(number: int) -> KeptLeg:
         leg, x = robot.legs[number], trial.positions[number]
-        for definite in (False, True):
-            data = problem.implicit_matrix(number, trial, changes[number], definite)
-            with suppress(np.linalg.LinAlgError):
-                return KeptLeg(leg, data, x)
-        return KeptLeg(leg, problem.implicit_leg(number, trial, definite=True)[0], x)
+        with suppress(np.linalg.LinAlgError):
+            return KeptLeg(leg, problem.implicit_matrix(number, trial, changes[number]), x)
+        return KeptLeg(leg, problem.implicit_matrix(number, trial, changes[number], True), x)
 
     return robot.clock.timed("factorisation", robot.each_leg)(factor)
 

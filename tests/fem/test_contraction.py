@@ -43,5 +43,9 @@ def test_factors_of_an_earlier_step_must_do_from_the_first_change():
     assert after(1.0).accept(1.01 * POOR_CONTRACTION)
 
 
+def test_changes_that_grow_are_poor_at_once():
+    assert not after(1.0).accept(1.01)
+
+
 def test_no_change_leaves_nothing():
     assert after(1.0, 0.1, 0.0).left == 0.0
