@@ -27,7 +27,8 @@ import tyro
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
-from pneumorph.study.certificate import CertificateSettings, certify
+from pneumorph.study.certificate import certify
+from pneumorph.study.certified_candidates import CertificateSettings
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.finished_run import FinishedRun, TakenOver
 

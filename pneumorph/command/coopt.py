@@ -11,7 +11,8 @@ every round is walked in worlds drawn from --randomisation. With --objective.wor
 well every design walks in four, and designs, finalists and gaits are ranked by --objective.kind
 over them, with what drawn worlds leave open as score_standard_error_cm in the metrics; otherwise a
 pair's distance is that of the world it was seen in. Both are on in --physics measured, in worlds of
-all that nobody has measured of the robot.
+all that nobody has measured of the robot, where a training ends with a certificate as well
+(--certified-world-count; see `pneumorph certify`).
 
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
 metrics.jsonl, TensorBoard logs, checkpoints, policy.npz, a policy for each fine-tuned design, and

@@ -19,6 +19,7 @@ from pneumorph.report.style import (
 )
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.training_run import TrainingResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,7 +37,9 @@ def band_figure(found: Certificate) -> Figure:
     places = np.arange(len(labels))
     # A fixed spread across, in the worlds' order: the same picture each time.
     across = places + 0.25 * np.linspace(-1.0, 1.0, found.world_count)[:, None]
-    axes.plot(across, found.distances_cm, ".", color=NEUTRAL_COLOUR, markersize=3, zorder=1)
+    axes.plot(
+        across, np.array(found.distances_cm), ".", color=NEUTRAL_COLOUR, markersize=3, zorder=1
+    )
     low, high = [band.low_cm for band in bands], [band.high_cm for band in bands]
     axes.vlines(places, low, high, LEARNED_COLOUR, lw=4.0, alpha=0.6, label="80 % of the worlds")
     median = [band.median_cm for band in bands]
@@ -73,6 +76,14 @@ def certificate_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> 
     if any(pair.full_order for pair in found.pairs):
         sections.append(Section("As finite elements", _full_order_table(found)))
     return [*sections, Section("What to measure next", _tests_table(found))]
+
+
+def trained_certificate_sections(
+    found: TrainingResult, run: FinishedRun, sheet: Sheet
+) -> list[Section]:
+    """Return the same of a training that was certified at its end."""
+    certificate = found.certificate
+    return [] if certificate is None else certificate_sections(certificate, run, sheet)
 
 
 def _band_table(found: Certificate) -> str:

@@ -12,7 +12,10 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.exchange.conversion import ConvertedFile
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.report import page
-from pneumorph.report.certificate_sections import certificate_sections
+from pneumorph.report.certificate_sections import (
+    certificate_sections,
+    trained_certificate_sections,
+)
 from pneumorph.report.experiment_sections import analysis_sections, campaign_sections
 from pneumorph.report.hardware_sections import (
     calibration_sections,
@@ -86,7 +89,13 @@ _TRAINING = VerbPage(
     "A robot learned to crawl",
     "Design and gait learned together, beside the expert's.",
     TrainingResult,
-    (sweep_sections, training_sections, learned_pair_sections, leg_sections),
+    (
+        trained_certificate_sections,
+        sweep_sections,
+        training_sections,
+        learned_pair_sections,
+        leg_sections,
+    ),
 )
 PAGES = {
     "mesh": VerbPage(

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 
-from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.gait.walk import walk
-from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
 from pneumorph.robot.design import Design
-from pneumorph.simulation.randomisation import Randomisation, World
-from pneumorph.simulation.randomised_simulator import worlds_of_round
+from pneumorph.simulation.randomisation import World
 from pneumorph.study.analysis import Walker, analysed_robot
+from pneumorph.study.certified_candidates import (
+    Candidates,
+    CertificateSettings,
+    unseen_worlds,
+)
 from pneumorph.study.certified_pairs import Band, Certificate, CertifiedExpert, CertifiedPair
 from pneumorph.study.certified_walks import full_order_walk
 from pneumorph.study.finished_run import FinishedRun
@@ -32,28 +33,6 @@ from pneumorph.study.sensitivity import sensitivities
 
 EXPERT = "B"
 """What the expert's robot is called, as in the paper."""
-
-
-@dataclass(frozen=True)
-class CertificateSettings(Checked):
-    """Which pairs, in which worlds, and whether as finite elements too."""
-
-    pair_count: Count = 5
-    """How many of the best pairs."""
-    world_count: Annotated[int, Bounds(least=4)] = 200
-    """Worlds that nothing was chosen in, which bands are of."""
-    world_seed: CountOrNone = 0
-    """Seed of these worlds; those of trainings are drawn otherwise for every seed."""
-    tuning_world_count: Count = 24
-    """Worlds of the training that the expert's phase is tuned in, for its own mean."""
-    cycle_s: Annotated[float, Bounds(above=0.0)] = 4.0
-    """Length of a cycle, over which a slide back is counted [s]."""
-    full: bool = False
-    """Walk as finite elements as well: the best pair in the world as it stands and in its worst
-    ones, the others in the former. Hours; what was walked is kept."""
-    worst_world_count: CountOrNone = 2
-    """How many of the worst worlds."""
-    randomisation: Randomisation = field(default_factory=measured_worlds)
 
 
 def certify(
@@ -75,21 +54,35 @@ def certify(
         ArtefactError: The run holds no pairs, or is damaged.
         ValueError: A surface of the worlds is none of the robot's.
     """
-    start = time.monotonic()
     settings = settings or CertificateSettings()
     run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
-    spec = robot or run.robot.spec()
     folder = folder or RunFolder(run.folder / "certificate", "certify")
+    candidates = Candidates.of_run(run, settings)
+    return certify_candidates(candidates, settings, robot or run.robot.spec(), folder)
+
+
+def certify_candidates(
+    candidates: Candidates, settings: CertificateSettings, spec: RobotSpec, folder: RunFolder
+) -> Certificate:
+    """Certify pairs and the expert; raises as `certify`.
+
+    Args:
+        candidates: What is certified.
+        settings: In which worlds.
+        spec: What they walk as.
+        folder: Keeps walks of finite elements and is told how far it is.
+    """
+    start = time.monotonic()
     if settings.full:
         spec.check_reduction()
-    task = run.task
+    task, seen = candidates.task, candidates.seen
     pairs = [
         Walker(f"L{rank}", pair.design, pair.gait, task.settling_step_count)
-        for rank, pair in enumerate(run.pairs(settings.pair_count), start=1)
+        for rank, pair in enumerate(candidates.pairs, start=1)
     ]
-    seen, ranked_there = _worlds_of_training(run, settings)
     folder.progress.stage("tuning the expert's phase")
-    expert, phase_deg = _tuned_expert(run, spec, seen[: settings.tuning_world_count], folder)
+    tuning = seen[: settings.tuning_world_count]
+    expert, phase_deg = _tuned_expert(candidates.baseline, spec, tuning, folder)
     folder.progress.stage("walking in the training's worlds")
     seen_cm = np.nan_to_num(_walked(spec, pairs, seen, folder)[0]).mean(axis=0)
     worlds = unseen_worlds(settings.randomisation, settings.world_count, settings.world_seed)
@@ -100,8 +93,8 @@ def certify(
     numbers = {
         name: np.array([world.numbers[name] for world in worlds]) for name in worlds[0].numbers
     }
-    found = run.pairs(settings.pair_count)
-    promised = list(map(float, seen_cm)) if ranked_there else [pair.distance_cm for pair in found]
+    reported = [pair.distance_cm for pair in candidates.pairs]
+    promised = list(map(float, seen_cm)) if candidates.ranked_there else reported
     best = int(np.argmax(seen_cm))
     folder.progress.stage("looking at the walks")
     certified = [
@@ -117,7 +110,7 @@ def certify(
             task.action_step_count * spec.physics.time_step_s,
             settings.cycle_s,
         )
-        for place, (each, pair) in enumerate(zip(pairs, found, strict=True))
+        for place, (each, pair) in enumerate(zip(pairs, candidates.pairs, strict=True))
     ]
     if settings.full:
         certified = _with_full_order(
@@ -126,7 +119,7 @@ def certify(
     chosen = certified[best]
     tests = narrowings(numbers, np.nan_to_num(pair_cm[:, best]))
     return Certificate(
-        run=str(run.folder),
+        run=str(candidates.run),
         best=chosen.label,
         best_design=chosen.design,
         median_cm=chosen.band.median_cm,
@@ -142,46 +135,17 @@ def certify(
         world_count=len(worlds),
         distributions=settings_to_dict(settings.randomisation),
         numbers={name: tuple(values.tolist()) for name, values in numbers.items()},
-        distances_cm=np.concatenate([expert_cm, pair_cm], axis=1),
+        distances_cm=tuple(map(tuple, np.concatenate([expert_cm, pair_cm], axis=1).tolist())),
         **spec.describe(),
         notes=tuple(_notes(certified)),
         wall_s=time.monotonic() - start,
     )
 
 
-def unseen_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:
-    """Worlds that no training of any seed draws: theirs have seeds of two numbers."""
-    rng = np.random.default_rng([seed, 11, 1])
-    return [randomisation.draw(rng) for _ in range(count)]
-
-
-def _worlds_of_training(
-    run: FinishedRun, settings: CertificateSettings
-) -> tuple[list[World], bool]:
-    """Worlds to choose in, and whether the run ranked its pairs in them."""
-    objective = run.objective
-    if objective is None or not objective.is_robust:
-        rng = np.random.default_rng([settings.world_seed, 13, 1])
-        count = settings.tuning_world_count
-        return [settings.randomisation.draw(rng) for _ in range(count)], False
-    side_by_side = objective.worlds_per_design
-    rounds = -(-objective.evaluation_worlds // side_by_side)
-    drawn = run.structured("randomisation", Randomisation)
-    worlds = [
-        world
-        for number in range(rounds)
-        for world in worlds_of_round(
-            drawn, run.of_summary("seed", int), EVALUATION_SEED + number, side_by_side
-        )
-    ]
-    return worlds[: objective.evaluation_worlds], True
-
-
 def _tuned_expert(
-    run: FinishedRun, spec: RobotSpec, worlds: Sequence[World], folder: RunFolder
+    sweep: PhaseSweepSettings, spec: RobotSpec, worlds: Sequence[World], folder: RunFolder
 ) -> tuple[Walker, float]:
     """The expert's robot at the phase of its largest mean, and that phase [degrees]."""
-    sweep = run.baseline
     design = Design.parse(sweep.design)
     gaits = [replace(sweep.gait, phase_deg=phase) for phase in sweep.phases_deg]
     distances, _ = walks_in_worlds(
@@ -237,6 +201,7 @@ def _certified(
     trajectory = recorded_walk(
         spec, walker.design, walker.gait, record_every=5, settling_steps=walker.settling_steps
     )
+    cycle_s = min(cycle_s, walker.gait.duration_s)
     did = analysed_robot(walker, trajectory, spec, step_s, cycle_s)
     return CertifiedPair(
         label=walker.label,

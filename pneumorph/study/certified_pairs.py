@@ -81,7 +81,7 @@ class CertifiedPair:
     full_order: tuple[FullOrderWalk, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Certificate:
     """What a run's robots will do, and how sure that is."""
 
@@ -107,7 +107,7 @@ class Certificate:
     """What the worlds were drawn from."""
     numbers: dict[str, tuple[float, ...]]
     """What differed, by name and world."""
-    distances_cm: np.ndarray
+    distances_cm: tuple[tuple[float, ...], ...]
     """Of the expert and then each pair [cm], (world, robot); NaN where a simulation failed."""
     damping: str
     calibration: dict[str, Any]

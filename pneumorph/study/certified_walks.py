@@ -32,25 +32,22 @@ class FullOrderWalk:
     full_cm: float | None
     """None where it did not come to its end."""
     reduced_cm: float | None
+    error_cm: float | None
+    """Reduced less full [cm]; None where one of them is not known."""
+    agrees: bool
+    """Whether both models say as good as the same."""
     status: str
 
-    @property
-    def error_cm(self) -> float | None:
-        """Reduced less full [cm]; None where one of them is not known."""
-        if self.full_cm is None or self.reduced_cm is None:
-            return None
-        return self.reduced_cm - self.full_cm
-
-    @property
-    def agrees(self) -> bool:
-        """Whether both models say as good as the same."""
-        if self.error_cm is None or self.full_cm is None:
-            return False
-        return abs(self.error_cm) <= max(AGREED_CM, AGREED_SHARE * abs(self.full_cm))
-
-    def derived(self) -> dict[str, Any]:
-        """What follows, for those who read the file."""
-        return {"error_cm": self.error_cm, "agrees": self.agrees}
+    @classmethod
+    def of(
+        cls, world: int | None, full_cm: float | None, reduced_cm: float | None, status: str
+    ) -> FullOrderWalk:
+        """Two distances [cm], compared."""
+        if full_cm is None or reduced_cm is None:
+            return cls(world, full_cm, reduced_cm, None, False, status)
+        error = reduced_cm - full_cm
+        agrees = abs(error) <= max(AGREED_CM, AGREED_SHARE * abs(full_cm))
+        return cls(world, full_cm, reduced_cm, error, agrees, status)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,15 +131,15 @@ def full_order_walk(
         return {"status": trajectory.status, "distance_cm": trajectory.distance_cm}
 
     commands = commands_of(driven, spec.physics.time_step_s, spec.physics.regulator_count)
-    module = spec.module.full
     made_of = {
         "design": str(design),
         "physics": settings_to_dict(spec.physics),
         "full_order": settings_to_dict(spec.full_order),
-        "module": module.ingredients(),
-        "mesh": module.mesh.digest(),
+        "modules": [
+            [module.full.ingredients(), module.full.mesh.digest()] for module in spec.modules
+        ],
         "world": None if world is None else settings_to_dict(world),
     }
     identity = rollout_identity(made_of, commands)
     kept = made_once(folder / f"{name}.json", walked, identity=identity)
-    return FullOrderWalk(number, kept["distance_cm"], reduced_cm, kept["status"])
+    return FullOrderWalk.of(number, kept["distance_cm"], reduced_cm, kept["status"])

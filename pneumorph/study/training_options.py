@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
-from pneumorph.base.checked import Checked, Count
+from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.flags import flat
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import laid_over, settings_to_dict
@@ -16,6 +16,7 @@ from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, quick_settings
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.certified_candidates import CertificateSettings
 from pneumorph.study.study_once import study_once
 from pneumorph.study.training_run import TrainingResult, TrainingWorlds, train
 
@@ -37,6 +38,9 @@ class TrainingOptions(Checked):
     coopt: Annotated[CooptSettings, flat] = field(default_factory=quick_settings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     baseline: PhaseSweepSettings = field(default_factory=PhaseSweepSettings)
+    certified_world_count: CountOrNone = 0
+    """Unseen worlds that the best pairs are certified in at the end, as `pneumorph certify` does
+    without finite elements; 0 for none."""
 
     @classmethod
     def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
@@ -53,6 +57,7 @@ def _of_physics(content: Mapping[str, Any]) -> dict[str, Any]:
         return {}
     return {
         "randomize": True,
+        "certified_world_count": 96,
         "randomisation": settings_to_dict(measured_worlds()),
         "coopt": {
             "objective": settings_to_dict(ROBUST_OBJECTIVE),
@@ -102,12 +107,20 @@ def train_as_asked(options: TrainingOptions, folder: RunFolder) -> TrainingResul
     objective = options.coopt.objective
     count = objective.worlds_per_design if objective.is_robust else options.world_count
     worlds = TrainingWorlds(options.randomisation, count)
+    certificate = None
+    if options.certified_world_count:
+        certificate = CertificateSettings(
+            pair_count=options.coopt.kept_pair_count,
+            world_count=options.certified_world_count,
+            randomisation=options.randomisation,
+        )
     return train(
         options.coopt,
         folder,
         options.robot.spec(),
         baseline=options.baseline,
         worlds=worlds if options.randomize else None,
+        certificate=certificate,
         resume=options.resume,
         wandb_project=options.wandb_project,
     )

@@ -25,6 +25,14 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator
 from pneumorph.study.baseline import BestPhase, swept
+from pneumorph.study.certificate import certify_candidates
+from pneumorph.study.certified_candidates import (
+    Candidates,
+    CertificateSettings,
+    worlds_of_training,
+)
+from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.finished_run import Pair
 from pneumorph.study.recorded_walk import recorded_walk
 
 BEST_TRAJECTORY_FILE = "best_trajectory.npz"
@@ -100,6 +108,14 @@ class TrainingResult(BestPhase):
     ranked_by: str | None = None
     """What the distances of the pairs are, where designs walked in several worlds each or something
     is taken off for how they walk; None for the distance in one world."""
+    certificate: Certificate | None = None
+    """What is to be expected of the pairs in unseen worlds, where that was asked for."""
+
+    def derived(self) -> dict[str, Any]:
+        """Of the best pair over unseen worlds, for those who read the file."""
+        names = ("median_cm", "tenth_percentile_cm", "expert_median_cm", "share_beyond_expert")
+        found = self.certificate
+        return {} if found is None else {name: getattr(found, name) for name in names}
 
 
 def train(
@@ -109,6 +125,7 @@ def train(
     *,
     baseline: PhaseSweepSettings | None = None,
     worlds: TrainingWorlds | None = None,
+    certificate: CertificateSettings | None = None,
     resume: bool = False,
     wandb_project: str | None = None,
 ) -> TrainingResult:
@@ -120,6 +137,7 @@ def train(
         robot: What the robots are; None for the paper's.
         baseline: The expert's gaits to compare with.
         worlds: Worlds to train in; None for one.
+        certificate: Unseen worlds that the best pairs are certified in at the end; None for none.
         resume: Go on from the newest checkpoint in the folder.
         wandb_project: Project of Weights & Biases to log to besides TensorBoard.
 
@@ -154,6 +172,10 @@ def train(
     )
     start = time.monotonic()
     replayed = _replay_best(spec, learned, settings.task, folder)
+    certified = None
+    if certificate is not None and learned["pairs"]:
+        found = _candidates(learned, settings, baseline, worlds, certificate, folder)
+        certified = certify_candidates(found, certificate, spec, folder)
     # Learning counts what earlier processes spent on it before this one went on.
     learned_s = learned["wall_s"] + learned.get("finetuning_wall_s", 0.0)
     return TrainingResult(
@@ -177,6 +199,7 @@ def train(
         finetuning_wall_s=learned.get("finetuning_wall_s"),
         randomisation=drawn.get("randomisation"),
         ranked_by=_ranked_by(settings),
+        certificate=certified,
     )
 
 
@@ -203,6 +226,31 @@ def _check(
             f"{folder.path} holds a training run already; go on with --resume, or choose another "
             "--out"
         )
+
+
+def _candidates(
+    learned: dict[str, Any],
+    settings: CooptSettings,
+    baseline: PhaseSweepSettings,
+    worlds: TrainingWorlds | None,
+    certificate: CertificateSettings,
+    folder: RunFolder,
+) -> Candidates:
+    """What of a training is certified."""
+    drawn = certificate.randomisation if worlds is None else worlds.randomisation
+    seen, ranked = worlds_of_training(settings.objective, drawn, settings.seed, certificate)
+    task = settings.task
+    limits = (task.minimum_pressure_kPa, task.maximum_pressure_kPa)
+    pairs = [
+        Pair(
+            Design.parse(each["design"]),
+            f"{TRAINING_FOLDER}/{each['gait']}",
+            read_gait(folder.path / TRAINING_FOLDER / each["gait"], *limits)[0],
+            each["distance_cm"],
+        )
+        for each in learned["pairs"][: certificate.pair_count]
+    ]
+    return Candidates(folder.path, tuple(pairs), task, baseline, tuple(seen), ranked)
 
 
 def _ranked_by(settings: CooptSettings) -> str | None:

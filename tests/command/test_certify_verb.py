@@ -15,7 +15,7 @@ from pneumorph.gait.walk import walk
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import simulator_in_world, worlds_of_round
-from pneumorph.study.certificate import unseen_worlds
+from pneumorph.study.certified_candidates import unseen_worlds
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.finished_run import FinishedRun
 
@@ -27,7 +27,7 @@ _SHORT = (
     "--finetuning.timesteps 20 --finetuning.finalist-count 2 --baseline.phase-step-deg 90 "
     "--baseline.gait.duration-s 4 --baseline.record-step-count 10 "
     "--randomize --randomisation.damping-factor U(0.5,2) --objective.kind worst_share "
-    "--objective.worlds-per-design 2 --objective.evaluation-worlds 4"
+    "--objective.worlds-per-design 2 --objective.evaluation-worlds 4 --certified-world-count 6"
 )
 WORLDS = Randomisation(damping_factor="U(0.5,2)")
 
@@ -57,7 +57,7 @@ def test_a_certificate_is_of_the_runs_worlds_unseen(learned: Path, certified: Pa
     assert found.numbers["friction"] == tuple(world.friction for world in worlds)
     assert set(found.numbers["friction"]).isdisjoint(world.friction for world in seen)
     assert [pair.label for pair in found.pairs] == ["L1", "L2"]
-    spec, pairs = source.robot.spec(), source.pairs()
+    spec, pairs, distances_cm = source.robot.spec(), source.pairs(), np.array(found.distances_cm)
 
     def distance(number: int, world) -> float:
         simulator = simulator_in_world(
@@ -71,12 +71,12 @@ def test_a_certificate_is_of_the_runs_worlds_unseen(learned: Path, certified: Pa
 
     for number, pair in enumerate(found.pairs):
         alone = np.array([distance(number, world) for world in worlds])
-        np.testing.assert_array_equal(found.distances_cm[:, number + 1], alone)
+        np.testing.assert_array_equal(distances_cm[:, number + 1], alone)
         assert pair.band.mean_cm == pytest.approx(alone.mean())
         promised = np.mean([distance(number, world) for world in seen])
         assert pair.promised_cm == pytest.approx(promised)
         assert pair.optimism_cm == pytest.approx(promised - alone.mean())
-        beyond = np.mean(alone > found.distances_cm[:, 0])
+        beyond = np.mean(alone > distances_cm[:, 0])
         assert pair.share_beyond_expert == pytest.approx(beyond)
         assert pair.full_order == ()
         # The hub of legs this short hangs over the floor; a short walk is no mean over time.
@@ -101,6 +101,22 @@ def test_the_distance_of_a_pair_is_the_objective_of_the_training(
     for pair, ranked in zip(pairs, summary["pairs"], strict=True):
         assert ranked["distance_cm"] <= pair["promised_cm"]
     assert summary["pairs"][0]["distance_cm"] >= summary["pairs"][1]["distance_cm"]
+
+
+def test_a_training_ends_with_its_certificate(
+    learned: Path, certified: Path, tmp_path: Path
+) -> None:
+    """As the verb says of it afterwards, but for the worlds that the expert is tuned in."""
+    summary = json.loads((learned / "summary.json").read_text())
+    later = json.loads((certified / "summary.json").read_text())
+    pairs = [[row[1:] for row in each["distances_cm"]] for each in (summary["certificate"], later)]
+    assert pairs[0] == pairs[1]
+    assert summary["median_cm"] == later["median_cm"]
+    assert summary["tenth_percentile_cm"] == later["tenth_percentile_cm"]
+    assert summary["expert_median_cm"] == summary["certificate"]["expert"]["band"]["median_cm"]
+    assert 0.0 <= summary["share_beyond_expert"] <= 1.0
+    assert run(["report", str(learned), "--out", str(tmp_path)]) == 0
+    assert "How far, and how sure" in (tmp_path / "page.html").read_text()
 
 
 def test_a_measurement_keeps_the_band_to_worlds_that_agree(

@@ -84,4 +84,4 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
 def test_agreement_is_by_share_or_by_length(
     full: float | None, reduced: float | None, agrees: bool
 ) -> None:
-    assert FullOrderWalk(None, full, reduced, "completed").agrees is agrees
+    assert FullOrderWalk.of(None, full, reduced, "completed").agrees is agrees

@@ -15,6 +15,7 @@ def test_measured_robots_are_trained_in_the_worlds_that_may_be() -> None:
     usual = TrainingOptions(coopt=fast_settings())
     measured = layered(usual, [{"robot": {"based_on": "measured"}}])
     assert measured.randomize
+    assert measured.certified_world_count > usual.certified_world_count == 0
     assert measured.randomisation == measured_worlds()
     assert measured.coopt.objective == ROBUST_OBJECTIVE
     assert measured.coopt.total_timesteps == usual.coopt.total_timesteps

@@ -1,0 +1,106 @@
+"""What is certified: pairs of a training, the expert beside them, and the worlds of both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone
+from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.learn.evaluation import EVALUATION_SEED
+from pneumorph.learn.objective import Objective
+from pneumorph.simulation.randomisation import Randomisation, World
+from pneumorph.simulation.randomised_simulator import worlds_of_round
+from pneumorph.study.finished_run import FinishedRun, Pair
+
+
+@dataclass(frozen=True)
+class CertificateSettings(Checked):
+    """Which pairs, in which worlds, and whether as finite elements too."""
+
+    pair_count: Count = 5
+    """How many of the best pairs."""
+    world_count: Annotated[int, Bounds(least=4)] = 200
+    """Worlds that nothing was chosen in, which bands are of."""
+    world_seed: CountOrNone = 0
+    """Seed of these worlds; those of trainings are drawn otherwise for every seed."""
+    tuning_world_count: Count = 24
+    """Worlds of the training that the expert's phase is tuned in, for its own mean."""
+    cycle_s: Annotated[float, Bounds(above=0.0)] = 4.0
+    """Length of a cycle, over which a slide back is counted [s]."""
+    full: bool = False
+    """Walk as finite elements as well: the best pair in the world as it stands and in its worst
+    ones, the others in the former. Hours; what was walked is kept."""
+    worst_world_count: CountOrNone = 2
+    """How many of the worst worlds."""
+    randomisation: Randomisation = field(default_factory=measured_worlds)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """What is certified.
+
+    Attributes:
+        run: Folder of the training.
+        pairs: Its best pairs, the best first.
+        task: What they were asked to do.
+        baseline: The expert's gaits.
+        seen: Worlds of the training, to choose in.
+        ranked_there: Whether the training ranked its pairs in them.
+    """
+
+    run: Path
+    pairs: tuple[Pair, ...]
+    task: CrawlingTask
+    baseline: PhaseSweepSettings
+    seen: tuple[World, ...]
+    ranked_there: bool
+
+    @classmethod
+    def of_run(cls, run: FinishedRun, settings: CertificateSettings) -> Candidates:
+        """Those of a finished run; raises as `FinishedRun.pairs`."""
+        objective, drawn, seed = run.objective, settings.randomisation, 0
+        if objective is not None and objective.is_robust:
+            drawn, seed = (
+                run.structured("randomisation", Randomisation),
+                run.of_summary("seed", int),
+            )
+        seen, ranked = worlds_of_training(objective, drawn, seed, settings)
+        pairs = tuple(run.pairs(settings.pair_count))
+        return cls(run.folder, pairs, run.task, run.baseline, tuple(seen), ranked)
+
+
+def unseen_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:
+    """Worlds that no training of any seed draws: theirs have seeds of two numbers."""
+    rng = np.random.default_rng([seed, 11, 1])
+    return [randomisation.draw(rng) for _ in range(count)]
+
+
+def worlds_of_training(
+    objective: Objective | None, drawn: Randomisation, seed: int, settings: CertificateSettings
+) -> tuple[list[World], bool]:
+    """Worlds to choose in, and whether a training ranked its pairs in them.
+
+    Args:
+        objective: What the training ranked designs by; None for no training.
+        drawn: What its worlds were drawn from.
+        seed: Its seed.
+        settings: Say what else worlds are drawn from, where it was trained in one.
+    """
+    if objective is None or not objective.is_robust:
+        rng = np.random.default_rng([settings.world_seed, 13, 1])
+        count = settings.tuning_world_count
+        return [settings.randomisation.draw(rng) for _ in range(count)], False
+    side_by_side = objective.worlds_per_design
+    rounds = -(-objective.evaluation_worlds // side_by_side)
+    worlds = [
+        world
+        for number in range(rounds)
+        for world in worlds_of_round(drawn, seed, EVALUATION_SEED + number, side_by_side)
+    ]
+    return worlds[: objective.evaluation_worlds], True
