@@ -256,6 +256,8 @@ def paper_leg(
         return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
 
     def full(modulus_factor: float, mass_factor: float) -> PartModel:
+        if part is not None and mesh is None:
+            _check_full(reduced_as_made(), shipped_mesh())
         made_of, weight = materials or recorded_materials(), mass_kg()
         if weight is not None:
             made_of = replace(made_of, mass_kg=weight)
@@ -279,6 +281,17 @@ def paper_leg(
         unnamed = part is None or isinstance(part, ReducedPart)
         label = f"the {name} leg that ships" if unnamed else str(part)
     return Module(label, reduced, full, pressure_map=pressure_map(name), find_face=face)
+
+
+def _check_full(part: ReducedPart, mesh: Mesh) -> None:
+    """Refuse to walk as the leg that ships what was reduced from another mesh."""
+    try:
+        part.check_mesh(mesh)
+    except ArtefactError as error:
+        raise ValueError(
+            "the finite elements of this reduced leg are of another mesh than the leg that ships; "
+            "give the mesh that it was made from as full.mesh"
+        ) from error
 
 
 def attachment_of(part: ReducedPart, shipped: Mesh) -> Pose | None:

@@ -286,9 +286,15 @@ class RobotOptions(Checked):
         usual = {**settings_to_dict(FullOptions()), **_full_of(kind)}
         if robot is not None:
             usual["hub"] = robot.hub.model
-        changed = [name for name in usual if usual[name] != asked[name]]
-        if changed:
+        for name in usual:
+            if usual[name] == asked[name]:
+                continue
+            if isinstance(usual[name], dict):
+                inner = next(key for key in usual[name] if usual[name][key] != asked[name][key])
+                name, ours, theirs = f"{name}.{inner}", asked[name][inner], usual[name][inner]
+            else:
+                ours, theirs = asked[name], usual[name]
             raise ValueError(
-                f"full.{changed[0]} is {asked[changed[0]]!r}, expected {usual[changed[0]]!r} with "
-                "--model reduced: it is an option of finite elements"
+                f"full.{name} is {ours!r}, expected {theirs!r} with --model reduced: it is an "
+                "option of finite elements"
             )

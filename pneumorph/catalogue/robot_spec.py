@@ -26,6 +26,7 @@ from pneumorph.physics.calibration import Calibration, describe_calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.regulators import Regulators
 from pneumorph.robot.design import Design
+from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.mounting_angle import tilted
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
@@ -261,6 +262,22 @@ class RobotSpec:
                 content.update(str(self.modules.index(module)).encode())
         return content.hexdigest()
 
+    def full_identity(self) -> dict[str, str]:
+        """What tells full-order robots of a described kind from others, for what is kept of their
+        walks; nothing of the paper's, whose leg and hub are told apart otherwise."""
+        if self.name is None:
+            return {}
+        hub, content = self.hub, hashlib.sha256()
+        content.update(f"{hub.mesh.digest()}{hub.mass_numbers()}{hub.material!r}".encode())
+        for array in (hub.tracked_point, hub.contact_points):
+            content.update(np.ascontiguousarray(array, dtype=float).tobytes())
+        for site in self.sites:
+            for module in site.modules:
+                part, pose = module.full, site.pose_of(module)
+                content.update(f"{part.mesh.digest()}{part.ingredients()}".encode())
+                content.update(pose.rotation.tobytes() + pose.translation.tobytes())
+        return {"robot": content.hexdigest()}
+
     def check_reduction(self) -> None:
         """Refuse reduced parts that do not stand for the finite elements.
 
@@ -285,6 +302,25 @@ class RobotSpec:
         robot = self.assembly(design)
         mass = robot.hub.mass + sum(mount.part.mass for mount in robot.mounts)
         return float(mass * self.physics.gravity_mm_per_s2)
+
+    def check_space(self, space: DesignSpace) -> None:
+        """Refuse a space whose designs are none of this robot's.
+
+        Raises:
+            ValueError: It has other locations than the robot has sites, or modules that a site does
+                not allow.
+        """
+        if space.location_count != len(self.sites):
+            raise ValueError(
+                f"the design space has {space.location_count} locations and the robot "
+                f"{len(self.sites)} sites, expected the same number: see space.location_count"
+            )
+        for number, (kinds, site) in enumerate(zip(space.kinds, self.sites, strict=True)):
+            if max(kinds, default=0) >= len(site.modules):
+                raise ValueError(
+                    f"space.options[{number}] names module {chr(ord('a') + max(kinds))}, and site "
+                    f"{site.name or number} allows {len(site.modules)} kinds of modules"
+                )
 
     @property
     def settings(self) -> dict[str, Any]:

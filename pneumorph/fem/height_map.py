@@ -77,14 +77,18 @@ class HeightMap(Checked):
         """
         if self.path is None:
             return PlaneFloor(base_mm)
-        return height_field(
-            self.heights_mm(),
-            self.mm_per_pixel,
-            (self.centre_x_mm, self.centre_y_mm),
-            self.smoothing_mm,
-            base_mm,
-            "height map " + Path(self.path).name,
-        )
+        heights = self.heights_mm()
+        try:
+            return height_field(
+                heights,
+                self.mm_per_pixel,
+                (self.centre_x_mm, self.centre_y_mm),
+                self.smoothing_mm,
+                base_mm,
+                "height map " + Path(self.path).name,
+            )
+        except ValueError as error:
+            raise ValueError(f"height map {self.path}: {error}") from error
 
 
 def height_field(

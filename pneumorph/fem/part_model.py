@@ -109,6 +109,8 @@ class PartModel:
             MaxwellGroup(tetrahedra, relaxation) if relaxation and relaxation.weights else None
         )
         """What of the solid's stress relaxes."""
+        self.cavity_region = cavity
+        """Name of the surface region that `cavity` is of."""
         self.cavity: Cavity | None = (
             Cavity.of_surface(mesh.surface_connectivity(cavity)) if cavity else None
         )

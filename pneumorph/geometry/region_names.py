@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
 Region = TypeVar("Region")
 
+
+class HasSurfaces(Protocol):
+    """A mesh with named surfaces."""
+
+    @property
+    def surfaces(self) -> Mapping[str, Any]:
+        """Triangles by region name."""
+
+
 _FIRST_NAMES = {"sheet": "paper"}
 _CURRENT_NAMES = {first: now for now, first in _FIRST_NAMES.items()}
+
+
+def cavity_regions(mesh: HasSurfaces) -> list[str]:
+    """Names of a mesh's cavities, in the order in which a reduced part has them."""
+    return sorted(name for name in mesh.surfaces if name.startswith("cavity"))
 
 
 def current_name(name: str) -> str:

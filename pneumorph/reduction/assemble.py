@@ -15,6 +15,7 @@ from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.face_tie import ATTACHMENT, ATTACHMENT_FACE
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial
 from pneumorph.reduction.inertia import mass_integrals
 from pneumorph.reduction.mixed_dilatation import (
@@ -131,8 +132,7 @@ def assemble_reduced_part(
     membrane = membranes[0] if membranes else _no_membrane(mode_count)
     cavities = [
         cavity_polynomial(mesh.nodes, Cavity.of_surface(mesh.surface_connectivity(name)), modes)
-        for name in sorted(mesh.surfaces)
-        if name.startswith("cavity")
+        for name in cavity_regions(mesh)
     ]
     integrals = mass_integrals(part.node_mass, mesh.nodes, modes)
     if contact_modes is None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.modal_equilibrium import rising_modal_equilibria
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -47,6 +48,7 @@ def reduced_bend(
     pressure_kPa: np.ndarray,
     rotation: Rotation = "edge",
     region: str = "outer_end_face",
+    cavity: str | None = None,
 ) -> ReducedBend:
     """Bend a reduced part through the pressures of full-order equilibria.
 
@@ -57,9 +59,14 @@ def reduced_bend(
         pressure_kPa: Their pressures, (step,).
         rotation: Where the elements take their rotation from.
         region: Node set of the outer end face.
+        cavity: Surface region that is inflated in these equilibria; None for every cavity.
     """
+    inflated = np.ones(reduced.cavity_count)
+    if cavity is not None:
+        inflated = np.array([float(name == cavity) for name in cavity_regions(mesh)])
     states, full, bent, distance = [], [], [], []
-    found = rising_modal_equilibria(reduced, pressure_kPa, rotation)
+    each_kPa = (float(pressure) * inflated for pressure in pressure_kPa)
+    found = rising_modal_equilibria(reduced, each_kPa, rotation)
     for moved, result in zip(displacement, found, strict=True):
         x = reduced.positions(result.alpha)
         full_x = mesh.nodes + moved

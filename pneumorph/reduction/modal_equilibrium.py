@@ -90,12 +90,13 @@ def modal_equilibrium(
 
 
 def rising_modal_equilibria(
-    part: ReducedPart, pressures_kPa: Iterable[float], rotation: Rotation = "edge"
+    part: ReducedPart, pressures_kPa: Iterable[float | np.ndarray], rotation: Rotation = "edge"
 ) -> Iterator[ModalEquilibrium]:
-    """Equilibria at one pressure after the other, each from the one before."""
+    """Equilibria at one pressure after the other, or one of each cavity (cavity,), each from the
+    one before."""
     alpha: np.ndarray | None = None
     for pressure in pressures_kPa:
-        result = modal_equilibrium(part, float(pressure), start=alpha, rotation=rotation)
+        result = modal_equilibrium(part, pressure, start=alpha, rotation=rotation)
         yield result
         alpha = result.alpha
 

@@ -172,7 +172,14 @@ def reduce_part(
     def bending(reduced: ReducedPart) -> ReducedBend | None:
         if part.cavity is None:
             return None
-        return reduced_bend(reduced, part.mesh, bent, shown_pressure, settings.rotation)
+        return reduced_bend(
+            reduced,
+            part.mesh,
+            bent,
+            shown_pressure,
+            settings.rotation,
+            cavity=part.cavity_region,
+        )
 
     ideal = bending(every)
 

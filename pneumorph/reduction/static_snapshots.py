@@ -93,6 +93,8 @@ def load_snapshots(
     sideways = np.array([0.0, 1.0, 0.0])
     nodes = np.unique(part.mesh.surface(settings.loaded_surface))
     weight = -GRAVITY_MM_S2 * part.node_mass[:, None] * up
+    along = part.rest_nodes[:, 0]
+    outwards = along - 0.5 * (along.min() + along.max())  # wherever the frame's origin is
     states, pressures, failed = [], [], []
     for number in numbers:
         rng = np.random.default_rng([settings.seed, number])
@@ -107,8 +109,8 @@ def load_snapshots(
             + tangential * np.sin(angle) * sideways
         )
         # The outer half touches the ground; nodes near the outer end are the likelier.
-        outer = nodes[part.rest_nodes[nodes, 0] > 0.0]
-        likelihood = part.rest_nodes[outer, 0] ** 2
+        outer = nodes[outwards[nodes] > 0.0]
+        likelihood = outwards[outer] ** 2
         centre = part.rest_nodes[rng.choice(outer, p=likelihood / likelihood.sum())]
         patch = nodes[
             np.linalg.norm(part.rest_nodes[nodes] - centre, axis=1) < settings.patch_radius_mm

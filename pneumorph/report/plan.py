@@ -78,8 +78,9 @@ def plan_of_walk(trajectory: Trajectory) -> Plan:
 
 
 def plans_of(robot: RobotOptions) -> PlanOf:
-    """What the designs of a robot look like: the paper's, or those of a description."""
-    if robot.description is None:
+    """What the designs of a robot look like: the paper's, or those of a description or with a leg
+    of one's own."""
+    if robot.description is None and robot.part is None:
         return paper_plan
     spec = robot.spec()
     hub = _outline(spec.hub.mesh.nodes)

@@ -75,6 +75,14 @@ class DesignSpace(Checked):
                 "options name regulators and canonical is true, expected canonical = false: "
                 "regulators that differ may not be renamed"
             )
+        idle = set(range(1, self.regulator_count + 1)) - {
+            regulator for each in self._fittings for regulator in each.regulators
+        }
+        if idle:
+            raise ValueError(
+                f"regulator {min(idle)} of {self.regulator_count} drives nothing in any of the "
+                "options, expected as many regulators as are used"
+            )
         _ = self._excluded, self._mirror, self._symmetries  # refuse what is none
 
     @cached_property

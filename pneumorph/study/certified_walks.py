@@ -138,6 +138,7 @@ def full_order_walk(
         "modules": [
             [module.full.ingredients(), module.full.mesh.digest()] for module in spec.modules
         ],
+        **spec.full_identity(),
         "world": None if world is None else settings_to_dict(world),
     }
     identity = rollout_identity(made_of, commands)

@@ -109,7 +109,8 @@ class ModelPair:
 
     def _described(self, record_every: int) -> dict[str, Any]:
         # All that decides the full robot's way, but for the commands.
-        spec, leg, hub = self.spec, self.spec.module.full, self.spec.hub.mass_numbers()
+        spec, hub = self.spec, self.spec.hub.mass_numbers()
+        leg = spec.modules[0].full
         return {
             "design": str(self.animation.design),
             "physics": spec.physics.described(),
@@ -127,4 +128,5 @@ class ModelPair:
             # Ways that ship are of the published hub and of even masses, and do not say so.
             **({} if hub == [DISK_MASS_KG] else {"hub_mass": hub}),
             **leg.lumping(),
+            **spec.full_identity(),
         }

@@ -17,10 +17,12 @@ from pneumorph.catalogue.paper_leg import (
     LegName,
     leg_kind,
     paper_leg,
+    paper_leg_mesh,
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.material import LegMaterials
+from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.collect import SnapshotSettings
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.reduce import ReductionSettings
@@ -49,6 +51,16 @@ class ReduceOptions:
     walked: GaitWalkSettings = field(default_factory=GaitWalkSettings)
     """Gaits that full robots walk besides, such as learned ones."""
     reduction: ReductionSettings = field(default_factory=ReductionSettings)
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """The mass of a leg of one's own where none is set: as much for its volume as the published
+        one has, 105 g of 43 ml."""
+        if content.get("mesh") is None:
+            return {}
+        volume = float(Mesh.load(content["mesh"]).volumes.sum())
+        share = volume / float(paper_leg_mesh().volumes.sum())
+        return {"materials": {"mass_kg": LegMaterials().mass_kg * share}}
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -92,6 +92,7 @@ def search(
     """
     start = time.monotonic()
     task, space = settings.task, settings.space
+    robot.check_space(space)
     environment = CrawlingEnvironment(
         [space[place % len(space)] for place in range(settings.environment_count)],
         robot.assembly,

@@ -149,7 +149,7 @@ def train(
     settings, spec = settings or quick_settings(), robot or paper_robot()
     baseline = baseline or PhaseSweepSettings()
     folder = folder if isinstance(folder, RunFolder) else RunFolder(Path(folder), "coopt")
-    _check(settings, spec, folder, resume, worlds)
+    _check(settings, spec, folder, resume, worlds, baseline)
     expert = swept(spec, baseline, folder)
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start
@@ -209,6 +209,7 @@ def _check(
     folder: RunFolder,
     resume: bool,
     worlds: TrainingWorlds | None,
+    baseline: PhaseSweepSettings,
 ) -> None:
     wanted, drawn = settings.objective.worlds_per_design, worlds.world_count if worlds else 1
     if wanted > 1 and wanted != drawn:
@@ -216,6 +217,9 @@ def _check(
             f"objective.worlds_per_design is {wanted} and {drawn} worlds are drawn for a round, "
             "expected as many; without --randomize there is one"
         )
+    spec.check_space(settings.space)
+    _ = spec.assembly(baseline.design)
+    Design.parse(baseline.design).check_regulators(baseline.gait.regulator_count)
     ours, theirs = settings.task.regulator_count, spec.physics.regulator_count
     if ours != theirs:
         raise ValueError(

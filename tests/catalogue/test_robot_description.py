@@ -175,3 +175,25 @@ def test_a_mass_of_another_leg_is_told(edited: Edited, tmp_path: Path) -> None:
     path = edited('leg = "published"\n\n', 'part = "heavy.npz"\n\n')
     with pytest.raises(ValueError, match=r"modules.long weighs 700.0 g and holds 43.1 ml"):
         RobotDescription.read(path).spec()
+
+
+def test_robots_of_other_sites_or_hubs_are_told_apart(edited: Edited) -> None:
+    """What is kept of walks is found by these: another plate or place is another robot."""
+    plate, same = (RobotDescription.read(PLATE).spec() for _ in range(2))
+    moved = RobotDescription.read(edited("bottom_mm = 31", "bottom_mm = 31.5")).spec()
+    assert plate.reduction_digest() == same.reduction_digest() != moved.reduction_digest()
+    assert plate.full_identity() == same.full_identity() != moved.full_identity()
+    usual = paper_robot()
+    assert usual.full_identity() == {}
+    assert usual.reduction_digest() == usual.module.reduced.digest()
+
+
+def test_a_space_of_another_robot_is_refused() -> None:
+    spec = RobotDescription.read(PLATE).spec()
+    with pytest.raises(ValueError, match="8 locations and the robot 6 sites"):
+        spec.check_space(DesignSpace())
+    unlike = DesignSpace(location_count=6, maximum_legs=6, options=("0 * b*",) * 6)
+    with pytest.raises(ValueError, match=r"space\.options\[1\] names module b, and site left"):
+        spec.check_space(unlike)
+    with pytest.raises(ValueError, match=r"design b1.b1.0.0.0.1 has a module b at site left"):
+        spec.assembly("b1.b1.0.0.0.1")

@@ -22,11 +22,13 @@ from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.reduced_part import ReducedPart
 
 
-def synthetic_mesh(cells: tuple[int, int, int] = (8, 4, 4)) -> Mesh:
+def synthetic_mesh(cells: tuple[int, int, int] = (8, 4, 4), wall: int | None = None) -> Mesh:
     """A box 112 x 24 x 16 mm of cubes split into tetrahedra, hollow inside, a sheet at z = 0.
 
     Args:
         cells: Cubes along x, y (even) and z; the cubes not at the surface are left out.
+        wall: Place along x of cubes that stay, and part the hollow into ``cavity`` and
+            ``cavity_outer``.
     """
     count_x, count_y, count_z = cells
     low = np.array([-56.0, -12.0, 0.0])
@@ -44,7 +46,7 @@ def synthetic_mesh(cells: tuple[int, int, int] = (8, 4, 4)) -> Mesh:
     half: list[tuple[int, ...]] = []
     for i, j, k in itertools.product(range(count_x), range(count_y // 2), range(count_z)):
         inside_x, inside_z = 0 < i < count_x - 1, 0 < k < count_z - 1
-        if inside_x and inside_z and j > 0:
+        if inside_x and inside_z and j > 0 and i != wall:
             continue
         for order in itertools.permutations(range(3)):  # Kuhn's six tetrahedra of a cube
             corner = np.zeros(3, dtype=int)
@@ -84,12 +86,17 @@ def synthetic_mesh(cells: tuple[int, int, int] = (8, 4, 4)) -> Mesh:
     bottom = boundary[flat[4]]
     left = bottom[nodes[bottom][:, :, 1].mean(axis=1) < 0.0]
     sheet = np.concatenate([left, mirror_nodes[left][:, [1, 0, 2]]])
+    hollow = boundary[~outer][:, ::-1]
+    cavities = {"cavity": hollow}
+    if wall is not None:
+        beyond = nodes[hollow][:, :, 0].mean(axis=1) > low[0] + (wall + 0.5) * spacing[0]
+        cavities = {"cavity": hollow[~beyond], "cavity_outer": hollow[beyond]}
     at = {tuple(node): index for index, node in enumerate(np.round(nodes, 6))}
     attachment = [at[(low[0], y, z)] for y in (low[1], high[1]) for z in (low[2], high[2])]
     return Mesh(
         nodes=nodes,
         tetrahedra=tetrahedra,
-        surfaces={"cavity": boundary[~outer][:, ::-1], "skin": boundary[outer], "sheet": sheet},
+        surfaces={**cavities, "skin": boundary[outer], "sheet": sheet},
         node_sets={
             "attachment": np.array(attachment),
             "outer_end_face": np.flatnonzero(nodes[:, 0] > high[0] - 1e-9),

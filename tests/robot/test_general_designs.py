@@ -167,3 +167,11 @@ def test_nothing_is_learned_from_an_image_that_there_is_not() -> None:
     unlike = DesignSpace(location_count=2, minimum_legs=1, maximum_legs=2, options=("0 *", "0 b*"))
     with pytest.raises(ValueError, match="is not one of the space"):
         _ = unlike.mirror_index
+
+
+def test_a_regulator_that_nothing_uses_is_refused() -> None:
+    with pytest.raises(ValueError, match="regulator 3 of 3 drives nothing"):
+        DesignSpace(
+            location_count=2, regulator_count=3, minimum_legs=1, maximum_legs=2, canonical=False,
+            options=("0 1", "0 2"), mirror="none",
+        )  # fmt: skip

@@ -14,7 +14,7 @@ import pytest
 
 from pneumorph.report.film import side_by_side
 from pneumorph.report.marker_actor import MarkerActor
-from pneumorph.report.replay.page import page_of, replay_assets, write_replay
+from pneumorph.report.replay.page import page_of, player_of, replay_assets, write_replay
 from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
 from pneumorph.report.scene import Actor
 from pneumorph.trajectory import Trajectory
@@ -233,3 +233,17 @@ def test_a_page_needs_data_of_its_version(tmp_path: Path, open_page: OpenPage) -
         " catch (error) { return error.message; } })()"
     )
     assert message.startswith("not replay data of version 2")
+
+
+def test_a_page_may_hold_the_player_twice(
+    crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    """As two cells of a notebook do; an error of a script fails the fixture that opens the page."""
+    fragment = replay_assets() + player_of(replay_data([Actor.of(crawl, "a")], SETTINGS))
+    path = tmp_path / "twice.html"
+    path.write_text(f"<meta charset='utf-8'>{fragment}{fragment}")
+    page = open_page(path)
+    assert page.evaluate("pneumorphReplay.players.length") == 2
+    page.evaluate(f"pneumorphReplay.players[1].seek({crawl.time_s[7]})")
+    flat = page.evaluate("Array.from(pneumorphReplay.players[1].nodePositions(0))")
+    assert np.abs(np.array(flat) - recorded(crawl)[7].ravel()).max() < ROUNDING_MM

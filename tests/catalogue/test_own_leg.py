@@ -1,0 +1,72 @@
+"""A leg of one's own: its mass, its mesh, its finite elements and its picture are its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pneumorph.base.layers import layered
+from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg, paper_leg_mesh
+from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
+from pneumorph.fem.height_map import HeightMap
+from pneumorph.report.plan import paper_plan, plans_of
+from pneumorph.robot.design import Design
+from pneumorph.robot.resized_part import resized_part
+from pneumorph.study.reduction_options import ReduceOptions
+
+
+@pytest.fixture
+def own_leg(tmp_path: Path) -> Path:
+    """The paper's leg in 0.7 of its size, which says that it was made from another mesh."""
+    part = resized_part(load_default_leg(), 0.7)
+    own = replace(part, metadata={**part.metadata, "mesh_digest": "another"})
+    return own.save(tmp_path / "leg.npz")
+
+
+def test_its_finite_elements_are_not_those_of_the_paper_leg(own_leg: Path) -> None:
+    """Asked for without a mesh they are refused; what ships walks as it always did."""
+    spec = RobotOptions(part=own_leg).spec()
+    with pytest.raises(ValueError, match=r"give the mesh that it was made from as full\.mesh"):
+        spec.full("1.0.0.2.2.0.0.1")
+    assert paper_leg(part=load_default_leg()).full.mesh.digest() == paper_leg_mesh().digest()
+
+
+def test_it_weighs_what_its_volume_does(tmp_path: Path) -> None:
+    """As much for its volume as the published leg, 0.8^3 of 105 g, unless a mass is given."""
+    mesh = paper_leg_mesh().scaled(0.8).save(tmp_path / "mesh.npz")
+    asked = layered(ReduceOptions(), [{"mesh": str(mesh)}])
+    assert asked.materials.mass_kg == pytest.approx(0.8**3 * 0.105, rel=1e-9)
+    weighed = layered(ReduceOptions(), [{"mesh": str(mesh), "materials": {"mass_kg": 0.04}}])
+    assert weighed.materials.mass_kg == 0.04
+    assert layered(ReduceOptions(), [{}]).materials.mass_kg == 0.105
+
+
+def test_it_is_drawn_as_long_as_it_is(own_leg: Path) -> None:
+    design = Design.parse("1.0.0.2.2.0.0.1")
+    drawn = plans_of(RobotOptions(part=own_leg))(design)
+    usual = plans_of(RobotOptions())(design)
+    assert usual.half_width_mm == paper_plan(design).half_width_mm
+    # It has its own length beyond the disk: 0.7 of 115 mm, pitched by 15 degrees.
+    turn = np.radians(-22.5)
+    along = [np.ptp(each @ [np.cos(turn), -np.sin(turn)]) for each in drawn.legs_mm[:1]]
+    assert along[0] == pytest.approx(0.7 * 115.0 * np.cos(np.radians(15.0)), rel=0.1)
+
+
+def test_a_height_map_of_reduced_robots_is_refused_by_its_file(tmp_path: Path) -> None:
+    options = RobotOptions(full=FullOptions(height_map=HeightMap(path=tmp_path / "hills.npy")))
+    with pytest.raises(ValueError, match=r"full\.height_map\.path is '.*hills\.npy', expected Non"):
+        options.refuse_full_options()
+
+
+def test_a_height_map_that_is_no_grid_is_named(tmp_path: Path) -> None:
+    for heights, why in (
+        (np.zeros(9), "shape"),
+        (np.zeros((3, 9)), "shape"),
+        (np.full((5, 5), np.nan), "finite"),
+    ):
+        np.save(tmp_path / "hills.npy", heights)
+        with pytest.raises(ValueError, match=rf"height map .*hills\.npy: .*{why}"):
+            HeightMap(path=tmp_path / "hills.npy").floor(0.0)

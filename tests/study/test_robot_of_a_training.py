@@ -1,0 +1,47 @@
+"""A training whose robot, designs and baseline do not go together ends before anything walks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from pneumorph.base.layers import layered
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.learn.settings import quick_settings
+from pneumorph.study.training_options import TrainingOptions
+from pneumorph.study.training_run import train
+
+PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
+
+
+def test_designs_of_another_robot_are_refused_before_the_baseline(tmp_path: Path) -> None:
+    spec = RobotDescription.read(PLATE).spec()
+    asked = layered(TrainingOptions(), [{"robot": {"described": str(PLATE)}}])
+    for settings, baseline, why in (
+        (quick_settings(), PhaseSweepSettings(), "8 locations and the robot 6 sites"),
+        (asked.coopt, PhaseSweepSettings(), "design 1.0.0.2.2.0.0.1 has 8 locations"),
+        (asked.coopt, replace(asked.baseline, design="1.0.4.0.4.0"), "to regulator 4"),
+    ):
+        with pytest.raises(ValueError, match=why):
+            train(
+                settings,
+                tmp_path / "run",
+                spec,
+                baseline=replace(baseline, gait=replace(baseline.gait, regulator_count=3)),
+            )
+        assert not list(tmp_path.rglob("*.npz"))
+
+
+def test_a_file_brings_designs_regulators_and_baseline() -> None:
+    """Just below the layer that names it: flags beside it win."""
+    asked = layered(TrainingOptions(), [{"robot": {"described": str(PLATE)}}])
+    assert asked.coopt.space == RobotDescription.read(PLATE).space
+    assert asked.coopt.task.regulator_count == asked.robot.physics.regulator_count == 4
+    assert asked.baseline.design == "b1.0.2.2.0.b1"
+    assert asked.baseline.gait.regulator_count == 4
+    changed = {"robot": {"described": str(PLATE)}, "coopt": {"space": {"maximum_legs": 5}}}
+    fewer = layered(TrainingOptions(), [changed]).coopt.space
+    assert fewer == replace(asked.coopt.space, maximum_legs=5)
