@@ -274,10 +274,13 @@ def _notes(pairs: Sequence[CertifiedPair]) -> list[str]:
         for each in pair.full_order:
             if not each.agrees:
                 where = "as it stands" if each.world is None else f"number {each.world}"
-                full = "no end" if each.full_cm is None else f"{each.full_cm:.1f} cm"
+                full, reduced = (
+                    "no end" if far is None else f"{far:.1f} cm"
+                    for far in (each.full_cm, each.reduced_cm)
+                )
                 notes.append(
                     f"{pair.label} as finite elements in the world {where} comes to {full}, the "
-                    f"reduced robot to {each.reduced_cm} cm"
+                    f"reduced robot to {reduced}"
                 )
     if not any(pair.full_order for pair in pairs):
         notes.append("no pair walked as finite elements; --full makes them")

@@ -10,13 +10,17 @@ import pytest
 from helpers.run_json import run_json
 
 from pneumorph.base.result import result_from_dict
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.cli import run
 from pneumorph.gait.walk import walk
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import simulator_in_world, worlds_of_round
-from pneumorph.study.certified_candidates import unseen_worlds
+from pneumorph.study import certificate
+from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
 from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.certified_walks import FullOrderWalk
 from pneumorph.study.finished_run import FinishedRun
 
 _SHORT = (
@@ -138,3 +142,33 @@ def test_its_page_shows_bands_and_what_to_measure(certified: Path, tmp_path: Pat
     page = (tmp_path / "page.html").read_text()
     for words in ("How far, and how sure", "What to measure", "What the distance depends on"):
         assert words in page
+
+
+def test_the_best_pair_walks_in_its_worst_worlds_as_finite_elements(
+    learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the other one in the world as it stands; walks that differ are named."""
+    asked = []
+
+    def walked(spec, design, gait, label, number, worlds, reduced_cm, settling, folder):
+        asked.append((label, number))
+        return FullOrderWalk.of(number, reduced_cm + (0.5 if number is None else 0.1), reduced_cm,
+                                "completed")  # fmt: skip
+
+    monkeypatch.setattr(certificate, "full_order_walk", walked)
+    monkeypatch.setattr(RobotSpec, "check_reduction", lambda _: None)
+    settings = CertificateSettings(
+        world_count=6, tuning_world_count=2, cycle_s=0.4, full=True, randomisation=WORLDS
+    )
+    found = certificate.certify(learned, settings, folder=RunFolder(tmp_path, "certify"))
+    place = [pair.label for pair in found.pairs].index(found.best)
+    far = np.array(found.distances_cm)[:, place + 1]
+    worst = np.argsort(far, kind="stable")[:2]
+    expected = [(pair.label, None) for pair in found.pairs]
+    expected[place + 1 : place + 1] = [(found.best, int(number)) for number in worst]
+    assert asked == expected
+    walks = found.pairs[place].full_order
+    assert [each.reduced_cm for each in walks[1:]] == [far[number] for number in worst]
+    assert [each.agrees for each in walks] == [False, True, True]
+    assert sum("as finite elements in the world as it stands" in note for note in found.notes) == 2
+    assert not any("--full makes them" in note for note in found.notes)
