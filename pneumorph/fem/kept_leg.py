@@ -57,6 +57,9 @@ class KeptLeg:
         """
         leg = self._leg
         sines = leg.part.turns.since(self._reference, x)
+        squares = leg.part.node_mass @ np.sum(sines**2, axis=1)
+        self.turn = float(np.sqrt(squares / leg.part.mass_kg))
+        """Root mean square, by mass, of the turns about the nodes [radian, their sines]."""
         self._turns = rotations(sines)
         self._turns_of_points = rotations(leg.contact_weights @ sines)
         together = rotations(sines[leg.attachment].mean(axis=0)[None])

@@ -13,15 +13,13 @@ with the right stresses, and turned:
 - Later trials have turned by small angles, which a stiff sheet feels; the factors turn with the
   nodes (`pneumorph.fem.kept_leg`).
 
-Where the step before ended with little left to do, its factors are tried first.
-How well factors do, and what is left to do, is told by the sizes of changes
-(`pneumorph.fem.contraction`).
+A leg that turns little goes on with the factor that it has, from step to step. How well factors
+do, and what is left to do, is told by the sizes of changes (`pneumorph.fem.contraction`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Generic
 
@@ -40,45 +38,56 @@ from pneumorph.physics.physics import Physics
 
 EVENLY = np.sqrt(2.0)
 """Times h v_0: the change whose foreseen stresses are those of E - dF^T dF."""
-_LONGEST_WAIT = 16
+FURTHEST_TURN = 0.002
+"""A leg that has turned further than this since its factor was made [radian, root mean square over
+its nodes] begins no step with it. Of the paper's leg on a sheet of 2 GPa: up to 0.002 two
+iterations leave 0.05 of a change, with 0.0025 a quarter, from 0.004 on changes may grow."""
+_WITHIN_A_STEP = 2.0
+"""Times as far a leg may turn before its factor is made anew on the way to a step's end."""
+_SMALLER, _LARGER = 0.5, 1.1
 
 
 @dataclass
 class KeptFactors(Generic[HubState]):
     """Factors of a robot's legs, kept from one step to the next."""
 
-    legs: list[KeptLeg] = field(default_factory=list)
-    """All legs, or none."""
+    legs: list[KeptLeg | None] = field(default_factory=list)
+    """Of each leg, None where it is to be made; empty before the first step."""
     made: int = 0
-    """How often factors of all legs were made so far."""
+    """How many factors were made so far."""
     end: FullRobotState[HubState] | None = None
     """State that the last step led to; after any other the factors are of no use."""
     step_s: float = 0.0
     """Length of the last step [s]."""
-    wait: int = 0
-    """Steps until factors of an earlier one are tried again."""
-    next_wait: int = 1
-    """How many after their next failure."""
+    furthest_turn: float = FURTHEST_TURN
+    """How far a leg may turn [radian]: less after factors of earlier steps have failed."""
 
-    def begin(self, start: FullRobotState[HubState], step_s: float) -> None:
-        """Forget the factors unless they are to be tried and the last step is gone on from.
+    def begin(self, start: FullRobotState[HubState], step_s: float, leg_count: int) -> set[int]:
+        """Forget the factors unless the last step is gone on from.
 
         Args:
             start: Where the next step begins.
             step_s: How long it is [s].
+            leg_count: How many legs there are.
+
+        Returns:
+            Numbers of the legs that have a factor.
         """
         if start is not self.end or step_s != self.step_s:
-            self.wait, self.next_wait = 0, 1
-            self.legs = []
-        elif self.wait > 0:
-            self.wait -= 1
-            self.legs = []
+            self.legs, self.furthest_turn = [None] * leg_count, FURTHEST_TURN
         self.end, self.step_s = None, step_s
+        return {number for number, leg in enumerate(self.legs) if leg is not None}
 
-    def fail(self) -> None:
-        """Forget factors of an earlier step, and for twice as long as the last time."""
-        self.legs = []
-        self.wait, self.next_wait = self.next_wait, min(2 * self.next_wait, _LONGEST_WAIT)
+    def forget(self, numbers: Iterable[int]) -> None:
+        """Have the factors of these legs made anew."""
+        for number in numbers:
+            self.legs[number] = None
+
+    def refuse(self, earlier: set[int]) -> None:
+        """Forget these legs' factors of earlier steps, which failed after so far a turn."""
+        turns = [leg.turn for number in earlier if (leg := self.legs[number]) is not None]
+        self.furthest_turn = _SMALLER * max(turns)
+        self.forget(earlier)
 
 
 def kept_newton_step(
@@ -102,22 +111,26 @@ def kept_newton_step(
         numpy.linalg.LinAlgError: A matrix is not positive definite.
     """
     problem, numerics = StepProblem(robot, start, regulated_kPa, physics), robot.numerics
-    kept.begin(start, physics.time_step_s)
+    earlier = kept.begin(start, physics.time_step_s, len(robot.legs))
     enough = numerics.newton_tolerance * problem.applied()
     points = robot.points_near(start, physics.time_step_s)
     first = now = _evaluated(robot, problem, problem.going_on(), points)
     evenly = changes = [EVENLY * each for each in _moves(start.positions, now.trial.positions)]
-    contraction = Contraction(earlier=bool(kept.legs))
+    contraction = Contraction(bool(earlier))
     for iteration in range(1, numerics.newton_iterations + 1):
-        if not kept.legs:
-            kept.legs = _factors(robot, problem, now.trial, changes)
-            kept.made += 1
+        furthest = kept.furthest_turn if now is first else _WITHIN_A_STEP * FURTHEST_TURN
+        fresh = _renew(robot, problem, kept, now.trial, changes, furthest)
+        if fresh:
+            earlier -= fresh
+            contraction = Contraction(bool(earlier))
         target = _target(robot, problem, kept.legs, now)
         if not contraction.accept(_size(robot, now.trial, target)):
-            if contraction.earlier:
-                kept.fail()
+            if earlier:
+                kept.refuse(earlier)
                 now, changes, points = first, evenly, list(first.contacts.points)
-            kept.legs, contraction = [], Contraction(earlier=False)
+                earlier = set()
+            else:
+                kept.forget(range(len(kept.legs)))
             continue
         points, deepest = with_points_below(robot, points, target)
         sound = not deepest > numerics.penetration_tolerance_mm
@@ -127,8 +140,8 @@ def kept_newton_step(
             now = _evaluated(robot, problem, target, points)
             done = now.unbalanced <= enough
         if sound and done:
-            if contraction.earlier:
-                kept.next_wait = 1
+            if earlier:
+                kept.furthest_turn = min(FURTHEST_TURN, _LARGER * kept.furthest_turn)
             kept.end = problem.finished(target, len(now.contacts.gaps), iteration, deepest)
             return kept.end
     raise StepError(
@@ -159,27 +172,42 @@ def _evaluated(
     return _Evaluated(trial, hub, residuals, contacts, unbalanced)
 
 
-def _factors(
+def _renew(
     robot: RobotBody[HubState],
     problem: StepProblem[HubState],
+    kept: KeptFactors[HubState],
     trial: TrialStep[HubState],
     changes: Sequence[np.ndarray],
-) -> list[KeptLeg]:
-    """Of the legs' matrices at a trial, without compression where they are not definite."""
+    furthest_turn: float,
+) -> set[int]:
+    """Turn factors to a trial, make those anew that have turned too far; numbers of their legs."""
 
-    def factor(number: int) -> KeptLeg:
-        leg, x = robot.legs[number], trial.positions[number]
-        with suppress(np.linalg.LinAlgError):
-            return KeptLeg(leg, problem.implicit_matrix(number, trial, changes[number]), x)
-        return KeptLeg(leg, problem.implicit_matrix(number, trial, changes[number], True), x)
+    def renewed(number: int) -> bool:
+        leg, x, factor = robot.legs[number], trial.positions[number], kept.legs[number]
+        if factor is not None:
+            factor.turn_to(x)
+            if factor.turn <= furthest_turn:
+                return False
+        for definite in (False, True):
+            kept.legs[number] = None
+            data = problem.implicit_matrix(number, trial, changes[number], definite)
+            try:
+                kept.legs[number] = KeptLeg(leg, data, x)
+                break
+            except np.linalg.LinAlgError:
+                if definite:
+                    raise
+        return True
 
-    return robot.clock.timed("factorisation", robot.each_leg)(factor)
+    made = robot.clock.timed("factorisation", robot.each_leg)(renewed)
+    kept.made += sum(made)
+    return {number for number, new in enumerate(made) if new}
 
 
 def _target(
     robot: RobotBody[HubState],
     problem: StepProblem[HubState],
-    legs: list[KeptLeg],
+    legs: Sequence[KeptLeg | None],
     now: _Evaluated[HubState],
 ) -> TrialStep[HubState]:
     """The next trial by the kept factors."""
@@ -189,13 +217,11 @@ def _target(
     impulses = np.split(trial.impulses[numbers], ends[:-1])
 
     def share(number: int) -> KeptShare:
-        active, frames = contacts.points[number], contacts.frames[number]
-        legs[number].turn_to(trial.positions[number])
-        legs[number].add_points(active)
-        residual = now.residuals[number]
-        return legs[number].condense(
-            trial.velocities[number], residual, active, frames, impulses[number]
-        )
+        active, frames, leg = contacts.points[number], contacts.frames[number], legs[number]
+        assert leg is not None, "factors are made before they are used"
+        leg.add_points(active)
+        velocity, residual = trial.velocities[number], now.residuals[number]
+        return leg.condense(velocity, residual, active, frames, impulses[number])
 
     shares = robot.clock.timed("elimination", robot.each_leg)(share)
     return problem.joined(now.hub, shares, trial, contacts)

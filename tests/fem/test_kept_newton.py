@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from helpers.small_robot import small_leg, small_robot
 
+from pneumorph.fem import kept_newton
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.kept_newton import EVENLY
 from pneumorph.fem.material import Material, Membrane
@@ -117,6 +118,18 @@ def test_a_displacement_tolerance_is_kept(leg):
     assert iterations[0] < iterations[1]
 
 
+def test_a_leg_that_turns_gets_a_factor_of_its_own(leg, monkeypatch):
+    """Where no turn is small enough each of two legs gets one in each step at least, on its way
+    through the step too, and the end is the same to the tolerance, as in the first test."""
+    usual, strict = (robot(leg, newton_tolerance=1e-10) for _ in range(2))
+    expected = walked(usual)
+    monkeypatch.setattr(kept_newton, "FURTHEST_TURN", 1e-12)
+    found = walked(strict)
+    assert strict.kept.made > max(usual.kept.made, 4 * len(COMMANDS))
+    for x, y in zip(found.positions, expected.positions, strict=True):
+        np.testing.assert_allclose(x, y, atol=1e-6)
+
+
 def test_a_state_from_elsewhere_gets_factors_of_its_own(leg):
     """What a robot did before decides no bit of a walk that begins anew."""
     used, new = robot(leg), robot(leg)
@@ -138,7 +151,7 @@ def test_a_stiffness_damping_is_felt(leg):
 
 
 def test_a_step_that_does_not_converge_is_halved(leg):
-    made = robot(leg, newton_iterations=9)
+    made = robot(leg, newton_iterations=4)
     state = made.initial_state()
     parts = []
     for command in COMMANDS:
