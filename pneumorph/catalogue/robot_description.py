@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
-from pneumorph.base.checked import Checked, Positive
+from pneumorph.base.checked import Bounds, Checked, Positive
 from pneumorph.base.settings import (
     laid_over,
     read_settings_file,
@@ -52,7 +52,7 @@ class ModuleDescription(Checked):
     what of it is attached."""
     materials: LegMaterials | None = None
     """What it is made of, for finite elements; by default what its reduction says, or the leg."""
-    size_factor: Positive = 1.0
+    size_factor: Annotated[float, Bounds(least=0.01, most=100.0)] = 1.0
     """All its lengths, the sheet's thickness among them, over those it was made with."""
     mass_g: Positive | None = None
     """Its mass [g]; by default what its reduction says, or what is cast of the leg that ships."""
@@ -163,6 +163,8 @@ class RobotDescription(Checked):
         """
         path = Path(path)
         content = read_settings_file(path)
+        if not isinstance(content.get("physics", {}), Mapping):
+            raise ArtefactError(f"robot file {path}: physics is no table, expected [physics]")
         acting = dict(content.get("physics", {}))
         based_on = {"based_on": acting.pop("based_on")} if "based_on" in acting else {}
         if "physics" in content:

@@ -48,7 +48,16 @@ class FabricateOptions:
 
 
 def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
-    """Make, check and draw everything."""
+    """Make, check and draw everything.
+
+    Raises:
+        ValueError: The robot is described by a file.
+    """
+    if options.robot.described is not None:
+        raise ValueError(
+            f"--robot {options.robot.described} is given, expected none: fabricate makes the "
+            "paper's hub and legs, not what a file describes"
+        )
     source, design = Path(options.design), options.design
     if source.is_dir():
         design = FinishedRun.read(source).of_summary("best_design", str)

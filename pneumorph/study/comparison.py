@@ -160,9 +160,14 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
 
     Raises:
         ArtefactError: The reduced leg does not stand for the full one.
-        ValueError: An unknown animation, or a robot that diverges.
+        ValueError: An unknown animation, a robot of several kinds of modules or of other sites than
+            the animations' eight, or one that diverges.
     """
     start = time.monotonic()
+    _ = robot.module  # one kind, whose bend is compared
+    for chosen in settings.runs().values():
+        for each in chosen:
+            _ = robot.assembly(each.design)  # before the first walk, which takes hours
     robot.check_reduction()
     store = FullOrderStore(
         (settings.full_order or folder.path / "full_order", data_folder("full_order"))

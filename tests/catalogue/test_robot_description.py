@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -197,3 +199,20 @@ def test_a_space_of_another_robot_is_refused() -> None:
         spec.check_space(unlike)
     with pytest.raises(ValueError, match=r"design b1.b1.0.0.0.1 has a module b at site left"):
         spec.assembly("b1.b1.0.0.0.1")
+
+
+@pytest.mark.parametrize("table", ["physics", "hub", "modules", "sites", "designs", "ring", "name"])
+@pytest.mark.parametrize("value", [3, "x", [1], {"a": 1}, None])
+def test_a_table_of_another_kind_is_refused_by_the_file(
+    tmp_path: Path, table: str, value: object
+) -> None:
+    if (table, value) == ("name", "x"):
+        return
+    content = tomllib.loads(PLATE.read_text()) | {table: value}
+    path = tmp_path / "odd.json"
+    path.write_text(json.dumps(content))
+    if table == "ring" and value is None:  # as where it is left out
+        assert RobotDescription.read(path).ring is None
+        return
+    with pytest.raises(ArtefactError, match=str(path)):
+        RobotDescription.read(path)

@@ -232,5 +232,7 @@ def test_a_description_says_itself_what_its_legs_are(
     plate = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
     assert run(["simulate", "--robot", str(plate), "--leg", "hyperelastic"]) == 1
     assert "--leg is given beside --robot" in capsys.readouterr().err
+    assert run(["fabricate", "1.0.0.2.2.0.0.1", "--robot", str(plate)]) == 1
+    assert "fabricate makes the paper's hub and legs" in capsys.readouterr().err
     assert run(["simulate", "--robot", "no_such.toml"]) == 1
     assert "no_such.toml" in capsys.readouterr().err
