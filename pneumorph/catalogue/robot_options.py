@@ -130,8 +130,7 @@ class RobotOptions(Checked):
     its physics and its designs with it, and says itself what its legs and masses are."""
     based_on: Annotated[PhysicsName, tyro.conf.arg(name="physics")] = "published"
     """What all of leg, masses, hub and physics are where nothing else is asked for. `published`:
-    as the article simulated its robots. `measured`: as their materials were measured; finite
-    elements only."""
+    as the article simulated its robots. `measured`: as their materials were measured."""
     leg: LegName = "published"
     """`published`: the article's material, linear elements. `hyperelastic`: the silicone's own
     stiffness, quadratic neo-Hookean elements, a pressure map of its own, and where no

@@ -1,0 +1,156 @@
+"""The expert's robot over all phases, in worlds of what nobody has measured, beside the real one.
+
+    python reproduce/reality/expert_in_worlds.py --out runs/reality
+
+The paper says of its real robot: 4 to 5 cm in 20 s, best at 110 degrees, 1.2 cm back in a cycle.
+Each physics makes a band of each, from its 10th to its 90th percentile over the worlds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import tyro
+
+from pneumorph.base.run_folder import made_once
+from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.paper_leg import PhysicsName
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.walk import walk
+from pneumorph.physics.air import Air
+from pneumorph.report.style import figure_style, new_figure, save_figure
+from pneumorph.robot.design import BASELINE_DESIGN
+from pneumorph.simulation.randomisation import World
+from pneumorph.simulation.randomised_simulator import simulator_in_worlds
+from pneumorph.study.robustness import draw_worlds
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PHASES_DEG = tuple(range(10, 360, 20))
+PAPERS_PHASE_DEG = 110
+WORLD_COUNT = 48
+PERCENTILES = (10.0, 50.0, 90.0)
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What the paper says of its real robot, from the least to the most that its words allow."""
+
+    what: str
+    least: float
+    most: float
+
+
+STATED = {
+    "distance_cm": Stated("distance at 110°, its best (cm)", 4.0, 5.0),
+    "best_phase_deg": Stated("best phase (°)", 110.0, 110.0),
+    "backsliding_cm": Stated("back in a cycle at 110° (cm)", 1.2, 1.2),
+}
+
+
+def walks(physics: PhysicsName, world: World) -> dict[str, list[float]]:
+    """Distance and mean slide back in a cycle at every phase [cm], in one world."""
+    spec = paper_robot(physics)
+    if physics == "measured":
+        spec = replace(spec, physics=replace(spec.physics, air=Air(law="orifice")))
+    gaits = [ExpertGait(phase_deg=float(phase)) for phase in PHASES_DEG]
+    robots = [spec.assembly(BASELINE_DESIGN)] * len(gaits)
+    walked = walk(
+        simulator_in_worlds(
+            robots, [world] * len(robots), spec.physics, spec.stepper, spec.thread_count
+        ),
+        gaits,
+        duration_s=gaits[0].duration_s,
+        time_step_s=spec.physics.time_step_s,
+    )
+    return {
+        "distance_cm": walked.distance_cm.tolist(),
+        "backsliding_cm": walked.backsliding_cm(gaits[0].period_s).tolist(),
+        "range_ratio": walked.range_ratio.tolist(),
+    }
+
+
+def bands(made: list[dict[str, list[float]]]) -> dict[str, Any]:
+    """Percentiles over worlds of what the paper states, and at every phase; failed walks are left
+    out and counted."""
+    distance, slide, ratio = (
+        np.array([each[name] for each in made], dtype=float)
+        for name in ("distance_cm", "backsliding_cm", "range_ratio")
+    )
+    at = PHASES_DEG.index(PAPERS_PHASE_DEG)
+
+    def percentiles(values: np.ndarray) -> list[float]:
+        return [float(each) for each in np.nanpercentile(values, PERCENTILES)]
+
+    best = np.array(PHASES_DEG)[np.nanargmax(distance, axis=1)]
+    found = {
+        "distance_cm": percentiles(distance[:, at]),
+        "best_phase_deg": percentiles(best.astype(float)),
+        "backsliding_cm": percentiles(slide[:, at]),
+    }
+    return {
+        "bands": found,
+        "contained": {
+            name: found[name][0] <= stated.most and found[name][-1] >= stated.least
+            for name, stated in STATED.items()
+        },
+        "best_distance_cm": percentiles(np.nanmax(distance, axis=1)),
+        "by_phase_cm": np.nanpercentile(distance, PERCENTILES, axis=0).tolist(),
+        "worlds": len(distance),
+        "failed_walks": int(np.isnan(distance).sum()),
+        "left_range_share": float(np.mean(ratio > 1.2)),
+    }
+
+
+@figure_style()
+def bands_figure(found: dict[str, dict[str, Any]]) -> Figure:
+    """Distance over phase in each physics, and what the paper says of the real robot."""
+    figure = new_figure(5.0, 3.2)
+    axes = figure.add_subplot()
+    for name, each in found.items():
+        low, middle, high = each["by_phase_cm"]
+        (line,) = axes.plot(PHASES_DEG, middle, label=f"{name} physics")
+        axes.fill_between(PHASES_DEG, low, high, color=line.get_color(), alpha=0.2, linewidth=0)
+    real = STATED["distance_cm"]
+    axes.plot(2 * [PAPERS_PHASE_DEG], [real.least, real.most], "k", linewidth=3, label="real robot")
+    axes.axhline(0.0, color="black", linewidth=0.6)
+    axes.set(
+        xlabel="phase (°)", ylabel="distance in 20 s (cm)", xlim=(PHASES_DEG[0], PHASES_DEG[-1])
+    )
+    axes.legend(fontsize="x-small")
+    return figure
+
+
+def expert_bands(out: Path) -> dict[str, dict[str, Any]]:
+    """Bands of both physics; finished worlds are not walked again."""
+    found = {}
+    for physics in ("published", "measured"):
+        made = []
+        for number, world in enumerate(draw_worlds(measured_worlds(), WORLD_COUNT, 0)):
+            path = out / "expert_in_worlds" / physics / f"{number}.json"
+            made.append(made_once(path, partial(walks, physics, world), **asdict(world)))
+            print(f"{physics} physics, world {number + 1} of {WORLD_COUNT}", flush=True)
+        found[physics] = bands(made)
+    return found
+
+
+def main(out: Path = Path("runs/reality")) -> None:
+    """Walk the expert's robot in all worlds, and draw the bands.
+
+    Args:
+        out: Folder of the walks.
+    """
+    found = expert_bands(out)
+    save_figure(bands_figure(found), Path(__file__).parent / "expert_in_worlds.png", ("png",))
+    for name, each in found.items():
+        print(name, each["bands"], each["contained"])
+
+
+if __name__ == "__main__":
+    tyro.cli(main, description=__doc__)

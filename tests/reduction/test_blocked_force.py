@@ -1,0 +1,69 @@
+"""Force that keeps a leg's tip down: superposition, and that of a basis that holds the answer."""
+
+import numpy as np
+import pytest
+from helpers.synthetic_part import synthetic_part, vibration_modes
+
+from pneumorph.fem.static import static_equilibrium
+from pneumorph.geometry.mesh import MeshError
+from pneumorph.reduction.assemble import assemble_reduced_part
+from pneumorph.reduction.blocked_force import blocked_forces
+
+PRESSURES_KPA = (20.0, 60.0)
+
+
+@pytest.fixture(scope="module")
+def leg():
+    return synthetic_part((4, 4, 4), law="stable_neo_hookean")
+
+
+@pytest.fixture(scope="module")
+def blocked(leg):
+    return list(blocked_forces(leg, leg.mesh, PRESSURES_KPA))
+
+
+def tip_height(leg, positions) -> float:
+    """Of the end face, a rectangle of equal squares, over that at rest [mm]."""
+    face = leg.mesh.node_set("outer_end_face")
+    skin = leg.mesh.surface("skin")
+    triangles = skin[np.isin(skin, face).all(axis=1)]
+    return float((positions - leg.rest_nodes)[triangles, 2].mean())
+
+
+def test_the_tip_stays_where_it_was(leg, blocked):
+    free = static_equilibrium(leg, PRESSURES_KPA[-1], leg.mesh.node_set("attachment"))
+    assert abs(tip_height(leg, free.positions)) > 0.5
+    for each in blocked:
+        assert abs(tip_height(leg, each.positions)) < 1e-3  # as near as the search goes
+
+
+def test_at_small_pressure_it_is_free_deflection_over_compliance(leg):
+    """Superposition; what is left is of second order, here in a deflection of 1e-3 of the leg."""
+    (found,) = blocked_forces(leg, leg.mesh, [1.0])
+    held = leg.mesh.node_set("attachment")
+    free = tip_height(leg, static_equilibrium(leg, 1.0, held).positions)
+    face = leg.mesh.node_set("outer_end_face")
+    skin = leg.mesh.surface("skin")
+    triangles = skin[np.isin(skin, face).all(axis=1)]
+    push = np.zeros_like(leg.rest_nodes)  # all triangles are of one size
+    np.add.at(push[:, 2], triangles.ravel(), 10.0 / triangles.size)
+    pushed = static_equilibrium(leg, 0.0, held, external_force=push)
+    compliance = tip_height(leg, pushed.positions) / 10.0
+    assert found.force_mN == pytest.approx(-free / compliance, rel=0.01)
+
+
+def test_a_basis_that_holds_the_state_finds_its_force(leg, blocked):
+    """Galerkin's solution is the exact one where that lies in the space."""
+    moved = [each.positions - leg.rest_nodes for each in blocked]
+    columns = np.concatenate([np.stack(moved, axis=2), vibration_modes(leg, 4)], axis=2)
+    mass = np.sqrt(np.repeat(leg.node_mass, 3))[:, None]
+    flat = np.linalg.qr(mass * columns.reshape(-1, columns.shape[2]))[0] / mass
+    reduced = assemble_reduced_part(leg, flat.reshape(*columns.shape))
+    found = [each.force_mN for each in blocked_forces(reduced, leg.mesh, PRESSURES_KPA)]
+    # The modes are kept in single precision, and each search ends within 1e-4 mm.
+    assert found == pytest.approx([each.force_mN for each in blocked], rel=2e-3)
+
+
+def test_a_region_without_faces_is_refused(leg):
+    with pytest.raises(MeshError, match="attachment"):
+        next(blocked_forces(leg, leg.mesh, [1.0], region="attachment"))
