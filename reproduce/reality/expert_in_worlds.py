@@ -1,7 +1,5 @@
 """The expert's robot over all phases, in worlds of what nobody has measured, beside the real one.
 
-    python reproduce/reality/expert_in_worlds.py --out runs/reality
-
 The paper says of its real robot: 4 to 5 cm in 20 s, best at 110 degrees, 1.2 cm back in a cycle.
 Each physics makes a band of each, from its 10th to its 90th percentile over the worlds.
 """
@@ -14,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import tyro
 
 from pneumorph.base.run_folder import made_once
 from pneumorph.catalogue.measured_worlds import measured_worlds
@@ -23,7 +20,7 @@ from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.walk import walk
 from pneumorph.physics.air import Air
-from pneumorph.report.style import figure_style, new_figure, save_figure
+from pneumorph.report.style import figure_style, new_figure
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import simulator_in_worlds
@@ -138,19 +135,3 @@ def expert_bands(out: Path) -> dict[str, dict[str, Any]]:
             print(f"{physics} physics, world {number + 1} of {WORLD_COUNT}", flush=True)
         found[physics] = bands(made)
     return found
-
-
-def main(out: Path = Path("runs/reality")) -> None:
-    """Walk the expert's robot in all worlds, and draw the bands.
-
-    Args:
-        out: Folder of the walks.
-    """
-    found = expert_bands(out)
-    save_figure(bands_figure(found), Path(__file__).parent / "expert_in_worlds.png", ("png",))
-    for name, each in found.items():
-        print(name, each["bands"], each["contained"])
-
-
-if __name__ == "__main__":
-    tyro.cli(main, description=__doc__)

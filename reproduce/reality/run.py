@@ -3,8 +3,9 @@
     python reproduce/reality/run.py --out runs/reality
 
 Each robot walks once in each physics, in a folder of its own; walks that are finished are not made
-again, and one that was stopped goes on. `--only NAME` makes some of them, for several
-machines. What is known so far goes to steps.json and steps.png beside this file.
+again, and one that was stopped goes on. `--only NAME` makes some of them, for several machines;
+`expert` are the reduced walks of expert_in_worlds.py. What is known so far goes to steps.json,
+steps.png and summary.json beside this file.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import tyro
+from expert_in_worlds import bands_figure, expert_bands
+from statements import summary
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.run_folder import SUMMARY, read_summary
@@ -172,9 +175,14 @@ def main(out: Path = Path("runs/reality"), only: tuple[str, ...] = ()) -> None:
 
     Args:
         out: Folder of the walks.
-        only: Names of the physics to walk in; none for all of them.
+        only: Names of the physics to walk in, and `expert`; none for all of them.
     """
-    for step in only or tuple(STEPS):
+    asked = only or ("expert", *STEPS)
+    if "expert" in asked:
+        bands = expert_bands(out)
+        save_figure(bands_figure(bands), HERE / "expert_in_worlds.png", ("png",))
+        write_json(HERE / "summary.json", summary(bands))
+    for step in (each for each in asked if each != "expert"):
         for robot in ROBOTS:
             found = walk(robot, step, out)
             distance = "no" if found.distance_cm is None else f"{found.distance_cm:.1f}"
