@@ -25,6 +25,7 @@ from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import simulator_in_worlds
 from pneumorph.study.robustness import draw_worlds
+from pneumorph.study.sensitivity import Sensitivity, sensitivities
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,9 +74,9 @@ def walks(physics: PhysicsName, world: World) -> dict[str, list[float]]:
     }
 
 
-def bands(made: list[dict[str, list[float]]]) -> dict[str, Any]:
-    """Percentiles over worlds of what the paper states, and at every phase; failed walks are left
-    out and counted."""
+def bands(made: list[dict[str, list[float]]], worlds: list[World]) -> dict[str, Any]:
+    """Percentiles over worlds of what the paper states, and at every phase, and what the distance
+    depends on; failed walks are left out and counted."""
     distance, slide, ratio = (
         np.array([each[name] for each in made], dtype=float)
         for name in ("distance_cm", "backsliding_cm", "range_ratio")
@@ -99,10 +100,18 @@ def bands(made: list[dict[str, list[float]]]) -> dict[str, Any]:
         },
         "best_distance_cm": percentiles(np.nanmax(distance, axis=1)),
         "by_phase_cm": np.nanpercentile(distance, PERCENTILES, axis=0).tolist(),
+        "depends_on": [asdict(each) for each in _depends_on(distance[:, at], worlds)],
         "worlds": len(distance),
         "failed_walks": int(np.isnan(distance).sum()),
         "left_range_share": float(np.mean(ratio > 1.2)),
     }
+
+
+def _depends_on(distance_cm: np.ndarray, worlds: list[World]) -> tuple[Sensitivity, ...]:
+    walked = ~np.isnan(distance_cm)
+    kept = [world.numbers for world, fine in zip(worlds, walked, strict=True) if fine]
+    numbers = {name: np.array([each[name] for each in kept]) for name in kept[0]}
+    return sensitivities(numbers, distance_cm[walked])
 
 
 @figure_style()
@@ -127,11 +136,12 @@ def bands_figure(found: dict[str, dict[str, Any]]) -> Figure:
 def expert_bands(out: Path) -> dict[str, dict[str, Any]]:
     """Bands of both physics; finished worlds are not walked again."""
     found = {}
+    worlds = draw_worlds(measured_worlds(), WORLD_COUNT, 0)
     for physics in ("published", "measured"):
         made = []
-        for number, world in enumerate(draw_worlds(measured_worlds(), WORLD_COUNT, 0)):
+        for number, world in enumerate(worlds):
             path = out / "expert_in_worlds" / physics / f"{number}.json"
             made.append(made_once(path, partial(walks, physics, world), **asdict(world)))
             print(f"{physics} physics, world {number + 1} of {WORLD_COUNT}", flush=True)
-        found[physics] = bands(made)
+        found[physics] = bands(made, worlds)
     return found
