@@ -56,6 +56,18 @@ def test_pressure_bends_it_alike() -> None:
     assert moved > 1e-3
 
 
+def test_all_energies_grow_with_the_volume() -> None:
+    """At the same shape strains are the same, and the mount of s times the stiffness moves s times
+    as far; forces along coordinates of s^(5/2) times the size are s^(1/2) times as large."""
+    part = assemble_reduced_part(model(1.0), vibration_modes(model(1.0), 4))
+    held = replace(part, linear_stiffness=np.diag([5e4, 2e4, 1e4, 3e4]))
+    alpha = np.array([0.3, -0.2, 0.1, 0.05])
+    small = resized_part(held, SIZE)
+    np.testing.assert_allclose(
+        small.internal_force(SIZE**2.5 * alpha), SIZE**0.5 * held.internal_force(alpha), rtol=1e-9
+    )
+
+
 def test_a_size_that_is_none_is_refused() -> None:
     part = assemble_reduced_part(model(1.0), vibration_modes(model(1.0), 2))
     with pytest.raises(ValueError, match="size_factor must be positive"):
