@@ -93,7 +93,8 @@ def walk_batch(
     Returns:
         A pair for each design whose simulation did not fail, in the order asked for. Of several
         worlds, a design's distance in one where its simulation failed is zero, or less if it was
-        behind its start; one that failed in all has no pair.
+        behind its start; one that failed in all has no pair, and the gait is that of a world where
+        it did not fail.
     """
     if objective is not None and objective.is_robust:
         return _walk_in_worlds(environment, space, batch, act, timestep, report, objective)
@@ -121,7 +122,7 @@ def _walk_in_worlds(
     """Pairs whose distance is the objective over the worlds of an evaluation; see `walk_batch`."""
     side_by_side = objective.worlds_per_design
     designs = filled_batch(batch, environment.num_envs // side_by_side)
-    distances, failures = [], []
+    distances, failures, asked = [], [], []
     for number in range(-(-objective.evaluation_worlds // side_by_side)):
         commands, distance_cm, failed = walk_episode(
             environment,
@@ -133,16 +134,23 @@ def _walk_in_worlds(
         )
         distances.append(np.where(failed, np.minimum(distance_cm, 0.0), distance_cm))
         failures.append(failed)
+        asked.append(commands)
     shape = (len(distances), len(designs), side_by_side)
     by_world = np.moveaxis(np.reshape(distances, shape), 1, 0).reshape(len(designs), -1)
-    fallen: np.ndarray = np.all(np.reshape(failures, shape), axis=(0, 2))
+    fallen = np.moveaxis(np.reshape(failures, shape), 1, 0).reshape(len(designs), -1)
+    # A robot that fails begins its episode anew: its gait is that of the first world without.
+    rounds, places = np.divmod(np.argmin(fallen, axis=1), side_by_side)
     scores = objective.of(by_world[:, : objective.evaluation_worlds])
     return [
         DesignGaitPair(
-            int(design), commands[:, place * side_by_side], float(scores[place]), "policy", timestep
+            int(design),
+            asked[rounds[place]][:, place * side_by_side + places[place]],
+            float(scores[place]),
+            "policy",
+            timestep,
         )
         for place, design in enumerate(batch)
-        if not fallen[place]
+        if not fallen[place].all()
     ]
 
 

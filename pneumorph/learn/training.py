@@ -107,7 +107,10 @@ class Training:
         counted = np.where(failed, np.minimum(returns, 0.0), returns)
         by_world = counted.reshape(len(designs), -1)
         scores = self._level.centred(objective.of(by_world))
-        failing: np.ndarray = np.any(failed.reshape(by_world.shape), axis=1)
+        fallen = failed.reshape(by_world.shape)
+        # A hard round's shift is none either, for a design that failed in each of its worlds.
+        scores = np.where(fallen.all(axis=1), np.minimum(scores, 0.0), scores)
+        failing: np.ndarray = np.any(fallen, axis=1)
         self._update_distribution(designs, scores, failing)
         self.failure_count += int(failed.sum())
         return self._metrics(returns, failed, losses) | self._score_metrics(by_world)

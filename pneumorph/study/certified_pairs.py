@@ -67,7 +67,8 @@ class CertifiedPair:
     promised_cm: float | None
     """Where the run ranked pairs over worlds the mean there, otherwise what the run reported."""
     optimism_cm: float | None
-    """The same less the mean over the unseen worlds: what choosing the best made of it."""
+    """The same less the mean over the unseen worlds: what choosing the best made of it and, of a
+    run that did not rank over worlds, also how much harder these are than the one it walked in."""
     hub_load_share: float
     """Share of the weight that the floor bears through the hub, in the world as it stands."""
     backsliding_cm: float | None

@@ -139,6 +139,10 @@ def full_order_walk(
             [module.full.ingredients(), module.full.mesh.digest()] for module in spec.modules
         ],
         **spec.full_identity(),
+        "hub": [spec.hub_model, *spec.hub.mass_numbers()],
+        "height_map": settings_to_dict(spec.height_map),
+        "mounting_angle_deg": spec.mounting_angle_deg,
+        "settling_steps": settling_steps,
         "world": None if world is None else settings_to_dict(world),
     }
     identity = rollout_identity(made_of, commands)

@@ -132,6 +132,48 @@ def test_gaits_are_ranked_by_the_objective_over_worlds_of_their_own() -> None:
     assert finalists(trained, pairs)[0] == pairs[0].design
 
 
+class _Failing(_InWorlds):
+    """Robots fail in marked worlds as their second action ends, and then begin anew."""
+
+    failing_worlds: tuple[int, ...] = (0, 2)
+
+    def reset(self, active: np.ndarray | None = None) -> None:
+        super().reset(active)
+        self._settled = 0 if active is None else self._settled
+
+    def advance(self, command_kPa, step_count, active=None) -> None:
+        super().advance(command_kPa, step_count, active)
+        self._settled += 1
+        if self._settled == 3:  # after settling and two actions
+            marked = np.isin(np.arange(len(self._status)) % 4, self.failing_worlds)
+            self._status[marked] = 1
+
+
+def test_a_gait_is_that_of_a_world_where_its_robot_did_not_fail() -> None:
+    """Worlds that differ do not change a gait; a robot that fails begins it anew."""
+    settings = replace(toy_settings(1), objective=ROBUST, mirror_transitions=False)
+    whole = Training(viscous_crawler_robot, _InWorlds, settings).evaluate()
+    failing = Training(viscous_crawler_robot, _Failing, settings).evaluate()
+    gaits = {pair.design: pair.held_kPa for pair in whole}
+    assert len(failing) == len(gaits)
+    for pair in failing:
+        np.testing.assert_array_equal(pair.held_kPa, gaits[pair.design])
+
+
+def test_a_hard_round_is_no_merit_of_a_design_that_failed_everywhere(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a round far below the level before it, the others alone are shifted up."""
+    trained = training(replace(ROBUST, centring_rounds=8))
+    trained._level.centred(np.array([1000.0]))
+    returns, failed = np.ones(16), np.arange(16) < 4
+    monkeypatch.setattr(trained, "walk_and_learn", lambda *_: (returns, failed, []))
+    monkeypatch.setattr(trained.distribution, "sample", lambda *_: np.arange(4))
+    trained.run_round()
+    assert trained.distribution.scores[0] == 0.0
+    assert trained.distribution.scores[1:4].min() > 100.0
+
+
 def test_a_resumed_training_goes_on_to_the_same_scores() -> None:
     objective = replace(ROBUST, centring_rounds=3)
     whole, first, resumed = training(objective), training(objective), training(objective)

@@ -50,9 +50,17 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
     robot, folder = spec(), RunFolder(tmp_path / "run", "certify")
     design = Design.parse("1.2")
 
-    def walked(number: int | None, label: str = "L1") -> FullOrderWalk:
+    def walked(number: int | None, label: str = "L1", settling: int = 2) -> FullOrderWalk:
         return full_order_walk(
-            robot, design, GAIT, label, number, [WORLD], 0.01, settling_steps=2, folder=folder
+            robot,
+            design,
+            GAIT,
+            label,
+            number,
+            [WORLD],
+            0.01,
+            settling_steps=settling,
+            folder=folder,
         )
 
     nominal, drawn = walked(None), walked(0)
@@ -71,9 +79,17 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
     assert walked(0) == drawn
     with pytest.raises(AssertionError, match="walked again"):
         walked(None, "L2")
-    robot = replace(robot, physics=replace(robot.physics, friction=0.3))
     with pytest.raises(ValueError, match="was made with identity"):
-        walked(0)
+        walked(0, settling=3)
+    kept = robot
+    for changed in (
+        replace(kept, physics=replace(kept.physics, friction=0.3)),
+        replace(kept, hub_model="soft"),
+        replace(kept, mounting_angle_deg=1.0),
+    ):
+        robot = changed
+        with pytest.raises(ValueError, match="was made with identity"):
+            walked(0)
 
 
 @pytest.mark.parametrize(
