@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone
+from pneumorph.base.run_folder import TRAINING_FOLDER
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.objective import Objective
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.randomised_simulator import worlds_of_round
 from pneumorph.study.finished_run import FinishedRun, Pair
@@ -73,6 +78,41 @@ class Candidates:
         seen, ranked = worlds_of_training(objective, drawn, seed, settings)
         pairs = tuple(run.pairs(settings.pair_count))
         return cls(run.folder, pairs, run.task, run.baseline, tuple(seen), ranked)
+
+    @classmethod
+    def of_training(
+        cls,
+        pairs: Sequence[Mapping[str, Any]],
+        run: Path,
+        settings: CooptSettings,
+        baseline: PhaseSweepSettings,
+        drawn: Randomisation | None,
+        certificate: CertificateSettings,
+    ) -> Candidates:
+        """Those of a training that has just ended, before its summary is written.
+
+        Args:
+            pairs: Design, gait's file from the training's folder and distance [cm] of its pairs,
+                the best first.
+            run: The run's folder.
+            settings: What it was trained with.
+            baseline: The expert's gaits.
+            drawn: What its worlds were drawn from; None for one world.
+            certificate: How many pairs, and which worlds otherwise.
+        """
+        drawn, task = drawn or certificate.randomisation, settings.task
+        seen, ranked = worlds_of_training(settings.objective, drawn, settings.seed, certificate)
+        limits = (task.minimum_pressure_kPa, task.maximum_pressure_kPa)
+        chosen = [
+            Pair(
+                Design.parse(each["design"]),
+                f"{TRAINING_FOLDER}/{each['gait']}",
+                read_gait(run / TRAINING_FOLDER / each["gait"], *limits)[0],
+                each["distance_cm"],
+            )
+            for each in pairs[: certificate.pair_count]
+        ]
+        return cls(run, tuple(chosen), task, baseline, tuple(seen), ranked)
 
 
 def unseen_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:

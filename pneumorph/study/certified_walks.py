@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.time_integration import StepError
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
@@ -119,15 +120,18 @@ def full_order_walk(
     name = f"full_{label}_{'nominal' if number is None else f'world_{number}'}"
 
     def walked() -> dict[str, Any]:
-        trajectory = recorded_walk(
-            own,
-            design,
-            driven,
-            "full",
-            folder / f"checkpoint_{name}.npz",
-            settling_steps=settling_steps,
-            progress=folder.progress,
-        )
+        try:
+            trajectory = recorded_walk(
+                own,
+                design,
+                driven,
+                "full",
+                folder / f"checkpoint_{name}.npz",
+                settling_steps=settling_steps,
+                progress=folder.progress,
+            )
+        except StepError:  # while it settles; the other walks are of use all the same
+            return {"status": "diverged", "distance_cm": None}
         return {"status": trajectory.status, "distance_cm": trajectory.distance_cm}
 
     commands = commands_of(driven, spec.physics.time_step_s, spec.physics.regulator_count)

@@ -26,13 +26,8 @@ from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator
 from pneumorph.study.baseline import BestPhase, swept
 from pneumorph.study.certificate import certify_candidates
-from pneumorph.study.certified_candidates import (
-    Candidates,
-    CertificateSettings,
-    worlds_of_training,
-)
+from pneumorph.study.certified_candidates import Candidates, CertificateSettings
 from pneumorph.study.certified_pairs import Certificate
-from pneumorph.study.finished_run import Pair
 from pneumorph.study.recorded_walk import recorded_walk
 
 BEST_TRAJECTORY_FILE = "best_trajectory.npz"
@@ -174,7 +169,10 @@ def train(
     replayed = _replay_best(spec, learned, settings.task, folder)
     certified = None
     if certificate is not None and learned["pairs"]:
-        found = _candidates(learned, settings, baseline, worlds, certificate, folder)
+        drawn_from = None if worlds is None else worlds.randomisation
+        found = Candidates.of_training(
+            learned["pairs"], folder.path, settings, baseline, drawn_from, certificate
+        )
         certified = certify_candidates(found, certificate, spec, folder)
     # Learning counts what earlier processes spent on it before this one went on.
     learned_s = learned["wall_s"] + learned.get("finetuning_wall_s", 0.0)
@@ -230,31 +228,6 @@ def _check(
             f"{folder.path} holds a training run already; go on with --resume, or choose another "
             "--out"
         )
-
-
-def _candidates(
-    learned: dict[str, Any],
-    settings: CooptSettings,
-    baseline: PhaseSweepSettings,
-    worlds: TrainingWorlds | None,
-    certificate: CertificateSettings,
-    folder: RunFolder,
-) -> Candidates:
-    """What of a training is certified."""
-    drawn = certificate.randomisation if worlds is None else worlds.randomisation
-    seen, ranked = worlds_of_training(settings.objective, drawn, settings.seed, certificate)
-    task = settings.task
-    limits = (task.minimum_pressure_kPa, task.maximum_pressure_kPa)
-    pairs = [
-        Pair(
-            Design.parse(each["design"]),
-            f"{TRAINING_FOLDER}/{each['gait']}",
-            read_gait(folder.path / TRAINING_FOLDER / each["gait"], *limits)[0],
-            each["distance_cm"],
-        )
-        for each in learned["pairs"][: certificate.pair_count]
-    ]
-    return Candidates(folder.path, tuple(pairs), task, baseline, tuple(seen), ranked)
 
 
 def _ranked_by(settings: CooptSettings) -> str | None:

@@ -15,6 +15,7 @@ from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.robot_spec import RobotSpec, Site
 from pneumorph.fem.material import Material
+from pneumorph.fem.time_integration import StepError
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
@@ -81,6 +82,12 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
         walked(None, "L2")
     with pytest.raises(ValueError, match="was made with identity"):
         walked(0, settling=3)
+
+    def fails(*_: object, **__: object) -> None:
+        raise StepError("while it settles")
+
+    monkeypatch.setattr(certified_walks, "recorded_walk", fails)
+    assert walked(0, "L3") == FullOrderWalk.of(0, None, 0.01, "diverged")
     kept = robot
     for changed in (
         replace(kept, physics=replace(kept.physics, friction=0.3)),
