@@ -128,7 +128,7 @@ def certify_candidates(
         expert_median_cm=(expert_band := Band.of(expert_cm[:, 0])).median_cm,
         share_beyond_expert=chosen.share_beyond_expert,
         optimism_cm=chosen.optimism_cm,
-        measure_next=worth_measuring(tests),
+        measure_next=worth_measuring(tests, len(worlds)),
         pairs=tuple(certified),
         expert=CertifiedExpert(str(expert.design), phase_deg, expert_band),
         tests=tests,

@@ -98,7 +98,7 @@ class Certificate:
     optimism_cm: float | None
     measure_next: str | None
     """The test that would narrow the best pair's band most; of some that do as much as nine tenths
-    of that, the quickest. None where none would."""
+    of that, the quickest. None where none does more than chance may."""
     pairs: tuple[CertifiedPair, ...]
     expert: CertifiedExpert
     tests: tuple[ExpectedNarrowing, ...]

@@ -72,15 +72,19 @@ def test_the_test_that_is_worth_making() -> None:
         name: rng.uniform(0.8, 1.2, 200) for name in ("modulus_factor", "mass_factor", "friction")
     }
     tests = narrowings(numbers, 10.0 * numbers["modulus_factor"])
-    assert worth_measuring(tests) == "bend at one pressure"
+    assert worth_measuring(tests, 200) == "bend at one pressure"
     today = np.ptp(np.quantile(10.0 * numbers["modulus_factor"], [0.1, 0.9], method="hazen"))
     assert tests[0].narrowing_cm == pytest.approx(today - tests[0].width_cm)
     # A deviation of 0.03 leaves 2.563 x 0.3 of about 3.2 cm.
     assert tests[0].width_cm == pytest.approx(0.77, rel=0.1)
-    assert worth_measuring(narrowings(numbers, np.ones(200))) is None
+    assert worth_measuring(narrowings(numbers, np.ones(200)), 200) is None
+    # Of distances that depend on none of them a test seems to take 6 %, and that is chance.
+    by_chance = narrowings(numbers, rng.normal(8.0, 2.0, 200))
+    assert by_chance[0].narrowing_cm > 0.0
+    assert worth_measuring(by_chance, 200) is None
     both = 10.0 * (numbers["modulus_factor"] + numbers["mass_factor"])
     # Both tell as much, and scales are quicker.
-    assert worth_measuring(narrowings(numbers, both)) == "weighing"
+    assert worth_measuring(narrowings(numbers, both), 200) == "weighing"
 
 
 def test_bands_are_honest_before_and_after_tests() -> None:
