@@ -139,7 +139,9 @@ def _tests_table(found: Certificate) -> str:
     ]  # fmt: skip
     header = ["test", "of", "minutes", "width then (cm)", "narrower by (cm)", "how"]
     said = f"Of {found.best}'s band, 10th to 90th percentile. " + (
-        f"Worth most: {found.measure_next}." if found.measure_next else "None does more than chance may."
+        f"Worth most: {found.measure_next}."
+        if found.measure_next
+        else "None does more than chance may."
     )
     return page.paragraph(said) + page.table(header, rows)
 
