@@ -19,6 +19,7 @@ from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.fem.hub_body import HubBody
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.pose import Pose
+from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, blocked_snapshots
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.snapshot_files import SnapshotFiles, read_header
 from pneumorph.reduction.snapshots import Snapshots
@@ -41,6 +42,8 @@ Progress = Callable[[int, int, str], None]
 _LOADS_PER_TASK = 12
 # What an equilibrium costs, in steps of one leg: some twenty Newton steps with a general solver.
 _LEG_STEPS_PER_EQUILIBRIUM = 50
+# Tries of a secant method.
+_EQUILIBRIA_PER_BLOCKED_FORCE = 4
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class SnapshotSettings:
 
     static: StaticSnapshotSettings = field(default_factory=StaticSnapshotSettings)
     """A single part at rest under load."""
+    blocked: BlockedSnapshotSettings = field(default_factory=BlockedSnapshotSettings)
+    """One that is inflated while its tip is kept down."""
     walk: WalkSnapshotSettings = field(default_factory=WalkSnapshotSettings)
     """Parts that carry a robot."""
     executor: ExecutorSettings = field(default_factory=ExecutorSettings)
@@ -128,6 +133,7 @@ def _task_names(settings: SnapshotSettings) -> list[str]:
     return [
         "bend",
         *(f"load_{number}" for number in range(loads)),
+        *(["blocked"] if settings.blocked.count else []),
         *(f"walk_{number}" for number in range(settings.walk.robot_count)),
     ]
 
@@ -146,6 +152,8 @@ def _leg_steps(problem: _Problem, name: str) -> int:
     settings = problem.settings
     if name == "bend":
         return settings.static.bend_count * _LEG_STEPS_PER_EQUILIBRIUM
+    if name == "blocked":
+        return settings.blocked.count * _EQUILIBRIA_PER_BLOCKED_FORCE * _LEG_STEPS_PER_EQUILIBRIUM
     if name.startswith("load"):
         return len(_load_numbers(settings.static, name)) * _LEG_STEPS_PER_EQUILIBRIUM
     plan = walk_plan(settings.walk, _number(name), len(problem.poses))
@@ -166,11 +174,19 @@ def _estimate(problem: _Problem, leg_steps: int, task_count: int) -> str:
     )
 
 
+def _settings_of(
+    settings: SnapshotSettings, name: str
+) -> StaticSnapshotSettings | BlockedSnapshotSettings | WalkSnapshotSettings:
+    if name == "blocked":
+        return settings.blocked
+    return settings.walk if name.startswith("walk") else settings.static
+
+
 def _origin(problem: _Problem, name: str) -> dict[str, Any]:
     """What a task's snapshots depend on."""
     settings, part = problem.settings, problem.part
     walks = name.startswith("walk")
-    chosen = settings.walk if walks else settings.static
+    chosen = _settings_of(settings, name)
     return {
         "settings": {"task": name, **settings_to_dict(chosen)},
         "part": part.ingredients(),
@@ -188,7 +204,7 @@ def _is_there(problem: _Problem, folder: Path, name: str) -> bool:
         if saved.pop("task") != name:
             return False
         settings = problem.settings
-        wanted = settings.walk if name.startswith("walk") else settings.static
+        wanted = _settings_of(settings, name)
         # A setting that the file does not know had its default's meaning.
         same_settings = settings_from_dict(type(wanted), saved) == wanted
     except (ArtefactError, KeyError, ValueError):  # an interrupted run's or another's; made again
@@ -218,6 +234,8 @@ def _task(problem: _Problem, name: str) -> Snapshots | CompressedSnapshots:
     snapshots: Snapshots | CompressedSnapshots
     if name == "bend":
         snapshots = bend_snapshots(part, settings.static)
+    elif name == "blocked":
+        snapshots = blocked_snapshots(part, settings.blocked)
     elif name.startswith("load"):
         numbers = _load_numbers(settings.static, name)
         snapshots = load_snapshots(part, settings.static, numbers, problem.bend)

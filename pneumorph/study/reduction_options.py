@@ -23,6 +23,7 @@ from pneumorph.catalogue.paper_leg import (
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings
 from pneumorph.reduction.collect import SnapshotSettings
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.reduce import ReductionSettings
@@ -117,6 +118,7 @@ def measured() -> ReduceOptions:
                 load_pressure_kPa=100.0,
                 load_limit_mN=1000.0,
             ),
+            blocked=BlockedSnapshotSettings(count=12, pressure_kPa=105.0),
             walk=WalkSnapshotSettings(
                 leg_counts=(2, 3),
                 corner_limit=4,
@@ -128,8 +130,8 @@ def measured() -> ReduceOptions:
         # turns. It takes half of what is sampled.
         reduction=ReductionSettings(
             mode_limit=32,  # as many as the batched simulator takes
-            bend_share=0.7,
-            load_share=0.1,
+            bend_share=0.65,
+            load_share=0.15,
             ecsw=EcswSettings(hyperreduction_tolerance=0.006, element_limit=320),
         ),
     )

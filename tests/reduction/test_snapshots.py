@@ -17,6 +17,7 @@ from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
@@ -151,6 +152,25 @@ def test_what_a_part_that_relaxes_is_made_of_reads_back_from_its_files(tmp_path)
     written = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
     collect_snapshots(part, hub, poses, WITHOUT_WALKS, tmp_path)
     assert written == {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+
+
+def test_a_blocked_tip_is_a_load_and_other_files_stay_where_it_is_asked_for_later(tmp_path):
+    part, (hub, poses) = synthetic_part((4, 4, 4)), robot_around_a_box()
+    collect_snapshots(part, hub, poses, WITHOUT_WALKS, tmp_path)
+    written = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    blocked = BlockedSnapshotSettings(count=2, pressure_kPa=30.0)
+    asked = dataclasses.replace(WITHOUT_WALKS, blocked=blocked)
+    files = collect_snapshots(part, hub, poses, asked, tmp_path)
+    assert written == {name: (tmp_path / name).stat().st_mtime_ns for name in written}
+    numbers = files.of("load blocked")
+    np.testing.assert_array_equal(files.pressure_kPa[numbers], [15.0, 30.0])
+    assert set(numbers) < set(files.of("load"))
+    tip = part.mesh.node_set("outer_end_face")
+    bent = files.states(files.of("bend"))[-1][tip, 2]
+    # Their mean by area is 0, so some are above and some below; free, all go one way.
+    assert np.ptp(np.sign(bent)) == 0.0
+    for held in files.states(numbers)[:, tip, 2]:
+        assert held.min() < 0.0 < held.max()
 
 
 def test_walks_in_other_physics_are_made_again_and_equilibria_are_not(tmp_path):

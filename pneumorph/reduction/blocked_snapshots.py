@@ -1,0 +1,53 @@
+"""Snapshots of a leg whose tip is kept down while it is inflated: its hardest push."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.base.checked import Checked, CountOrNone, Positive
+from pneumorph.fem.part_model import PartModel
+from pneumorph.reduction.blocked_force import blocked_forces
+from pneumorph.reduction.snapshots import Snapshots
+
+
+@dataclass(frozen=True)
+class BlockedSnapshotSettings(Checked):
+    """Which equilibria with a blocked tip are collected."""
+
+    count: CountOrNone = 0
+    """Number of equilibria, evenly spaced in pressure."""
+    pressure_kPa: Positive = 100.0
+    """They go from 0 to this simulated pressure."""
+    face: str = "outer_end_face"
+    """Node set of the tip, whose mean height is kept."""
+
+
+def blocked_snapshots(part: PartModel, settings: BlockedSnapshotSettings) -> Snapshots:
+    """Equilibria at rising pressures, up to the first that is not found; they count as loads.
+
+    Args:
+        part: The part, held at its attachment nodes.
+        settings: Pressures.
+
+    Raises:
+        MeshError: The mesh has no such node set, or no face of its skin lies in it.
+    """
+    pressures = np.linspace(0.0, settings.pressure_kPa, settings.count + 1)[1:]
+    found = blocked_forces(part, part.mesh, pressures, region=settings.face)
+    held = [each for each in found if np.isfinite(each.force_mN)]
+    states = np.array([each.positions - part.rest_nodes for each in held], dtype=np.float32)
+    return Snapshots(
+        states.reshape(-1, part.node_count, 3),
+        np.array([each.pressure_kPa for each in held]),
+        np.zeros(len(held), dtype=np.int32),
+        {
+            "mesh_digest": part.mesh.digest(),
+            "sources": ["load blocked"],
+            "details": {
+                "asked": len(pressures),
+                "force_mN": [each.force_mN for each in held],
+            },
+        },
+    )
