@@ -95,7 +95,8 @@ def certify_candidates(
     }
     reported = [pair.distance_cm for pair in candidates.pairs]
     promised = list(map(float, seen_cm)) if candidates.ranked_there else reported
-    best = int(np.argmax(seen_cm))
+    # What ranked the pairs of a robust run is its objective, which need not be the mean.
+    best = 0 if candidates.ranked_there else int(np.argmax(seen_cm))
     folder.progress.stage("looking at the walks")
     certified = [
         _certified(
