@@ -5,11 +5,11 @@ tolerance. An iteration costs forces and two triangular solves; fresh factors wi
 cost as much as some ten of them. One set of factors does for a step where it is of the right trial,
 with the right stresses, and turned:
 
-- The first trial is that everything goes on as before, x_0 + h v_0. Its strains are E_0 + (E_0 -
-  E_-1) + dF^T dF with dF = h grad v_0, of which the last part is false: what turns evenly is
-  stretched by going straight on. Factors are made there with the stresses of E - dF^T dF, which in
-  a stiff sheet and in volumes are near those of the end (`pneumorph.fem.foreseen_stress`: those of
-  sqrt(2) h v_0).
+- The first trial is that everything goes on as before, x_0 + h v_0. Its strains are
+  2 E_0 - E(-1) + dF^T dF with dF = h grad v_0 and E(-1) those of a step ago, of which the last part
+  is false: what turns evenly is stretched by going straight on. Factors are made there with the
+  stresses of E - dF^T dF, which in a stiff sheet and in volumes are near those of the end
+  (`pneumorph.fem.foreseen_stress`: those of sqrt(2) h v_0).
 - Later trials have turned by small angles, which a stiff sheet feels; the factors turn with the
   nodes (`pneumorph.fem.kept_leg`).
 
