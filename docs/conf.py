@@ -53,6 +53,9 @@ napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 # Fields are members already; a second description of each would be a duplicate.
 napoleon_use_ivar = True
+# Before a colon a field's docstring is read as a type, whose words, such as an axis, may be names
+# of several members.
+suppress_warnings = ["ref.python"]
 # `name` in a docstring is code, as in Markdown.
 default_role = "code"
 
