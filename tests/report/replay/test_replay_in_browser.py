@@ -164,6 +164,7 @@ def test_six_legs_for_20_s_are_small_and_drawn_30_times_a_second(
         skin_triangles=skin,
         contact_force_mN=None,
         contact_velocity_mm_per_s=None,
+        shape=None,  # it has the four legs of the walk
         metadata={},
     )
     file = write_replay(tmp_path / "six.html", [Actor(long, "six", (1, 2, 2, 1, 1, 2))])
