@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.checked import Bounds
+from pneumorph.base.checked import Bounds, Checked
 from pneumorph.base.settings import settings_known_before
 from pneumorph.physics.friction import check_surfaces
 from pneumorph.physics.physics import Physics
@@ -88,7 +88,7 @@ class World:
 
 
 @dataclass(frozen=True)
-class Randomisation:
+class Randomisation(Checked):
     """Distributions of what is uncertain: uniform U(0.9, 1.5), normal N(0, 0.5), or a number."""
 
     friction: str = "U(0.9, 1.5)"
@@ -119,6 +119,7 @@ class Randomisation:
     as `"friction sheet" 0.62 0.03`. Draws are from what was known before and this."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_surfaces(self.friction_by_surface)
         named = [(name, text, Bounds(least=0.0)) for name, text in self.friction_by_surface]
         for name, text in self._numbers().items():

@@ -51,7 +51,9 @@ def test_no_number_may_be_nan(kind: Any) -> None:
         if dataclass_of(hint) is None and holds(hint, float):
             entries, nan = getattr(usual, name), math.nan
             if isinstance(entries, tuple):
-                entry = ("sheet", math.nan) if holds(hint, str) else math.nan  # by name, or alone
+                entry: Any = math.nan
+                if holds(hint, str):  # by name
+                    entry = ("sheet", *[math.nan] * (len(get_args(get_args(hint)[0])) - 1))
                 nan = (entry,) * max(1, len(entries))
             with pytest.raises(ValueError, match=rf"{name}.* must be finite, got nan"):
                 replace(usual, **{name: nan})
