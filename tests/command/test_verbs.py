@@ -177,7 +177,7 @@ def test_compare_refuses_a_reduction_of_another_mesh(
     leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(f"compare --part {leg} --out {tmp_path / 'c'}".split()) == 1
-    assert "this reduction was made from the mesh" in capsys.readouterr().err
+    assert "of another mesh than the leg that ships; give the mesh" in capsys.readouterr().err
 
 
 def test_compare_walks_a_grid_of_reductions(
