@@ -34,7 +34,8 @@ UNCERTAINTIES = {
     },
     "modulus_factor": Uncertainty(
         "U(0.85, 1.15)",
-        "The model's bend agrees with the ten implied real bends of one leg; nominally equal "
+        "The model's bend is within a tenth of the ten implied real bends of one leg on average, "
+        "a fifth at worst (reproduce/measured_bend); nominally equal "
         "PneuNets of one laboratory scatter by 15 % in the pressure for 90 degrees, and pressure "
         "over modulus is what bends.",
     ),

@@ -58,11 +58,7 @@ def taken_over(options: CertifyOptions) -> TakenOver | None:
     """Leg and physics of the run, and the worlds that it was trained in."""
     if options.afresh:
         return None
-    learned = FinishedRun.read(options.run)
-    robot, worlds = learned.taken_over("robot"), learned.taken_over("randomisation")
-    if not worlds:
-        return learned.handed_on(robot)
-    return learned.handed_on({**robot, "certificate": worlds}, "leg, physics and worlds")
+    return FinishedRun.read(options.run).handed_on_with_worlds("certificate")
 
 
 VERB = Verb(CertifyOptions, run, taken_over=taken_over)

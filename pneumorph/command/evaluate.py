@@ -65,11 +65,7 @@ def taken_over(options: EvaluateOptions) -> TakenOver | None:
     """Leg and physics of the run, and the worlds that it was trained in."""
     if options.afresh:
         return None
-    learned = FinishedRun.read(options.run)
-    robot, worlds = learned.taken_over("robot"), learned.taken_over("randomisation")
-    if not worlds:
-        return learned.handed_on(robot)
-    return learned.handed_on({**robot, "evaluation": worlds}, "leg, physics and worlds")
+    return FinishedRun.read(options.run).handed_on_with_worlds("evaluation")
 
 
 VERB = Verb(EvaluateOptions, run, taken_over=taken_over)

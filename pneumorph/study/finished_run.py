@@ -242,6 +242,17 @@ class FinishedRun:
         damping = f"({self.robot.physics.damping} damping)"
         return TakenOver(self.folder, settings, f"{said} of {self.folder} {damping}")
 
+    def handed_on_with_worlds(self, group: str) -> TakenOver:
+        """Its leg and physics for a later verb, and the worlds it was trained in, if it was.
+
+        Args:
+            group: Which of the verb's settings take the worlds.
+        """
+        robot, worlds = self.taken_over("robot"), self.taken_over("randomisation")
+        if not worlds:
+            return self.handed_on(robot)
+        return self.handed_on({**robot, group: worlds}, "leg, physics and worlds")
+
     def pairs(self, count: int | None = None) -> list[Pair]:
         """Its best design-gait pairs, the furthest first.
 

@@ -22,12 +22,15 @@ def blocked(leg):
     return list(blocked_forces(leg, leg.mesh, PRESSURES_KPA))
 
 
-def tip_height(leg, positions) -> float:
-    """Of the end face, a rectangle of equal squares, over that at rest [mm]."""
-    face = leg.mesh.node_set("outer_end_face")
+def tip_triangles(leg) -> np.ndarray:
+    """Of the end face, all of one size, (triangle, 3)."""
     skin = leg.mesh.surface("skin")
-    triangles = skin[np.isin(skin, face).all(axis=1)]
-    return float((positions - leg.rest_nodes)[triangles, 2].mean())
+    return skin[np.isin(skin, leg.mesh.node_set("outer_end_face")).all(axis=1)]
+
+
+def tip_height(leg, positions) -> float:
+    """Of the end face over that at rest [mm]."""
+    return float((positions - leg.rest_nodes)[tip_triangles(leg), 2].mean())
 
 
 def test_the_tip_stays_where_it_was(leg, blocked):
@@ -42,10 +45,8 @@ def test_at_small_pressure_it_is_free_deflection_over_compliance(leg):
     (found,) = blocked_forces(leg, leg.mesh, [1.0])
     held = leg.mesh.node_set("attachment")
     free = tip_height(leg, static_equilibrium(leg, 1.0, held).positions)
-    face = leg.mesh.node_set("outer_end_face")
-    skin = leg.mesh.surface("skin")
-    triangles = skin[np.isin(skin, face).all(axis=1)]
-    push = np.zeros_like(leg.rest_nodes)  # all triangles are of one size
+    triangles = tip_triangles(leg)
+    push = np.zeros_like(leg.rest_nodes)
     np.add.at(push[:, 2], triangles.ravel(), 10.0 / triangles.size)
     pushed = static_equilibrium(leg, 0.0, held, external_force=push)
     compliance = tip_height(leg, pushed.positions) / 10.0
