@@ -135,7 +135,6 @@ def implicit_matrix(
     physics: Physics,
     memory: ViscousState | None = None,
     change: np.ndarray | None = None,
-    definite: bool = False,
 ) -> np.ndarray:
     """A of `implicit_equations` without b, in the pattern of the part's assembly [kg], (entry,).
 
@@ -146,7 +145,6 @@ def implicit_matrix(
         physics: Time step and the rest.
         memory: What a solid that relaxes remembers at the start of the step.
         change: A step that led there [mm], (node, 3): stiff stresses as it foresaw them.
-        definite: Without what compression of sheets and volumes takes from it.
     """
     elements, h, beta = _elements(part), physics.time_step_s, physics.stiffness_damping_s
     data = np.zeros(len(part.assembly.indices))
@@ -154,7 +152,7 @@ def implicit_matrix(
         data += h * beta * damped_stiffness_data(part, x, physics)
     data[part.assembly.diagonal] += physics.mass_factor * np.repeat(part.node_mass, 3)
     relaxing = elements.relaxing_stress(memory, h)
-    elements.force_and_tangent(x, pressure_kPa, relaxing, data, h**2, change, definite)
+    elements.force_and_tangent(x, pressure_kPa, relaxing, data, h**2, change)
     return data
 
 

@@ -188,16 +188,19 @@ def _renew(
             factor.turn_to(x)
             if factor.turn <= furthest_turn:
                 return False
-        for definite in (False, True):
-            kept.legs[number] = None
-            data = problem.implicit_matrix(number, trial, changes[number], definite)
+        kept.legs[number] = None
+        for matrix in (
+            lambda: problem.implicit_matrix(number, trial, changes[number]),
+            lambda: problem.implicit_matrix(number, trial),  # what was foreseen is too compressed
+            lambda: problem.implicit_leg(number, trial, definite=True)[0],
+        ):
+            data = matrix()
             try:
                 kept.legs[number] = KeptLeg(leg, data, x)
-                break
-            except np.linalg.LinAlgError:
-                if definite:
-                    raise
-        return True
+                return True
+            except np.linalg.LinAlgError as error:
+                failure = error
+        raise failure
 
     made = robot.clock.timed("factorisation", robot.each_leg)(renewed)
     kept.made += sum(made)

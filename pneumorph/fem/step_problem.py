@@ -154,7 +154,7 @@ class StepProblem(Generic[HubState]):
         )
 
     def implicit_matrix(
-        self, number: int, trial: TrialStep[HubState], change: np.ndarray, definite: bool = False
+        self, number: int, trial: TrialStep[HubState], change: np.ndarray | None = None
     ) -> np.ndarray:
         """A of a leg in the implicit Euler step, linearised at a trial, (entry,).
 
@@ -163,7 +163,6 @@ class StepProblem(Generic[HubState]):
             trial: The trial.
             change: A step of the leg's nodes that led there [mm], (node, 3): stiff stresses are
                 taken as it foresaw them (`pneumorph.fem.foreseen_stress`).
-            definite: Without what compression of sheets and volumes takes from it.
         """
         leg = self._robot.legs[number]
         return implicit_matrix(
@@ -173,7 +172,6 @@ class StepProblem(Generic[HubState]):
             self._physics,
             self._start.memories[number],
             change,
-            definite,
         )
 
     def implicit_residual(self, number: int, trial: TrialStep[HubState]) -> np.ndarray:
