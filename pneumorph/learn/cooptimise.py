@@ -271,6 +271,7 @@ def _described(training: Training, pair: DesignGaitPair) -> dict[str, Any]:
     return {
         "design": str(training.space[pair.design]),
         "distance_cm": pair.distance_cm,
+        "score_cm": pair.score_cm,
         "source": pair.source,
         "timestep": pair.timestep,
     }

@@ -22,7 +22,10 @@ class DesignGaitPair:
         design: Index in the design space.
         held_kPa: Real pressures, each held for one action [kPa], shape (action, regulator).
         distance_cm: Forward travel in one episode [cm]; where designs walk in several worlds, the
-            objective over those of an evaluation.
+            mean over those of an evaluation, in which a failed simulation counts as zero, or less.
+        score_cm: What it is ranked by [cm]: the return, which is the distance less what the reward
+            takes off; where designs walk in several worlds, the objective over those of an
+            evaluation.
         source: ``policy`` for the deterministic policy's gait, ``exploration`` for an episode of
             training, whose actions were drawn from the policy, ``search`` for a search without
             one. Always a plain open-loop gait.
@@ -32,6 +35,7 @@ class DesignGaitPair:
     design: int
     held_kPa: np.ndarray
     distance_cm: float
+    score_cm: float
     source: str
     timestep: int
 
@@ -41,7 +45,7 @@ class DesignGaitPair:
 
 
 class BestPairs:
-    """The pairs that travel furthest, one for each design up to mirror images."""
+    """The pairs of highest score, one for each design up to mirror images."""
 
     def __init__(self, space: DesignSpace, count: int) -> None:
         """Keep at most ``count`` pairs."""
@@ -54,18 +58,18 @@ class BestPairs:
         """Distance of the best pair [cm]; None before the first."""
         return self.pairs[0].distance_cm if self.pairs else None
 
-    def is_worth_keeping(self, distance_cm: float) -> bool:
-        """Whether a pair that travels this far might enter the list."""
-        return len(self.pairs) < self.count or distance_cm > self.pairs[-1].distance_cm
+    def is_worth_keeping(self, score_cm: float) -> bool:
+        """Whether a pair of this score might enter the list."""
+        return len(self.pairs) < self.count or score_cm > self.pairs[-1].score_cm
 
     def offer(self, pairs: Iterable[DesignGaitPair]) -> None:
         """Keep those among the pairs that belong among the best."""
         best: dict[int, DesignGaitPair] = {}
         for pair in [*self.pairs, *pairs]:
             twin = int(self._twin[pair.design])
-            if twin not in best or pair.distance_cm > best[twin].distance_cm:
+            if twin not in best or pair.score_cm > best[twin].score_cm:
                 best[twin] = pair
-        ranked = sorted(best.values(), key=lambda pair: pair.distance_cm, reverse=True)
+        ranked = sorted(best.values(), key=lambda pair: pair.score_cm, reverse=True)
         self.pairs = ranked[: self.count]
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -74,17 +78,20 @@ class BestPairs:
             "design": np.array([pair.design for pair in self.pairs], dtype=np.int64),
             "held_kPa": np.array([pair.held_kPa for pair in self.pairs], dtype=np.float64),
             "distance_cm": np.array([pair.distance_cm for pair in self.pairs], dtype=np.float64),
+            "score_cm": np.array([pair.score_cm for pair in self.pairs], dtype=np.float64),
             "source": np.array([SOURCES.index(pair.source) for pair in self.pairs], np.int64),
             "timestep": np.array([pair.timestep for pair in self.pairs], dtype=np.int64),
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take over what `arrays` gave."""
+        scores = arrays.get("score_cm", arrays["distance_cm"])  # not in those of earlier versions
         self.pairs = [
             DesignGaitPair(
                 int(arrays["design"][place]),
                 arrays["held_kPa"][place],
                 float(arrays["distance_cm"][place]),
+                float(scores[place]),
                 SOURCES[int(arrays["source"][place])],
                 int(arrays["timestep"][place]),
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +18,23 @@ from pneumorph.robot.design_space import DesignSpace
 
 EVALUATION_SEED = 2**40
 """Worlds of an evaluation are drawn by seeds from here on; those of training by its timestep."""
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """How robots fared in an episode; nothing counts from the action on in which one failed.
+
+    Attributes:
+        command_kPa: Real pressures [kPa], (action, robot, regulator).
+        return_cm: Sum of the rewards [cm], (robot,).
+        distance_cm: Forward travel [cm], (robot,).
+        failed: Whether its simulation failed, (robot,) bool.
+    """
+
+    command_kPa: np.ndarray
+    return_cm: np.ndarray
+    distance_cm: np.ndarray
+    failed: np.ndarray
 
 
 def evaluate_policy(
@@ -92,21 +110,26 @@ def walk_batch(
 
     Returns:
         A pair for each design whose simulation did not fail, in the order asked for. Of several
-        worlds, a design's distance in one where its simulation failed is zero, or less if it was
-        behind its start; one that failed in all has no pair, and the gait is that of a world where
-        it did not fail.
+        worlds, a design's distance and return in one where its simulation failed are zero, or less
+        if they were negative; one that failed in all has no pair, and the gait is that of a world
+        where it did not fail.
     """
     if objective is not None and objective.is_robust:
         return _walk_in_worlds(environment, space, batch, act, timestep, report, objective)
-    commands, distance_cm, failed = walk_episode(
+    walked = walk_episode(
         environment, space, filled_batch(batch, environment.num_envs), act, report, timestep
     )
     return [
         DesignGaitPair(
-            int(design), commands[:, place], float(distance_cm[place]), "policy", timestep
+            int(design),
+            walked.command_kPa[:, place],
+            float(walked.distance_cm[place]),
+            float(walked.return_cm[place]),
+            "policy",
+            timestep,
         )
         for place, design in enumerate(batch)
-        if not failed[place]
+        if not walked.failed[place]
     ]
 
 
@@ -119,12 +142,11 @@ def _walk_in_worlds(
     report: Callable[[int], None] | None,
     objective: Objective,
 ) -> list[DesignGaitPair]:
-    """Pairs whose distance is the objective over the worlds of an evaluation; see `walk_batch`."""
-    side_by_side = objective.worlds_per_design
+    """Pairs whose score is the objective over the worlds of an evaluation; see `walk_batch`."""
+    side_by_side, count = objective.worlds_per_design, objective.evaluation_worlds
     designs = filled_batch(batch, environment.num_envs // side_by_side)
-    distances, failures, asked = [], [], []
-    for number in range(-(-objective.evaluation_worlds // side_by_side)):
-        commands, distance_cm, failed = walk_episode(
+    walked = [
+        walk_episode(
             environment,
             space,
             np.repeat(designs, side_by_side),
@@ -132,19 +154,30 @@ def _walk_in_worlds(
             report if number == 0 else None,
             EVALUATION_SEED + number,
         )
-        distances.append(np.where(failed, np.minimum(distance_cm, 0.0), distance_cm))
-        failures.append(failed)
-        asked.append(commands)
-    shape = (len(distances), len(designs), side_by_side)
-    by_world = np.moveaxis(np.reshape(distances, shape), 1, 0).reshape(len(designs), -1)
-    fallen = np.moveaxis(np.reshape(failures, shape), 1, 0).reshape(len(designs), -1)
+        for number in range(-(-count // side_by_side))
+    ]
+
+    def by_world(values: list[np.ndarray]) -> np.ndarray:
+        """Of each round's robots, (design, world)."""
+        shaped = np.reshape(values, (len(walked), len(designs), side_by_side))
+        return np.moveaxis(shaped, 1, 0).reshape(len(designs), -1)
+
+    fallen = by_world([each.failed for each in walked])
     # A robot that fails begins its episode anew: its gait is that of the first world without.
     rounds, places = np.divmod(np.argmin(fallen, axis=1), side_by_side)
-    scores = objective.of(by_world[:, : objective.evaluation_worlds])
+    returns, distances = (
+        np.where(fallen, np.minimum(each, 0.0), each)[:, :count]
+        for each in (
+            by_world([each.return_cm for each in walked]),
+            by_world([each.distance_cm for each in walked]),
+        )
+    )
+    scores = objective.of(returns)
     return [
         DesignGaitPair(
             int(design),
-            asked[rounds[place]][:, place * side_by_side + places[place]],
+            walked[rounds[place]].command_kPa[:, place * side_by_side + places[place]],
+            float(distances[place].mean()),
             float(scores[place]),
             "policy",
             timestep,
@@ -166,7 +199,7 @@ def walk_episode(
     act: Callable[[np.ndarray], np.ndarray],
     report: Callable[[int], None] | None = None,
     seed: int | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> Episode:
     """Let every robot of the environment walk one episode.
 
     Args:
@@ -176,21 +209,19 @@ def walk_episode(
         act: Turns observations (robot, observation) into actions (robot, regulator).
         report: Told the number of actions done.
         seed: Where physics are drawn, of what is drawn; None goes on with the environment's own.
-
-    Returns:
-        Real pressures [kPa] (action, robot, regulator), distance [cm] (robot,), failed (robot,).
     """
     observation, _ = environment.reset(
         seed=seed, options={"designs": [space[int(i)] for i in designs]}
     )
     commands = []
-    distance_cm = np.zeros(len(designs))
+    return_cm, distance_cm = np.zeros((2, len(designs)))
     failed = np.zeros(len(designs), dtype=bool)
     for number in range(environment.task.action_count):
         observation, reward, _, _, info = environment.step(act(observation))
         failed |= info["status"] != RUNNING
-        distance_cm += np.where(failed, 0.0, reward)
+        return_cm += np.where(failed, 0.0, reward)
+        distance_cm += np.where(failed, 0.0, info["forward_travel_cm"])
         commands.append(info["command_kPa"])
         if report is not None:
             report(number + 1)
-    return np.array(commands), distance_cm, failed
+    return Episode(np.array(commands), return_cm, distance_cm, failed)

@@ -30,7 +30,7 @@ class Finetuned:
     """What fine-tuning came to.
 
     Attributes:
-        pairs: A pair for each finalist whose simulation did not fail, the furthest first.
+        pairs: A pair for each finalist whose simulation did not fail, the highest score first.
         timesteps: Actions of all robots for all finalists.
         wall_s: Wall time of all fine-tuning [s].
     """
@@ -90,12 +90,12 @@ def finetune(
         report(span)
     training.restore(checkpoint.arrays, checkpoint.metadata)
     pairs = _walked(training, designs, policies, training.timestep + span)
-    ranked = sorted(pairs, key=lambda pair: pair.distance_cm, reverse=True)
+    ranked = sorted(pairs, key=lambda pair: pair.score_cm, reverse=True)
     return Finetuned(ranked, len(designs) * span, wall_s)
 
 
 def finalists(training: Training, evaluated: Sequence[DesignGaitPair]) -> list[int]:
-    """Designs of the furthest pairs, seen in training or evaluated; one of each mirror pair."""
+    """Designs of the pairs of highest score, seen in training or evaluated; one of images."""
     ranking = BestPairs(training.space, training.settings.finetuning.finalist_count)
     ranking.offer([*training.best.pairs, *evaluated])
     return [pair.design for pair in ranking.pairs]

@@ -1,7 +1,8 @@
 """Run a search to the end of its budget of simulated time; a stopped one goes on to the same bits.
 
-Every generation's distances are a line of ``search.jsonl``. A resumed search is asked and told
-again what it was before, without walking: no state of the searcher needs saving.
+Every generation's distances are a line of ``search.jsonl``, beside them what they were ranked by
+where the reward takes something off. A resumed search is asked and told again what it was before,
+without walking: no state of the searcher needs saving.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ class SearchResult:
     """What a search found.
 
     Attributes:
-        best: The furthest pair of each design that walked, by its index.
+        best: The pair of highest score of each design that walked, by its index.
         timesteps: Actions made until the end of each generation, shape (generation,).
-        best_distance_cm: Furthest distance until then [cm], shape (generation,); NaN before any
-            robot came to the end of its walk.
-        late_gain_cm: What the last quarter of the budget added to each design's best [cm], by its
-            index: where it is much, the search was too short to call its best the best there is.
+        best_distance_cm: Distance of the best pair until then [cm], shape (generation,); NaN before
+            any robot came to the end of its walk.
+        late_gain_cm: What the last quarter of the budget added to each design's best score [cm],
+            by its index: where it is much, the search was too short to call its best the best.
         resumed_timesteps: Actions that an earlier process had made.
     """
 
@@ -49,9 +50,9 @@ class SearchResult:
     resumed_timesteps: int
 
     def ranked(self, space: DesignSpace) -> list[DesignGaitPair]:
-        """The pairs, the furthest first; a design and its mirror image count as one."""
+        """The pairs, the highest score first; a design and its mirror image count as one."""
         ranked, seen = [], set()
-        for pair in sorted(self.best.values(), key=lambda each: -each.distance_cm):
+        for pair in sorted(self.best.values(), key=lambda each: -each.score_cm):
             twin = min(pair.design, int(space.mirror_index[pair.design]))
             if twin not in seen:
                 seen.add(twin)
@@ -96,7 +97,8 @@ def run_search(
         while done < timesteps:
             candidates = searcher.ask()
             if known:
-                distance_cm = np.array(known.pop(0), dtype=float)
+                kept = np.array(known.pop(0), dtype=float)
+                score_cm, distance_cm = np.broadcast_to(kept, (2, kept.shape[-1]))
                 if len(distance_cm) != len(candidates):
                     raise ValueError(
                         f"{path} has a generation of {len(distance_cm)} distances, expected "
@@ -108,21 +110,24 @@ def run_search(
                     # Before the walk: the time left counts from the first that is made now.
                     far = "" if np.isnan(furthest) else f", best {furthest:.1f} cm"
                     progress(done, timesteps, f"searching{far}")
-                distance_cm = _walked(candidates, environment, space)
-                stream.write(json.dumps(distance_cm.tolist()) + "\n")
+                score_cm, distance_cm = _walked(candidates, environment, space)
+                same = np.array_equal(score_cm, distance_cm)
+                line = distance_cm.tolist() if same else [score_cm.tolist(), distance_cm.tolist()]
+                stream.write(json.dumps(line) + "\n")
                 stream.flush()
-            searcher.tell(distance_cm)
+            searcher.tell(score_cm)
             done += len(candidates) * task.action_count
-            _note(candidates, distance_cm, environment, done, best)
+            _note(candidates, score_cm, distance_cm, environment, done, best)
             if done <= 0.75 * timesteps:
-                earlier_cm = {design: pair.distance_cm for design, pair in best.items()}
-            furthest = max((pair.distance_cm for pair in best.values()), default=np.nan)
+                earlier_cm = {design: pair.score_cm for design, pair in best.items()}
+            if best:
+                furthest = max(best.values(), key=lambda pair: pair.score_cm).distance_cm
             reached.append((done, furthest))
     if progress is not None:
         progress(timesteps, timesteps, "searching")
     curve = np.array(reached).reshape(-1, 2)
     late_gain_cm = {
-        design: pair.distance_cm - earlier_cm[design]
+        design: pair.score_cm - earlier_cm[design]
         for design, pair in best.items()
         if design in earlier_cm
     }
@@ -132,39 +137,43 @@ def run_search(
 def _walked(
     candidates: Candidates, environment: CrawlingEnvironment, space: DesignSpace
 ) -> np.ndarray:
-    """Distance of every candidate [cm], in batches of the environment's size."""
+    """Return and distance of every candidate [cm], (2, candidate), in batches of the environment's
+    size."""
     count = environment.num_envs
-    distances = []
+    found = []
     for begin in range(0, len(candidates), count):
         rows = filled_batch(np.arange(begin, min(begin + count, len(candidates))), count)
         actions = iter(np.moveaxis(candidates.action[rows], 1, 0))
-        _, distance_cm, failed = walk_episode(
+        walked = walk_episode(
             environment,
             space,
             candidates.design[rows],
             lambda _, actions=actions: next(actions),  # type: ignore[misc]
         )
-        distances.append(np.where(failed, FAILED_CM, distance_cm))
-    return np.concatenate(distances)[: len(candidates)]
+        found.append(np.where(walked.failed, FAILED_CM, [walked.return_cm, walked.distance_cm]))
+    return np.concatenate(found, axis=1)[:, : len(candidates)]
 
 
 def _note(
     candidates: Candidates,
+    score_cm: np.ndarray,
     distance_cm: np.ndarray,
     environment: CrawlingEnvironment,
     timestep: int,
     best: dict[int, DesignGaitPair],
 ) -> None:
-    """Keep the furthest gait of each design."""
+    """Keep the gait of highest score of each design."""
     for place, design in enumerate(candidates.design):
-        distance = float(distance_cm[place])
+        score = float(score_cm[place])
         known = best.get(int(design))
-        if distance > FAILED_CM and (known is None or distance > known.distance_cm):
+        if score > FAILED_CM and (known is None or score > known.score_cm):
             held_kPa = environment.task.pressure_kPa(candidates.action[place])
-            best[int(design)] = DesignGaitPair(int(design), held_kPa, distance, "search", timestep)
+            best[int(design)] = DesignGaitPair(
+                int(design), held_kPa, float(distance_cm[place]), score, "search", timestep
+            )
 
 
-def _read_or_begin(path: Path, header: dict[str, Any]) -> list[list[float]]:
+def _read_or_begin(path: Path, header: dict[str, Any]) -> list[list[Any]]:
     """Distances of the generations that were walked; a last line that was cut short is dropped."""
     if not path.exists():
         write_atomically(path, lambda stream: stream.write((json.dumps(header) + "\n").encode()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -106,14 +106,39 @@ class Training:
         # Travel before a failure is no reason to come back to a design.
         counted = np.where(failed, np.minimum(returns, 0.0), returns)
         by_world = counted.reshape(len(designs), -1)
-        scores = self._level.centred(objective.of(by_world))
         fallen = failed.reshape(by_world.shape)
-        # A hard round's shift is none either, for a design that failed in each of its worlds.
-        scores = np.where(fallen.all(axis=1), np.minimum(scores, 0.0), scores)
-        failing: np.ndarray = np.any(fallen, axis=1)
+        walks: list[Any] = [by_world, fallen]
+        if objective.is_robust:
+            designs, walks = self._joined(designs, walks)
+        scores = np.array([objective.of(each) for each in walks[0]])
+        failing, lost = (
+            np.array([has(each) for each in walks[1]], dtype=bool) for has in (np.any, np.all)
+        )
+        # How hard a round is for all, those say that came to the end of their walks.
+        scores = self._level.centred(scores, ~failing)
+        # A hard round's shift is no merit of a design that failed in each of its worlds.
+        scores = np.where(lost, np.minimum(scores, 0.0), scores)
         self._update_distribution(designs, scores, failing)
         self.failure_count += int(failed.sum())
         return self._metrics(returns, failed, losses) | self._score_metrics(by_world)
+
+    def _joined(
+        self, designs: np.ndarray, walks: Sequence[np.ndarray]
+    ) -> tuple[np.ndarray, list[list[np.ndarray]]]:
+        """Each design of a round once with all its walks: one that was drawn twice, or whose mirror
+        image was drawn as well and counts for it, has twice as many.
+
+        Args:
+            designs: Those drawn, (design,).
+            walks: What is known of their walks, each (design, world).
+
+        Returns:
+            The designs, and the same of each, (walk,).
+        """
+        images = designs if self._mirror is None else self._mirror.designs(designs)
+        once, which = np.unique(np.minimum(designs, images), return_inverse=True)
+        places = [np.flatnonzero(which == number) for number in range(len(once))]
+        return once, [[np.ravel(np.take(each, at, axis=0)) for at in places] for each in walks]
 
     def walk_and_learn(
         self, designs: np.ndarray, update_count: int
@@ -133,7 +158,7 @@ class Training:
             seed=self.timestep,
             options={"designs": [self.space[int(index)] for index in designs]},
         )
-        returns = np.zeros(len(designs))
+        returns, distances = np.zeros((2, len(designs)))
         ended, failed = np.zeros((2, len(designs)), dtype=bool)
         commands, losses = [], []
         for _ in range(self.settings.task.action_count):
@@ -142,6 +167,7 @@ class Training:
             next_observation, reward, terminated, truncated, info = self._step(action)
             self._store(designs, observation, action, reward, next_observation, terminated, info)
             returns += np.where(ended, 0.0, reward)
+            distances += np.where(ended, 0.0, info["forward_travel_cm"])
             failed |= ~ended & (info["status"] != RUNNING)
             ended |= terminated | truncated
             commands.append(info["command_kPa"])
@@ -151,7 +177,7 @@ class Training:
             loss = self._learn(update_count)
             if loss:
                 losses.append(loss)
-        self._note_pairs(designs, returns, failed, np.array(commands))
+        self._note_pairs(designs, distances, returns, failed, np.array(commands))
         return returns, failed, losses
 
     def _actions(self, observation: np.ndarray) -> np.ndarray:
@@ -204,7 +230,12 @@ class Training:
         return metrics
 
     def _note_pairs(
-        self, designs: np.ndarray, returns: np.ndarray, failed: np.ndarray, commands: np.ndarray
+        self,
+        designs: np.ndarray,
+        distances: np.ndarray,
+        returns: np.ndarray,
+        failed: np.ndarray,
+        commands: np.ndarray,
     ) -> None:
         if self.settings.objective.is_robust:
             return  # each went in one world: nothing to rank by
@@ -212,6 +243,7 @@ class Training:
             DesignGaitPair(
                 int(designs[robot]),
                 commands[:, robot],
+                float(distances[robot]),
                 float(returns[robot]),
                 "exploration",
                 self.timestep,
@@ -301,7 +333,7 @@ class Training:
         """Walk the designs of highest score with the deterministic policy and keep good pairs.
 
         Returns:
-            The pairs walked, the furthest first.
+            The pairs walked, the highest score first.
         """
         order = np.argsort(-self.distribution.scores, kind="stable")
         pairs = self.clock.timed("evaluate", evaluate_policy)(
@@ -315,7 +347,7 @@ class Training:
             objective=self.settings.objective,
         )
         self.best.offer(pairs)
-        return sorted(pairs, key=lambda pair: pair.distance_cm, reverse=True)
+        return sorted(pairs, key=lambda pair: pair.score_cm, reverse=True)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """All arrays of the state, for a checkpoint."""

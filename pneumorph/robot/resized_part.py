@@ -54,5 +54,8 @@ def resized_part(part: ReducedPart, size_factor: float) -> ReducedPart:
         second_moment=volume * size**2 * part.second_moment,
         second_moment_modes=unit * part.second_moment_modes,
         snapshot_range=part.snapshot_range / unit,
-        metadata={**part.metadata, "size_factor": size_factor},
+        metadata={
+            **part.metadata,
+            "size_factor": size_factor * part.metadata.get("size_factor", 1.0),
+        },
     )

@@ -42,6 +42,8 @@ def scaled_part(
             raise ValueError(f"{name} must be positive and finite, got {value}")
     if damping_factor == 1.0:
         del factors["damping_factor"]  # as parts that were scaled before there was such
+    before = part.metadata.get("scaled", {})
+    factors = {name: before.get(name, 1.0) * factors.get(name, 1.0) for name in before | factors}
     root = math.sqrt(mass_factor)
     series = None if part.relaxation is None else part.relaxation.scaled(damping_factor)
     weights = part.relaxation_weight if series is None else np.array(series.weights)
@@ -73,6 +75,25 @@ def scaled_part(
             "scaled": factors,
         },
     )
+
+
+def factors_between(part: ReducedPart, own: ReducedPart) -> tuple[float, float, float, float]:
+    """What makes a reduction of the same leg as large, stiff, heavy and damped as another one, in
+    relation to what they were reduced from: factors on size, modulus, mass and damping.
+
+    Args:
+        part: Another reduction of the leg, as its file has it.
+        own: The one that a robot has, perhaps weighed, resized or calibrated since.
+    """
+    ours, theirs = (
+        {"size_factor": each.metadata.get("size_factor", 1.0)} | each.metadata.get("scaled", {})
+        for each in (own, part)
+    )
+    size, modulus, damping = (
+        float(ours.get(name, 1.0) / theirs.get(name, 1.0))
+        for name in ("size_factor", "modulus_factor", "damping_factor")
+    )
+    return size, modulus, own.mass / (part.mass * size**3), damping
 
 
 def scaled_hub(hub: Hub, mass_factor: float) -> Hub:

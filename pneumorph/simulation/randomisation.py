@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -144,6 +145,17 @@ class Randomisation(Checked):
         texts = self._numbers()
         texts |= {f"friction {name}": text for name, text in self.friction_by_surface}
         return {name: Distribution.parse(text) for name, text in texts.items()}
+
+    def numbers_of(self, worlds: Sequence[World]) -> dict[str, np.ndarray]:
+        """Numbers of worlds drawn from this, by name, each (world,); where there are several
+        reductions, ``reduction`` counts them, 0 being the robot's own."""
+        found = {
+            name: np.array([world.numbers[name] for world in worlds]) for name in worlds[0].numbers
+        }
+        if self.reductions:
+            files = ["", *map(str, self.reductions)]
+            found["reduction"] = np.array([float(files.index(each.reduction)) for each in worlds])
+        return found
 
     def described(self) -> dict[str, Any]:
         """Distributions by name, which tell kept things apart; those that earlier versions did not

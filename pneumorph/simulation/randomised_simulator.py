@@ -11,7 +11,9 @@ import numpy as np
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.mounting_angle import tilted
+from pneumorph.robot.resized_part import resized_part
 from pneumorph.robot.robot import Robot
+from pneumorph.robot.scaled_part import factors_between, scaled_part
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.stepper_settings import StepperSettings
@@ -256,10 +258,27 @@ def robot_in_world(robot: Robot, world: World) -> Robot:
         return robot
     mounts = []
     for mount in robot.mounts:
-        part = _part_of(world.reduction) if world.reduction else mount.part
+        part = mount.part if not world.reduction else _alike(world.reduction, mount.part)
         pose = tilted(mount.pose, part.rest_nodes, world.mounting_angle_deg)
         mounts.append(replace(mount, part=part, pose=pose))
     return replace(robot, mounts=tuple(mounts))
+
+
+def reduction_digests(randomisation: Randomisation) -> dict[str, str]:
+    """What tells the reductions that worlds may have from others, by their files."""
+    return {str(file): _part_of(str(file)).digest() for file in randomisation.reductions}
+
+
+def _alike(file: str, own: ReducedPart) -> ReducedPart:
+    """The reduction of a file as the robot's own leg is."""
+    return _changed(file, *factors_between(_part_of(file), own))
+
+
+@cache
+def _changed(file: str, size: float, *factors: float) -> ReducedPart:
+    part = _part_of(file)
+    part = part if size == 1.0 else resized_part(part, size)
+    return part if factors == (1.0, 1.0, 1.0) else scaled_part(part, *factors)
 
 
 @cache

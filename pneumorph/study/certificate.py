@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from pneumorph.gait.walk import walk
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
+from pneumorph.simulation.randomised_simulator import reduction_digests
 from pneumorph.study.analysis import Walker, analysed_robot
 from pneumorph.study.certified_candidates import (
     Candidates,
@@ -24,7 +25,7 @@ from pneumorph.study.certified_candidates import (
     unseen_worlds,
 )
 from pneumorph.study.certified_pairs import Band, Certificate, CertifiedExpert, CertifiedPair
-from pneumorph.study.certified_walks import full_order_walk
+from pneumorph.study.certified_walks import FullOrderWalk, full_order_walk
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.measure_next import narrowings, worth_measuring
 from pneumorph.study.recorded_walk import recorded_walk
@@ -76,7 +77,7 @@ def certify_candidates(
     if settings.full:
         spec.check_reduction()
     task, seen = candidates.task, candidates.seen
-    pairs = [
+    walkers = [
         Walker(f"L{rank}", pair.design, pair.gait, task.settling_step_count)
         for rank, pair in enumerate(candidates.pairs, start=1)
     ]
@@ -84,41 +85,42 @@ def certify_candidates(
     tuning = seen[: settings.tuning_world_count]
     expert, phase_deg = _tuned_expert(candidates.baseline, spec, tuning, folder)
     folder.progress.stage("walking in the training's worlds")
-    seen_cm = np.nan_to_num(_walked(spec, pairs, seen, folder)[0]).mean(axis=0)
-    worlds = unseen_worlds(settings.randomisation, settings.world_count, settings.world_seed)
+    seen_cm = np.nan_to_num(_walked(spec, walkers, seen, folder)[0]).mean(axis=0)
+    drawn, count, seed = settings.randomisation, settings.world_count, settings.world_seed
+    worlds = unseen_worlds(drawn, count, seed)
     folder.progress.stage(f"walking in {len(worlds)} unseen worlds")
-    expert_cm = _walked(spec, [expert], worlds, folder)[0]
-    pair_cm, ratios = _walked(spec, pairs, worlds, folder)
-    nominal = _nominal(spec, pairs)
-    numbers = {
-        name: np.array([world.numbers[name] for world in worlds]) for name in worlds[0].numbers
-    }
+    expert_cm = _walked(spec, [expert], worlds, folder)[0][:, 0]
+    pair_cm, ratios = _walked(spec, walkers, worlds, folder)
+    alike_cm = pair_cm
+    if candidates.drawn != drawn:  # narrowed by what was measured, say
+        folder.progress.stage(f"walking in {count} unseen worlds as the training's were")
+        alike_cm, _ = _walked(spec, walkers, unseen_worlds(candidates.drawn, count, seed), folder)
     reported = [pair.distance_cm for pair in candidates.pairs]
-    promised = list(map(float, seen_cm)) if candidates.ranked_there else reported
+    evidence = _Evidence(
+        spec,
+        task.action_step_count * spec.physics.time_step_s,
+        settings.cycle_s,
+        drawn.numbers_of(worlds),
+        expert_cm,
+        pair_cm,
+        ratios,
+        _nominal(spec, walkers),
+        list(map(float, seen_cm)) if candidates.ranked_there else reported,
+        np.nan_to_num(alike_cm).mean(axis=0),
+    )
     # What ranked the pairs of a robust run is its objective, which need not be the mean.
     best = 0 if candidates.ranked_there else int(np.argmax(seen_cm))
     folder.progress.stage("looking at the walks")
     certified = [
-        _certified(
-            each,
-            pair.gait_file,
-            (nominal[place], promised[place]),
-            pair_cm[:, place],
-            expert_cm[:, 0],
-            ratios[:, place],
-            numbers,
-            spec,
-            task.action_step_count * spec.physics.time_step_s,
-            settings.cycle_s,
-        )
-        for place, (each, pair) in enumerate(zip(pairs, candidates.pairs, strict=True))
+        evidence.of(place, walker, pair.gait_file)
+        for place, (walker, pair) in enumerate(zip(walkers, candidates.pairs, strict=True))
     ]
     if settings.full:
         certified = _with_full_order(
-            spec, settings, pairs, certified, best, worlds, pair_cm, folder
+            spec, settings, walkers, certified, best, worlds, pair_cm, folder
         )
     chosen = certified[best]
-    tests = narrowings(numbers, np.nan_to_num(pair_cm[:, best]))
+    tests = narrowings(evidence.numbers, np.nan_to_num(pair_cm[:, best]))
     return Certificate(
         run=str(candidates.run),
         best=chosen.label,
@@ -126,7 +128,7 @@ def certify_candidates(
         median_cm=chosen.band.median_cm,
         tenth_percentile_cm=chosen.band.low_cm,
         ninetieth_percentile_cm=chosen.band.high_cm,
-        expert_median_cm=(expert_band := Band.of(expert_cm[:, 0])).median_cm,
+        expert_median_cm=(expert_band := Band.of(expert_cm)).median_cm,
         share_beyond_expert=chosen.share_beyond_expert,
         optimism_cm=chosen.optimism_cm,
         measure_next=worth_measuring(tests, len(worlds)),
@@ -134,13 +136,73 @@ def certify_candidates(
         expert=CertifiedExpert(str(expert.design), phase_deg, expert_band),
         tests=tests,
         world_count=len(worlds),
-        distributions=settings_to_dict(settings.randomisation),
-        numbers={name: tuple(values.tolist()) for name, values in numbers.items()},
-        distances_cm=tuple(map(tuple, np.concatenate([expert_cm, pair_cm], axis=1).tolist())),
+        distributions=settings_to_dict(drawn),
+        reduction_digests=reduction_digests(drawn),
+        numbers={name: tuple(values.tolist()) for name, values in evidence.numbers.items()},
+        distances_cm=tuple(map(tuple, np.column_stack([expert_cm, pair_cm]).tolist())),
         **spec.describe(),
         notes=tuple(_notes(certified)),
         wall_s=time.monotonic() - start,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Evidence:
+    """What a certificate is told from.
+
+    Attributes:
+        spec: What the pairs walked as.
+        action_s: Length of an action [s].
+        cycle_s: Length of a cycle [s].
+        numbers: Of the unseen worlds by name, each (world,).
+        expert_cm: The expert's distances there [cm], (world,); NaN where a simulation failed.
+        pair_cm: The pairs' [cm], (world, pair); likewise.
+        range_ratio: How far legs went relative to their snapshots, (world, pair).
+        nominal_cm: Distances in the world as it stands [cm].
+        promised_cm: What the training says of its pairs [cm].
+        alike_cm: Means over unseen worlds that were drawn as the training's [cm], (pair,).
+    """
+
+    spec: RobotSpec
+    action_s: float
+    cycle_s: float
+    numbers: Mapping[str, np.ndarray]
+    expert_cm: np.ndarray
+    pair_cm: np.ndarray
+    range_ratio: np.ndarray
+    nominal_cm: Sequence[float | None]
+    promised_cm: Sequence[float | None]
+    alike_cm: np.ndarray
+
+    def of(self, place: int, walker: Walker, gait_file: str) -> CertifiedPair:
+        """What is to be expected of one pair."""
+        distance_cm, promised = self.pair_cm[:, place], self.promised_cm[place]
+        counted, ratio = np.nan_to_num(distance_cm), self.range_ratio[:, place]
+        known = ratio[~np.isnan(ratio)]
+        trajectory = recorded_walk(
+            self.spec,
+            walker.design,
+            walker.gait,
+            record_every=5,
+            settling_steps=walker.settling_steps,
+        )
+        cycle_s = min(self.cycle_s, walker.gait.duration_s)
+        did = analysed_robot(walker, trajectory, self.spec, self.action_s, cycle_s)
+        return CertifiedPair(
+            label=walker.label,
+            design=str(walker.design),
+            gait=gait_file,
+            nominal_cm=self.nominal_cm[place],
+            band=Band.of(distance_cm),
+            share_beyond_expert=float(np.mean(counted > np.nan_to_num(self.expert_cm))),
+            promised_cm=promised,
+            optimism_cm=None if promised is None else promised - float(self.alike_cm[place]),
+            hub_load_share=did.hub_load_share,
+            backsliding_cm=did.backsliding_cm,
+            legs=did.legs,
+            left_range_share=float(np.mean(known > RANGE_TOLERANCE)) if known.size else None,
+            sensitivities=sensitivities(self.numbers, counted),
+        )
 
 
 def _tuned_expert(
@@ -183,44 +245,6 @@ def _nominal(spec: RobotSpec, walkers: Sequence[Walker]) -> list[float | None]:
     return [None if np.isnan(far) else float(far) for far in walked.distance_cm]
 
 
-def _certified(
-    walker: Walker,
-    gait_file: str,
-    nominal_and_promised_cm: tuple[float | None, float | None],
-    distance_cm: np.ndarray,
-    expert_cm: np.ndarray,
-    range_ratio: np.ndarray,
-    numbers: Mapping[str, np.ndarray],
-    spec: RobotSpec,
-    step_s: float,
-    cycle_s: float,
-) -> CertifiedPair:
-    """One pair by its distances over the worlds, and what it does in the world as it stands."""
-    nominal, promised = nominal_and_promised_cm
-    band, counted = Band.of(distance_cm), np.nan_to_num(distance_cm)
-    known = range_ratio[~np.isnan(range_ratio)]
-    trajectory = recorded_walk(
-        spec, walker.design, walker.gait, record_every=5, settling_steps=walker.settling_steps
-    )
-    cycle_s = min(cycle_s, walker.gait.duration_s)
-    did = analysed_robot(walker, trajectory, spec, step_s, cycle_s)
-    return CertifiedPair(
-        label=walker.label,
-        design=str(walker.design),
-        gait=gait_file,
-        nominal_cm=nominal,
-        band=band,
-        share_beyond_expert=float(np.mean(counted > np.nan_to_num(expert_cm))),
-        promised_cm=promised,
-        optimism_cm=None if promised is None else promised - band.mean_cm,
-        hub_load_share=did.hub_load_share,
-        backsliding_cm=did.backsliding_cm,
-        legs=did.legs,
-        left_range_share=float(np.mean(known > RANGE_TOLERANCE)) if known.size else None,
-        sensitivities=sensitivities(numbers, counted),
-    )
-
-
 def _with_full_order(
     spec: RobotSpec,
     settings: CertificateSettings,
@@ -245,19 +269,9 @@ def _with_full_order(
             reduced = pair.nominal_cm if number is None else float(pair_cm[number, place])
             if reduced is not None and np.isnan(reduced):
                 reduced = None
-            walks.append(
-                full_order_walk(
-                    spec,
-                    walker.design,
-                    walker.gait,
-                    walker.label,
-                    number,
-                    worlds,
-                    reduced,
-                    walker.settling_steps,
-                    folder,
-                )
-            )
+            world = None if number is None else worlds[number]
+            kept = full_order_walk(spec, walker, world, folder)
+            walks.append(FullOrderWalk.of(number, kept.distance_cm, reduced, kept.status))
         found.append(replace(pair, full_order=tuple(walks)))
     return found
 

@@ -57,6 +57,8 @@ class Candidates:
         baseline: The expert's gaits.
         seen: Worlds of the training, to choose in.
         ranked_there: Whether the training ranked its pairs in them.
+        drawn: What its worlds were drawn from; where it did not rank over worlds, what the
+            certificate's are drawn from.
     """
 
     run: Path
@@ -65,6 +67,7 @@ class Candidates:
     baseline: PhaseSweepSettings
     seen: tuple[World, ...]
     ranked_there: bool
+    drawn: Randomisation
 
     @classmethod
     def of_run(cls, run: FinishedRun, settings: CertificateSettings) -> Candidates:
@@ -77,7 +80,7 @@ class Candidates:
             )
         seen, ranked = worlds_of_training(objective, drawn, seed, settings)
         pairs = tuple(run.pairs(settings.pair_count))
-        return cls(run.folder, pairs, run.task, run.baseline, tuple(seen), ranked)
+        return cls(run.folder, pairs, run.task, run.baseline, tuple(seen), ranked, drawn)
 
     @classmethod
     def of_training(
@@ -100,7 +103,8 @@ class Candidates:
             drawn: What its worlds were drawn from; None for one world.
             certificate: How many pairs, and which worlds otherwise.
         """
-        drawn, task = drawn or certificate.randomisation, settings.task
+        robust, task = settings.objective.is_robust, settings.task
+        drawn = drawn if drawn is not None and robust else certificate.randomisation
         seen, ranked = worlds_of_training(settings.objective, drawn, settings.seed, certificate)
         limits = (task.minimum_pressure_kPa, task.maximum_pressure_kPa)
         chosen = [
@@ -112,7 +116,7 @@ class Candidates:
             )
             for each in pairs[: certificate.pair_count]
         ]
-        return cls(run, tuple(chosen), task, baseline, tuple(seen), ranked)
+        return cls(run, tuple(chosen), task, baseline, tuple(seen), ranked, drawn)
 
 
 def unseen_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -67,8 +67,9 @@ class CertifiedPair:
     promised_cm: float | None
     """Where the run ranked pairs over worlds the mean there, otherwise what the run reported."""
     optimism_cm: float | None
-    """The same less the mean over the unseen worlds: what choosing the best made of it and, of a
-    run that did not rank over worlds, also how much harder these are than the one it walked in."""
+    """The same less the mean over unseen worlds that are drawn as the training's were: what
+    choosing the best made of it and, of a run that did not rank over worlds, also how much harder
+    these are than the one it walked in."""
     hub_load_share: float
     """Share of the weight that the floor bears through the hub, in the world as it stands."""
     backsliding_cm: float | None
@@ -116,3 +117,5 @@ class Certificate:
     physics: Physics
     notes: tuple[str, ...]
     wall_s: float
+    reduction_digests: dict[str, str] = field(default_factory=dict)
+    """Of the other reductions that worlds may have, by their files."""

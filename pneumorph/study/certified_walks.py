@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,9 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.time_integration import StepError
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
-from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import lagging_commands
+from pneumorph.study.analysis import Walker
 from pneumorph.study.full_order_store import rollout_identity
 from pneumorph.study.recorded_walk import recorded_walk
 
@@ -49,6 +49,17 @@ class FullOrderWalk:
         error = reduced_cm - full_cm
         agrees = abs(error) <= max(AGREED_CM, AGREED_SHARE * abs(full_cm))
         return cls(world, full_cm, reduced_cm, error, agrees, status)
+
+
+@dataclass(frozen=True)
+class KeptWalk:
+    """A walk as finite elements, as it is kept."""
+
+    distance_cm: float | None
+    """None where it did not come to its end."""
+    status: str
+    wall_s: float
+    """What the process that ended it took."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,56 +100,59 @@ class LaggingGait:
 
 
 def full_order_walk(
-    spec: RobotSpec,
-    design: Design,
-    gait: OpenLoopGait,
-    label: str,
-    number: int | None,
-    worlds: Sequence[World],
-    reduced_cm: float | None,
-    settling_steps: int,
-    folder: RunFolder,
-) -> FullOrderWalk:
+    spec: RobotSpec, walker: Walker, world: World | None, folder: RunFolder
+) -> KeptWalk:
     """Walk a pair as finite elements; a walk that was stopped goes on, a finished one is read.
+
+    Its file is named after all that the walk depends on.
 
     Args:
         spec: The robot in the world as it stands.
-        design: Its design.
-        gait: Its gait.
-        label: What the pair is called.
-        number: Which of the worlds; None for the world as it stands.
-        worlds: The worlds.
-        reduced_cm: Distance of the reduced robot there [cm].
-        settling_steps: Time steps at zero pressure before the gait.
-        folder: Keeps the walk.
+        walker: Design and gait.
+        world: A drawn world; None for the one as it stands.
+        folder: Keeps the walk, in ``full_order``.
     """
-    world = None if number is None else worlds[number]
-    own, driven = spec, gait
+    own, gait = spec, walker.gait
     if world is not None:
         own = spec.in_world(world)
-        driven = LaggingGait.of(gait, world.regulator_lag_s, spec.physics.time_step_s)
-    name = f"full_{label}_{'nominal' if number is None else f'world_{number}'}"
+        gait = LaggingGait.of(gait, world.regulator_lag_s, spec.physics.time_step_s)
+    commands = commands_of(gait, spec.physics.time_step_s, spec.physics.regulator_count)
+    made_of = _made_of(spec, walker, world)
+    name = f"full_order/{rollout_identity(made_of, commands)[:16]}"
 
     def walked() -> dict[str, Any]:
+        start = time.monotonic()
         try:
             trajectory = recorded_walk(
                 own,
-                design,
-                driven,
+                walker.design,
+                gait,
                 "full",
-                folder / f"checkpoint_{name}.npz",
-                settling_steps=settling_steps,
+                folder / f"{name}_on_its_way.npz",
+                settling_steps=walker.settling_steps,
                 progress=folder.progress,
             )
         except StepError:  # while it settles; the other walks are of use all the same
-            return {"status": "diverged", "distance_cm": None}
-        return {"status": trajectory.status, "distance_cm": trajectory.distance_cm}
+            return {"status": "diverged", "distance_cm": None, "wall_s": time.monotonic() - start}
+        return {
+            "status": trajectory.status,
+            "distance_cm": trajectory.distance_cm,
+            "wall_s": time.monotonic() - start,
+        }
 
-    commands = commands_of(driven, spec.physics.time_step_s, spec.physics.regulator_count)
-    made_of = {
-        "design": str(design),
+    kept = made_once(folder / f"{name}.json", walked, made_of=made_of)
+    return KeptWalk(kept["distance_cm"], kept["status"], kept["wall_s"])
+
+
+def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, Any]:
+    """What a walk depends on but for its commands. Reductions are none of it, and threads change no
+    bit."""
+    full_order = settings_to_dict(spec.full_order)
+    del full_order["thread_count"]
+    return {
+        "design": str(walker.design),
         "physics": settings_to_dict(spec.physics),
-        "full_order": settings_to_dict(spec.full_order),
+        "full_order": full_order,
         "modules": [
             [module.full.ingredients(), module.full.mesh.digest()] for module in spec.modules
         ],
@@ -146,9 +160,6 @@ def full_order_walk(
         "hub": [spec.hub_model, *spec.hub.mass_numbers()],
         "height_map": settings_to_dict(spec.height_map),
         "mounting_angle_deg": spec.mounting_angle_deg,
-        "settling_steps": settling_steps,
-        "world": None if world is None else settings_to_dict(world),
+        "settling_steps": walker.settling_steps,
+        "world": None if world is None else settings_to_dict(replace(world, reduction="")),
     }
-    identity = rollout_identity(made_of, commands)
-    kept = made_once(folder / f"{name}.json", walked, identity=identity)
-    return FullOrderWalk.of(number, kept["distance_cm"], reduced_cm, kept["status"])

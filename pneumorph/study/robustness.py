@@ -16,6 +16,7 @@ from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.randomised_simulator import simulator_in_worlds
+from pneumorph.study.sensitivity import weighted_quantiles
 
 SIDE_BY_SIDE = 96
 """Robots that walk at once."""
@@ -31,6 +32,7 @@ class PairInWorlds:
     deviation_cm: float | None
     """Standard deviation; None for a single world."""
     tenth_percentile_cm: float
+    """Linear between the middles of worlds, as of a certificate's bands."""
     best_share: float
     """Share of the worlds in which it is the best."""
 
@@ -142,7 +144,7 @@ def robustness(
                 float(nominal_cm[i]),
                 float(mean[i]),
                 float(distances[:, i].std(ddof=1)) if len(distances) > 1 else None,
-                float(np.percentile(distances[:, i], 10)),
+                float(weighted_quantiles(distances[:, i], np.ones(len(distances)), (0.1,))[0]),
                 float(np.mean(best == i)),
             )
             for i, label in enumerate(labels)

@@ -50,14 +50,18 @@ def first_order_index(values: np.ndarray, results: np.ndarray) -> float:
 
     The share of variance between classes of values (Plischke, Borgonovo and Smith 2013), less what
     chance alone puts there (Kelley's 1935 epsilon squared), and not negative. Twenty worlds a
-    class, two to ten classes.
+    class, two to ten classes; a number of as few values has a class for each.
 
     Args:
         values: Of one number, (world,).
         results: (world,).
     """
-    count = len(values)
-    classes = np.array_split(np.argsort(values, kind="stable"), min(max(count // 20, 2), 10))
+    count, kinds = len(values), np.unique(values)
+    class_count = min(max(count // 20, 2), 10)
+    if len(kinds) <= class_count:
+        classes = [np.flatnonzero(values == kind) for kind in kinds]
+    else:
+        classes = np.array_split(np.argsort(values, kind="stable"), class_count)
     within = sum(float(((results[each] - results[each].mean()) ** 2).sum()) for each in classes)
     total = float(((results - results.mean()) ** 2).sum())
     if total == 0.0 or count <= len(classes):

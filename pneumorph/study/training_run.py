@@ -23,7 +23,7 @@ from pneumorph.learn.training import STAGES
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.simulation.randomised_simulator import RandomisedSimulator
+from pneumorph.simulation.randomised_simulator import RandomisedSimulator, reduction_digests
 from pneumorph.study.baseline import BestPhase, swept
 from pneumorph.study.certificate import certify_candidates
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings
@@ -45,12 +45,20 @@ class TrainingWorlds(Checked):
 
     def as_dict(self) -> dict[str, Any]:
         """Distributions and count by name, for summaries and checkpoints."""
-        return {**self.randomisation.described(), "world_count": self.world_count}
+        digests = reduction_digests(self.randomisation)
+        return {
+            **self.randomisation.described(),
+            "world_count": self.world_count,
+            **({"reduction_digests": digests} if digests else {}),
+        }
 
 
 @dataclass(frozen=True)
 class LearnedPair:
-    """A design, its distance and where it was seen."""
+    """A design, its distance and where it was seen.
+
+    Where designs walk in several worlds each, the distance is the mean over them.
+    """
 
     design: str
     distance_cm: float | None
@@ -59,6 +67,9 @@ class LearnedPair:
     """None in runs of an earlier version."""
     gait: str | None = None
     """File of the gait, from the run's folder; None where none was written."""
+    score_cm: float | None = None
+    """What it was ranked by, see `ranked_by` of the training; None in runs of an earlier version,
+    whose distance it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +90,7 @@ class TrainingResult(BestPhase):
     failed_episode_count: int
     seed: int
     pairs: tuple[LearnedPair, ...]
-    """The best design-gait pairs, the furthest first."""
+    """The best design-gait pairs, the highest score first."""
     seen_pairs: tuple[LearnedPair, ...] = ()
     """The best that were seen before fine-tuning."""
     notes: tuple[str, ...] = ()
@@ -101,8 +112,8 @@ class TrainingResult(BestPhase):
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
     ranked_by: str | None = None
-    """What the distances of the pairs are, where designs walked in several worlds each or something
-    is taken off for how they walk; None for the distance in one world."""
+    """What the scores of the pairs are, where designs walked in several worlds each or something is
+    taken off for how they walk; None for the distance in one world."""
     certificate: Certificate | None = None
     """What is to be expected of the pairs in unseen worlds, where that was asked for."""
 

@@ -9,6 +9,7 @@ from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, best_distances_cm, make_
 
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.reward import RewardWeights
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.gait.walk import walk
 from pneumorph.learn.gait_search import GaitSearch, GaitSearchSettings
@@ -160,3 +161,25 @@ def test_settings_are_checked() -> None:
         GeneticSettings(location_mutation_probability=2.0)
     with pytest.raises(ValueError, match="expected one or more different indices"):
         GaitSearch([1, 1], TASK, GaitSearchSettings(), 0)
+
+
+def test_a_pair_keeps_its_distance_where_the_reward_takes_something_off(tmp_path: Path) -> None:
+    """The score is the distance less 0.05 cm for each change of a pressure by its whole range; a
+    search that went on knows both again."""
+    weights = RewardWeights(pressure_change=0.05)
+    task = replace(TASK, reward=weights)
+    found = [
+        run_search(
+            searcher("random"), environment(task=task), SPACE, 40 * TASK.action_count, tmp_path
+        )
+        for _ in range(2)
+    ]
+    for pair in found[0].best.values():
+        before = np.vstack([np.zeros(TASK.regulator_count), pair.held_kPa[:-1]])
+        changes = np.abs(pair.held_kPa - before).sum() / TASK.maximum_pressure_kPa
+        assert pair.score_cm == pytest.approx(pair.distance_cm - 0.05 * changes, abs=1e-9)
+        again = found[1].best[pair.design]
+        assert (again.score_cm, again.distance_cm) == (pair.score_cm, pair.distance_cm)
+    ranked = found[0].ranked(SPACE)
+    assert ranked[0].score_cm == max(pair.score_cm for pair in found[0].best.values())
+    assert found[0].best_distance_cm[-1] == ranked[0].distance_cm

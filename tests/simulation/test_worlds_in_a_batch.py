@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.crawlers import GAIT, PHYSICS, STEPPER, crawlers
+from helpers.crawlers import GAIT, PART, PHYSICS, STEPPER, crawlers
 from helpers.one_leg import COMMAND, HUB, POSE
 from helpers.synthetic_part import rubber_reduced_part
 
@@ -14,11 +14,16 @@ from pneumorph.physics.air import Air
 from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.resized_part import resized_part
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.robot.scaled_part import scaled_part, scaled_robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
 from pneumorph.simulation.randomisation import Randomisation, World
-from pneumorph.simulation.randomised_simulator import robot_in_world, simulator_in_worlds
+from pneumorph.simulation.randomised_simulator import (
+    reduction_digests,
+    robot_in_world,
+    simulator_in_worlds,
+)
 
 AS_IS = World(1.2, 1.0, 1.0, 0.0, 0.0)
 HEAVY = World(0.8, 1.3, 0.6, 0.0, 2.0, damping_factor=0.5)
@@ -163,7 +168,8 @@ def test_legs_that_point_down_turn_about_their_inner_ends() -> None:
 def test_a_world_may_have_another_reduction(tmp_path) -> None:
     """Of one file, read once; drawn as often as the robot's own."""
     robot = crawlers()[0]
-    softer = scaled_part(robot.mounts[0].part, 0.7)
+    own = robot.mounts[0].part
+    softer = replace(own, tetrahedron_material=own.tetrahedron_material.stiffer(0.7))
     file = softer.save(tmp_path / "softer.npz")
     drawn = Randomisation("1.2", "1", "1", "0", "0", reductions=(file,))
     rng = np.random.default_rng(1)
@@ -177,3 +183,24 @@ def test_a_world_may_have_another_reduction(tmp_path) -> None:
     np.testing.assert_array_equal(other.tetrahedron_rest, softer.tetrahedron_rest)
     assert other.tetrahedron_material == softer.tetrahedron_material
     assert robot_in_world(robot, chosen[1]).mounts[0].part is other
+
+
+def test_another_reduction_is_changed_as_the_robots_own_leg_is(tmp_path) -> None:
+    """The file of a robot's own leg is that leg, calibrated, weighed and resized as it is."""
+    robot = crawlers()[0]
+    file = robot.mounts[0].part.save(tmp_path / "own.npz")
+    world = replace(AS_IS, reduction=str(file))
+    calibrated = scaled_part(scaled_part(robot.mounts[0].part, 1.0, 0.8), 1.3, 1.1, 0.9)
+    changed = resized_part(calibrated, 1.2)
+    robot = replace(robot, mounts=tuple(replace(each, part=changed) for each in robot.mounts))
+    same = robot_in_world(robot, world).mounts[0].part
+    assert same.mass == pytest.approx(changed.mass, rel=1e-12)
+    modulus = same.tetrahedron_material.young_modulus_kPa
+    assert modulus == pytest.approx(changed.tetrahedron_material.young_modulus_kPa, rel=1e-12)
+    for name in ("modes", "rest_nodes", "first_moment", "cavity_volume_3", "linear_stiffness"):
+        np.testing.assert_allclose(getattr(same, name), getattr(changed, name), rtol=1e-12)
+    assert robot_in_world(robot, world).mounts[1].part is same
+    drawn = Randomisation(reductions=(file,))
+    assert reduction_digests(drawn) == {str(file): PART.digest()}
+    assert list(drawn.numbers_of([AS_IS, world])["reduction"]) == [0.0, 1.0]
+    assert "reduction" not in Randomisation().numbers_of([AS_IS])

@@ -22,7 +22,8 @@ from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
 from pneumorph.study import certified_walks
-from pneumorph.study.certified_walks import FullOrderWalk, LaggingGait, full_order_walk
+from pneumorph.study.analysis import Walker
+from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, LaggingGait, full_order_walk
 
 WORLD = World(0.7, 1.1, 0.9, 0.05, 1.0, mounting_angle_deg=1.0)
 GAIT = HeldGait.evenly(np.array([[20.0, 0.0], [5.0, 30.0]]), 0.04)
@@ -49,24 +50,14 @@ def spec() -> RobotSpec:
 
 def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     robot, folder = spec(), RunFolder(tmp_path / "run", "certify")
-    design = Design.parse("1.2")
 
-    def walked(number: int | None, label: str = "L1", settling: int = 2) -> FullOrderWalk:
-        return full_order_walk(
-            robot,
-            design,
-            GAIT,
-            label,
-            number,
-            [WORLD],
-            0.01,
-            settling_steps=settling,
-            folder=folder,
-        )
+    def walked(world: World | None, design: str = "1.2", settling: int = 2) -> KeptWalk:
+        walker = Walker("L1", Design.parse(design), GAIT, settling)
+        return full_order_walk(robot, walker, world, folder)
 
-    nominal, drawn = walked(None), walked(0)
+    nominal, drawn = walked(None), walked(WORLD)
     assert (nominal.status, drawn.status) == ("completed", "completed")
-    assert nominal.full_cm != pytest.approx(drawn.full_cm, abs=1e-6)
+    assert nominal.distance_cm != pytest.approx(drawn.distance_cm, abs=1e-6)
     # As the robot in that world walks the lagging commands.
     own = robot.in_world(WORLD)
     assert own.mounting_angle_deg == 1.0
@@ -77,17 +68,23 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
         raise AssertionError("walked again")
 
     monkeypatch.setattr(certified_walks, "recorded_walk", never)
-    assert walked(0) == drawn
+    assert walked(WORLD) == drawn
+    # Finite elements know of no reduction, and threads change no bit.
+    assert walked(replace(WORLD, reduction="other.npz")) == drawn
+    robot = replace(robot, full_order=replace(robot.full_order, thread_count=2))
+    assert walked(WORLD) == drawn
     with pytest.raises(AssertionError, match="walked again"):
-        walked(None, "L2")
-    with pytest.raises(ValueError, match="was made with identity"):
-        walked(0, settling=3)
+        walked(None, "2.1")
+    with pytest.raises(AssertionError, match="walked again"):
+        walked(WORLD, settling=3)
 
     def fails(*_: object, **__: object) -> None:
         raise StepError("while it settles")
 
     monkeypatch.setattr(certified_walks, "recorded_walk", fails)
-    assert walked(0, "L3") == FullOrderWalk.of(0, None, 0.01, "diverged")
+    failed = walked(WORLD, "2.1")
+    assert (failed.status, failed.distance_cm) == ("diverged", None)
+    monkeypatch.setattr(certified_walks, "recorded_walk", never)
     kept = robot
     for changed in (
         replace(kept, physics=replace(kept.physics, friction=0.3)),
@@ -95,8 +92,8 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
         replace(kept, mounting_angle_deg=1.0),
     ):
         robot = changed
-        with pytest.raises(ValueError, match="was made with identity"):
-            walked(0)
+        with pytest.raises(AssertionError, match="walked again"):
+            walked(WORLD)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.study.certified_candidates import unseen_worlds
 from pneumorph.study.certified_pairs import Band
 from pneumorph.study.measure_next import narrowings, worth_measuring
+from pneumorph.study.robustness import robustness
 from pneumorph.study.sensitivity import (
     expected_width_cm,
     first_order_index,
@@ -35,6 +36,15 @@ def test_first_order_indices_of_a_sum() -> None:
     assert found.first_order_index > 0.9
 
 
+def test_a_number_of_few_values_has_a_class_for_each() -> None:
+    """Of y that is noise of deviation 1 plus 2 for one of three kinds: 8/9 of 1 + 8/9 in halves of
+    one and two thirds; a class that mixes kinds tells less."""
+    rng = np.random.default_rng(0)
+    kinds = rng.integers(3, size=400).astype(float)
+    share = first_order_index(kinds, rng.normal(size=400) + 2.0 * (kinds == 1.0))
+    assert share == pytest.approx((8.0 / 9.0) / (1.0 + 8.0 / 9.0), abs=0.08)
+
+
 def test_sensitivities_are_sorted_and_signed() -> None:
     x, y = np.random.default_rng(1).uniform(-1.0, 1.0, (2, 200))
     found = sensitivities({"little": y, "much": x}, y - 3.0 * x)
@@ -50,6 +60,14 @@ def test_quantiles_of_weights() -> None:
     np.testing.assert_allclose(
         weighted_quantiles(np.array([1.0, 1.0, 2.0, 3.0]), np.ones(4), (0.5, 0.75)), repeated
     )
+
+
+def test_a_tenth_percentile_is_one_thing() -> None:
+    """Of pairs in drawn worlds and of a certificate's bands."""
+    distances = np.random.default_rng(3).normal(size=64)
+    (pair,) = robustness(["L1"], np.zeros(1), distances[:, None]).pairs
+    assert pair.tenth_percentile_cm == Band.of(distances).low_cm
+    assert pair.tenth_percentile_cm == pytest.approx(np.quantile(distances, 0.1, method="hazen"))
 
 
 def test_the_width_that_a_measurement_leaves() -> None:
