@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from pneumorph.base.checked import Bounds, Checked, Positive
-from pneumorph.catalogue.hub_spec import HubModel, HubSpec
+from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
 from pneumorph.fem.material import DiskMaterials, Material
 from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.mesh import Mesh
@@ -67,7 +67,7 @@ class HubDescription(Checked):
     its skin contact_spacing_mm apart (`spread`), the mesh's own contact points, or nothing."""
     contact_spacing_mm: Positive = 15.0
     """Distance between points of `spread` [mm]."""
-    surface: str = "hub"
+    surface: str = HUB_SURFACE
     """What these points lie on, where friction is given by surface."""
     tracked_point_mm: Vector | None = None
     """Point whose travel counts [mm]; by default the middle of the upper face."""

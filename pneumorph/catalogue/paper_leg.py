@@ -12,7 +12,7 @@ import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.settings import settings_from_dict
-from pneumorph.catalogue.hub_spec import HubModel
+from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel
 from pneumorph.catalogue.masses import Masses, MassModel, cast_leg_mass_kg
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.shipped_data import data_file
@@ -24,8 +24,10 @@ from pneumorph.geometry.attachment import attachment_frame, face_of_mesh
 from pneumorph.geometry.face_tie import tied_over_face
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.pose import Pose
+from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.physics.surfaces import PRINTED_PLASTIC, SILICONE
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.resized_part import resized_part
 from pneumorph.robot.scaled_part import scaled_part
@@ -151,6 +153,11 @@ _KINDS: dict[str, LegKind] = {
             mass_damping_per_s=0.0,
             stiffness_damping_s=0.0,  # what damps is the silicone, which relaxes
             pressure_map=PressureMap(1.0, 0.0),
+            # Nobody measured it: the middles of what is known, see `measured_worlds`.
+            friction=round(SILICONE.middle, 2),
+            friction_by_surface=((HUB_SURFACE, round(PRINTED_PLASTIC.middle, 2)),),
+            # Chambers as the leg's finite elements have them up to 105 kPa, to 0.7 %.
+            air=Air("orifice", chamber_growth=(0.0166, 0.0, 9.7e-7)),
         ),
         "cast",
         hub_model="rigid",  # the printed hub gives a fiftieth of what a leg does

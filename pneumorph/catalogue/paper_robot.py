@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubSpec
 from pneumorph.catalogue.masses import PRINTED_HUB, Masses
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import LegName, leg_kind, masses_of, paper_leg, pressure_map
@@ -28,8 +28,6 @@ from pneumorph.physics.surfaces import PRINTED_PLASTIC, SILICONE, SILICONE_OVER_
 DISK_MASS_KG = 0.075
 """Mass of the disk in the simulation: 2.5 times the real one's [kg]."""
 
-HUB_SURFACE = "hub"
-"""What the disk's rims are called where friction is given by surface."""
 SURFACES = {"sheet": SILICONE_OVER_SHEET, "skin": SILICONE, HUB_SURFACE: PRINTED_PLASTIC}
 """What is known of the friction of a leg's underside, of all else of it, and of the disk."""
 
