@@ -79,6 +79,9 @@ class EngineSpeed:
     leg: dict[str, Any]
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    robot_seconds_per_gflop: float | None = None
+    """Simulated time of robots [s] in a second for each GFLOP/s, which compares time steps as well;
+    None in files of earlier versions."""
 
 
 def bench_engine(
@@ -152,6 +155,7 @@ def bench_engine(
         statuses=tuple(np.bincount(simulator.status, minlength=2).tolist()),
         steps=int(steps),
         wall_s=seconds,
+        robot_seconds_per_gflop=steps * spec.physics.time_step_s / seconds / gflops,
         **spec.describe(),
     )
 
