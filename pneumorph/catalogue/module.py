@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from pneumorph.fem.part_model import PartModel
@@ -48,7 +49,34 @@ class Module:
         def missing() -> ReducedPart:
             raise ValueError(f"{name} has not been reduced; it walks as finite elements only")
 
-        return cls(name, missing, lambda *_: part, find_face=lambda: face_of_mesh(part.mesh))
+        def as_it_is(modulus_factor: float, mass_factor: float) -> PartModel:
+            if modulus_factor != 1.0 or mass_factor != 1.0:
+                raise ValueError(
+                    f"{name} is asked for with modulus_factor {modulus_factor:g} and mass_factor "
+                    f"{mass_factor:g}, expected 1: it is known as the finite elements that it is"
+                )
+            return part
+
+        return cls(name, missing, as_it_is, find_face=lambda: face_of_mesh(part.mesh))
+
+    def reduced_again(self, part: Path) -> Module:
+        """The same module with another reduction of its finite elements as they are now.
+
+        Args:
+            part: File of the reduced part.
+        """
+
+        def full(modulus_factor: float, mass_factor: float) -> PartModel:
+            factors = self.modulus_factor * modulus_factor, self.mass_factor * mass_factor
+            return self.make_full(*factors).damped(self.damping_factor)
+
+        return Module(
+            str(part),
+            lambda: ReducedPart.load(part),
+            full,
+            pressure_map=self.pressure_map,
+            find_face=lambda: self.face,
+        )
 
     @cached_property
     def face(self) -> Pose | None:

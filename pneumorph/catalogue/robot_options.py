@@ -273,6 +273,12 @@ class RobotOptions(Checked):
                 "mesh in that file"
             )
 
+    @property
+    def leg_name(self) -> LegName:
+        """Which leg the modules are, or are like: a description's are as its physics."""
+        robot = self.description
+        return self.leg if robot is None else robot.physics.based_on
+
     def refuse_full_options(self) -> None:
         """Refuse options of finite elements where reduced robots walk.
 

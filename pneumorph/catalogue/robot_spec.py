@@ -10,6 +10,7 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -215,6 +216,12 @@ class RobotSpec:
             physics=calibration.applied_to(self.physics),
             calibration=calibration,
         )
+
+    def reduced_again(self, part: Path) -> RobotSpec:
+        """The robot with another reduction of the module of all its sites, by its file; raises as
+        `module`."""
+        again = self.module.reduced_again(part)
+        return replace(self, sites=tuple(site.with_modules(lambda _: again) for site in self.sites))
 
     def in_world(self, world: World) -> RobotSpec:
         """The robot in a drawn world, as finite elements or reduced; the regulators' lag is the

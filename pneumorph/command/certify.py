@@ -5,9 +5,14 @@ measured of the robot (--randomisation; those of the run where it was trained in
 pair: the band from the 10th to the 90th percentile, the share of the worlds in which it goes
 further than the expert, whose phase is tuned in the training's worlds, what choosing made of its
 distance (optimism), how much of the weight lies on the hub and of the friction each leg uses, and
-which uncertain number the distance depends on. With --full the best pair walks as finite elements
-in the world as it stands and in its two worst worlds, the others in the former; stopped, it goes on
-with the same --out.
+which uncertain number the distance depends on.
+
+With --full the best pair walks as finite elements in the world as it stands and in its two worst
+worlds, the others in the former. Where reduced robots part from them by more than 3 % and 0.3 cm
+the leg is reduced again with these walks among its snapshots, the pairs' designs are fine-tuned on
+it, and walk again: until both models agree, or --rounds.limit or --rounds.budget-s is reached.
+Stopped, it goes on with the same --out. Writes certificate.json after each round, full_order/ with
+the walks, and round_1/ ... with each new leg (leg.npz) and its gaits (learned/gaits/).
 
 It names the test of the robot that would narrow the band most. What a test found is given as
 --randomisation.measured "friction sheet" 0.62 0.03 (value and standard deviation), and the band
@@ -27,10 +32,11 @@ import tyro
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
-from pneumorph.study.certificate import certify
 from pneumorph.study.certified_candidates import CertificateSettings
 from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.certified_rounds import certify
 from pneumorph.study.finished_run import FinishedRun, TakenOver
+from pneumorph.study.reduction_options import from_walks
 
 
 @dataclass(frozen=True)
@@ -51,7 +57,8 @@ def run(options: CertifyOptions, folder: RunFolder) -> Certificate:
     settings = options.certificate
     if not settings.full:
         options.robot.refuse_full_options()
-    return certify(options.run, settings, options.robot.spec(), folder)
+    robot = options.robot
+    return certify(options.run, settings, robot.spec(), folder, from_walks(robot.leg_name))
 
 
 def taken_over(options: CertifyOptions) -> TakenOver | None:

@@ -12,11 +12,13 @@ well every design walks in four, and designs, finalists and gaits are ranked by 
 over them, with what drawn worlds leave open as score_standard_error_cm in the metrics; otherwise a
 pair's distance is that of the world it was seen in. Both are on in --physics measured, in worlds of
 all that nobody has measured of the robot, where a training ends with a certificate as well
-(--certified-world-count; see `pneumorph certify`).
+(--certified-world-count; see `pneumorph certify`). With --certify its pairs walk as finite elements
+too, and where the two models part the leg is reduced again and the pairs are fine-tuned on it:
+hours, within --rounds.limit and --rounds.budget-s.
 
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
 metrics.jsonl, TensorBoard logs, checkpoints, policy.npz, a policy for each fine-tuned design, and
-gaits/L1.csv, L2.csv ...
+gaits/L1.csv, L2.csv ... With --certify, certificate/ as `pneumorph certify --full` does.
 
 Example: pneumorph coopt --preset quick --seed 1 --out runs/quick-1
 """

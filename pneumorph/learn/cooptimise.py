@@ -17,7 +17,7 @@ from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import has_checkpoint, load_checkpoint, save_checkpoint
 from pneumorph.learn.design_gait_pair import DesignGaitPair
-from pneumorph.learn.finetuning import FINETUNED_FOLDER, finetune
+from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
 from pneumorph.learn.metrics import MetricsLog, read_metrics
 from pneumorph.learn.policy_file import save_policy
 from pneumorph.learn.settings import CooptSettings
@@ -109,7 +109,10 @@ def cooptimise(
     )
     seen = pairs = training.best.pairs
     if settings.finetuning.timesteps:
-        finetuned = finetune(training, folder, evaluated, time_step_s, progress)
+        designs = finalists(training, evaluated)
+        finetuned = finetune(
+            training, designs, folder, folder / FINETUNED_FOLDER, time_step_s, progress
+        )
         pairs = finetuned.pairs[: settings.kept_pair_count]
         found |= {
             "finetuning_timesteps": finetuned.timesteps,

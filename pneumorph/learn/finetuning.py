@@ -42,31 +42,33 @@ class Finetuned:
 
 def finetune(
     training: Training,
+    designs: Sequence[int],
     folder: Path,
-    evaluated: Sequence[DesignGaitPair],
+    policies_folder: Path,
     time_step_s: float = 0.01,
     progress: Progress | None = None,
 ) -> Finetuned:
-    """Fine-tune a finished training on each of its best designs.
+    """Fine-tune a finished training on each of some designs.
 
-    The folder receives ``finetuned/DESIGN.npz``, a policy for each finalist. Those that are there
-    already are not made again, so that a stopped run goes on with the next.
+    The folder of policies receives ``DESIGN.npz``, a policy for each. Those that are there already
+    are not made again, so that a stopped run goes on with the next.
 
     Args:
-        training: Finished; it goes back to its last checkpoint.
+        training: Finished; it goes back to its last checkpoint. Its robots may be others than those
+            of the run, such as ones of another reduction.
+        designs: Indices of the designs, such as `finalists`.
         folder: The run folder, with that checkpoint.
-        evaluated: Pairs of the trained policy without noise.
+        policies_folder: Receives the policies.
         time_step_s: The simulator's time step [s], noted in the policies.
         progress: Told (timesteps done, timesteps in all, message).
     """
     settings = training.settings
     checkpoint = load_checkpoint(folder)
-    designs = finalists(training, evaluated)
     round_count = settings.finetuning.round_count(settings.timesteps_per_round)
     span = settings.finalist_timesteps
     policies, wall_s = [], 0.0
     for number, design in enumerate(designs):
-        path = folder / FINETUNED_FOLDER / f"{training.space[design]}.npz"
+        path = policies_folder / f"{training.space[design]}.npz"
 
         def report(done: int, before: int = number * span) -> None:
             if progress is not None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 import numpy as np
 import scipy.sparse as sparse
 
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.geometry.pose import Pose
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots, SnapshotCompressor
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.trajectory import Trajectory
@@ -48,10 +50,35 @@ class LegRecorder:
         self._steps += 1
         if self._steps % self._record_every:
             return
-        legs = np.array(self._robot.leg_nodes_in_hub_frame(state)) - self._part.rest_nodes
+        self._note(self._robot.leg_nodes_in_hub_frame(state), state.regulated_kPa)
+
+    def follow(self, trajectory: Trajectory) -> None:
+        """Note every frame of the robot's own trajectory but the first, in which it settled.
+
+        Args:
+            trajectory: With its nodes.
+
+        Raises:
+            ValueError: It has none.
+        """
+        positions = trajectory.node_positions_mm
+        if positions is None:
+            raise ValueError("the trajectory has no node positions, expected them to be recorded")
+        for frame in range(1, len(positions)):
+            place = trajectory.hub_rotation[frame], trajectory.hub_position_mm[frame]
+            carried = Pose(*place).inverse()
+            legs = [
+                leg.pose.inverse().apply(carried.apply(x.astype(float)))
+                for leg, x in zip(self._robot.legs, positions[frame], strict=True)
+            ]
+            self._steps += 1
+            self._note(legs, trajectory.regulated_kPa[frame])
+
+    def _note(self, nodes: Sequence[np.ndarray], regulated_kPa: np.ndarray) -> None:
+        legs = np.array(nodes) - self._part.rest_nodes
         if self._robot.hub.rigid:
             legs[:, self._tied] = 0.0  # rounding
-        simulated = self._robot.physics.pressure_map.simulated(state.regulated_kPa)
+        simulated = self._robot.physics.pressure_map.simulated(regulated_kPa)
         self._pressures.append(simulated[self._regulators])
         if self._compressor:
             self._compressor.add(legs)

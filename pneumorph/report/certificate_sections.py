@@ -73,7 +73,7 @@ def certificate_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> 
         ),
         Section("What the distance depends on", _sensitivity_table(found)),
     ]
-    if any(pair.full_order for pair in found.pairs):
+    if found.rounds:
         sections.append(Section("As finite elements", _full_order_table(found)))
     return [*sections, Section("What to measure next", _tests_table(found))]
 
@@ -121,14 +121,24 @@ def _sensitivity_table(found: Certificate) -> str:
 
 def _full_order_table(found: Certificate) -> str:
     rows = [
-        [pair.label, "as it stands" if each.world is None else f"number {each.world}",
+        [number or "the run's", pair.label, pair.design,
+         "as it stands" if each.world is None else f"number {each.world}",
          *_numbers(each.full_cm, each.reduced_cm, each.error_cm),
          "agree" if each.agrees else "differ"]
-        for pair in found.pairs
+        for number, leg in enumerate(found.rounds)
+        for pair in leg.pairs
         for each in pair.full_order
     ]  # fmt: skip
-    header = ["robot", "world", "finite elements (cm)", "reduced (cm)", "difference (cm)", "they"]
-    return page.table(header, rows)
+    header = ["new reductions", "robot", "design", "world", "finite elements (cm)", "reduced (cm)",
+              "difference (cm)", "they"]  # fmt: skip
+    legs = [
+        [number or "the run's", leg.leg["part"], leg.leg["mode_count"],
+         leg.leg["tetrahedron_count"], f"{leg.made_s / 60.0:.0f}"]
+        for number, leg in enumerate(found.rounds)
+    ]  # fmt: skip
+    made = ["new reductions", "leg", "modes", "tetrahedra", "minutes, with fine-tuning"]
+    said = "Bands above are of the last round's leg and gaits."
+    return page.paragraph(said) + page.table(header, rows) + page.table(made, legs)
 
 
 def _tests_table(found: Certificate) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -26,7 +25,6 @@ from pneumorph.study.certified_candidates import (
 )
 from pneumorph.study.certified_pairs import Band, Certificate, CertifiedExpert, CertifiedPair
 from pneumorph.study.certified_walks import FullOrderWalk, full_order_walk
-from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.measure_next import narrowings, worth_measuring
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robustness import walks_in_worlds
@@ -36,42 +34,20 @@ EXPERT = "B"
 """What the expert's robot is called, as in the paper."""
 
 
-def certify(
-    run: FinishedRun | Path | str,
-    settings: CertificateSettings | None = None,
-    robot: RobotSpec | None = None,
-    folder: RunFolder | None = None,
-) -> Certificate:
-    """Walk a run's best pairs and the expert in unseen worlds, and say what to expect of them.
-
-    Args:
-        run: A run of coopt or its folder.
-        settings: Which pairs and worlds.
-        robot: What they walk as; None for the leg and physics of the run.
-        folder: Keeps walks of finite elements and is told how far it is; None for
-            RUN/certificate.
-
-    Raises:
-        ArtefactError: The run holds no pairs, or is damaged.
-        ValueError: A surface of the worlds is none of the robot's.
-    """
-    settings = settings or CertificateSettings()
-    run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
-    folder = folder or RunFolder(run.folder / "certificate", "certify")
-    candidates = Candidates.of_run(run, settings)
-    return certify_candidates(candidates, settings, robot or run.robot.spec(), folder)
-
-
-def certify_candidates(
+def certify_once(
     candidates: Candidates, settings: CertificateSettings, spec: RobotSpec, folder: RunFolder
 ) -> Certificate:
-    """Certify pairs and the expert; raises as `certify`.
+    """Walk pairs and the expert in unseen worlds, and say what to expect of them.
 
     Args:
         candidates: What is certified.
-        settings: In which worlds.
+        settings: In which worlds, and whether as finite elements too.
         spec: What they walk as.
         folder: Keeps walks of finite elements and is told how far it is.
+
+    Raises:
+        ArtefactError: The leg was reduced from other finite elements than are asked for.
+        ValueError: A surface of the worlds is none of the robot's.
     """
     start = time.monotonic()
     if settings.full:
@@ -271,7 +247,7 @@ def _with_full_order(
                 reduced = None
             world = None if number is None else worlds[number]
             kept = full_order_walk(spec, walker, world, folder)
-            walks.append(FullOrderWalk.of(number, kept.distance_cm, reduced, kept.status))
+            walks.append(FullOrderWalk.of(number, kept, reduced))
         found.append(replace(pair, full_order=tuple(walks)))
     return found
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone
+from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone, Positive
 from pneumorph.base.run_folder import TRAINING_FOLDER
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -22,6 +22,17 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.randomised_simulator import worlds_of_round
 from pneumorph.study.finished_run import FinishedRun, Pair
+
+
+@dataclass(frozen=True)
+class RoundSettings(Checked):
+    """How long a leg is reduced again where it parts from its finite elements."""
+
+    limit: CountOrNone = 2
+    """At most so many new reductions; 0 for none, only to see where the two models part."""
+    budget_s: Positive = 43_200.0
+    """No further one is begun once walks of finite elements, reductions and fine-tuning have taken
+    so long [s]."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +54,9 @@ class CertificateSettings(Checked):
     ones, the others in the former. Hours; what was walked is kept."""
     worst_world_count: CountOrNone = 2
     """How many of the worst worlds."""
+    rounds: RoundSettings = field(default_factory=RoundSettings)
+    """Where the two models part, the leg is reduced again with these walks among its snapshots, the
+    pairs' designs are fine-tuned on it, and walk again."""
     randomisation: Randomisation = field(default_factory=measured_worlds)
 
 

@@ -84,6 +84,29 @@ class CertifiedPair:
 
 
 @dataclass(frozen=True)
+class RoundPair:
+    """A pair of a round, and how both models walked it."""
+
+    label: str
+    design: str
+    gait: str
+    full_order: tuple[FullOrderWalk, ...]
+
+
+@dataclass(frozen=True)
+class CertifiedRound:
+    """A leg, the pairs that were ranked with it, and how they walk as finite elements."""
+
+    leg: dict[str, Any]
+    pairs: tuple[RoundPair, ...]
+    agrees: bool
+    """Whether both models agree in all of the walks."""
+    made_s: float
+    """What it took to reduce the leg and to fine-tune the pairs on it [s]; 0 of those of the
+    run."""
+
+
+@dataclass(frozen=True)
 class Certificate:
     """What a run's robots will do, and how sure that is."""
 
@@ -119,3 +142,5 @@ class Certificate:
     wall_s: float
     reduction_digests: dict[str, str] = field(default_factory=dict)
     """Of the other reductions that worlds may have, by their files."""
+    rounds: tuple[CertifiedRound, ...] = ()
+    """Where pairs walked as finite elements: the run's leg, then each that was reduced again."""

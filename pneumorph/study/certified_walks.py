@@ -13,15 +13,33 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.time_integration import StepError
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
+from pneumorph.reduction.leg_recorder import LegRecorder
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import lagging_commands
 from pneumorph.study.analysis import Walker
 from pneumorph.study.full_order_store import rollout_identity
 from pneumorph.study.recorded_walk import recorded_walk
 
+COMPRESSION = 3e-4
+"""Relative error, in the norm of the rest stiffness, at which states of walks are kept."""
+
 AGREED_SHARE, AGREED_CM = 0.03, 0.3
 """Reduced and full agree where they differ by no more than one of these, of the full distance or
 [cm]."""
+
+
+@dataclass(frozen=True)
+class KeptWalk:
+    """A walk as finite elements, as it is kept."""
+
+    distance_cm: float | None
+    """None where it did not come to its end."""
+    status: str
+    wall_s: float
+    """What the process that ended it took."""
+    states: str | None = None
+    """File of its legs' states, from the folder; None where it was not kept: it did not come to its
+    end, or legs differ."""
 
 
 @dataclass(frozen=True)
@@ -38,28 +56,24 @@ class FullOrderWalk:
     agrees: bool
     """Whether both models say as good as the same."""
     status: str
+    wall_s: float = 0.0
+    """What the process that ended it took."""
+    states: str | None = None
+    """File of its legs' states, from the certificate's folder; None where it was not kept."""
+
+    @property
+    def parts(self) -> bool:
+        """Whether finite elements know better."""
+        return not self.agrees and self.full_cm is not None
 
     @classmethod
-    def of(
-        cls, world: int | None, full_cm: float | None, reduced_cm: float | None, status: str
-    ) -> FullOrderWalk:
-        """Two distances [cm], compared."""
-        if full_cm is None or reduced_cm is None:
-            return cls(world, full_cm, reduced_cm, None, False, status)
-        error = reduced_cm - full_cm
-        agrees = abs(error) <= max(AGREED_CM, AGREED_SHARE * abs(full_cm))
-        return cls(world, full_cm, reduced_cm, error, agrees, status)
-
-
-@dataclass(frozen=True)
-class KeptWalk:
-    """A walk as finite elements, as it is kept."""
-
-    distance_cm: float | None
-    """None where it did not come to its end."""
-    status: str
-    wall_s: float
-    """What the process that ended it took."""
+    def of(cls, world: int | None, full: KeptWalk, reduced_cm: float | None) -> FullOrderWalk:
+        """The walk in a world of that number beside the reduced robot's distance there [cm]."""
+        full_cm, error, agrees = full.distance_cm, None, False
+        if full_cm is not None and reduced_cm is not None:
+            error = reduced_cm - full_cm
+            agrees = abs(error) <= max(AGREED_CM, AGREED_SHARE * abs(full_cm))
+        return cls(world, full_cm, reduced_cm, error, agrees, full.status, full.wall_s, full.states)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +133,7 @@ def full_order_walk(
     commands = commands_of(gait, spec.physics.time_step_s, spec.physics.regulator_count)
     made_of = _made_of(spec, walker, world)
     name = f"full_order/{rollout_identity(made_of, commands)[:16]}"
+    states = f"{name}.npz" if len(spec.modules) == 1 else None
 
     def walked() -> dict[str, Any]:
         start = time.monotonic()
@@ -134,6 +149,10 @@ def full_order_walk(
             )
         except StepError:  # while it settles; the other walks are of use all the same
             return {"status": "diverged", "distance_cm": None, "wall_s": time.monotonic() - start}
+        if states is not None and trajectory.status == "completed":
+            recorder = LegRecorder(own.full(walker.design), compression=COMPRESSION)
+            recorder.follow(trajectory)
+            recorder.snapshots(f"walk {walker.design}", trajectory).save(folder / states)
         return {
             "status": trajectory.status,
             "distance_cm": trajectory.distance_cm,
@@ -141,7 +160,9 @@ def full_order_walk(
         }
 
     kept = made_once(folder / f"{name}.json", walked, made_of=made_of)
-    return KeptWalk(kept["distance_cm"], kept["status"], kept["wall_s"])
+    if kept["status"] != "completed":
+        states = None
+    return KeptWalk(kept["distance_cm"], kept["status"], kept["wall_s"], states)
 
 
 def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -57,6 +57,9 @@ def reduce(
     folder: RunFolder | Path | str,
     settings: ReduceSettings | None = None,
     metadata: Mapping[str, Any] | None = None,
+    *,
+    further: Sequence[Path] = (),
+    snapshot_folder: Path | None = None,
 ) -> Reduction:
     """Reduce the module of a robot, save it, and return its size and errors.
 
@@ -68,6 +71,8 @@ def reduce(
         folder: Receives ``leg.npz`` and ``snapshots/``.
         settings: Snapshots, modes and elements; None for what made the leg that ships.
         metadata: What else the part's file shall say.
+        further: Files of snapshots that are there already, such as those of a certificate's walks.
+        snapshot_folder: Where snapshots are kept; None for ``snapshots`` in the folder.
     """
     start = time.monotonic()
     settings = settings or ReduceSettings()
@@ -79,7 +84,7 @@ def reduce(
     mount = None
     if isinstance(hub, SoftHub):
         mount = leg_mount_stiffness(part_model, hub.part, poses)
-    snapshot_folder = (folder / "snapshots/bend.npz").parent
+    snapshot_folder = snapshot_folder or (folder / "snapshots/bend.npz").parent
     collected = collect_snapshots(
         part_model,
         hub,
@@ -98,6 +103,7 @@ def reduce(
         folder.progress,
         folder.progress.say,
     )
+    walks = [*walks, *further]
     snapshots = SnapshotFiles([*collected.paths, *walks])
     if not (walks or settings.snapshots.walk.robot_count):
         folder.progress.say("no robot walks: the part is reduced from equilibria alone")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -157,6 +157,18 @@ def learned() -> ReduceOptions:
             ecsw=EcswSettings(hyperreduction_tolerance=0.002, element_limit=800),
         ),
     )
+
+
+def from_walks(leg: LegName) -> ReduceSettings:
+    """From equilibria of a leg, as its preset has them, and walks that are there already; with more
+    modes and elements for those whose own preset has few."""
+    if leg == "published":
+        chosen = learned()
+    else:
+        chosen = hyperelastic() if leg == "hyperelastic" else measured()
+    snapshots = replace(chosen.snapshots, walk=WalkSnapshotSettings(leg_counts=()))
+    reduction = chosen.reduction if leg == "measured" else learned().reduction
+    return ReduceSettings(snapshots, reduction=reduction)
 
 
 def corners() -> ReduceOptions:

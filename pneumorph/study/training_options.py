@@ -16,9 +16,11 @@ from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, quick_settings
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.certified_candidates import CertificateSettings
+from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
+from pneumorph.study.reduction_options import from_walks
 from pneumorph.study.study_once import study_once
-from pneumorph.study.training_run import TrainingResult, TrainingWorlds, train
+from pneumorph.study.training_run import TrainingResult, train
+from pneumorph.study.training_worlds import TrainingWorlds
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,11 @@ class TrainingOptions(Checked):
     certified_world_count: CountOrNone = 0
     """Unseen worlds that the best pairs are certified in at the end, as `pneumorph certify` does
     without finite elements; 0 for none."""
+    certify: bool = False
+    """End with a certificate whose pairs walk as finite elements too, and are learned again on a
+    leg that is reduced again where the two models part, as `pneumorph certify --full` does."""
+    rounds: RoundSettings = field(default_factory=RoundSettings)
+    """Of --certify."""
 
     @classmethod
     def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
@@ -104,14 +111,16 @@ def train_once(options: TrainingOptions, folder: RunFolder, threads: int = 0) ->
 
 def train_as_asked(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
     """Train as the options say; raises as `train`."""
-    objective = options.coopt.objective
-    count = objective.worlds_per_design if objective.is_robust else options.world_count
-    worlds = TrainingWorlds(options.randomisation, count)
+    worlds = TrainingWorlds.of_objective(
+        options.randomisation, options.coopt.objective, options.world_count
+    )
     certificate = None
-    if options.certified_world_count:
+    if options.certified_world_count or options.certify:
         certificate = CertificateSettings(
             pair_count=options.coopt.kept_pair_count,
-            world_count=options.certified_world_count,
+            world_count=options.certified_world_count or CertificateSettings.world_count,
+            full=options.certify,
+            rounds=options.rounds,
             randomisation=options.randomisation,
         )
     return train(
@@ -121,6 +130,7 @@ def train_as_asked(options: TrainingOptions, folder: RunFolder) -> TrainingResul
         baseline=options.baseline,
         worlds=worlds if options.randomize else None,
         certificate=certificate,
+        reduction=from_walks(options.robot.leg_name),
         resume=options.resume,
         wandb_project=options.wandb_project,
     )

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.checked import Checked, Count
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
@@ -22,35 +20,22 @@ from pneumorph.learn.settings import CooptSettings, quick_settings
 from pneumorph.learn.training import STAGES
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
-from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.simulation.randomised_simulator import RandomisedSimulator, reduction_digests
 from pneumorph.study.baseline import BestPhase, swept
-from pneumorph.study.certificate import certify_candidates
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings
 from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.certified_rounds import (
+    CERTIFICATE_FOLDER,
+    Again,
+    certify_candidates,
+)
+from pneumorph.study.learned_again import Trained
 from pneumorph.study.recorded_walk import recorded_walk
+from pneumorph.study.reduction import ReduceSettings
+from pneumorph.study.reduction_options import from_walks
+from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
 
 BEST_TRAJECTORY_FILE = "best_trajectory.npz"
 _TIMES = (*(f"{stage}_s" for stage in STAGES), "other_s", "learn_and_log_share")
-
-
-@dataclass(frozen=True)
-class TrainingWorlds(Checked):
-    """Worlds that robots are trained in, drawn anew every round."""
-
-    randomisation: Randomisation = field(default_factory=Randomisation)
-    """What they are drawn from."""
-    world_count: Count = 8
-    """Worlds side by side in a round."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Distributions and count by name, for summaries and checkpoints."""
-        digests = reduction_digests(self.randomisation)
-        return {
-            **self.randomisation.described(),
-            "world_count": self.world_count,
-            **({"reduction_digests": digests} if digests else {}),
-        }
 
 
 @dataclass(frozen=True)
@@ -132,6 +117,7 @@ def train(
     baseline: PhaseSweepSettings | None = None,
     worlds: TrainingWorlds | None = None,
     certificate: CertificateSettings | None = None,
+    reduction: ReduceSettings | None = None,
     resume: bool = False,
     wandb_project: str | None = None,
 ) -> TrainingResult:
@@ -144,6 +130,8 @@ def train(
         baseline: The expert's gaits to compare with.
         worlds: Worlds to train in; None for one.
         certificate: Unseen worlds that the best pairs are certified in at the end; None for none.
+        reduction: How the leg is reduced again where the certificate asks for that; None for the
+            published one's way.
         resume: Go on from the newest checkpoint in the folder.
         wandb_project: Project of Weights & Biases to log to besides TensorBoard.
 
@@ -162,7 +150,7 @@ def train(
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     learned = cooptimise(
         spec.assembly,
-        _simulator_factory(spec, worlds, settings.seed),
+        simulator_factory(spec, worlds, settings.seed),
         settings,
         folder.path / TRAINING_FOLDER,
         time_step_s=spec.physics.time_step_s,
@@ -184,7 +172,14 @@ def train(
         found = Candidates.of_training(
             learned["pairs"], folder.path, settings, baseline, drawn_from, certificate
         )
-        certified = certify_candidates(found, certificate, spec, folder)
+        again = Again(reduction or from_walks("published"))
+        if settings.finetuning.timesteps:
+            trained = Trained(folder.path / TRAINING_FOLDER, settings, worlds)
+            again = replace(again, trained=trained)
+        own = folder
+        if certificate.full:
+            own = RunFolder(folder.path / CERTIFICATE_FOLDER, "certify", folder.progress)
+        certified = certify_candidates(found, certificate, spec, own, again)
     # Learning counts what earlier processes spent on it before this one went on.
     learned_s = learned["wall_s"] + learned.get("finetuning_wall_s", 0.0)
     return TrainingResult(
@@ -246,26 +241,6 @@ def _ranked_by(settings: CooptSettings) -> str | None:
     if settings.task.reward.said:
         said.append(f"distance less {settings.task.reward.said}")
     return ", ".join(said) or None
-
-
-def _simulator_factory(
-    spec: RobotSpec, worlds: TrainingWorlds | None, seed: int
-) -> SimulatorFactory:
-    if worlds is None:
-        return spec.simulator
-
-    def make(robots: Sequence[Any]) -> CrawlingSimulator:
-        return RandomisedSimulator(
-            robots,
-            spec.physics,
-            worlds.randomisation,
-            seed,
-            worlds.world_count,
-            spec.stepper,
-            spec.thread_count,
-        )
-
-    return make
 
 
 def _replay_best(

@@ -18,8 +18,9 @@ from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import simulator_in_world, worlds_of_round
 from pneumorph.study import certificate
-from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
+from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings, unseen_worlds
 from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.certified_rounds import certify
 from pneumorph.study.certified_walks import KeptWalk
 from pneumorph.study.finished_run import FinishedRun
 
@@ -163,9 +164,14 @@ def test_the_best_pair_walks_in_its_worst_worlds_as_finite_elements(
     monkeypatch.setattr(certificate, "full_order_walk", walked)
     monkeypatch.setattr(RobotSpec, "check_reduction", lambda _: None)
     settings = CertificateSettings(
-        world_count=6, tuning_world_count=2, cycle_s=0.4, full=True, randomisation=WORLDS
+        world_count=6,
+        tuning_world_count=2,
+        cycle_s=0.4,
+        full=True,
+        rounds=RoundSettings(limit=0),
+        randomisation=WORLDS,
     )
-    found = certificate.certify(learned, settings, folder=RunFolder(tmp_path, "certify"))
+    found = certify(learned, settings, folder=RunFolder(tmp_path, "certify"))
     place = [pair.label for pair in found.pairs].index(found.best)
     far = np.array(found.distances_cm)[:, place + 1]
     worst = np.argsort(far, kind="stable")[:2]

@@ -104,4 +104,6 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
 def test_agreement_is_by_share_or_by_length(
     full: float | None, reduced: float | None, agrees: bool
 ) -> None:
-    assert FullOrderWalk.of(None, full, reduced, "completed").agrees is agrees
+    walk = FullOrderWalk.of(None, KeptWalk(full, "completed", 1.0), reduced)
+    assert walk.agrees is agrees
+    assert walk.parts is (not agrees and full is not None)

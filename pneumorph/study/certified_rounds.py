@@ -1,0 +1,197 @@
+"""A certificate whose reduced robots are held to their finite elements, round after round.
+
+Learning goes where the reduction flatters. So the pairs walk as finite elements; where the two
+models part, the leg is reduced again with these walks among its snapshots, the pairs' designs are
+fine-tuned on the new leg, and they walk again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pneumorph.base.artefact import write_json
+from pneumorph.base.result import finite, result_to_dict
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.gait_file import read_gait
+from pneumorph.robot.design import Design
+from pneumorph.study.certificate import certify_once
+from pneumorph.study.certified_candidates import Candidates, CertificateSettings
+from pneumorph.study.certified_pairs import Certificate, CertifiedRound, RoundPair
+from pneumorph.study.finished_run import FinishedRun, Pair
+from pneumorph.study.learned_again import Trained, learned_again
+from pneumorph.study.reduction import ReduceSettings, Reduction, reduce
+from pneumorph.study.reduction_options import from_walks
+from pneumorph.study.study_once import study_once
+
+CERTIFICATE_FILE = "certificate.json"
+CERTIFICATE_FOLDER = "certificate"
+
+
+@dataclass(frozen=True, eq=False)
+class Again:
+    """How a leg is reduced again, and the pairs' designs are fine-tuned on it.
+
+    Attributes:
+        reduction: Settings of the reduction.
+        trained: The training of the pairs; None where gaits stay as they are.
+    """
+
+    reduction: ReduceSettings
+    trained: Trained | None = None
+
+
+def certify(
+    run: FinishedRun | Path | str,
+    settings: CertificateSettings | None = None,
+    robot: RobotSpec | None = None,
+    folder: RunFolder | None = None,
+    reduction: ReduceSettings | None = None,
+) -> Certificate:
+    """Walk a run's best pairs and the expert in unseen worlds, and say what to expect of them.
+
+    Args:
+        run: A run of coopt or its folder.
+        settings: Which pairs and worlds, and whether as finite elements too.
+        robot: What they walk as; None for the leg and physics of the run.
+        folder: Keeps walks of finite elements and all that is made of them, and is told how far it
+            is; None for RUN/certificate.
+        reduction: How the leg is reduced again where it parts from its finite elements; None for
+            the published one's way.
+
+    Raises:
+        ArtefactError: The run holds no pairs, or is damaged.
+        ValueError: A surface of the worlds is none of the robot's, or the folder holds a
+            certificate of something else.
+    """
+    settings = settings or CertificateSettings()
+    run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
+    folder = folder or RunFolder(run.folder / CERTIFICATE_FOLDER, "certify")
+    candidates = Candidates.of_run(run, settings)
+    again = Again(reduction or from_walks("published"), Trained.of_run(run))
+    return certify_candidates(candidates, settings, robot or run.robot.spec(), folder, again)
+
+
+def certify_candidates(
+    candidates: Candidates,
+    settings: CertificateSettings,
+    spec: RobotSpec,
+    folder: RunFolder,
+    again: Again,
+) -> Certificate:
+    """Certify pairs and the expert; raises as `certify`.
+
+    What was made is kept: the same call goes on where it was stopped, and seconds that were spent
+    before count.
+
+    Args:
+        candidates: What is certified.
+        settings: In which worlds, and for how many rounds.
+        spec: What they walk as.
+        folder: Receives ``certificate.json`` after each round with finite elements,
+            ``full_order/`` and ``round_1/`` ...
+        again: How what differs is made again.
+    """
+    rounds: list[CertifiedRound] = []
+    made_s = wall_s = 0.0
+    while True:
+        found = certify_once(candidates, settings, spec, folder)
+        wall_s += found.wall_s
+        if not settings.full:
+            return found
+        rounds.append(_round_of(found, made_s))
+        ending = _ending(rounds, settings, spec)
+        notes = found.notes if ending is None else (*found.notes, ending)
+        found = replace(found, rounds=tuple(rounds), notes=notes, wall_s=wall_s)
+        write_json(folder / CERTIFICATE_FILE, finite(result_to_dict(found)))
+        if ending is not None:
+            return found
+        own = RunFolder(folder.path / f"round_{len(rounds)}", "reduce", folder.progress)
+        made = _reduced_again(spec, again.reduction, rounds, own, folder.path)
+        spec, made_s = spec.reduced_again(Path(made.part)), made.wall_s
+        if again.trained is not None:
+            candidates, learned_s = _tuned_again(candidates, again.trained, spec, own)
+            made_s += learned_s
+        wall_s += made_s
+
+
+def _round_of(found: Certificate, made_s: float) -> CertifiedRound:
+    pairs = tuple(
+        RoundPair(pair.label, pair.design, pair.gait, pair.full_order) for pair in found.pairs
+    )
+    walks = [walk for pair in pairs for walk in pair.full_order]
+    return CertifiedRound(found.leg, pairs, all(walk.agrees for walk in walks), made_s)
+
+
+def _ending(
+    rounds: Sequence[CertifiedRound], settings: CertificateSettings, spec: RobotSpec
+) -> str | None:
+    """Why no further round follows; None where one does."""
+    last, limits = rounds[-1], settings.rounds
+    if last.agrees:
+        return f"reduced robots and finite elements agree, after {len(rounds) - 1} new reductions"
+    walks = {
+        (pair.design, pair.gait, walk.world): walk
+        for each in rounds
+        for pair in each.pairs
+        for walk in pair.full_order
+    }
+    if not any(walk.parts for pair in last.pairs for walk in pair.full_order):
+        return "no new reduction: walks that differ did not come to their end as finite elements"
+    if len(spec.modules) > 1:
+        return "no new reduction: the robot has several kinds of modules"
+    if len(rounds) > limits.limit:
+        return f"the two models part still: there were {limits.limit} new reductions at most"
+    spent_s = sum(each.made_s for each in rounds) + sum(walk.wall_s for walk in walks.values())
+    if spent_s >= limits.budget_s:
+        return f"the two models part still: {spent_s:.0f} s of {limits.budget_s:.0f} were spent"
+    return None
+
+
+def _reduced_again(
+    spec: RobotSpec,
+    settings: ReduceSettings,
+    rounds: Sequence[CertifiedRound],
+    folder: RunFolder,
+    kept: Path,
+) -> Reduction:
+    """The leg, with all walks so far among its snapshots."""
+    walks = (walk for each in rounds for pair in each.pairs for walk in pair.full_order)
+    files = dict.fromkeys(walk.states for walk in walks if walk.states is not None)
+    made_of = spec.module.reduced.metadata.get("materials")
+    return study_once(
+        folder,
+        Reduction,
+        {"reduction": settings, "walks": list(files)},
+        lambda: reduce(
+            spec,
+            folder,
+            settings,
+            None if made_of is None else {"materials": made_of},
+            further=[kept / file for file in files],
+            snapshot_folder=kept / "snapshots",
+        ),
+    )
+
+
+def _tuned_again(
+    candidates: Candidates, trained: Trained, spec: RobotSpec, folder: RunFolder
+) -> tuple[Candidates, float]:
+    """The candidates with gaits of their fine-tuned policies, and the seconds that took."""
+    own = RunFolder(folder.path / "learned", "finetune", folder.progress)
+    own.progress.stage("fine-tuning the designs on the new leg")
+    found = learned_again(trained, spec, [pair.design for pair in candidates.pairs], own)
+    limits = (candidates.task.minimum_pressure_kPa, candidates.task.maximum_pressure_kPa)
+    pairs = tuple(
+        Pair(
+            Design.parse(each.design),
+            str(own.path / str(each.gait)),
+            read_gait(own.path / str(each.gait), *limits)[0],
+            each.distance_cm,
+        )
+        for each in found.pairs
+    )
+    # Where none survived on the new leg, gaits stay as they are.
+    return (replace(candidates, pairs=pairs) if pairs else candidates), found.wall_s

@@ -1,0 +1,74 @@
+"""Worlds that robots are trained in, and the simulators that draw them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pneumorph.base.checked import Checked, Count
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
+from pneumorph.learn.objective import Objective
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.simulation.randomised_simulator import RandomisedSimulator, reduction_digests
+
+
+@dataclass(frozen=True)
+class TrainingWorlds(Checked):
+    """Worlds that robots are trained in, drawn anew every round."""
+
+    randomisation: Randomisation = field(default_factory=Randomisation)
+    """What they are drawn from."""
+    world_count: Count = 8
+    """Worlds side by side in a round."""
+
+    @classmethod
+    def of_objective(
+        cls, randomisation: Randomisation, objective: Objective, world_count: int
+    ) -> TrainingWorlds:
+        """As many worlds as each design of a round walks in, where those are several.
+
+        Args:
+            randomisation: What they are drawn from.
+            objective: What designs are ranked by.
+            world_count: Worlds where designs walk in one each.
+        """
+        robust = objective.is_robust
+        return cls(randomisation, objective.worlds_per_design if robust else world_count)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Distributions and count by name, for summaries and checkpoints."""
+        digests = reduction_digests(self.randomisation)
+        return {
+            **self.randomisation.described(),
+            "world_count": self.world_count,
+            **({"reduction_digests": digests} if digests else {}),
+        }
+
+
+def simulator_factory(
+    spec: RobotSpec, worlds: TrainingWorlds | None, seed: int
+) -> SimulatorFactory:
+    """What makes the simulator of a training's robots.
+
+    Args:
+        spec: The robots.
+        worlds: Worlds that are drawn anew every round; None for one.
+        seed: Of their draws.
+    """
+    if worlds is None:
+        return spec.simulator
+
+    def make(robots: Sequence[Any]) -> CrawlingSimulator:
+        return RandomisedSimulator(
+            robots,
+            spec.physics,
+            worlds.randomisation,
+            seed,
+            worlds.world_count,
+            spec.stepper,
+            spec.thread_count,
+        )
+
+    return make

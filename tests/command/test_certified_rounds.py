@@ -1,0 +1,201 @@
+"""A leg that is reduced again where it parts from its finite elements, with gaits learned on it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.few_snapshots import FEW_SNAPSHOTS
+
+from pneumorph.base.executor import ExecutorSettings
+from pneumorph.cli import run
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.reduction.collect import SnapshotSettings
+from pneumorph.reduction.reduce import ReductionSettings
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.snapshot_files import SnapshotFiles
+from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
+from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study import certified_rounds, certified_walks, learned_again
+from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
+from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.certified_rounds import certify
+from pneumorph.study.reduction import ReduceSettings
+
+_SHORT = (
+    "--total-timesteps 16 --environment-count 4 --task.action-count 4 --task.action-step-count 10 "
+    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
+    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 16 "
+    "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 20 "
+    "--finetuning.timesteps 16 --finetuning.finalist-count 2 --baseline.phase-step-deg 180 "
+    "--baseline.gait.duration-s 0.4 --baseline.gait.period-s 0.4 --baseline.record-step-count 10 "
+    "--space.maximum-legs 4 --full.hub rigid"
+)
+SETTINGS = CertificateSettings(
+    world_count=4,
+    tuning_world_count=1,
+    worst_world_count=1,
+    cycle_s=0.4,
+    full=True,
+    rounds=RoundSettings(limit=1),
+    randomisation=Randomisation(),
+)
+REDUCTION = ReduceSettings(
+    SnapshotSettings(
+        static=StaticSnapshotSettings(
+            bend_count=4,
+            bend_pressure_kPa=40.0,
+            load_count=4,
+            load_pressure_kPa=20.0,
+            load_limit_mN=50.0,
+        ),
+        walk=WalkSnapshotSettings(leg_counts=()),
+        executor=ExecutorSettings(process_count=1),
+    ),
+    reduction=ReductionSettings(mode_limit=8),
+)
+
+
+@pytest.fixture(scope="module")
+def learned(mesh_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run whose leg of four modes stands for a small mesh."""
+    folder = tmp_path_factory.mktemp("rounds")
+    stiff = "--hub rigid --materials.silicone.young-modulus-kPa 6000"
+    assert (
+        run(f"reduce --mesh {mesh_file} {FEW_SNAPSHOTS} {stiff} --out {folder / 'leg'}".split())
+        == 0
+    )
+    leg = f"--part {folder / 'leg/leg.npz'} --full.mesh {mesh_file}"
+    assert run(f"coopt --preset fast {leg} --out {folder / 'run'} {_SHORT}".split()) == 0
+    return folder / "run"
+
+
+@pytest.fixture(scope="module")
+def certified(learned: Path) -> Certificate:
+    """Of models that are to agree better than any two of so few modes do."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(certified_walks, "AGREED_CM", 1e-9)
+        patch.setattr(certified_walks, "AGREED_SHARE", 0.0)
+        return certify(learned, SETTINGS, reduction=REDUCTION)
+
+
+def test_a_leg_that_parts_is_reduced_again_from_its_walks(
+    learned: Path, certified: Certificate
+) -> None:
+    """The new leg can be where the robots were: of these states its modes leave less than a
+    hundredth of what the old ones leave."""
+    first, second = certified.rounds
+    assert [each.agrees for each in certified.rounds] == [False, False]
+    assert (first.leg["mode_count"], second.leg["mode_count"]) == (4, 8)
+    assert (first.made_s, second.made_s > 0.0) == (0.0, True)
+    assert [len(pair.full_order) for pair in first.pairs] in ([2, 1], [1, 2])
+    folder = learned / "certificate"
+    legs = [ReducedPart.load(each.leg["part"]) for each in certified.rounds]
+    walked = [f"walk {pair.design}" for pair in first.pairs for _ in pair.full_order]
+    sources = legs[1].metadata["snapshots"]["sources"]
+    assert sources == ["bend", *(s for s in sources if s.startswith("load")), *walked]
+    assert legs[1].metadata["materials"] == legs[0].metadata["materials"]
+    left = []
+    for leg in legs:
+        walks = [walk for pair in first.pairs for walk in pair.full_order]
+        files = SnapshotFiles([folder / str(walk.states) for walk in walks])
+        states = files.states(np.arange(len(files)))
+        modes = leg.modes.reshape(-1, leg.mode_count)
+        flat = states.reshape(len(states), -1)
+        residual = flat - (modes @ np.linalg.lstsq(modes, flat.T, rcond=None)[0]).T
+        left.append(np.linalg.norm(residual) ** 2)
+    assert left[1] < 0.01 * left[0]
+
+
+def test_gaits_are_learned_again_on_the_new_leg(learned: Path, certified: Certificate) -> None:
+    first, second = certified.rounds
+    assert {pair.design for pair in second.pairs} == {pair.design for pair in first.pairs}
+    assert all("round_1/learned/gaits" in pair.gait for pair in second.pairs)
+    # What a certificate says is of its last round.
+    assert certified.leg == second.leg
+    assert [pair.gait for pair in certified.pairs] == [pair.gait for pair in second.pairs]
+    assert [pair.full_order for pair in certified.pairs] == [
+        pair.full_order for pair in second.pairs
+    ]
+    content = json.loads((learned / "certificate" / "certificate.json").read_text())
+    assert len(content["rounds"]) == 2
+    assert content["median_cm"] == certified.median_cm
+    assert "there were 1 new reductions at most" in certified.notes[-1]
+
+
+def test_what_was_made_is_made_once(
+    learned: Path, certified: Certificate, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("made again")
+
+    monkeypatch.setattr(certified_walks, "AGREED_CM", 1e-9)
+    monkeypatch.setattr(certified_walks, "AGREED_SHARE", 0.0)
+    monkeypatch.setattr(certified_walks, "recorded_walk", never)
+    monkeypatch.setattr(certified_rounds, "reduce", never)
+    monkeypatch.setattr(learned_again, "finetune", never)
+    assert certify(learned, SETTINGS, reduction=REDUCTION).rounds == certified.rounds
+    other = replace(REDUCTION, reduction=ReductionSettings(mode_limit=7))
+    with pytest.raises(ValueError, match=r"round_1 holds a run of other settings \(reduction"):
+        certify(learned, SETTINGS, reduction=other)
+    # With half of what was spent, no second round is begun; with models that agree, none either.
+    spent_s = sum(w.wall_s for pair in certified.rounds[0].pairs for w in pair.full_order)
+    budget = RoundSettings(budget_s=0.5 * spent_s)
+    found = certify(learned, replace(SETTINGS, rounds=budget), reduction=REDUCTION)
+    assert len(found.rounds) == 1
+    assert f"s of {budget.budget_s:.0f} were spent" in found.notes[-1]
+    monkeypatch.setattr(certified_walks, "AGREED_CM", 10.0)
+    found = certify(learned, SETTINGS, reduction=REDUCTION)
+    assert [each.agrees for each in found.rounds] == [True]
+    assert "agree, after 0 new reductions" in found.notes[-1]
+
+
+def test_the_verb_and_its_page_list_the_rounds(
+    learned: Path, certified: Certificate, mesh_file: Path, tmp_path: Path
+) -> None:
+    asked = "--world-count 4 --tuning-world-count 1 --pair-count 1 --worst-world-count 0 --full"
+    friction = "--randomisation.friction-by-surface --cycle-s 0.4 --rounds.limit 0"
+    out = tmp_path / "certified"
+    assert run(f"certify {learned} {asked} {friction} --out {out}".split()) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    (only,) = summary["rounds"]
+    assert [pair["label"] for pair in only["pairs"]] == ["L1"]
+    assert only["pairs"][0]["full_order"][0]["full_cm"] == pytest.approx(
+        certified.rounds[0].pairs[0].full_order[0].full_cm, abs=1e-9
+    )
+    assert run(["report", str(out), "--out", str(tmp_path / "page")]) == 0
+    page = (tmp_path / "page" / "page.html").read_text()
+    for words in ("As finite elements", "new reductions", "difference (cm)"):
+        assert words in page
+    assert Mesh.load(mesh_file).digest() == only["leg"]["mesh_digest"]
+
+
+def test_a_training_ends_with_its_certificate_of_finite_elements(
+    learned: Path, certified: Certificate, tmp_path: Path
+) -> None:
+    """Those of the same gaits in the world as it stands."""
+    again = tmp_path / "run"
+    shutil.copytree(learned, again, ignore=shutil.ignore_patterns("certificate"))
+    asked = "--certify --rounds.limit 0 --certified-world-count 4 --resume"
+    settings = json.loads((learned / "settings.json").read_text())["robot"]
+    leg = f"--part {settings['part']} --full.mesh {settings['full']['mesh']}"
+    assert run(f"coopt --preset fast {leg} --out {again} {_SHORT} {asked}".split()) == 0
+    found = json.loads((again / "summary.json").read_text())["certificate"]
+    assert len(found["rounds"]) == 1
+
+    def nominal(pairs) -> dict[str, float]:
+        return {
+            str(pair["design"]): each["full_cm"]
+            for pair in pairs
+            for each in pair["full_order"]
+            if each["world"] is None
+        }
+
+    kept = json.loads((learned / "certificate" / "certificate.json").read_text())["rounds"][0]
+    assert nominal(found["rounds"][0]["pairs"]) == pytest.approx(nominal(kept["pairs"]), abs=1e-9)
+    assert (again / "certificate" / "certificate.json").is_file()
