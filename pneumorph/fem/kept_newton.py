@@ -189,18 +189,16 @@ def _renew(
             if factor.turn <= furthest_turn:
                 return False
         kept.legs[number] = None
-        for matrix in (
-            lambda: problem.implicit_matrix(number, trial, changes[number]),
-            lambda: problem.implicit_matrix(number, trial),  # what was foreseen is too compressed
-            lambda: problem.implicit_leg(number, trial, definite=True)[0],
-        ):
-            data = matrix()
+        for changed in (changes[number], None):  # what was foreseen may be too compressed
+            data = problem.implicit_matrix(number, trial, changed)
             try:
                 kept.legs[number] = KeptLeg(leg, data, x)
                 return True
-            except np.linalg.LinAlgError as error:
-                failure = error
-        raise failure
+            except np.linalg.LinAlgError:
+                pass
+        data, _ = problem.implicit_leg(number, trial, definite=True)
+        kept.legs[number] = KeptLeg(leg, data, x)
+        return True
 
     made = robot.clock.timed("factorisation", robot.each_leg)(renewed)
     kept.made += sum(made)
