@@ -70,7 +70,8 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
 
 def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return a training's best pairs with their gaits, beside the baseline."""
-    return _pair_sections(found.pairs, run.folder, run, sheet, found)
+    title = "The best pairs" + (f", by {found.ranked_by}" if found.ranked_by else "")
+    return _pair_sections(found.pairs, run.folder, run, sheet, found, title)
 
 
 def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> list[Section]:

@@ -122,7 +122,9 @@ def test_a_training_ends_with_its_certificate(
     assert summary["expert_median_cm"] == summary["certificate"]["expert"]["band"]["median_cm"]
     assert 0.0 <= summary["share_beyond_expert"] <= 1.0
     assert run(["report", str(learned), "--out", str(tmp_path)]) == 0
-    assert "How far, and how sure" in (tmp_path / "page.html").read_text()
+    page = (tmp_path / "page.html").read_text()
+    assert "How far, and how sure" in page
+    assert "The best pairs, by mean over the worst 25 % of 4 worlds" in page
 
 
 def test_a_measurement_keeps_the_band_to_worlds_that_agree(
