@@ -6,7 +6,7 @@ Each physics makes a band of each, from its 10th to its 90th percentile over the
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,6 @@ from pneumorph.catalogue.paper_leg import PhysicsName
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.walk import walk
-from pneumorph.physics.air import Air
 from pneumorph.report.style import figure_style, new_figure
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import World
@@ -55,8 +54,6 @@ STATED = {
 def walks(physics: PhysicsName, world: World) -> dict[str, list[float]]:
     """Distance and mean slide back in a cycle at every phase [cm], in one world."""
     spec = paper_robot(physics)
-    if physics == "measured":
-        spec = replace(spec, physics=replace(spec.physics, air=Air(law="orifice")))
     gaits = [ExpertGait(phase_deg=float(phase)) for phase in PHASES_DEG]
     robots = [spec.assembly(BASELINE_DESIGN)] * len(gaits)
     walked = walk(
