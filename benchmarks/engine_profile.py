@@ -103,9 +103,9 @@ def main(
         modes: Modes of a leg, on one thread.
         batch: Robots where legs, modes or threads vary.
         threads: Most threads.
-        part: Reduced leg; by default the one that ships.
+        part: Reduced leg; by default the published one that ships.
     """
-    spec = replace(RobotOptions(part=part).spec(), thread_count=threads)
+    spec = RobotOptions.of("published", part=part, threads=threads).spec()
     alone, designs = replace(spec, thread_count=1), DesignSpace().designs
 
     def cut(count: int) -> RobotSpec:

@@ -4,7 +4,8 @@
 
 The virtual rig stands for reality: its robot has another friction, modulus, mass and pressure map
 than the simulation (drawn from a seed), its regulators lag and its sensors are noisy. Nothing here
-looks at that truth before the end. On a real rig the steps are the same, with --rig FILE.
+looks at that truth before the end. All is of the published physics, in which the gaits were
+learned. On a real rig the steps are the same, with --rig FILE.
 
 Takes about a minute on two idle cores with the reduced robot; --model full has finite elements
 behind the rig and takes hours.
@@ -38,7 +39,7 @@ def main(arguments: list[str] | None = None) -> dict[str, Any]:
     parser.add_argument("--trials", type=int, default=5)
     parser.add_argument("--seed", type=int, default=0, help="of the virtual reality")
     asked = parser.parse_args(arguments)
-    out, usual = asked.out, RobotOptions()
+    out, usual = asked.out, RobotOptions.of("published")
     virtual = VirtualRigSettings(seed=asked.seed)
 
     # One leg's bend test, and the line that it gives.
@@ -47,7 +48,7 @@ def main(arguments: list[str] | None = None) -> dict[str, Any]:
     assert bends is not None
     measured = CalibrationSettings(bends=Path(bends))
     calibration = calibrate(measured, usual, RunFolder(out / "calibration", "calibrate")).found
-    calibrated = RobotOptions(calibration=Path(calibration.calibration))
+    calibrated = replace(usual, calibration=Path(calibration.calibration))
 
     # The expert's gait at its best phase, and learned ones, several trials each.
     trials = DeploymentSettings(virtual=virtual, model=asked.model, trials=asked.trials)

@@ -13,7 +13,7 @@ import textwrap
 import traceback
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import field, make_dataclass
+from dataclasses import field, fields, make_dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -171,7 +171,7 @@ def _parsed(
     from pneumorph.command.verb import CommonOptions
 
     arguments = current_arguments(arguments)
-    default = verb.preset(_value_of("--preset", arguments))
+    preset = default = verb.preset(_value_of("--preset", arguments))
     file = _value_of("--settings", arguments)
     if file is not None:
         default = load_settings(verb.options, Path(file), default)
@@ -194,22 +194,30 @@ def _parsed(
         args=arguments,
         prog=f"pneumorph {name}",
         description="",
-        config=(tyro.conf.FlagCreatePairsOff,),
     )
     layers: list[Mapping[str, Any]] = [given_flags(parsed.options, default, arguments)]
     if file is not None:
         layers.insert(0, read_settings_file(file))
     origin = {"preset": parsed.preset} if verb.presets else {}
-    options = layered(parsed.options, layers)
+    asked = {name: getattr(parsed.options, name) for name in _must_be_given(preset)}
+    base = replace(preset, **asked)
+    options = layered(base, layers)
     earlier = verb.taken_over(parsed.options)
     if earlier is not None:
-        taken = layered(parsed.options, [earlier.settings])
+        taken = layered(base, [earlier.settings])
         options = layered(taken, layers)
         changed = changed_flags(taken, options)
         but = f", but not {' '.join(changed)}" if changed else ""
         print(f"{earlier.said}{but}", file=sys.stderr)
         origin["taken_over_from"] = str(earlier.run)
     return options, parsed.common, origin
+
+
+def _must_be_given(options: Any) -> list[str]:
+    """Options that have no value of their own."""
+    import tyro
+
+    return [each.name for each in fields(options) if getattr(options, each.name) is tyro.MISSING]
 
 
 @cache

@@ -4,7 +4,8 @@ The order is preset < run that a verb takes over from < settings file < flags. A
 what was set in it, so a flag counts whatever its value, a default never does.
 
 A settings class may say which settings a choice brings with it (``implied``, a class method from
-what a layer sets of the class to what that implies): they stand just below the layer that chose.
+what a layer sets of the class, its own groups' implied settings among it, and from the settings
+below to what that implies): they stand just below the layer that chose.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def layered(base: Settings, layers: Sequence[Mapping[str, Any]]) -> Settings:
     kind = type(base)
     content = settings_to_dict(base)
     for layer in layers:
-        content = laid_over(content, _with_implied(kind, upgraded(kind, layer)))
+        content = laid_over(content, _with_implied(kind, upgraded(kind, layer), content))
     return settings_from_dict(kind, content)
 
 
@@ -47,15 +48,15 @@ def changed_flags(low: Settings, high: Settings) -> list[str]:
     return [flag for path, flag in _flags(type(low)) if flag and _at(low, path) != _at(high, path)]
 
 
-def _with_implied(kind: Any, layer: Mapping[str, Any]) -> dict[str, Any]:
+def _with_implied(kind: Any, layer: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
     """What a layer sets, over what its choices imply."""
     hints = get_type_hints(kind)
     result = dict(layer)
     for name, value in layer.items():
         inner = dataclass_of(hints[name]) if name in hints else None
         if inner is not None and isinstance(value, Mapping):
-            result[name] = _with_implied(inner, value)
-    return laid_over(kind.implied(layer), result) if hasattr(kind, "implied") else result
+            result[name] = _with_implied(inner, value, below.get(name) or {})
+    return laid_over(kind.implied(result, below), result) if hasattr(kind, "implied") else result
 
 
 def given_flags(settings: Any, default: Any, arguments: Sequence[str]) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def measured_leg_mesh() -> Mesh:
 
 
 @cache
-def load_default_leg(name: LegName = "published") -> ReducedPart:
+def load_default_leg(name: LegName = "measured") -> ReducedPart:
     """A reduced leg that ships; see `pneumorph reduce` for what made it.
 
     Raises:
@@ -169,6 +169,15 @@ _KINDS: dict[str, LegKind] = {
 }
 
 
+def physics_of(name: LegName) -> PhysicsName:
+    """The physics that a leg is of.
+
+    Raises:
+        ValueError: No such leg.
+    """
+    return "measured" if leg_kind(name).materials.relaxation.weights else "published"
+
+
 def pressure_map(name: LegName) -> PressureMap:
     """Real to simulated pressure of a leg.
 
@@ -201,7 +210,7 @@ def masses_of(name: LegName) -> Masses:
 
 
 def paper_leg(
-    name: LegName = "published",
+    name: LegName = "measured",
     part: ReducedPart | Path | None = None,
     mesh: Mesh | Path | None = None,
     materials: LegMaterials | None = None,
@@ -340,4 +349,4 @@ def _check_shape(part: ReducedPart, mesh: Mesh) -> None:
 @cache
 def paper_leg_model() -> PartModel:
     """Finite elements of the leg that ships, with the paper's materials."""
-    return paper_leg().full
+    return paper_leg("published").full

@@ -99,7 +99,7 @@ def _named(leg: LegName | Module) -> str:
 
 
 def paper_robot(
-    leg: LegName | Module = "published",
+    leg: LegName | Module = "measured",
     physics: Physics | None = None,
     masses: Masses | None = None,
     **rest: Any,
@@ -107,7 +107,8 @@ def paper_robot(
     """The robot of the paper: a disk with eight places for legs.
 
     Args:
-        leg: A leg that ships, or a module of your own for every place.
+        leg: A leg that ships, or a module of your own for every place. By default the robot is as
+            its materials were measured; ``"published"`` is as the paper simulated it.
         physics: What acts on the robot, with the leg's own map of real to simulated pressure; None
             for those of the leg's name, or for the published physics with your module's map.
         masses: What the hub weighs, and a leg that ships; None for what is the leg's own: published
@@ -132,13 +133,17 @@ def paper_robot(
         physics = own
     elif physics.pressure_map == PressureMap() != own.pressure_map:
         names = [each for each in get_args(LegName) if pressure_map(each) == own.pressure_map]
-        asked = f'pressure_map("{names[0]}")' if names else str(own.pressure_map)
+        asked = (
+            f'leg_kind("{names[0]}").physics'
+            if names
+            else f"Physics(pressure_map={own.pressure_map})"
+        )
         raise ValueError(
             "physics.pressure_map is the published leg's, of slope "
             f"{PressureMap().slope:g}, expected that of {_named(leg)}, of slope "
-            f"{own.pressure_map.slope:g}: it would be inflated otherwise than the real one; give "
-            f"Physics(pressure_map={asked}), with the functions of pneumorph.catalogue.paper_leg "
-            "and pneumorph.physics.pressure"
+            f"{own.pressure_map.slope:g}: it would be inflated otherwise than the real one; change "
+            f"{asked} by dataclasses.replace (of pneumorph.catalogue.paper_leg), or ask for "
+            'paper_robot("published")'
         )
     if masses is None:
         masses = masses_of(leg) if isinstance(leg, str) else Masses()

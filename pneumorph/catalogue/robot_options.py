@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import tyro
 
 from pneumorph.base.checked import Bounds, Checked, Count, NotNegative
-from pneumorph.base.settings import laid_over, settings_to_dict
+from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import (
@@ -22,6 +22,7 @@ from pneumorph.catalogue.paper_leg import (
     leg_kind,
     masses_of,
     paper_leg,
+    physics_of,
     pressure_map,
     with_current_leg,
 )
@@ -38,6 +39,7 @@ from pneumorph.fem.height_map import HeightMap
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.simulation.stepper_settings import StepperSettings
 
 OLDER_GROUP = "simulation"
@@ -111,6 +113,39 @@ def _full_of(kind: LegKind) -> dict[str, Any]:
     }
 
 
+def _all_of(name: PhysicsName) -> dict[str, Any]:
+    """The settings that a physics is, but for numerics that all share."""
+    kind = leg_kind(name)
+    return {
+        "based_on": name,
+        "leg": name,
+        "physics": settings_to_dict(kind.physics),
+        "full": _full_of(kind),
+        "masses": {"model": kind.mass_model},
+    }
+
+
+def _is_complete(content: Mapping[str, Any]) -> bool:
+    """Whether settings are all that there are, as a run keeps them."""
+    return {"part", "threads"} <= set(content)
+
+
+USUAL: PhysicsName = "measured"
+"""The physics where none is asked for."""
+
+
+def _physics_of_part(path: str | None) -> PhysicsName | None:
+    """The physics that a reduced leg is of, by whether it relaxes; None without one.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ArtefactError: It is no reduced part.
+    """
+    if path is None:
+        return None
+    return "published" if ReducedPart.load(path).relaxation is None else "measured"
+
+
 def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
     """The robot that settings with a group ``robot`` describe by a file; None without one.
 
@@ -128,26 +163,38 @@ class RobotOptions(Checked):
     described: Annotated[Path | None, tyro.conf.arg(name="robot")] = None
     """TOML file that describes a robot, see docs/own_robot.md; by default the paper's. It brings
     its physics and its designs with it, and says itself what its legs and masses are."""
-    based_on: Annotated[PhysicsName, tyro.conf.arg(name="physics")] = "published"
-    """What all of leg, masses, hub and physics are where nothing else is asked for. `published`:
-    as the article simulated its robots. `measured`: as their materials were measured."""
-    leg: LegName = "published"
-    """`published`: the article's material, linear elements. `hyperelastic`: the silicone's own
-    stiffness, quadratic neo-Hookean elements, a pressure map of its own, and where no
-    `--masses.model` is given the masses that are cast and printed. `measured`: that of the
-    silicone's tension test, which relaxes, under the pressure of the real leg."""
+    based_on: Annotated[PhysicsName, tyro.conf.arg(name="physics")] = USUAL
+    """What all of leg, masses, hub and physics are where nothing else is asked for. `measured`: as
+    their materials were measured. `published`: as the article simulated its robots."""
+    leg: LegName = USUAL
+    """`measured`: that of the silicone's tension test, which relaxes, under the pressure of the
+    real leg. `published`: the article's material, linear elements. `hyperelastic`: the silicone's
+    own stiffness, quadratic neo-Hookean elements, a pressure map of its own, and where no
+    `--masses.model` is given the masses that are cast and printed. A leg of another physics brings
+    that with it where no --physics is given; the last two are of the published one."""
     part: Path | None = None
-    """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships."""
+    """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships. One that relaxes
+    is of the measured physics, another one of the published, and brings that with it where neither
+    --physics nor --leg is given."""
     threads: Annotated[int, Bounds(least=0, why="0 takes every processor")] = 0
     """Threads of the engine; 0 takes every processor."""
-    full: FullOptions = field(default_factory=FullOptions)
-    masses: Masses = field(default_factory=Masses)
-    """What legs and hub weigh; the hyperelastic leg brings `cast` with it."""
+    full: FullOptions = field(default_factory=lambda: FullOptions(**_full_of(leg_kind(USUAL))))
+    masses: Masses = field(default_factory=lambda: masses_of(USUAL))
+    """What legs and hub weigh; a choice of physics or leg brings it."""
     calibration: Path | None = None
     """Calibration file, as `pneumorph calibrate` writes it; by default the leg's own
     map of real to simulated pressure."""
-    physics: Physics = field(default_factory=Physics)
+    physics: Physics = field(default_factory=lambda: leg_kind(USUAL).physics)
     stepper: StepperSettings = field(default_factory=StepperSettings)
+
+    @classmethod
+    def of(cls, name: PhysicsName, /, **changes: Any) -> RobotOptions:
+        """All of a physics by its name, but for some options.
+
+        Raises:
+            TypeError: No such option.
+        """
+        return replace(settings_from_dict(cls, _all_of(name)), **changes)
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
@@ -155,17 +202,26 @@ class RobotOptions(Checked):
 
         One group `simulation` held what is physics and stepper now; a run of the hyperelastic leg
         kept the published pressure map in its settings and used the leg's own. The published leg
-        was called ``paper``. Every robot had the published masses.
+        was called ``paper``. Every robot had the published masses, and was of the published physics
+        where nothing is said of it; what a robot's file says stood there as if nothing was.
         """
         now = with_current_leg(content)
-        if "masses" not in now and {"part", "threads"} <= set(now):  # a run's, which are complete
-            now["masses"] = {"model": "published"}
+        if _is_complete(now):
+            usual: dict[str, Any] = {"based_on": "published", "leg": "published", "full": {}}
+            now = {**usual, "masses": {"model": "published"}, **now}
+            robot = now.get("described")
+            if robot is not None and Path(robot).is_file():
+                said = _all_of(RobotDescription.read(robot).physics.based_on)
+                now |= {name: said[name] for name in ("based_on", "leg", "masses")}
+        elif OLDER_GROUP in now and "leg" not in now:
+            now = {"based_on": "published", **now}
         older = now.pop(OLDER_GROUP, {})
         if not older:
             return now
         numerics = {each.name for each in fields(StepperSettings)}
         if older.get("pressure_map") == settings_to_dict(PressureMap()):
-            older = {**older, **cls.implied({"leg": now.get("leg", cls.leg)})["physics"]}
+            own = pressure_map(now.get("leg", "published"))
+            older = {**older, "pressure_map": settings_to_dict(own)}
         for group, chosen in (
             ("physics", {k: v for k, v in older.items() if k not in numerics}),
             ("stepper", {k: v for k, v in older.items() if k in numerics}),
@@ -175,31 +231,28 @@ class RobotOptions(Checked):
         return now
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Settings that a choice of physics or leg brings with it where they are not set."""
-        brought: dict[str, Any] = {}
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """Settings that a choice of physics, leg or part brings with it where they are not set."""
         if content.get("described") is not None:
             robot = RobotDescription.read(content["described"])
-            brought = {
-                "physics": settings_to_dict(robot.acting),
-                "full": {**_full_of(leg_kind(robot.physics.based_on)), "hub": robot.hub.model},
-            }
-        if "based_on" in content:
-            name: PhysicsName = content["based_on"]
-            kind = leg_kind(name)
-            brought = {
-                "leg": name,
-                "physics": settings_to_dict(kind.physics),
-                "full": _full_of(kind),
-                "masses": {"model": kind.mass_model},
-            }
-        if "leg" in content:
-            leg: LegName = content["leg"]
-            own = {
+            brought = _all_of(robot.physics.based_on)
+            brought["physics"] = settings_to_dict(robot.acting)
+            brought["full"]["hub"] = robot.hub.model
+            return brought
+        brought = {}
+        leg: LegName | None = content.get("leg")
+        name: PhysicsName | None = content.get("based_on")
+        if name is None:
+            own = _physics_of_part(content.get("part")) if leg is None else physics_of(leg)
+            name = None if own == below.get("based_on") else own
+        if name is not None:
+            brought = _all_of(name)
+        if leg is not None:
+            own_of_leg = {
                 "physics": {"pressure_map": settings_to_dict(pressure_map(leg))},
                 "masses": {"model": masses_of(leg).model},
             }
-            brought = laid_over(brought, own)
+            brought = laid_over(brought, own_of_leg)
         return brought
 
     def spec(self) -> RobotSpec:
@@ -232,7 +285,7 @@ class RobotOptions(Checked):
             spec = paper_robot(leg, self.physics, self.masses, **numerics)
             usual = pressure_map(self.leg)
         else:
-            self._refuse_beside_a_description()
+            self._refuse_beside_a_description(robot)
             spec, usual = robot.spec(self.physics, **numerics), robot.acting.pressure_map
         if self.calibration is None:
             return spec
@@ -253,15 +306,22 @@ class RobotOptions(Checked):
         """
         return None if self.described is None else RobotDescription.read(self.described)
 
-    def _refuse_beside_a_description(self) -> None:
+    def _refuse_beside_a_description(self, robot: RobotDescription) -> None:
         """Refuse what would be ignored: the description says it.
 
         Raises:
             ValueError: A leg, a part, a mesh or masses are given.
         """
+        kind = leg_kind(robot.physics.based_on)
+        said = {"based_on": robot.physics.based_on, "leg": robot.physics.based_on}
+        theirs = {**said, "part": None, "masses": Masses(kind.mass_model)}
         usual = RobotOptions()
-        for name in ("based_on", "leg", "part", "masses"):
-            if getattr(self, name) != getattr(usual, name):
+        ours = {name: getattr(self, name) for name in theirs}
+        for name in theirs:
+            if (
+                ours != {each: getattr(usual, each) for each in theirs}
+                and ours[name] != theirs[name]
+            ):
                 flag = "physics" if name == "based_on" else name
                 raise ValueError(
                     f"--{flag} is given beside --robot {self.described}, expected it in that file "

@@ -29,7 +29,7 @@ class BaselineOptions:
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
         """The design and the regulators that a robot's file brings with it."""
         robot = described_robot(content)
         return {} if robot is None else {"sweep": robot.baseline_settings()}

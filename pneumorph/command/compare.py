@@ -3,8 +3,8 @@
 Three comparisons: the four test animations of the paper's appendix B; the same floating without
 gravity or floor, which tells the error of shapes from what friction makes of it; and held-out
 robots, random designs under random gaits that no snapshot came from. A single leg is bent by rising
-pressure. Full-order trajectories take minutes each: they are kept in RUN/full_order, those of the
-leg that ships come with the package, and an interrupted one goes on.
+pressure. Full-order trajectories take minutes each: they are kept in RUN/full_order, those that
+come with the package are found there, and an interrupted one goes on.
 
 With --grid, further reductions of the leg walk the four animations too: their errors against the
 time of a step are figure 12 of the paper.

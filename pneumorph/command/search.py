@@ -37,7 +37,7 @@ class SearchOptions:
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
         """The designs and the regulators that a robot's file brings with it."""
         robot = described_robot(content)
         return {} if robot is None else {"search": robot.training_settings()}

@@ -6,10 +6,12 @@ The gait is a CSV file, as coopt writes them and a spreadsheet can, a coopt run 
 policy (RUN/training/policy.npz with --design), or else the expert's gait at --expert.phase-deg. The
 design is --design, or the one that the file names, or the expert's.
 
-A full robot (--model full) takes ten minutes for 20 s, or an hour or two with the hyperelastic leg.
-Its way is saved every minute: the same command with the same --out goes on where it was stopped.
-Presets: paper, and hyperelastic, legs of the silicone's own stiffness with a pressure map of their
-own, the mass that is cast and objective damping.
+It is as its materials were measured; --physics published is the paper's simulation. A full robot
+(--model full) takes half an hour for 20 s, ten minutes with --physics published, and an hour or two
+with the hyperelastic leg. Its way is saved every minute: the same command with the same --out goes
+on where it was stopped. Presets: paper, the paper's robot in either physics, and hyperelastic, legs
+of the silicone's own stiffness with a pressure map of their own, the mass that is cast and
+objective damping.
 
 With --live the robot can be watched in the browser while it is simulated: the address is printed,
 and the page keeps what it has seen. Writes trajectory.npz, replay.html and, with --film, film.mp4.
@@ -50,7 +52,7 @@ class SimulateOptions:
     live_settings: LiveSettings = field(default_factory=LiveSettings)
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
         """The design and the regulators that a robot's file brings with it."""
         robot = described_robot(content)
         if robot is None or content.get("walk", {}).get("gait") is not None:

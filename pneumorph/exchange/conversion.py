@@ -85,7 +85,7 @@ def _leg(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[s
     # What any such leg is compared with: the paper's materials, whatever its file says of them.
     model = leg_model(paper_leg_mesh() if settings.mesh is None else Mesh.load(settings.mesh))
     if settings.to == "sofa":
-        leg = paper_leg(part=None if source == SHIPPED else Path(source))
+        leg = paper_leg("published", None if source == SHIPPED else Path(source))
         scene = export_sofa_scene(folder.path, leg.reduced, model, settings.physics)
         return {"scene": str(scene), "leg": leg.describe()}
     part = reduced_part_of(read_sofa_reduction(Path(source)), model)
@@ -93,7 +93,7 @@ def _leg(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[s
     return {
         "part": str(path),
         "torn_attachment": part.metadata["torn_attachment"],
-        "leg": paper_leg(part=path).describe(),
+        "leg": paper_leg("published", path).describe(),
     }
 
 

@@ -143,22 +143,26 @@ def paper_settings(seed: int = 0) -> CooptSettings:
 def quick_settings(seed: int = 0) -> CooptSettings:
     """A search of a few minutes: fewer timesteps, each used for more learning.
 
-    Robots of three or four legs only, many updates per action, a short warm-up and use of the
-    mirror symmetry; the algorithm is the paper's.
+    Robots of three or four legs only, few of them side by side and many updates per action, a short
+    warm-up and use of the mirror symmetry; the algorithm is the paper's.
     """
     return CooptSettings(
         seed=seed,
-        total_timesteps=20_000,
+        environment_count=48,
+        total_timesteps=13_440,
         space=DesignSpace(maximum_legs=4),
         task=CrawlingTask(time_limit_is_terminal=False),
         # The temperature falls by a fixed share per update; few updates must begin near its end.
         sac=SacSettings(batch_size=256, initial_temperature=0.02),
-        schedule=EntropySchedule(decay_start_timestep=4_000, decay_end_timestep=18_000),
+        schedule=EntropySchedule(
+            decay_start_timestep=3_000, decay_end_timestep=12_500, final_entropy=2.0
+        ),
         finetuning=FinetuningSettings(timesteps=0),
-        learning_start_timestep=2_000,
+        learning_start_timestep=1_000,
         updates=16,
         mirror_transitions=True,
         checkpoint_interval_timesteps=5_000,
+        kept_pair_count=3,
     )
 
 

@@ -17,9 +17,12 @@ from pneumorph.report.style import (
     new_axes,
     zero_line,
 )
+from pneumorph.report.walk_sections import can_be_drawn, replay_section
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.study.training_run import TrainingResult
+from pneumorph.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,6 +74,7 @@ def certificate_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> 
             "How far, and how sure",
             sheet.drawn("bands", band_figure(found), caption) + _band_table(found),
         ),
+        *_world_sections(found, run, sheet),
         Section("What the distance depends on", _sensitivity_table(found)),
     ]
     if found.rounds:
@@ -84,6 +88,17 @@ def trained_certificate_sections(
     """Return the same of a training that was certified at its end."""
     certificate = found.certificate
     return [] if certificate is None else certificate_sections(certificate, run, sheet)
+
+
+def _world_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return the best pair in its median and in a bad world, side by side."""
+    walks = {
+        name: Trajectory.load(run.folder / file)
+        for name, (file, _) in SHOWN_WORLDS.items()
+        if (run.folder / file).is_file()
+    }
+    drawn = {name: each for name, each in walks.items() if can_be_drawn(each)}
+    return [replay_section(f"{found.best} in two worlds", drawn, sheet)] if drawn else []
 
 
 def _band_table(found: Certificate) -> str:

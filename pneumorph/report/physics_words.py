@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
+from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
 from pneumorph.physics.physics import Physics
 
 
+def physics_name(physics: Physics) -> str:
+    """What a physics is called, such as ``measured physics``; its damping where it is none that has
+    a name."""
+    for name in get_args(PhysicsName):
+        if leg_kind(name).physics == physics:
+            return f"{name} physics"
+    return f"{physics.damping} damping"
+
+
 def physics_words(physics: Physics) -> str:
-    """Damping, friction of each surface, slope and air, such as ``published damping, friction 1.2,
-    pressures by 150 kPa/s``."""
-    words = [f"{physics.damping} damping", f"friction {physics.friction:g}"]
+    """Name, damping, friction of each surface, slope and air, such as ``published physics,
+    published damping, friction 1.2, pressures by 150 kPa/s``."""
+    words = [physics_name(physics)]
+    if words[0] != f"{physics.damping} damping":
+        words.append(f"{physics.damping} damping")
+    words.append(f"friction {physics.friction:g}")
     words += [f"of {name} {value:g}" for name, value in physics.friction_by_surface]
     if physics.friction_pressure.exponent != 0.0:
         words.append(f"by contact pressure to the power {physics.friction_pressure.exponent:g}")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.report.film import FilmSettings, write_film
+from pneumorph.report.physics_words import physics_name
 from pneumorph.report.replay.page import write_replay
 from pneumorph.report.scene import Actor
 from pneumorph.study.simulated_walk import SimulatedWalk
@@ -24,8 +25,9 @@ def show_walk(
     trajectory = Trajectory.load(Path(walk.trajectory))
     if trajectory.skin_triangles is None and film is None:
         return walk  # a leg of another program may have no skin
-    actor = Actor.of(trajectory, walk.design)
-    page = write_replay(folder / "replay.html", [actor], title=actor.label)
+    made_in = [physics_name(walk.physics)] if walk.physics is not None else []
+    actor = Actor.of(trajectory, "\n".join([walk.design, *made_in]))
+    page = write_replay(folder / "replay.html", [actor], title=", ".join([walk.design, *made_in]))
     shown = replace(walk, replay=str(page))
     if film is None:
         return shown

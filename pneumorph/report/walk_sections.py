@@ -35,9 +35,9 @@ def walk_sections(folder: Path, sheet: Sheet) -> list[Section]:
     """
     sections = []
     for group, trajectories in recorded_trajectories(folder).items():
-        seen = {name: each for name, each in trajectories.items() if _can_be_drawn(each)}
+        seen = {name: each for name, each in trajectories.items() if can_be_drawn(each)}
         if seen:
-            sections.append(_replay_section(group, seen, sheet))
+            sections.append(replay_section(group, seen, sheet))
         whole = {name: each for name, each in trajectories.items() if each.status == "completed"}
         if len(whole) < len(trajectories):
             sections.append(_failures_section(group, trajectories))
@@ -57,7 +57,8 @@ def _failures_section(group: str, trajectories: Mapping[str, Trajectory]) -> Sec
     return Section(_titled("Robots without a distance", group), body)
 
 
-def _can_be_drawn(trajectory: Trajectory) -> bool:
+def can_be_drawn(trajectory: Trajectory) -> bool:
+    """Whether a walk was recorded with all that a replay shows."""
     return trajectory.node_positions_mm is not None and trajectory.skin_triangles is not None
 
 
@@ -69,7 +70,8 @@ def _named(name: str, group: str) -> str:
     return f"{name}_{group.replace(' ', '_')}" if group else name
 
 
-def _replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
+def replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
+    """Return robots that can be drawn, side by side: a replay, and stills of it."""
     actors = [
         Actor.of(each, f"{name}\n{each.metadata.get('design', '')}".strip())
         for name, each in trajectories.items()
@@ -133,7 +135,7 @@ def _gait_sections(
         "Reward of every second, and below zero the furthest slide back within each 4 s.",
     )
     name, walked = next(iter(long_enough.items()))
-    if not _can_be_drawn(walked):
+    if not can_be_drawn(walked):
         return [*sections, Section(_titled("Step by step", group), steps)]
     cycle = sheet.drawn(
         _named("cycle", group),

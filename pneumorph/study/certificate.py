@@ -29,6 +29,7 @@ from pneumorph.study.measure_next import narrowings, worth_measuring
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.study.sensitivity import sensitivities
+from pneumorph.study.shown_worlds import record_shown_worlds
 
 EXPERT = "B"
 """What the expert's robot is called, as in the paper."""
@@ -60,8 +61,10 @@ def certify_once(
     folder.progress.stage("tuning the expert's phase")
     tuning = seen[: settings.tuning_world_count]
     expert, phase_deg = _tuned_expert(candidates.baseline, spec, tuning, folder)
-    folder.progress.stage("walking in the training's worlds")
-    seen_cm = np.nan_to_num(_walked(spec, walkers, seen, folder)[0]).mean(axis=0)
+    seen_cm = candidates.seen_cm
+    if seen_cm is None:
+        folder.progress.stage("walking in the training's worlds")
+        seen_cm = np.nan_to_num(_walked(spec, walkers, seen, folder)[0]).mean(axis=0)
     drawn, count, seed = settings.randomisation, settings.world_count, settings.world_seed
     worlds = unseen_worlds(drawn, count, seed)
     folder.progress.stage(f"walking in {len(worlds)} unseen worlds")
@@ -95,6 +98,8 @@ def certify_once(
         certified = _with_full_order(
             spec, settings, walkers, certified, best, worlds, pair_cm, folder
         )
+    folder.progress.stage("recording a median and a bad world")
+    record_shown_worlds(spec, walkers[best], worlds, pair_cm[:, best], folder)
     chosen = certified[best]
     tests = narrowings(evidence.numbers, np.nan_to_num(pair_cm[:, best]))
     return Certificate(

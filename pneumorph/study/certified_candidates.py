@@ -73,6 +73,8 @@ class Candidates:
         ranked_there: Whether the training ranked its pairs in them.
         drawn: What its worlds were drawn from; where it did not rank over worlds, what the
             certificate's are drawn from.
+        seen_cm: The pairs' mean distances in the training's worlds [cm], (pair,), where it has just
+            ranked them there; None where nobody tells.
     """
 
     run: Path
@@ -82,6 +84,7 @@ class Candidates:
     seen: tuple[World, ...]
     ranked_there: bool
     drawn: Randomisation
+    seen_cm: np.ndarray | None = None
 
     @classmethod
     def of_run(cls, run: FinishedRun, settings: CertificateSettings) -> Candidates:
@@ -130,7 +133,8 @@ class Candidates:
             )
             for each in pairs[: certificate.pair_count]
         ]
-        return cls(run, tuple(chosen), task, baseline, tuple(seen), ranked, drawn)
+        seen_cm = np.array([pair.distance_cm for pair in chosen]) if ranked else None
+        return cls(run, tuple(chosen), task, baseline, tuple(seen), ranked, drawn, seen_cm)
 
 
 def unseen_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:

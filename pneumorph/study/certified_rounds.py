@@ -111,6 +111,7 @@ def certify_candidates(
         own = RunFolder(folder.path / f"round_{len(rounds)}", "reduce", folder.progress)
         made = _reduced_again(spec, again.reduction, rounds, own, folder.path)
         spec, made_s = spec.reduced_again(Path(made.part)), made.wall_s
+        candidates = replace(candidates, seen_cm=None)  # those were of the other leg
         if again.trained is not None:
             candidates, learned_s = _tuned_again(candidates, again.trained, spec, own)
             made_s += learned_s

@@ -54,7 +54,7 @@ class ReduceOptions:
     reduction: ReductionSettings = field(default_factory=ReductionSettings)
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
         """The mass of a leg of one's own where none is set: as much for its volume as the published
         one has, 105 g of 43 ml."""
         if content.get("mesh") is None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.flags import flat
+from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import laid_over, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
@@ -42,7 +43,8 @@ class TrainingOptions(Checked):
     baseline: PhaseSweepSettings = field(default_factory=PhaseSweepSettings)
     certified_world_count: CountOrNone = 0
     """Unseen worlds that the best pairs are certified in at the end, as `pneumorph certify` does
-    without finite elements; 0 for none."""
+    without finite elements; 0 for none. The expert's phase is tuned in a sixth as many worlds of
+    the training, at most 24."""
     certify: bool = False
     """End with a certificate whose pairs walk as finite elements too, and are learned again on a
     leg that is reduced again where the two models part, as `pneumorph certify --full` does."""
@@ -50,27 +52,61 @@ class TrainingOptions(Checked):
     """Of --certify."""
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
         """Settings that the robots bring with them where they are not set: those as their materials
-        were measured are trained in the worlds that they may turn out to live in, and a robot's
-        file says what its designs, regulators and baseline are."""
-        return laid_over(_of_physics(content), _of_description(content))
+        were measured are trained in the worlds that they may turn out to live in, those of the
+        published physics in one, and a robot's file says what its designs, regulators and baseline
+        are."""
+        asked = _physics_of(content)
+        other = asked is not None and asked != _physics_of(below)
+        return laid_over(_of_physics(asked) if other else {}, _of_description(content))
 
 
-def _of_physics(content: Mapping[str, Any]) -> dict[str, Any]:
+def _physics_of(content: Mapping[str, Any]) -> Any:
+    """The physics by name that settings ask for; None where nothing is asked."""
     robot = described_robot(content)
-    named = content.get("robot", {}).get("based_on") if robot is None else robot.physics.based_on
-    if named != "measured":
-        return {}
+    return content.get("robot", {}).get("based_on") if robot is None else robot.physics.based_on
+
+
+def _of_physics(name: Any) -> dict[str, Any]:
+    measured = name == "measured"
+    usual = CooptSettings()
     return {
-        "randomize": True,
-        "certified_world_count": 96,
-        "randomisation": settings_to_dict(measured_worlds()),
+        "randomize": measured,
+        "certified_world_count": 144 if measured else 0,
+        "randomisation": settings_to_dict(measured_worlds() if measured else Randomisation()),
         "coopt": {
-            "objective": settings_to_dict(ROBUST_OBJECTIVE),
-            "evaluated_design_count": 24,
+            "objective": settings_to_dict(ROBUST_OBJECTIVE if measured else usual.objective),
+            "evaluated_design_count": 24 if measured else usual.evaluated_design_count,
         },
     }
+
+
+def measured_training(
+    learner: CooptSettings, changes: Mapping[str, Any] | None = None
+) -> TrainingOptions:
+    """A training of robots as their materials were measured, in the worlds that may be.
+
+    Args:
+        learner: How it is trained.
+        changes: What is other than this physics brings, as nested dictionaries.
+    """
+    usual = TrainingOptions(coopt=learner, robot=RobotOptions.of("published"))
+    return layered(usual, [{**(changes or {}), "robot": {"based_on": "measured"}}])
+
+
+def quick_training() -> TrainingOptions:
+    """A search of a few minutes whose best pairs are certified: fewer designs in fewer worlds."""
+    # So few rounds narrow to few designs while all get better: centred, these would lose what they
+    # gained on the others.
+    objective = {"evaluation_worlds": 16, "centring_rounds": 0}
+    return measured_training(
+        quick_settings(),
+        {
+            "certified_world_count": 48,
+            "coopt": {"objective": objective, "evaluated_design_count": 12},
+        },
+    )
 
 
 def _of_description(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -119,6 +155,7 @@ def train_as_asked(options: TrainingOptions, folder: RunFolder) -> TrainingResul
         certificate = CertificateSettings(
             pair_count=options.coopt.kept_pair_count,
             world_count=options.certified_world_count or CertificateSettings.world_count,
+            tuning_world_count=min(24, max(1, options.certified_world_count // 6)),
             full=options.certify,
             rounds=options.rounds,
             randomisation=options.randomisation,

@@ -4,7 +4,7 @@
 
 works with what lies beside this file. After a training of one's own,
 
-    pneumorph coopt --preset paper --seed 0 --resume --out runs/paper
+    pneumorph coopt --preset paper --physics published --seed 0 --resume --out runs/paper
     python reproduce/paper_scale/run.py --run runs/paper --out runs/kept
 
 keeps that one's first. Each step is a study in a folder of its own under --work; those that are

@@ -20,7 +20,7 @@ class Motor:
     speed: float = 1.0
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
         masses = {"small": 0.1, "large": 0.5}
         return {"mass_kg": masses[content["kind"]]} if "kind" in content else {}
 

@@ -158,14 +158,15 @@ def test_node_masses_match_all_ten_moments_where_the_mesh_allows() -> None:
 
 def test_a_leg_brings_its_masses_and_older_runs_keep_theirs(tmp_path: Path) -> None:
     def model(*layers: dict[str, object]) -> str:
-        return layered(RobotOptions(), layers).masses.model
+        return layered(RobotOptions.of("published"), layers).masses.model
 
     assert model() == "published"
+    assert layered(RobotOptions(), []).masses.model == "cast"
     assert model({"leg": "hyperelastic"}) == "cast"
     assert model({"leg": "hyperelastic", "masses": {"model": "published"}}) == "published"
     assert model({"masses": {"model": "cast"}}) == "cast"
     # A run that was saved before there was a choice walked with the published masses.
-    older = {**settings_to_dict(RobotOptions()), "leg": "hyperelastic"}
+    older = {**settings_to_dict(RobotOptions.of("published")), "leg": "hyperelastic"}
     del older["masses"]
     assert settings_from_dict(RobotOptions, json.loads(json.dumps(older))).masses == Masses()
     assert model(older) == "published"
@@ -174,11 +175,13 @@ def test_a_leg_brings_its_masses_and_older_runs_keep_theirs(tmp_path: Path) -> N
 def test_a_reduced_leg_of_another_mesh_has_to_be_weighed() -> None:
     """Its volume is not known; the one that ships is recognised by its mesh."""
     part = load_default_leg("published")
-    assert paper_leg(part=part, masses=Masses("cast")).reduced.mass == pytest.approx(CAST_LEG_KG)
+    assert paper_leg("published", part=part, masses=Masses("cast")).reduced.mass == pytest.approx(
+        CAST_LEG_KG
+    )
     other = load_default_leg("hyperelastic")
     with pytest.raises(ValueError, match=r"give full\.mesh, or a weighed masses\.leg_mass_g"):
-        _ = paper_leg(part=other, masses=Masses("cast")).reduced
-    weighed = paper_leg(part=other, masses=Masses("cast", leg_mass_g=42.0)).reduced
+        _ = paper_leg("published", part=other, masses=Masses("cast")).reduced
+    weighed = paper_leg("published", part=other, masses=Masses("cast", leg_mass_g=42.0)).reduced
     assert weighed.mass == pytest.approx(0.042)
 
 

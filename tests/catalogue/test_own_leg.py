@@ -21,17 +21,20 @@ from pneumorph.study.reduction_options import ReduceOptions
 @pytest.fixture
 def own_leg(tmp_path: Path) -> Path:
     """The paper's leg in 0.7 of its size, which says that it was made from another mesh."""
-    part = resized_part(load_default_leg(), 0.7)
+    part = resized_part(load_default_leg("published"), 0.7)
     own = replace(part, metadata={**part.metadata, "mesh_digest": "another"})
     return own.save(tmp_path / "leg.npz")
 
 
 def test_its_finite_elements_are_not_those_of_the_paper_leg(own_leg: Path) -> None:
     """Asked for without a mesh they are refused; what ships walks as it always did."""
-    spec = RobotOptions(part=own_leg).spec()
+    spec = RobotOptions.of("published", part=own_leg).spec()
     with pytest.raises(ValueError, match=r"give the mesh that it was made from as full\.mesh"):
         spec.full("1.0.0.2.2.0.0.1")
-    assert paper_leg(part=load_default_leg()).full.mesh.digest() == paper_leg_mesh().digest()
+    assert (
+        paper_leg("published", part=load_default_leg("published")).full.mesh.digest()
+        == paper_leg_mesh().digest()
+    )
 
 
 def test_it_weighs_what_its_volume_does(tmp_path: Path) -> None:
@@ -46,8 +49,8 @@ def test_it_weighs_what_its_volume_does(tmp_path: Path) -> None:
 
 def test_it_is_drawn_as_long_as_it_is(own_leg: Path) -> None:
     design = Design.parse("1.0.0.2.2.0.0.1")
-    drawn = plans_of(RobotOptions(part=own_leg))(design)
-    usual = plans_of(RobotOptions())(design)
+    drawn = plans_of(RobotOptions.of("published", part=own_leg))(design)
+    usual = plans_of(RobotOptions.of("published"))(design)
     assert usual.half_width_mm == paper_plan(design).half_width_mm
     # It has its own length beyond the disk: 0.7 of 115 mm, pitched by 15 degrees.
     turn = np.radians(-22.5)
@@ -56,7 +59,9 @@ def test_it_is_drawn_as_long_as_it_is(own_leg: Path) -> None:
 
 
 def test_a_height_map_of_reduced_robots_is_refused_by_its_file(tmp_path: Path) -> None:
-    options = RobotOptions(full=FullOptions(height_map=HeightMap(path=tmp_path / "hills.npy")))
+    options = RobotOptions.of(
+        "published", full=FullOptions(height_map=HeightMap(path=tmp_path / "hills.npy"))
+    )
     with pytest.raises(ValueError, match=r"full\.height_map\.path is '.*hills\.npy', expected Non"):
         options.refuse_full_options()
 

@@ -38,7 +38,7 @@ def edited(tmp_path: Path) -> Edited:
 def test_the_papers_robot_is_its_file() -> None:
     """Same hub, poses, parts, physics and numerics, and the same walk to the last bit."""
     described = RobotDescription.read(paper_robot_file())
-    ours, usual = described.spec(thread_count=1), paper_robot(thread_count=1)
+    ours, usual = described.spec(thread_count=1), paper_robot("published", thread_count=1)
     assert described.space == DesignSpace()
     assert (ours.physics, ours.full_order, ours.hub_model) == (
         usual.physics, usual.full_order, usual.hub_model
@@ -102,7 +102,7 @@ def test_both_models_of_a_plate_are_the_same_robot_at_rest() -> None:
 def test_a_leg_of_another_length_is_mounted_by_its_face() -> None:
     """On the paper's disk too: its face comes where that of the paper's leg is."""
     small = RobotDescription.read(PLATE).spec().modules[1]
-    usual, own = paper_robot(), paper_robot(small)
+    usual, own = paper_robot("published"), paper_robot(small)
     assert small.face is not None
     for mine, theirs in zip(own.sites, usual.sites, strict=True):
         np.testing.assert_allclose(
@@ -172,7 +172,7 @@ def test_a_mass_of_another_leg_is_told(edited: Edited, tmp_path: Path) -> None:
     """A part whose mass is not that of its volume: 16 g/ml."""
     from dataclasses import replace
 
-    part = replace(paper_robot().module.reduced, mass=0.7)
+    part = replace(paper_robot("published").module.reduced, mass=0.7)
     part.save(tmp_path / "heavy.npz")
     path = edited('leg = "published"\n\n', 'part = "heavy.npz"\n\n')
     with pytest.raises(ValueError, match=r"modules.long weighs 700.0 g and holds 43.1 ml"):
@@ -185,7 +185,7 @@ def test_robots_of_other_sites_or_hubs_are_told_apart(edited: Edited) -> None:
     moved = RobotDescription.read(edited("bottom_mm = 31", "bottom_mm = 31.5")).spec()
     assert plate.reduction_digest() == same.reduction_digest() != moved.reduction_digest()
     assert plate.full_identity() == same.full_identity() != moved.full_identity()
-    usual = paper_robot()
+    usual = paper_robot("published")
     assert usual.full_identity() == {}
     assert usual.reduction_digest() == usual.module.reduced.digest()
 

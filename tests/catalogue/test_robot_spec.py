@@ -309,19 +309,19 @@ def test_the_hub_and_the_floor_of_full_robots_are_asked_for(tmp_path: Path) -> N
     [
         lambda: paper_robot("hyperelastic", Physics(damping="objective")),
         lambda: paper_robot(paper_leg("hyperelastic").scaled(1.2), Physics()),
-        lambda: RobotOptions(leg="hyperelastic").spec(),
+        lambda: RobotOptions.of("published", leg="hyperelastic").spec(),
     ],
 )
 def test_the_published_legs_map_is_refused_for_another_leg(make: Callable[[], RobotSpec]) -> None:
     """It is 3.3 times the pressure."""
     with pytest.raises(
-        ValueError, match=r"slope 4\.0785, expected .* slope 1\.247.*pressure_map\(\"hyperelas"
+        ValueError, match=r"slope 4\.0785, expected .* slope 1\.247.*leg_kind\(\"hyperelas"
     ):
         make()
 
 
 def test_another_legs_map_is_named_by_its_leg() -> None:
-    with pytest.raises(ValueError, match=r"expected .* slope 1: .*pressure_map\(\"measured\"\)"):
+    with pytest.raises(ValueError, match=r"expected .* slope 1: .*leg_kind\(\"measured\"\)"):
         paper_robot("measured", Physics())
 
 
@@ -333,7 +333,7 @@ def test_reduced_robots_are_refused_on_a_height_map() -> None:
 
 
 def test_the_papers_robot_has_the_map_of_its_leg() -> None:
-    assert paper_robot().physics == Physics()
+    assert paper_robot("published").physics == Physics()
     other = paper_robot("hyperelastic").physics
     assert other == Physics(pressure_map=HYPERELASTIC_PRESSURE_MAP)
     assert paper_robot(paper_leg("hyperelastic")).physics == other
@@ -341,5 +341,7 @@ def test_the_papers_robot_has_the_map_of_its_leg() -> None:
     assert paper_robot("hyperelastic", given).physics is given
     measured = Physics(pressure_map=PressureMap(1.1, -4.0))
     assert paper_robot("hyperelastic", measured).physics is measured
-    assert paper_robot(paper_leg(), thread_count=2).thread_count == 2
-    assert RobotOptions(threads=2).spec().physics == paper_robot().physics
+    assert paper_robot(paper_leg("published"), thread_count=2).thread_count == 2
+    assert (
+        RobotOptions.of("published", threads=2).spec().physics == paper_robot("published").physics
+    )

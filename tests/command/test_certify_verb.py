@@ -23,6 +23,8 @@ from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.certified_rounds import certify
 from pneumorph.study.certified_walks import KeptWalk
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.shown_worlds import SHOWN_WORLDS
+from pneumorph.trajectory import Trajectory
 
 _SHORT = (
     "--total-timesteps 48 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
@@ -125,6 +127,21 @@ def test_a_training_ends_with_its_certificate(
     page = (tmp_path / "page.html").read_text()
     assert "How far, and how sure" in page
     assert "The best pairs, by mean over the worst 25 % of 4 worlds" in page
+    assert f"Replay: {summary['certificate']['best']} in two worlds" in page
+
+
+def test_a_median_and_a_bad_world_are_recorded(learned: Path, certified: Path) -> None:
+    """Each walk is the one that the band is of, to the rounding of robots side by side or alone."""
+    for folder, key in ((learned, "certificate"), (certified, None)):
+        summary = json.loads((folder / "summary.json").read_text())
+        found = summary if key is None else summary[key]
+        place = 1 + [pair["label"] for pair in found["pairs"]].index(found["best"])
+        distances = np.array(found["distances_cm"])[:, place]
+        for (file, _), rank in zip(SHOWN_WORLDS.values(), (2, 0), strict=True):
+            walked = Trajectory.load(folder / file)
+            # Of six worlds, the third worst and the worst.
+            assert walked.metadata["world"] == np.argsort(distances)[rank]
+            assert walked.distance_cm == pytest.approx(np.sort(distances)[rank], abs=1e-6)
 
 
 def test_a_measurement_keeps_the_band_to_worlds_that_agree(

@@ -30,14 +30,16 @@ WORLDS = Randomisation("U(0.3, 0.4)", "1.1", "0.9", "0.05", "2")
 def write(folder: Path, **options: Any) -> Path:
     """A finished coopt run of one pair, two seconds long."""
     task = CrawlingTask(action_count=2)
-    asked = replace(TrainingOptions(), robot=RobotOptions(physics=OBJECTIVE), **options)
+    asked = replace(
+        TrainingOptions(), robot=RobotOptions.of("published", physics=OBJECTIVE), **options
+    )
     asked = replace(asked, coopt=replace(asked.coopt, task=task))
     return write_run(folder, "coopt", asked)
 
 
 def walked_cm(physics: Physics) -> float:
     """How far that pair walks in a physics, by the library alone [cm]."""
-    robot = paper_robot(physics=physics).reduced(BASELINE_DESIGN)
+    robot = paper_robot("published", physics=physics).reduced(BASELINE_DESIGN)
     return float(rollout(robot, crawl(2, seed=1), record_nodes=False)[1].forward_distance_cm)
 
 
@@ -52,7 +54,7 @@ def test_published_physics_can_be_asked_of_an_objective_run(
         ("--physics.damping published", replace(OBJECTIVE, damping="published")),
         ("--physics.damping published --physics.friction 1.2", Physics()),
         ("--simulation.damping published", replace(OBJECTIVE, damping="published")),
-        ("--afresh", Physics()),
+        ("--afresh --physics published", Physics()),
     ):
         found = run_json(f"evaluate {run} {flags} --out {tmp_path / 'e'}", capsys)
         # The same robot and steps: rounding of the sums of times alone.

@@ -51,8 +51,8 @@ def test_deploy_and_transfer_on_the_virtual_rig(
     calibration: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     deployed = run_json(
-        f"deploy --model reduced {SHORT} --trials 2 --calibration {calibration} "
-        f"--out {tmp_path / 'B'}",
+        f"deploy --physics published --model reduced {SHORT} --trials 2 "
+        f"--calibration {calibration} --out {tmp_path / 'B'}",
         capsys,
     )
     assert deployed["calibration"]["file"] == str(calibration)
@@ -63,7 +63,9 @@ def test_deploy_and_transfer_on_the_virtual_rig(
     assert comments["design"] == deployed["design"]
     assert gait.duration_s == 1.0
     compared = run_json(
-        f"transfer B={tmp_path / 'B'} --cycle-s 1 --step-s 0.5 --out {tmp_path / 't'}", capsys
+        f"transfer --physics published B={tmp_path / 'B'} --cycle-s 1 --step-s 0.5 "
+        f"--out {tmp_path / 't'}",
+        capsys,
     )
     (robot,) = compared["robots"]
     assert robot["distances_cm"] == pytest.approx(
@@ -79,9 +81,13 @@ def test_parameters_are_fitted_to_trials(
     calibration: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What the fit finds is tested in test_virtual_rig.py; here, that the verb writes it down."""
-    run_json(f"deploy --model reduced {SHORT} --trials 1 --out {tmp_path / 'B'}", capsys)
+    run_json(
+        f"deploy --physics published --model reduced {SHORT} --trials 1 --out {tmp_path / 'B'}",
+        capsys,
+    )
     fitted = run_json(
-        f"calibrate --trials {tmp_path / 'B'} --calibration {calibration} --fit.names friction "
+        f"calibrate --physics published --trials {tmp_path / 'B'} "
+        f"--calibration {calibration} --fit.names friction "
         f"--fit.scan-count 1 --fit.evaluation-limit 3 --out {tmp_path / 'c'}",
         capsys,
     )
@@ -158,7 +164,10 @@ def test_a_calibration_moves_the_gaits_pressures(
     file = tmp_path / "c" / "calibration.json"
     gait = tmp_path / "gait.csv"
     gait.write_text("time_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa\n0,40,4,0\n2,40,4,0\n")
-    run_json(f"deploy {gait} --dry-run --calibration {file} --out {tmp_path / 'd'}", capsys)
+    run_json(
+        f"deploy {gait} --physics published --dry-run --calibration {file} --out {tmp_path / 'd'}",
+        capsys,
+    )
     planned, _ = read_gait(tmp_path / "d" / "schedule.csv")
     # 4.0785 p - 20.361 = 8.157 q - 40.722  gives  q = (p + 4.9923) / 2.
     assert planned.held_kPa[0] == pytest.approx([22.496, 4.0, 0.0], abs=1e-3)
@@ -176,7 +185,8 @@ def test_a_calibrated_gait_that_the_rig_cuts_off_says_so(
     gait.write_text("time_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa\n0,60,4,0\n2,60,4,0\n")
     file = tmp_path / "c" / "calibration.json"
     summary = run_json(
-        f"deploy {gait} --dry-run --calibration {file} --out {tmp_path / 'd'}", capsys
+        f"deploy {gait} --physics published --dry-run --calibration {file} --out {tmp_path / 'd'}",
+        capsys,
     )
     assert summary["highest_meant_kPa"] == pytest.approx(
         0.5 * (4.0785 * 60 - 20.361) + 10, abs=0.01
@@ -204,7 +214,8 @@ def test_a_gait_that_a_calibration_would_cut_to_another_is_refused(
     """The published leg's gait for a robot with the hyperelastic leg's line: a mixed-up leg."""
     file = Calibration(pressure_map("hyperelastic")).save(tmp_path / "calibration.json")
     refused = _refused(
-        f"deploy --dry-run {SHORT} --calibration {file} --out {tmp_path / 'd'}", capsys
+        f"deploy --physics published --dry-run {SHORT} --calibration {file} --out {tmp_path / 'd'}",
+        capsys,
     )
     assert re.search(r"asks for 224\.2 kPa, expected at most 1\.5 times the limit", refused)
     assert not (tmp_path / "d" / "schedule.csv").exists()

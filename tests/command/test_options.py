@@ -12,10 +12,12 @@ from typing import Any
 
 import pytest
 from helpers.run_folders import write_run
+from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.base.layers import _flags, _switched_off, layered
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
-from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, leg_kind
+from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, leg_kind, load_default_leg
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions, current_arguments
 from pneumorph.cli import VERBS, run
 from pneumorph.fem.material import LegMaterials, Material
@@ -24,8 +26,10 @@ from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.campaign import CampaignSettings
+from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import TrainingOptions
 
+PUBLISHED = RobotOptions.of("published")
 PUBLISHED_MAP = PressureMap()
 OTHER_MAP = PressureMap(5.0, -1.0)
 """A map that is no leg's own."""
@@ -68,7 +72,7 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ask:
 
 def learned(folder: Path, **robot: Any) -> Path:
     """A finished coopt run whose robot has these settings."""
-    options = TrainingOptions(robot=layered(RobotOptions(), [robot]))
+    options = TrainingOptions(robot=layered(PUBLISHED, [robot]))
     return write_run(folder, "coopt", options)
 
 
@@ -77,13 +81,13 @@ def test_flags_win_over_the_file_and_the_file_over_the_run(tmp_path: Path, asked
     folder = learned(tmp_path / "run", **objective)
     file = tmp_path / "file.toml"
     file.write_text('[robot.physics]\ndamping = "objective"\nfriction = 0.7\n')
-    assert asked(f"evaluate {folder}").robot == layered(RobotOptions(), [objective])
+    assert asked(f"evaluate {folder}").robot == layered(PUBLISHED, [objective])
     over = asked(f"evaluate {folder} --settings {file}").robot
     assert (over.physics.friction, over.threads) == (0.7, 3)
-    # `published` and 1.2 are what the class has anyway; said, they count.
+    # `published` and 1.2 are what the physics has anyway; said, they count.
     flags = "--physics.damping published --physics.friction 1.2 --threads 0"
     most = asked(f"evaluate {folder} --settings {file} {flags}").robot
-    assert most == RobotOptions()
+    assert most == PUBLISHED
     one = asked(f"evaluate {folder} --settings {file} --physics.damping=published").robot
     assert (one.physics.damping, one.physics.friction, one.threads) == ("published", 0.7, 3)
     assert asked(f"evaluate {folder} --afresh").robot == RobotOptions()
@@ -115,7 +119,8 @@ def test_a_leg_brings_its_own_pressure_map(tmp_path: Path, asked: Ask) -> None:
         return found
 
     other = "--physics.pressure-map.slope 5 --physics.pressure-map.intercept-kPa -1"
-    assert map_of("simulate") == PUBLISHED_MAP
+    assert map_of("simulate") == PressureMap(1.0, 0.0)
+    assert map_of("simulate --physics published") == PUBLISHED_MAP
     assert map_of("simulate --leg hyperelastic") == HYPERELASTIC_PRESSURE_MAP
     assert map_of(f"simulate --leg hyperelastic {other}") == OTHER_MAP
     half = map_of("simulate --leg hyperelastic --physics.pressure-map.slope 5")
@@ -153,7 +158,8 @@ def test_a_leg_brings_its_masses_and_a_run_keeps_its_own(tmp_path: Path, asked: 
         found: str = asked(command).robot.masses.model
         return found
 
-    assert masses_of("simulate") == "published"
+    assert masses_of("simulate") == "cast"
+    assert masses_of("simulate --physics published") == "published"
     assert masses_of("simulate --leg hyperelastic") == "cast"
     assert masses_of("simulate --preset hyperelastic") == "cast"
     assert masses_of("simulate --leg hyperelastic --masses.model published") == "published"
@@ -161,7 +167,55 @@ def test_a_leg_brings_its_masses_and_a_run_keeps_its_own(tmp_path: Path, asked: 
     cast = learned(tmp_path / "cast", masses={"model": "cast"})
     assert masses_of(f"fabricate {cast}") == "cast"
     assert masses_of(f"fabricate {cast} --masses.model published") == "published"
-    assert masses_of("fabricate 1.0.0.2.2.0.0.1") == "published"
+    assert masses_of("fabricate 1.0.0.2.2.0.0.1") == "cast"
+
+
+def test_the_measured_physics_is_the_default_of_every_robot(asked: Ask) -> None:
+    """With nothing said: leg, masses, hub, steps and physics are those of its name."""
+    usual = asked("simulate").robot
+    assert usual == asked("simulate --physics measured").robot == RobotOptions()
+    assert usual == RobotOptions.of("measured")
+    spec, named = usual.spec(), paper_robot("measured")
+    assert (spec.physics, spec.full_order) == (named.physics, named.full_order)
+    assert spec.hub.mass_numbers() == named.hub.mass_numbers() == paper_robot().hub.mass_numbers()
+    assert spec.reduction_digest() == named.reduction_digest() == paper_robot().reduction_digest()
+    for verb in ("baseline", "coopt", "search", "compare", "bench"):
+        assert asked(verb).robot == usual
+
+
+def test_a_leg_or_a_part_of_another_physics_brings_that_with_it(tmp_path: Path, asked: Ask) -> None:
+    assert asked("simulate --leg published").robot == PUBLISHED
+    other = asked("simulate --leg hyperelastic --physics.friction 0.8").robot
+    assert other.physics == Physics(friction=0.8, pressure_map=HYPERELASTIC_PRESSURE_MAP)
+    assert (other.based_on, other.full, other.masses.model) == ("published", PUBLISHED.full, "cast")
+    # In a robot of its own physics a leg brings no more than what is its own.
+    folder = learned(tmp_path / "run", physics={"friction": 0.5})
+    assert asked(f"evaluate {folder} --leg hyperelastic").robot.physics.friction == 0.5
+    assert asked(f"evaluate {folder} --leg measured").robot == RobotOptions()
+    part = synthetic_reduced_part().save(tmp_path / "leg.npz")
+    assert asked(f"simulate --part {part}").robot == replace(PUBLISHED, part=part)
+    assert asked(f"evaluate {folder} --part {part}").robot.physics.friction == 0.5
+    relaxing = load_default_leg("measured").save(tmp_path / "relaxing.npz")
+    assert asked(f"evaluate {folder} --part {relaxing}").robot == RobotOptions(part=relaxing)
+    # Said together they are as they are said.
+    said = asked(f"simulate --physics measured --part {part}").robot
+    assert said == RobotOptions(part=part)
+
+
+def test_a_run_that_says_no_physics_is_of_the_published_one(tmp_path: Path, asked: Ask) -> None:
+    """All were, before there was a choice; one that says it keeps what it says."""
+    kept = settings_to_dict(TrainingOptions(robot=PUBLISHED))
+    del kept["robot"]["based_on"], kept["robot"]["full"], kept["robot"]["masses"]
+    del kept["certified_world_count"], kept["coopt"]["objective"]
+    folder = write_run(tmp_path / "run", "coopt", kept)
+    assert FinishedRun.read(folder).robot == asked(f"evaluate {folder}").robot == PUBLISHED
+    again = asked(f"coopt --settings {folder / 'settings.json'}")
+    assert (again.robot, again.randomize, again.certified_world_count) == (PUBLISHED, False, 0)
+    assert not again.coopt.objective.is_robust
+    kept["robot"]["based_on"] = "measured"
+    assert asked(f"evaluate {write_run(tmp_path / 'now', 'coopt', kept)}").robot.based_on == (
+        "measured"
+    )
 
 
 def test_a_choice_of_physics_brings_leg_masses_hub_and_damping(tmp_path: Path, asked: Ask) -> None:
@@ -177,14 +231,14 @@ def test_a_choice_of_physics_brings_leg_masses_hub_and_damping(tmp_path: Path, a
     # A run's own friction gives way: it was asked for other physics.
     folder = learned(tmp_path / "run", based_on="measured", physics={"friction": 0.5})
     assert asked(f"evaluate {folder}").robot.physics == replace(measured.physics, friction=0.5)
-    assert asked(f"evaluate {folder} --physics published").robot == RobotOptions()
+    assert asked(f"evaluate {folder} --physics published").robot == PUBLISHED
 
 
 def test_a_variant_of_a_campaign_is_a_layer(tmp_path: Path) -> None:
     for name, text in (("leg", '[robot]\nleg = "hyperelastic"\n'), ("seed", "[coopt]\nseed = 4\n")):
         (tmp_path / f"{name}.toml").write_text(text)
     files = tuple(tmp_path / f"{name}.toml" for name in ("leg", "seed"))
-    base = TrainingOptions(robot=RobotOptions(physics=Physics(friction=0.5)))
+    base = TrainingOptions(robot=replace(PUBLISHED, physics=Physics(friction=0.5)))
     variants = CampaignSettings(variants=files, run=base).bases()
     assert variants["leg"].robot.physics == Physics(
         friction=0.5, pressure_map=HYPERELASTIC_PRESSURE_MAP
@@ -247,7 +301,8 @@ def test_air_is_asked_for_by_flags_and_files(tmp_path: Path, asked: Ask) -> None
     air = asked(f"simulate --settings {file}").robot.physics.air
     assert (air.law, air.venting_mm3_per_s_kPa) == ("orifice", (900.0,))
     file.write_text("[robot.physics]\nfriction = 0.8\n")
-    assert asked(f"simulate --settings {file}").robot.physics.air == Air()
+    published = "simulate --physics published"
+    assert asked(f"{published} --settings {file}").robot.physics.air == Air()
     file.write_text("[robot.physics.air]\nfilling_mm3_per_s_kPa = [900.0, 800.0]\n")
     assert run(["simulate", "--settings", str(file), "--out", str(tmp_path / "s")]) == 1
 
@@ -279,7 +334,7 @@ def test_older_settings_are_read(tmp_path: Path, asked: Ask) -> None:
 )
 def test_an_older_run_walks_the_map_it_walked(leg: str, own: PressureMap, tmp_path: Path) -> None:
     """Runs of the hyperelastic leg saved the published map and walked their own."""
-    now = settings_to_dict(RobotOptions())
+    now = settings_to_dict(PUBLISHED)
     physics, stepper = now.pop("physics"), now.pop("stepper")
     older = {**now, "leg": leg, "simulation": {**physics, **stepper}}
     assert settings_from_dict(RobotOptions, older).physics == Physics(pressure_map=own)

@@ -37,7 +37,7 @@ COMMANDS = {
     "transfer": "transfer B={runs}/deploy",
     "exchange": "exchange {runs}/coopt/training/gaits/L1.csv --to csv",
     "reduce": f"reduce --mesh {{mesh}} {FEW_SNAPSHOTS}",
-    "fabricate": "fabricate 1.0.0.2.2.0.0.1 --surface-size-mm 20",
+    "fabricate": "fabricate 1.0.0.2.2.0.0.1 --physics published --surface-size-mm 20",
 }
 """In the order in which one needs the other."""
 

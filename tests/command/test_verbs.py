@@ -121,8 +121,8 @@ def test_simulate_takes_a_full_robot_of_any_design(
 ) -> None:
     """Two legs and five steps of 10 ms: the contact law, and that no step failed, are reported."""
     summary = run_json(
-        "simulate --model full --design 1.0.0.0.2.0.0.0 --expert.duration-s 0.05 --record-every 2 "
-        f"--full.hub rigid --out {tmp_path}",
+        "simulate --physics published --model full --design 1.0.0.0.2.0.0.0 --record-every 2 "
+        f"--expert.duration-s 0.05 --full.hub rigid --out {tmp_path}",
         capsys,
     )
     assert summary["status"] == "completed"
@@ -185,8 +185,10 @@ def test_compare_walks_a_grid_of_reductions(
 ) -> None:
     """A grid of the leg that ships alone errs as that leg does; its full walks ship too."""
     shipped = data_folder("leg_published.npz")
-    command = f"compare --animations two_leg --heldout-count 0 --floating-duration-s 0 \
-        --timed-steps 0 --grid {shipped} --out {tmp_path}"
+    command = (
+        "compare --physics published --animations two_leg --heldout-count 0 "
+        f"--floating-duration-s 0 --timed-steps 0 --grid {shipped} --out {tmp_path}"
+    )
     summary = run_json(command, capsys)
     (point,) = summary["tolerance_grid"]
     assert point["mean_node_error_mm"] == summary["animations_mean_node_error_mm"]

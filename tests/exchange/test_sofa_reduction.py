@@ -172,7 +172,7 @@ def test_springs_on_the_written_modes_hold_the_leg_as_its_mount_does(
     model: PartModel, tmp_path: Path
 ) -> None:
     """A displacement has the same energy in the springs as in the mount's stiffness."""
-    part = load_default_leg()
+    part = load_default_leg("published")
     tree = ast.parse(export_sofa_scene(tmp_path, part, model).read_text())
     (stiffness,) = (
         ast.literal_eval(node.value)

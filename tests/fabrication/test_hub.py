@@ -125,7 +125,7 @@ def test_loads_of_another_shape_are_refused() -> None:
 
 def published_disk_share_percent() -> float:
     """The same of the simulation's disk of 5 MPa, at the four corners of a leg's tooth face."""
-    spec = paper_robot()
+    spec = paper_robot("published")
     leg, disk = spec.module.full, spec.hub.full("soft")
     assert isinstance(disk, SoftHub)
     points = leg.rest_nodes[leg.mesh.node_set("attachment")]

@@ -58,7 +58,7 @@ def test_shares_are_those_of_the_forces() -> None:
 
 def test_a_standing_robot_presses_with_its_weight_and_slips_nowhere() -> None:
     physics = Physics()
-    robot = paper_robot().assembly("1.0.0.2.2.0.0.1")
+    robot = paper_robot("published").assembly("1.0.0.2.2.0.0.1")
     _, rest = rollout(ReducedRobot(robot, physics), np.zeros((300, 3)), record_every=10)
     margin = friction_margin(rest, physics.friction)
     weight_mN = (robot.hub.mass + sum(mount.part.mass for mount in robot.mounts)) * 9800.0
@@ -71,7 +71,7 @@ def test_a_standing_robot_presses_with_its_weight_and_slips_nowhere() -> None:
 
 def test_no_leg_uses_more_than_friction_can_give() -> None:
     physics = Physics(friction=0.4)
-    robot = paper_robot().assembly("1.0.0.2.2.0.0.1")
+    robot = paper_robot("published").assembly("1.0.0.2.2.0.0.1")
     gait = HeldGait.evenly(np.array([[80.0, 0.0, 0.0], [80.0, 80.0, 0.0]]), 0.5)
     commands = sample_commands(gait, physics.time_step_s, 100)
     _, walked = rollout(ReducedRobot(robot, physics), commands, record_every=1)
@@ -85,7 +85,10 @@ def test_no_leg_uses_more_than_friction_can_give() -> None:
 
 def test_each_surface_gives_its_own_friction() -> None:
     given = (("sheet", 0.3), ("skin", 0.6), ("hub", 0.1))
-    spec, design = paper_robot(physics=Physics(friction_by_surface=given)), "1.0.0.2.2.0.0.1"
+    spec, design = (
+        paper_robot("published", physics=Physics(friction_by_surface=given)),
+        "1.0.0.2.2.0.0.1",
+    )
     gait = HeldGait.evenly(np.array([[80.0, 0.0, 0.0], [80.0, 80.0, 0.0]]), 0.5)
     commands = sample_commands(gait, spec.physics.time_step_s, 100)
     _, walked = rollout(spec.reduced(design), commands, record_every=1)
@@ -98,7 +101,9 @@ def test_each_surface_gives_its_own_friction() -> None:
     # As above; the coefficient of one surface for all would allow twice that or half of it.
     assert np.nanmax(margin.used_share) < 1.0 + 1e-4
     assert np.nanmax(margin.used_share) > 0.9
-    assert leg_friction(Design.parse(design), walked, paper_robot()) == Physics().friction
+    assert (
+        leg_friction(Design.parse(design), walked, paper_robot("published")) == Physics().friction
+    )
     # Under pressure a point has between half and twice of what its surface has.
     law = replace(spec, physics=replace(spec.physics, friction_pressure=FrictionPressure(-0.3)))
     factor = leg_friction(Design.parse(design), walked, law) / np.asarray(friction)

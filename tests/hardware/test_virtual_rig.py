@@ -62,7 +62,9 @@ def test_every_floor_of_a_trial_is_off_by_the_same_share() -> None:
         named = dict(world.friction_by_surface)
         assert named == pytest.approx({"sheet": 0.6 * share, "hub": 0.2 * share})
     # Those that only the simulation names as well.
-    spec = paper_robot(physics=Physics(friction_by_surface=(("skin", 0.9), ("hub", 0.4))))
+    spec = paper_robot(
+        "published", physics=Physics(friction_by_surface=(("skin", 0.9), ("hub", 0.4)))
+    )
     reality = VirtualReality(spec, settings, "reduced").reality
     world = trial_reality(reality, settings, 1).world
     share = world.friction / 1.1
@@ -107,7 +109,7 @@ def test_regulators_fill_as_air_flows() -> None:
 def test_the_rigs_valves_are_off_one_by_one_and_its_chambers_are_the_designs() -> None:
     """Four draws of N(1, 0.1), cut off at three deviations; those of a seed stay."""
     physics = Physics(air=Air(law="orifice"))
-    spec = replace(paper_robot(), physics=physics)
+    spec = replace(paper_robot("published"), physics=physics)
     settings = VirtualRigSettings(seed=3)
     world = VirtualReality(spec, settings, "reduced").reality.world
     air = true_air(settings, world, physics.air, 3)
@@ -199,7 +201,7 @@ def test_the_full_robot_behind_the_rig_is_the_one_asked_for() -> None:
     """Mesh, elements, materials, pressure map, hub and solver, with what is off on top."""
     full = FullOptions(hub="rigid", integrator="implicit_euler", contact_sweeps=99)
     physics = Physics(pressure_map=HYPERELASTIC_PRESSURE_MAP)
-    spec = RobotOptions(leg="hyperelastic", full=full, physics=physics).spec()
+    spec = RobotOptions.of("published", leg="hyperelastic", full=full, physics=physics).spec()
     settings = replace(NOTHING_OFF, reality=Randomisation("0.9", "1.1", "1.2", "0", "0"))
     reality = VirtualReality(spec, settings, "full")
     robot = reality.rig(Design.parse("1.0.0.2.2.0.0.1"), RigSettings(), 1).robot
@@ -216,7 +218,7 @@ def test_the_full_robot_behind_the_rig_is_the_one_asked_for() -> None:
 
 
 def test_a_bend_test_beyond_what_the_leg_can_do_is_refused() -> None:
-    spec = paper_robot()
+    spec = paper_robot("published")
     soft = replace(NOTHING_OFF, reality=Randomisation("1.2", "0.15", "1", "0", "0"))
     with pytest.raises(ValueError, match=r"no equilibrium above .* real kPa, the bend test goes"):
         VirtualReality(spec, soft, "reduced").bend_test(np.array([20.0, 90.0]))
@@ -225,7 +227,7 @@ def test_a_bend_test_beyond_what_the_leg_can_do_is_refused() -> None:
 def test_calibration_finds_the_rigs_pressure_map() -> None:
     """The bend depends on pressure over modulus, so the line found is the true one over the
     modulus's factor: intercept and slope lie in their intervals (95 % each; this seed's do)."""
-    spec = paper_robot()
+    spec = paper_robot("published")
     reality = VirtualReality(spec, VirtualRigSettings(seed=3), "reduced")
     pressures = np.repeat(np.arange(10.0, 91.0, 10.0), 3)
     bends = reality.bend_test(pressures)
@@ -241,7 +243,7 @@ def test_calibration_finds_the_rigs_pressure_map() -> None:
 
 def test_the_full_robot_behind_the_rig_moves(tmp_path: Path) -> None:
     """Finite elements for a fifth of a second: the whole path, not a result."""
-    spec = paper_robot(hub_model="rigid")
+    spec = paper_robot("published", hub_model="rigid")
     design = Design.parse("1.0.0.0.1.0.1.0")
     rig = RigSettings()
     settings = VirtualRigSettings(settling_steps=2)
@@ -262,7 +264,7 @@ def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
     truth must lie in the 95 % intervals widened twice, for two parameters of one seed whose errors
     are not normal: legs stick and slip.
     """
-    spec = paper_robot()
+    spec = paper_robot("published")
     design = Design.parse("1.0.0.2.2.0.0.1")
     settings = VirtualRigSettings(
         seed=4,

@@ -11,7 +11,7 @@ from pneumorph.reduction.reduced_part import ReducedPart
 
 def held_leg(model: PartModel) -> ReducedPart:
     """Same sampled elements, modes that vanish at the attachment, no mount."""
-    shipped = load_default_leg()
+    shipped = load_default_leg("published")
     modes = shipped.modes.copy()
     modes[model.mesh.node_set("attachment")] = 0.0
     flat = mass_orthonormalise(modes.reshape(-1, shipped.mode_count), model.node_mass)

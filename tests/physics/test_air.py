@@ -195,7 +195,7 @@ def test_conductances_are_of_each_regulator_or_of_all() -> None:
 
 def test_both_models_fill_the_same_chambers() -> None:
     """Two legs on the first regulator, one on the second, none on the third: its tube alone."""
-    spec = paper_robot(physics=Physics(air=Air("orifice")), hub_model="rigid")
+    spec = paper_robot("published", physics=Physics(air=Air("orifice")), hub_model="rigid")
     design = "1.1.0.2.0.0.0.0"
     leg = spec.module.full
     cavity = leg.cavity_volume(leg.rest_nodes)

@@ -22,7 +22,7 @@ from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
 from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.study.bend_error import compare_bend
 
-BUILD = paper_robot().assembly
+BUILD = paper_robot("published").assembly
 COMMANDS = np.array([[90.0, 0.0, 20.0], [60.0, 90.0, 0.0], [0.0, 70.0, 90.0], [0.0, 0.0, 0.0]])
 TIGHT = StepperSettings(
     contact_tolerance_mm_per_s=1e-6, contact_sweeps=5000, element_precision="double"
@@ -111,6 +111,7 @@ def test_no_point_of_a_walking_robot_sinks_into_the_floor():
 
 def test_the_full_robot_stands_on_the_slope_of_the_reduced_one():
     spec = paper_robot(
+        "published",
         physics=Physics(floor_slope_deg=10.0),
         hub_model="rigid",
         full_order=FullOrderSettings(friction_solver="gauss_seidel"),
@@ -122,7 +123,7 @@ def test_the_full_robot_stands_on_the_slope_of_the_reduced_one():
 
 def test_the_leg_that_ships_bends_like_its_full_model():
     """Both held at the attachment; the bend may differ by 3 % (the project's own mark)."""
-    leg = load_default_leg()
+    leg = load_default_leg("published")
     assert leg.metadata["report"]["bend_error_percent"] < 3.0
     measured = compare_bend(paper_leg_model(), leg, (80.0,))
     assert measured.error_percent < 3.0

@@ -55,7 +55,7 @@ SMALLEST_POINTS = 6.0
 def walked() -> Trajectory:
     """A cycle of the expert's gait by the reduced robot that ships."""
     commands = sample_commands(ExpertGait(phase_deg=60), 0.01, 400)
-    robot = paper_robot().reduced(DESIGN)
+    robot = paper_robot("published").reduced(DESIGN)
     return rollout(robot, np.asarray(commands), record_every=20, settling_steps=15)[1]
 
 

@@ -58,7 +58,7 @@ def test_a_stiffer_leg_stands_on_the_same_mount() -> None:
 
 def test_robot_of_all_masses_moduli_and_pressures_doubled_walks_the_same_path() -> None:
     """Newton's law is linear in mass, modulus and pressure together (gravity scales with mass)."""
-    robot = paper_robot().assembly("1.0.0.2.2.0.0.1")
+    robot = paper_robot("published").assembly("1.0.0.2.2.0.0.1")
     commands = np.zeros((60, 3))
     commands[:, 0] = 60.0
     # Double arithmetic: single's rounding of element forces would be magnified by contact.

@@ -88,7 +88,7 @@ def _walked(simulator: object, steps: int = 60) -> np.ndarray:
 
 
 def test_the_world_as_it_is_changes_no_bit() -> None:
-    robot = paper_robot().assembly(DESIGN)
+    robot = paper_robot("published").assembly(DESIGN)
     physics = Physics()
     plain = _walked(BatchedSimulator([robot], physics, thread_count=1))
     np.testing.assert_array_equal(
@@ -108,7 +108,7 @@ def test_the_world_as_it_is_changes_no_bit() -> None:
     ids=lambda change: next(iter(change)),
 )
 def test_every_quantity_of_a_world_matters(change: dict[str, float]) -> None:
-    robot = paper_robot().assembly(DESIGN)
+    robot = paper_robot("published").assembly(DESIGN)
     physics = Physics()
     plain = _walked(simulator_in_world([robot], AS_IS, physics, thread_count=1))
     other = _walked(simulator_in_world([robot], replace(AS_IS, **change), physics, thread_count=1))
@@ -148,7 +148,7 @@ AIR = Physics(air=Air(law="orifice"))
 @pytest.mark.parametrize("name", ["filling_factor", "venting_factor"])
 def test_factors_on_valves_are_factors_on_time(name: str) -> None:
     """Through twice the conductance a pressure is where it otherwise is after twice the time."""
-    robot = paper_robot().assembly(DESIGN)
+    robot = paper_robot("published").assembly(DESIGN)
     up, down = np.array([[80.0, 40.0, 0.0]]), np.zeros((1, 3))
     commands, steps = ([up], 20) if name == "filling_factor" else ([up, down], 4)
 
@@ -165,7 +165,9 @@ def test_factors_on_valves_are_factors_on_time(name: str) -> None:
 
 
 def test_robots_in_worlds_of_unlike_air_are_each_as_alone() -> None:
-    robots = [paper_robot().assembly(each) for each in (DESIGN, "1.1.1.2.2.0.0.1", DESIGN)]
+    robots = [
+        paper_robot("published").assembly(each) for each in (DESIGN, "1.1.1.2.2.0.0.1", DESIGN)
+    ]
     drawn = Randomisation(filling_factor="U(0.5, 2)", venting_factor="U(0.5, 2)")
     simulator = RandomisedSimulator(robots, AIR, drawn, seed=1, world_count=3)
     command = np.tile([60.0, 0.0, 0.0], (3, 1))
@@ -197,7 +199,7 @@ def test_surfaces_have_distributions_of_their_own() -> None:
     physics = Physics(friction_by_surface=(("skin", 0.7), ("hub", 0.9)))
     expected = {"skin": 0.7, "hub": 0.3, "sheet": drawn["sheet"]}
     assert dict(world.applied_to(physics).friction_by_surface) == expected
-    robot = paper_robot().assembly(DESIGN)
+    robot = paper_robot("published").assembly(DESIGN)
     icy, gripping = (
         _walked(simulator_in_world([robot], replace(AS_IS, friction_by_surface=(("sheet", mu),)),
                                    Physics(), thread_count=1))
@@ -221,13 +223,13 @@ def test_the_papers_surfaces_are_drawn_over_what_is_known_of_them() -> None:
     for name, surface in SURFACES.items():
         # As far from one end as from the other in proportion, to two digits behind the point.
         assert middle[name] / surface.low == pytest.approx(surface.high / middle[name], rel=0.05)
-    known = paper_robot().assembly(DESIGN).contact_surfaces.known_names()
+    known = paper_robot("published").assembly(DESIGN).contact_surfaces.known_names()
     assert sorted(SURFACES) == known == ["hub", "sheet", "skin"]
 
 
 def test_lagging_regulators_follow_a_first_order_filter() -> None:
     """After a time t of one command c the pressure is c (1 - exp(-t / lag)), the rate allowing."""
-    robot = paper_robot().assembly(DESIGN)
+    robot = paper_robot("published").assembly(DESIGN)
     lag, steps = 0.3, 60
     simulator = simulator_in_world(
         [robot], replace(AS_IS, regulator_lag_s=lag), Physics(), thread_count=1
@@ -241,7 +243,7 @@ def test_lagging_regulators_follow_a_first_order_filter() -> None:
 
 def test_commands_of_a_gait_lag_as_the_simulators_do() -> None:
     """At every fifth step, where both renew them; steps between are held."""
-    robot = paper_robot().assembly(DESIGN)
+    robot = paper_robot("published").assembly(DESIGN)
     world = replace(AS_IS, regulator_lag_s=0.2)
     simulator = simulator_in_world([robot], world, Physics(pressure_rate_kPa_per_s=1e9))
     commands = np.repeat(np.array([[10.0, 20.0, 0.0], [40.0, 0.0, 5.0]]), 10, axis=0)
@@ -292,7 +294,7 @@ def test_measurements_without_sense_are_refused(
 
 
 def test_robots_live_in_their_worlds_and_draws_repeat() -> None:
-    robots = [paper_robot().assembly(DESIGN) for _ in range(4)]
+    robots = [paper_robot("published").assembly(DESIGN) for _ in range(4)]
     physics = Physics()
     simulator = RandomisedSimulator(robots, physics, Randomisation(), seed=5, world_count=2)
     command = np.tile([60.0, 0.0, 0.0], (4, 1))
@@ -317,7 +319,7 @@ def test_the_environment_redraws_by_its_seed_alone() -> None:
     def make(robots: object) -> RandomisedSimulator:
         return RandomisedSimulator(robots, Physics(), Randomisation(), 0, 2)  # type: ignore[arg-type]
 
-    environment = CrawlingEnvironment([DESIGN] * 2, paper_robot().assembly, make, task)
+    environment = CrawlingEnvironment([DESIGN] * 2, paper_robot("published").assembly, make, task)
 
     def rewards(seed: int) -> np.ndarray:
         environment.reset(seed=seed, options={"designs": [DESIGN] * 2})
@@ -329,7 +331,7 @@ def test_the_environment_redraws_by_its_seed_alone() -> None:
 
 
 def test_constant_worlds_are_the_plain_simulator() -> None:
-    robots = [paper_robot().assembly(DESIGN)]
+    robots = [paper_robot("published").assembly(DESIGN)]
     physics = Physics()
     randomised = RandomisedSimulator(robots, physics, CONSTANT, world_count=3)
     np.testing.assert_array_equal(

@@ -28,7 +28,7 @@ from pneumorph.study.finished_run import FinishedRun, furthest
 DESIGNS = (BASELINE_DESIGN, "0.0.1.2.1.0.0.0", "0.0.1.2.3.0.0.0")
 SPACE = DesignSpace(maximum_legs=5)
 TASK = CrawlingTask(action_count=2, settling_step_count=7)
-ROBOT = RobotOptions(physics=Physics(damping="objective", friction=0.9))
+ROBOT = RobotOptions.of("published", physics=Physics(damping="objective", friction=0.9))
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ def test_a_kept_trajectory_is_found_by_its_identity(tmp_path: Path) -> None:
     (animation,) = animations(["two_leg"], 0.2)
     part = synthetic_reduced_part(mode_count=4, cells=(6, 4, 4))
     assert len(part.rest_nodes) > NODE_COUNT
-    model = paper_robot(paper_leg(part=part)).reduced(animation.design)
+    model = paper_robot(paper_leg("published", part=part)).reduced(animation.design)
     trajectory = rollout(model, np.full((20, 3), 45.0))[1]
     store = FullOrderStore((tmp_path / "own", tmp_path / "shipped"))
     kept = store.save("two_leg", "this", trajectory)
@@ -60,7 +60,7 @@ def test_identity_changes_with_anything(tmp_path: Path) -> None:
 def test_a_trajectory_without_nodes_cannot_be_kept() -> None:
     (animation,) = animations(["two_leg"], 0.1)
     part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
-    model = paper_robot(paper_leg(part=part)).reduced(animation.design)
+    model = paper_robot(paper_leg("published", part=part)).reduced(animation.design)
     bare = rollout(model, np.zeros((2, 3)), record_nodes=False)[1]
     with pytest.raises(ValueError, match="record them"):
         thinned(bare)
@@ -71,17 +71,17 @@ def test_ways_that_ship_are_of_the_published_masses(name: str) -> None:
     """Found for the published robot, and for none of another hub, leg or spread of mass."""
     (animation,) = animations([name], 10.0)
     shipped = FullOrderStore((data_folder("full_order"),))
-    by_volume = paper_leg(materials=LegMaterials(mass_lumping="volume"))
+    by_volume = paper_leg("published", materials=LegMaterials(mass_lumping="volume"))
 
     def found(robot: RobotSpec) -> bool:
         pair = ModelPair(animation, robot)
         identity = rollout_identity(pair._described(10), pair.commands_kPa)
         return shipped.find(name, identity) is not None
 
-    assert found(paper_robot())
-    assert not found(paper_robot(masses=Masses(hub_mass_g=30.0)))
-    assert not found(paper_robot(masses=Masses("cast", leg_mass_g=105.0)))
-    assert not found(paper_robot(masses=Masses(leg_mass_g=42.0)))
+    assert found(paper_robot("published"))
+    assert not found(paper_robot("published", masses=Masses(hub_mass_g=30.0)))
+    assert not found(paper_robot("published", masses=Masses("cast", leg_mass_g=105.0)))
+    assert not found(paper_robot("published", masses=Masses(leg_mass_g=42.0)))
     assert not found(paper_robot(by_volume))
     for changed in (Physics(friction_by_surface=(("hub", 0.3),)), Physics(air=Air("orifice"))):
-        assert not found(paper_robot(physics=changed))
+        assert not found(paper_robot("published", physics=changed))

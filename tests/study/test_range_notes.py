@@ -23,7 +23,7 @@ NEAR, FAR = 1e-3, 1.0
 
 def robot(scale: float) -> RobotSpec:
     """The paper's, its legs knowing a range that is a ball."""
-    spec = paper_robot()
+    spec = paper_robot("published")
     part = spec.module.reduced
     known = replace(part, snapshot_range=scale * np.eye(part.mode_count))
     module = replace(spec.module, make_reduced=lambda: known)
@@ -63,7 +63,7 @@ def test_an_analysis_names_the_robots_that_left(tmp_path):
 
 
 def test_legs_that_do_not_know_are_not_flagged(tmp_path):
-    found = simulate(WalkSettings(), paper_robot(), folder(tmp_path))
+    found = simulate(WalkSettings(), paper_robot("published"), folder(tmp_path))
     assert found.range_ratio is None
     assert found.notes == ()
     assert found.leg["knows_range"] is False

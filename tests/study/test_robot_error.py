@@ -20,7 +20,7 @@ from pneumorph.trajectory import Trajectory
 def trajectory() -> Trajectory:
     (animation,) = animations(["two_leg"], 0.3)
     part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
-    model = paper_robot(paper_leg(part=part)).reduced(animation.design)
+    model = paper_robot(paper_leg("published", part=part)).reduced(animation.design)
     return rollout(model, np.full((30, 3), 45.0))[1]
 
 

@@ -6,13 +6,19 @@ import pytest
 
 from pneumorph.base.layers import layered
 from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, fast_settings, quick_settings
-from pneumorph.study.training_options import TrainingOptions, train_as_asked
+from pneumorph.study.training_options import (
+    TrainingOptions,
+    measured_training,
+    quick_training,
+    train_as_asked,
+)
 
 
 def test_measured_robots_are_trained_in_the_worlds_that_may_be() -> None:
-    usual = TrainingOptions(coopt=fast_settings())
+    usual = TrainingOptions(coopt=fast_settings(), robot=RobotOptions.of("published"))
     measured = layered(usual, [{"robot": {"based_on": "measured"}}])
     assert measured.randomize
     assert measured.certified_world_count > usual.certified_world_count == 0
@@ -26,6 +32,11 @@ def test_measured_robots_are_trained_in_the_worlds_that_may_be() -> None:
     single = layered(usual, [asked])
     assert (single.randomize, single.coopt.objective.is_robust) == (False, False)
     assert not quick_settings().objective.is_robust
+    # It is what every preset has; another choice takes all of it back, the same one none of it.
+    assert measured_training(fast_settings()) == measured
+    assert layered(measured, [{"robot": {"based_on": "published"}}]) == usual
+    quick = quick_training()
+    assert layered(quick, [{"robot": {"based_on": "measured"}}]) == quick
 
 
 def test_several_worlds_for_a_design_ask_for_worlds(tmp_path) -> None:

@@ -30,7 +30,7 @@ SPACE = DesignSpace()
 @pytest.fixture(scope="module")
 def walked() -> Trajectory:
     commands = sample_commands(ExpertGait(phase_deg=60), 0.01, 60)
-    robot = paper_robot().reduced(EXPERT)
+    robot = paper_robot("published").reduced(EXPERT)
     description = {"design": EXPERT}
     return rollout(robot, np.asarray(commands), record_every=20, description=description)[1]
 

@@ -16,5 +16,5 @@ from pneumorph.trajectory import Trajectory
 def crawl() -> Trajectory:
     """1.5 s of the expert's gait from the moment the hind legs move, 16 frames."""
     commands = sample_commands(ExpertGait(phase_deg=60), 0.01, 150)
-    robot = paper_robot().reduced("1.0.0.2.2.0.0.1")
+    robot = paper_robot("published").reduced("1.0.0.2.2.0.0.1")
     return rollout(robot, np.asarray(commands), record_every=10)[1]

@@ -51,7 +51,7 @@ def test_the_page_shows_every_frame_as_it_comes(crawl: Trajectory, open_page: Op
 def test_a_watched_rollout_tells_its_frames_and_is_not_changed_by_it(crawl: Trajectory) -> None:
     told: list[Trajectory] = []
     commands = sample_commands(ExpertGait(phase_deg=60), 0.01, 150)
-    robot = paper_robot().assembly("1.0.0.2.2.0.0.1")
+    robot = paper_robot("published").assembly("1.0.0.2.2.0.0.1")
     watched = rollout(ReducedRobot(robot, watch=told.append), commands, record_every=10)[1]
     for name, value in crawl.arrays().items():
         assert np.array_equal(watched.arrays()[name], value), name
