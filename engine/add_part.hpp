@@ -3,7 +3,7 @@
 #pragma once
 #include "workspace.hpp"
 #if !defined(PNEUMORPH_KERNEL_NAME)
-#include "rubber.hpp"
+#include "kept_rubber.hpp"
 #endif
 
 namespace pneumorph {
@@ -19,7 +19,11 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   const double* alpha = state.modes + k * M;
   const double* rates = state.mode_rates + k * M;
   MountMemory<M, Real>& memory = work.mounts[k];
+#if defined(PNEUMORPH_KERNEL_NAME)
   ElementSystem<M, Real>& elements = memory.elements;
+#else
+  ElementSystem<M, Real> elements;  // the solid's alone are remembered
+#endif
   LegSystem<M>& leg = memory.leg;
   double* transform = work.views[k].transform;
   // V_part = R^T (V + W x t), W_part = R^T W.
@@ -50,15 +54,17 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
 
   if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
+#if defined(PNEUMORPH_KERNEL_NAME)
   const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory, state);
   if (!kept) {
-#if defined(PNEUMORPH_KERNEL_NAME)
     element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, elements);
-#else
-    rubber_system<M, Real>(part, alpha, settings, static_cast<Real*>(state.springs) + mount.spring_offset, elements);
-#endif
     ++state.tangent_total;
   }
+#else
+  constexpr bool kept = false;  // of the whole part; its solid's alone
+  rubber_system<M, Real>(part, alpha, rates, settings, static_cast<Real*>(state.springs) + mount.spring_offset, memory,
+                         state, elements);
+#endif
   clock.lap(0);
   add_inertia_and_loads<M, Real>(part, alpha, rates, part_velocity, part_gravity, part_pressure, settings, leg);
   clock.lap(1);

@@ -13,6 +13,7 @@ constexpr int kMaximumRegulators = 16;
 constexpr int kMaximumModes = 32;
 constexpr int kMaximumBranches = 8;
 constexpr int kMaximumPressures = 32;
+constexpr int kPressureLane = 8;      // pressures treated side by side
 
 enum Status : unsigned char { kRunning = 0, kDiverged = 1, kSingular = 2 };
 
@@ -57,7 +58,7 @@ struct Part {
   double dilatation_lambda = 0;   // kPa
   const double* dilatation_1 = nullptr;  // (pressure, mode)
   const double* dilatation_2 = nullptr;  // (pressure, mode, mode)
-  const Real* dilatation_3 = nullptr;    // (pressure, pair, mode)
+  const Real* dilatation_3 = nullptr;    // (block of pressures, pair b <= c, mode from c / 4 * 4 on, lane)
   int branch_count = 0;                  // of the solid, with shear moduli over its own and times
   double branch_ratio[kMaximumBranches] = {0}, branch_time[kMaximumBranches] = {0};
   bool is_rubber() const { return tetrahedra.law == kYeoh || pressure_count > 0 || branch_count > 0; }

@@ -123,17 +123,48 @@ PaddedCubics<Real> pad_cubics(std::vector<AlignedArray>& storage, int count, con
   return {first, quadratic, cubic};
 }
 
+// Terms sum over b <= c <= a of t alpha_b alpha_c alpha_a of cubics, each in a lane: (block, pair b <= c, mode from c / 4 * 4
+// on, lane). `cube`: third derivatives, (cubic, mode, mode, mode).
+template <class Real>
+const Real* pad_cubic_terms(std::vector<AlignedArray>& storage, int count, const double* cube, int modes, int p) {
+  const int m = modes, blocks = (count + kPressureLane - 1) / kPressureLane;
+  size_t modes_of_pairs = 0;
+  for (int b = 0; b < p; ++b)
+    for (int c = b; c < p; ++c) modes_of_pairs += p - c / 4 * 4;
+  Real* terms = allocate<Real>(storage, blocks * modes_of_pairs * kPressureLane + 16);
+  Real* at = terms;
+  for (int block = 0; block < blocks; ++block)
+    for (int b = 0; b < p; ++b)
+      for (int c = b; c < p; ++c)
+        for (int a = c / 4 * 4; a < p; ++a, at += kPressureLane) {
+          if (a < c || a >= m) continue;
+          // Of 6, 3 or 1 equal terms of the sum over all modes.
+          const double share = b == c ? (c == a ? 1.0 / 6 : 0.5) : (c == a ? 0.5 : 1.0);
+          for (int lane = 0; lane < kPressureLane && block * kPressureLane + lane < count; ++lane) {
+            const double* own = cube + size_t(block * kPressureLane + lane) * m * m * m;
+            const auto entry = [&](int i, int j, int k) { return own[(size_t(i) * m + j) * m + k]; };
+            at[lane] = Real(share / 6 * (entry(a, b, c) + entry(a, c, b) + entry(b, a, c) + entry(b, c, a) +
+                                         entry(c, a, b) + entry(c, b, a)));
+          }
+        }
+  return terms;
+}
+
 // Volumes of the cavities, and what measured silicone has besides.
 template <class Real>
 void pad_volumes(std::vector<AlignedArray>& storage, const PartInput& in, int p, Part<Real>& part) {
   const auto cavities = pad_cubics<Real>(storage, in.cavities, in.volume_1, in.volume_2, in.volume_3, in.modes, p);
   part.cavity_count = in.cavities;
   part.volume_1 = cavities.first, part.volume_2 = cavities.second, part.volume_3 = cavities.third;
-  const auto changes =
-      pad_cubics<Real>(storage, in.pressures, in.dilatation_1, in.dilatation_2, in.dilatation_3, in.modes, p);
+  double* quadratic = allocate<double>(storage, size_t(in.pressures) * p * p + 8);
+  for (size_t row = 0; row < size_t(in.pressures) * in.modes; ++row)
+    for (int a = 0; a < in.modes; ++a)
+      quadratic[(row / in.modes * p + row % in.modes) * p + a] = in.dilatation_2[row * in.modes + a];
   part.pressure_count = in.pressures;
   part.dilatation_lambda = in.dilatation_lambda;
-  part.dilatation_1 = changes.first, part.dilatation_2 = changes.second, part.dilatation_3 = changes.third;
+  part.dilatation_1 = pad_rows(storage, in.dilatation_1, in.pressures, in.modes, p);
+  part.dilatation_2 = quadratic;
+  part.dilatation_3 = pad_cubic_terms<Real>(storage, in.pressures, in.dilatation_3, in.modes, p);
   part.yeoh_c2 = Real(in.yeoh_c2), part.yeoh_c3 = Real(in.yeoh_c3);
   part.branch_count = in.branches;
   for (int b = 0; b < in.branches; ++b)

@@ -92,67 +92,95 @@ inline void add_rubber(const Part<Real>& part, const Law& law, const StepBranche
   add_blocks<M, 3, Published, Real>(part.tetrahedra, deform, work, system.stiffness, system.turn_turn_stiffness);
 }
 
+// Calls `use(law)` with the law of a part's tetrahedra.
+template <class Real, class Use>
+inline void with_law_of(const Part<Real>& part, const Use& use) {
+  const Real ratio = part.tetrahedra.lambda_over_mu;
+  if (part.tetrahedra.law == kYeoh)
+    use(Yeoh<Real>{part.yeoh_c2, part.yeoh_c3, ratio + Real(2.0 / 3)});
+  else if (part.tetrahedra.law == kStableNeoHookean)
+    use(StableNeoHookean<3, Real>(ratio));
+  else
+    use(StVenantKirchhoff<3, Real>(ratio));
+}
+
 template <int M, bool Published, class Real>
 inline void add_rubber_of_law(const Part<Real>& part, const StepBranches<Real>& branches, Real* left, const Real* alpha,
                               Real (*work)[M], ElementSystem<M, Real>& system) {
-  const Real ratio = part.tetrahedra.lambda_over_mu;
-  if (part.tetrahedra.law == kYeoh)
-    add_rubber<M, Published>(part, Yeoh<Real>{part.yeoh_c2, part.yeoh_c3, ratio + Real(2.0 / 3)}, branches, left, alpha,
-                             work, system);
-  else if (part.tetrahedra.law == kStableNeoHookean)
-    add_rubber<M, Published>(part, StableNeoHookean<3, Real>(ratio), branches, left, alpha, work, system);
-  else
-    add_rubber<M, Published>(part, StVenantKirchhoff<3, Real>(ratio), branches, left, alpha, work, system);
+  with_law_of(part, [&](const auto& law) {
+    add_rubber<M, Published>(part, law, branches, left, alpha, work, system);
+  });
+}
+
+// Gradients by the modes of the changes of volume's cubic terms, sum over b <= c <= a of t alpha_b alpha_c alpha_a; lanes over
+// pressures.
+template <int M, class Real>
+inline void cubic_gradients(const Part<Real>& part, const double* alpha, Real third[kMaximumPressures][M]) {
+  using L = Lanes<Real, kPressureLane * sizeof(Real)>;
+  using V = typename L::type;
+  const Real* terms = part.dilatation_3;
+  Real coordinates[M];
+  for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
+  for (int first = 0; first < part.pressure_count; first += kPressureLane) {
+    V gradient[M] = {};
+    for (int b = 0; b < M; ++b) {
+      V by_b = {};
+      for (int c = b; c < M; ++c) {
+        const Real pair = coordinates[b] * coordinates[c];
+        V by_c[4] = {};  // four chains, to hide the latency of sums
+        for (int a = c / 4 * 4; a < M; a += 4, terms += 4 * kPressureLane)
+#pragma GCC unroll 4
+          for (int i = 0; i < 4; ++i) {
+            const V term = L::load(terms + i * kPressureLane);
+            by_c[i] += coordinates[a + i] * term;
+            gradient[a + i] += pair * term;
+          }
+        const V sum = (by_c[0] + by_c[1]) + (by_c[2] + by_c[3]);
+        gradient[c] += coordinates[b] * sum;
+        by_b += coordinates[c] * sum;
+      }
+      gradient[b] += by_b;
+    }
+    alignas(64) Real lanes[kPressureLane];
+    for (int a = 0; a < M; ++a) {
+      L::store(lanes, gradient[a]);
+      for (int lane = 0; lane < kPressureLane; ++lane) third[first + lane][a] = lanes[lane];
+    }
+  }
 }
 
 // Changes of volume c, cubic polynomials of the modes: the force -lambda c dc and the stiffness lambda dc (x) dc.
 template <int M, class Real>
 void add_dilatation(const Part<Real>& part, const double* alpha, Real work[M], Real stiffness[M][M]) {
-  constexpr int kPairs = pair_count(M);
-  alignas(64) double pairs[kPairs];  // alpha_b alpha_c
-  for (int i = kPairs - 16; i < kPairs; ++i) pairs[i] = 0;
-  for (int b = 0; b < M; ++b)
-    for (int c = b; c < M; ++c) pairs[pair_index(b, c, M)] = alpha[b] * alpha[c];
-  alignas(64) Real rows[kMaximumPressures][kRowStride<M>];
+  alignas(64) Real third[kMaximumPressures][M], rows[kMaximumPressures][kRowStride<M>];
+  cubic_gradients<M, Real>(part, alpha, third);
   const double root = std::sqrt(part.dilatation_lambda);
   for (int k = 0; k < part.pressure_count; ++k) {
     alignas(64) double second[M];
-    alignas(64) Real third[M];
     const double* first = part.dilatation_1 + k * M;
     add_products<M, double>(alpha, part.dilatation_2 + long(k) * M * M, M, second);
-    add_products<M, Real>(pairs, part.dilatation_3 + long(k) * kPairs * M, kPairs, third);
     double change = 0;
-    for (int a = 0; a < M; ++a) change += alpha[a] * (first[a] + 0.5 * second[a] + double(third[a]) / 3);
+    for (int a = 0; a < M; ++a) change += alpha[a] * (first[a] + 0.5 * second[a] + double(third[k][a]) / 3);
     const Real pressure = Real(root * change);
     for (int a = 0; a < M; ++a) {
-      rows[k][a] = Real(root * (first[a] + second[a] + double(third[a])));
+      rows[k][a] = Real(root * (first[a] + second[a] + double(third[k][a])));
       work[a] += pressure * rows[k][a];
     }
   }
   add_outer_products<true, M>(rows, part.pressure_count, stiffness);
 }
 
-// Forces and stiffness of a part, as element_system of elements.hpp has them; `left`: (block, branch, 6, kLane).
+// Adds what is stiff in a part, the sheet and the changes of volume: `work` of its stress on every mode and, under published
+// damping, of the stresses of three turns, and its stiffness.
 template <int M, class Real>
-void rubber_system(const Part<Real>& part, const double* alpha, const Settings& settings, Real* left,
-                   ElementSystem<M, Real>& system) {
-  __builtin_memset(&system, 0, sizeof(system));
-  alignas(64) Real coordinates[M], work[4][M] = {};
-  for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
-  const StepBranches<Real> branches(part, settings);
+void add_stiff(const Part<Real>& part, const double* alpha, const Real* coordinates, const Settings& settings,
+               Real (*work)[M], ElementSystem<M, Real>& system) {
   const bool edges = settings.edge_rotations != 0;
-  if (settings.published_damping) {
-    add_rubber_of_law<M, true>(part, branches, left, coordinates, work, system);
+  if (settings.published_damping)
     add_elements<M, 2, 4, Real>(part.membranes, coordinates, edges, work, system);
-  } else {
-    add_rubber_of_law<M, false>(part, branches, left, coordinates, work, system);
+  else
     add_elements<M, 2, 1, Real>(part.membranes, coordinates, edges, work, system);
-  }
   if (part.pressure_count > 0) add_dilatation<M, Real>(part, alpha, work[0], system.stiffness);
-  for (int a = 0; a < M; ++a) {
-    system.force[a] = -work[0][a];
-    for (int axis = 0; axis < 3; ++axis) system.turn_stiffness[axis][a] = work[1 + axis][a];
-  }
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -32,7 +32,7 @@ class StepperSettings(Checked):
     """A leg keeps its stiffness from step to step while two predictions of what it lacks, from one
     step before and from two, differ by no more than this velocity (root mean square over the leg)
     [mm/s], and while it lacks less than three tenths along the motion. 0: a new stiffness in every
-    step. For corotational parts."""
+    step. For corotational parts, and for the solid of measured silicone under objective damping."""
     element_precision: Precision = "single"
     """Arithmetic of element forces and stiffness and of the cavity's cubic term; everything else is
     double precision."""

@@ -1,0 +1,154 @@
+// A part of measured silicone in a step, whose solid may have the stiffness of an earlier one: equations (25) and (26) of
+// docs/physics.md under objective damping, as kept_tangent.hpp takes them.
+//
+// The sheet and the changes of volume are far stiffer than the solid, along directions that turn as the leg bends: a stale
+// stiffness of theirs resists the motion itself within a few steps. Theirs is found in every step, and the solid's alone,
+// the most work by far, is kept. It is that of the rate of Green's strain in Hooke's law (10), stiffened by what the
+// branches resist, so what it makes of velocities u is the work of the stress rate
+//   P' = mu F (2 E' + lambda / mu tr(E') I),   E' = sym(F^T F'),   F' = sum_a G_a u_a.
+// No turn of the hub changes it.
+#pragma once
+#include "kept_tangent.hpp"
+#include "rubber.hpp"
+
+namespace pneumorph {
+namespace PNEUMORPH_INSTRUCTION_SET {
+
+// Stress rate over mu of a gradient's rate, with the shear modulus `stiffer` times what it is.
+template <class Real, class V>
+PNEUMORPH_INLINE void objective_rate(const V f[9], const V change[9], Real ratio, Real stiffer, V rate[9]) {
+  V strain[3][3], trace = V{};
+  for (int a = 0; a < 3; ++a)
+    for (int b = a; b < 3; ++b) {
+      V sum = V{};
+      for (int k = 0; k < 3; ++k) sum += f[k * 3 + a] * change[k * 3 + b] + f[k * 3 + b] * change[k * 3 + a];
+      strain[a][b] = strain[b][a] = stiffer * sum;  // 2 E'
+      if (a == b) trace += sum;
+    }
+  for (int a = 0; a < 3; ++a) strain[a][a] += (Real(0.5) * ratio) * trace;
+  for (int k = 0; k < 3; ++k)
+    for (int b = 0; b < 3; ++b)
+      rate[k * 3 + b] = f[k * 3] * strain[0][b] + f[k * 3 + 1] * strain[1][b] + f[k * 3 + 2] * strain[2][b];
+}
+
+// Work of the solid's stress on every mode, lanes over elements, and of the stress rate of modal `rates`; takes the springs to
+// the step's end.
+template <int M, class Law, class Real>
+__attribute__((noinline)) void solid_work(const ElementFamily<Real>& family, const Law& law,
+                                          const StepBranches<Real>& branches, Real* left, const Real* alpha,
+                                          const Real* rates, typename RegisterLanes<Real>::type work[2][M]) {
+  using L = RegisterLanes<Real>;
+  using V = typename L::type;
+  for (int number = 0; number < family.block_count; ++number)
+    for (int lane = 0; lane < kLane; lane += L::count) {
+      const Real* gradient = family.gradient_lanes + long(number) * 9 * M * kLane + lane;
+      V f[9], change[9] = {}, stress[2][9];
+#pragma GCC unroll 9
+      for (int row = 0; row < 9; ++row) f[row] = L::load(family.rest + (long(number) * 9 + row) * kLane + lane);
+      for (int a = 0; a < M; ++a) {
+        const Real coordinate = alpha[a], rate = rates[a];
+#pragma GCC unroll 9
+        for (int row = 0; row < 9; ++row) {
+          const V g = L::load(gradient + (a * 9 + row) * kLane);
+          f[row] += coordinate * g;
+          change[row] += rate * g;
+        }
+      }
+      law.stress(f, stress[0]);
+      if (branches.count > 0)
+        relax<Real>(branches, f, left + long(number) * branches.count * 6 * kLane + lane, stress[0]);
+      objective_rate<Real>(f, change, family.lambda_over_mu, Real(1 + branches.resistance), stress[1]);
+      const V mu = L::load(family.mu + number * kLane + lane);
+#pragma GCC unroll 9
+      for (int row = 0; row < 9; ++row) stress[0][row] *= mu, stress[1][row] *= mu;
+      for (int a = 0; a < M; ++a) {
+        V first = work[0][a], second = work[1][a];
+#pragma GCC unroll 9
+        for (int row = 0; row < 9; ++row) {
+          const V g = L::load(gradient + (a * 9 + row) * kLane);
+          first += stress[0][row] * g;
+          second += stress[1][row] * g;
+        }
+        work[0][a] = first;
+        work[1][a] = second;
+      }
+    }
+}
+
+// Renews the solid's force beside a kept stiffness, what that stiffness lacks, and the springs.
+template <int M, class Real>
+void renew_solid(const Part<Real>& part, const StepBranches<Real>& branches, const Real* coordinates, const double* rates,
+                 Real* left, ElementSystem<M, Real>& solid) {
+  using V = typename RegisterLanes<Real>::type;
+  alignas(64) Real speeds[M], kept[M];
+  for (int a = 0; a < M; ++a) speeds[a] = Real(rates[a]);
+  V work[2][M] = {};
+  with_law_of(part, [&](const auto& law) {
+    solid_work<M>(part.tetrahedra, law, branches, left, coordinates, speeds, work);
+  });
+  // K0 u from the blocks on and above the diagonal.
+  for (int a = 0; a < M; ++a) {
+    kept[a] = 0;
+    for (int b = a / 8 * 8; b < M; ++b) kept[a] += solid.stiffness[a][b] * speeds[b];
+    for (int b = 0; b < a / 8 * 8; ++b) kept[a] += solid.stiffness[b][a] * speeds[b];
+  }
+  for (int a = 0; a < M; ++a) {
+    solid.force[a] = -sum_lanes(work[0][a]);
+    solid.earlier_lack[a] = solid.last_lack[a];
+    solid.last_lack[a] = solid.lack[a];
+    solid.lack[a] = sum_lanes(work[1][a]) - kept[a];
+  }
+}
+
+// The solid's force and stiffness, found afresh; where its force was `renewed` in this step that stays, and so do the springs.
+template <int M, class Real>
+void fresh_solid(const Part<Real>& part, StepBranches<Real> branches, const Real* coordinates, Real* left, bool renewed,
+                 ElementSystem<M, Real>& solid) {
+  Real force[M];
+  for (int a = 0; a < M; ++a) force[a] = solid.force[a];
+  __builtin_memset(&solid, 0, sizeof(solid));
+  if (renewed) branches.count = 0;  // what they resist stays
+  alignas(64) Real work[1][M] = {};
+  add_rubber_of_law<M, false>(part, branches, left, coordinates, work, solid);
+  for (int a = 0; a < M; ++a) solid.force[a] = renewed ? force[a] : -work[0][a];
+}
+
+// Force and stiffness of a part, and what the latter lacks; `left`: (block, branch, 6, kLane). The solid's own are kept in
+// `memory`, whose leg is that of the last step.
+template <int M, class Real>
+void rubber_system(const Part<Real>& part, const double* alpha, const double* rates, const Settings& settings, Real* left,
+                   MountMemory<M, Real>& memory, RobotState& state, ElementSystem<M, Real>& whole) {
+  __builtin_memset(&whole, 0, sizeof(whole));
+  alignas(64) Real coordinates[M], work[4][M] = {};
+  for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
+  const StepBranches<Real> branches(part, settings);
+  add_stiff<M, Real>(part, alpha, coordinates, settings, work, whole);
+  if (settings.published_damping) {
+    add_rubber_of_law<M, true>(part, branches, left, coordinates, work, whole);
+    ++state.tangent_total;
+    for (int a = 0; a < M; ++a) {
+      whole.force[a] = -work[0][a];
+      for (int axis = 0; axis < 3; ++axis) whole.turn_stiffness[axis][a] = work[1 + axis][a];
+    }
+    return;
+  }
+  ElementSystem<M, Real>& solid = memory.elements;
+  bool renewed = false;
+  const auto renew = [&](ElementSystem<M, Real>& elements) {
+    renew_solid<M, Real>(part, branches, coordinates, rates, left, elements);
+    renewed = true;
+  };
+  if (!state.has_memory || !keep_stiffness(part, alpha, rates, nullptr, settings, memory, state, renew)) {
+    fresh_solid<M, Real>(part, branches, coordinates, left, renewed, solid);
+    ++state.tangent_total;
+  }
+  for (int a = 0; a < M; ++a) {
+    whole.force[a] = solid.force[a] - work[0][a];
+    whole.lack[a] = solid.lack[a];
+    whole.last_lack[a] = solid.last_lack[a];
+    for (int b = a / 8 * 8; b < M; ++b) whole.stiffness[a][b] += solid.stiffness[a][b];
+  }
+}
+
+}  // namespace PNEUMORPH_INSTRUCTION_SET
+}  // namespace pneumorph
