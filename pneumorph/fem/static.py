@@ -31,6 +31,10 @@ class StaticSettings(Checked):
     """How often a load step that fails may be halved."""
 
 
+_KEPT_MM = 1e-6
+"""How far a kept mean may be from zero; it is linear, so a whole Newton step makes it zero."""
+
+
 @dataclass(frozen=True, eq=False)
 class StaticResult:
     """Where the forces balance, and how the search ended."""
@@ -45,6 +49,8 @@ class StaticResult:
     """Newton steps in all."""
     pressure_kPa: float
     """Pressure of the positions: the wanted one where converged [kPa]."""
+    keeping_mN: float = 0.0
+    """Force along `kept` that keeps the mean in place."""
 
 
 def static_equilibrium(
@@ -98,15 +104,30 @@ def rising_equilibria(
     pressures_kPa: Iterable[float],
     held_nodes: np.ndarray,
     *,
+    kept: np.ndarray | None = None,
     rotation: Rotation = "edge",
     settings: StaticSettings | None = None,
 ) -> Iterator[StaticResult]:
     """Equilibria at one pressure after the other, each from the one before.
 
-    The last may not have converged: it has none after it. Arguments as of `static_equilibrium`.
+    The last may not have converged: it has none after it. Other arguments as of
+    `static_equilibrium`.
+
+    Args:
+        kept: Weights (node, 3) of a mean of the displacements that a force along them keeps at
+            zero. The force is one more unknown of Newton's method, so it may be one at which the
+            part would snap if it were given instead.
     """
     yield from _equilibria(
-        part, pressures_kPa, held_nodes, None, 0.0, None, rotation, settings or StaticSettings()
+        part,
+        pressures_kPa,
+        held_nodes,
+        None,
+        0.0,
+        None,
+        rotation,
+        settings or StaticSettings(),
+        kept,
     )
 
 
@@ -119,6 +140,7 @@ def _equilibria(
     external_force: np.ndarray | None,
     rotation: Rotation,
     settings: StaticSettings,
+    kept: np.ndarray | None = None,
 ) -> Iterator[StaticResult]:
     """Equilibria along one path of pressure, up to the first that is not found."""
     held = np.unique(np.asarray(held_nodes))
@@ -128,7 +150,7 @@ def _equilibria(
     solver = tangent(part, held, rotation)
     x = np.array(part.rest_nodes if start is None else start, dtype=float)
     external = np.zeros_like(x) if external_force is None else np.asarray(external_force)
-    current, residual = float(start_pressure_kPa), np.inf
+    current, residual, keeping = float(start_pressure_kPa), np.inf, 0.0
     smallest = settings.load_step_kPa / 2.0**settings.halving_limit
     for pressure in pressures_kPa:
         if not np.isfinite(pressure):
@@ -136,16 +158,15 @@ def _equilibria(
         iterations, step, arrived = 0, settings.load_step_kPa, False
         while not arrived and step >= smallest:
             target = current + float(np.clip(pressure - current, -step, step))
-            found, moved, residual_there, used = _newton(
-                part, x, target, external, solver, rotation, settings
-            )
-            iterations += used
-            if found:
-                x, current, residual = moved, target, residual_there
+            tried = _newton(part, x, keeping, target, external, kept, solver, rotation, settings)
+            iterations += tried.iterations
+            if tried.converged:
+                x, keeping, residual = tried.positions, tried.keeping_mN, tried.relative_residual
+                current = target
                 arrived = current == pressure
             else:
                 step = 0.5 * abs(target - current)
-        yield StaticResult(x, arrived, residual, iterations, current)
+        yield StaticResult(x, arrived, residual, iterations, current, keeping)
         if not arrived:
             return
 
@@ -153,41 +174,72 @@ def _equilibria(
 def _newton(
     part: PartModel,
     start: np.ndarray,
+    keeping: float,
     pressure: float,
     external: np.ndarray,
+    kept: np.ndarray | None,
     solver: _Tangent,
     rotation: Rotation,
     settings: StaticSettings,
-) -> tuple[bool, np.ndarray, float, int]:
-    """One load step: found, positions, relative residual, Newton steps."""
+) -> StaticResult:
+    """One load step, from positions and the force along `kept`."""
 
-    def unbalanced(x: np.ndarray) -> tuple[np.ndarray, float]:
+    def unbalanced(x: np.ndarray, keeping: float) -> tuple[np.ndarray, float]:
         load = external + (part.pressure_force(x, pressure) if pressure != 0.0 else 0.0)
+        if kept is not None:
+            load = load + keeping * kept
         residual = (part.internal_force(x, rotation) + load).ravel()[solver.free]
         return residual, float(np.linalg.norm(residual)) / max(float(np.linalg.norm(load)), 1.0)
 
+    def mean(x: np.ndarray) -> float:
+        return 0.0 if kept is None else float(np.sum(kept * (x - part.rest_nodes)))
+
     x, step, best, since = start, np.zeros_like(start), np.inf, 0
-    residual, relative = unbalanced(x)
+    residual, relative = unbalanced(x, keeping)
     iteration = 0
     while np.isfinite(relative):
-        if relative < settings.tolerance:
-            return True, x, relative, iteration
+        if relative < settings.tolerance and abs(mean(x)) < _KEPT_MM:
+            return StaticResult(x, True, relative, iteration, pressure, keeping)
         best, since = (relative, 0) if relative < best else (best, since + 1)
         if iteration == settings.iteration_limit or since == settings.patience:
             break
-        step = solver.solve(x, pressure, residual, step).reshape(-1, 3)
+        step, more = _step(solver, x, pressure, residual, step, kept, mean(x))
         longest = float(np.linalg.norm(step, axis=1).max())
-        step *= min(1.0, settings.largest_move_mm / max(longest, 1e-300))
-        residual, relative = unbalanced(x + step)
+        shorter = min(1.0, settings.largest_move_mm / max(longest, 1e-300))
+        step, more = shorter * step, shorter * more
+        residual, relative = unbalanced(x + step, keeping + more)
         # Rubber that a step turns inside out has no energy: a shorter one does not.
         for _ in range(settings.halving_limit):
             if np.isfinite(relative):
                 break
-            step *= 0.5
-            residual, relative = unbalanced(x + step)
-        x = x + step
+            step, more = 0.5 * step, 0.5 * more
+            residual, relative = unbalanced(x + step, keeping + more)
+        x, keeping = x + step, keeping + more
         iteration += 1
-    return False, x, relative, iteration
+    return StaticResult(x, False, relative, iteration, pressure, keeping)
+
+
+def _step(
+    solver: _Tangent,
+    x: np.ndarray,
+    pressure: float,
+    residual: np.ndarray,
+    before: np.ndarray,
+    kept: np.ndarray | None,
+    mean: float,
+) -> tuple[np.ndarray, float]:
+    """Newton's step, (node, 3), and the change of the force along `kept`.
+
+    With weights w, tangent K, residual r and mean m: K dx = r + df w and w . dx = -m, by
+    elimination of dx.
+    """
+    if kept is None:
+        return solver.solve(x, pressure, residual[:, None], before).reshape(-1, 3), 0.0
+    weights = kept.ravel()
+    right = np.stack([residual, weights[solver.free]], axis=1)
+    to_residual, to_force = solver.solve(x, pressure, right, before).T
+    more = -(mean + weights @ to_residual) / float(weights @ to_force)
+    return (to_residual + more * to_force).reshape(-1, 3), float(more)
 
 
 class _Tangent:
@@ -200,22 +252,22 @@ class _Tangent:
         self.free: np.ndarray = np.flatnonzero(np.repeat(free_node, 3))
 
     def solve(
-        self, x: np.ndarray, pressure: float, residual: np.ndarray, before: np.ndarray
+        self, x: np.ndarray, pressure: float, forces: np.ndarray, before: np.ndarray
     ) -> np.ndarray:
-        """Change of all unknowns, (3 node,), for a residual on the free ones, (free,).
+        """Changes of all unknowns, (3 node, column), for forces on the free ones, (free, column).
 
         `before` is the step that led to x, (node, 3).
         """
         from scipy.sparse.linalg import splu
 
         tangent = self._part.tangent(x, pressure, self._rotation)
-        change = np.zeros(tangent.shape[0])
+        change = np.zeros((tangent.shape[0], forces.shape[1]))
         change[self.free] = splu(
             tangent[self.free][:, self.free].tocsc(),
             permc_spec="MMD_AT_PLUS_A",
             diag_pivot_thresh=0.0,
             options={"SymmetricMode": True},
-        ).solve(residual)
+        ).solve(forces)
         return change
 
 
@@ -231,7 +283,7 @@ class _SymmetricTangent(_Tangent):
         self._pattern = FrontPattern(part.assembly, held, "tree")
 
     def solve(
-        self, x: np.ndarray, pressure: float, residual: np.ndarray, before: np.ndarray
+        self, x: np.ndarray, pressure: float, forces: np.ndarray, before: np.ndarray
     ) -> np.ndarray:
         """As `_Tangent.solve`.
 
@@ -245,7 +297,7 @@ class _SymmetricTangent(_Tangent):
         except np.linalg.LinAlgError:
             definite = part.tangent_data(x, pressure, rotation, definite=True)
             factor = FrontalCholesky(self._pattern, definite)
-        change = np.zeros(x.size)
-        change[self.free] = residual
-        change[self._pattern.unknowns] = factor.solve(change[self._pattern.unknowns][:, None])[:, 0]
+        change = np.zeros((x.size, forces.shape[1]))
+        change[self.free] = forces
+        change[self._pattern.unknowns] = factor.solve(change[self._pattern.unknowns])
         return change

@@ -25,7 +25,7 @@ class BlockedSnapshotSettings(Checked):
 
 
 def blocked_snapshots(part: PartModel, settings: BlockedSnapshotSettings) -> Snapshots:
-    """Equilibria at rising pressures, up to the first that is not found; they count as loads.
+    """Equilibria at rising pressures.
 
     Args:
         part: The part, held at its attachment nodes.
@@ -33,10 +33,17 @@ def blocked_snapshots(part: PartModel, settings: BlockedSnapshotSettings) -> Sna
 
     Raises:
         MeshError: The mesh has no such node set, or no face of its skin lies in it.
+        ValueError: Not all were found.
     """
     pressures = np.linspace(0.0, settings.pressure_kPa, settings.count + 1)[1:]
-    found = blocked_forces(part, part.mesh, pressures, region=settings.face)
-    held = [each for each in found if np.isfinite(each.force_mN)]
+    held = list(blocked_forces(part, part.mesh, pressures, region=settings.face))
+    if len(held) < len(pressures):  # fewer would leave the reduction too stiff beyond them
+        reached = held[-1].pressure_kPa if held else 0.0
+        raise ValueError(
+            f"equilibria with a blocked tip must be found up to {settings.pressure_kPa:g} kPa, got "
+            f"none above {reached:g}; ask for a lower blocked.pressure_kPa or for a larger count, "
+            "whose steps are smaller"
+        )
     states = np.array([each.positions - part.rest_nodes for each in held], dtype=np.float32)
     return Snapshots(
         states.reshape(-1, part.node_count, 3),
@@ -44,10 +51,7 @@ def blocked_snapshots(part: PartModel, settings: BlockedSnapshotSettings) -> Sna
         np.zeros(len(held), dtype=np.int32),
         {
             "mesh_digest": part.mesh.digest(),
-            "sources": ["load blocked"],
-            "details": {
-                "asked": len(pressures),
-                "force_mN": [each.force_mN for each in held],
-            },
+            "sources": ["blocked"],
+            "details": {"face": settings.face, "force_mN": [each.force_mN for each in held]},
         },
     )

@@ -42,8 +42,6 @@ Progress = Callable[[int, int, str], None]
 _LOADS_PER_TASK = 12
 # What an equilibrium costs, in steps of one leg: some twenty Newton steps with a general solver.
 _LEG_STEPS_PER_EQUILIBRIUM = 50
-# Tries of a secant method.
-_EQUILIBRIA_PER_BLOCKED_FORCE = 4
 
 
 @dataclass(frozen=True)
@@ -153,7 +151,7 @@ def _leg_steps(problem: _Problem, name: str) -> int:
     if name == "bend":
         return settings.static.bend_count * _LEG_STEPS_PER_EQUILIBRIUM
     if name == "blocked":
-        return settings.blocked.count * _EQUILIBRIA_PER_BLOCKED_FORCE * _LEG_STEPS_PER_EQUILIBRIUM
+        return settings.blocked.count * _LEG_STEPS_PER_EQUILIBRIUM
     if name.startswith("load"):
         return len(_load_numbers(settings.static, name)) * _LEG_STEPS_PER_EQUILIBRIUM
     plan = walk_plan(settings.walk, _number(name), len(problem.poses))

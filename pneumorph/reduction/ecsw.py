@@ -65,6 +65,10 @@ class EcswSettings(Checked):
     """Weight of all stiffness rows against all force rows."""
     force_floor: Share = 0.05
     """Smallest force a state is divided by, as a fraction of the largest."""
+    equilibrium_weight: Positive = 1.0
+    """Weight of the reduced part's own free bends and blocked tips against the snapshots' states:
+    there pressure softens the part, so an error of the force moves it further than its stiffness
+    alone says."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,7 @@ def ecsw(
     settings: EcswSettings,
     *,
     rotation: Rotation = "edge",
+    weights: np.ndarray | None = None,
     mirror_nodes: np.ndarray | None = None,
     linear_stiffness: np.ndarray | None = None,
     dilatation: MixedDilatation | None = None,
@@ -99,6 +104,7 @@ def ecsw(
         states: Training states, modal coordinates (state, mode).
         settings: Tolerances and limits.
         rotation: Where the elements take their rotation from.
+        weights: Of the states' force rows, (state,); 1 if not given.
         mirror_nodes: Mirror image of each node, (node,), to pair elements.
         linear_stiffness: What holds the modes besides the elements, (mode, mode): the mount's.
         dilatation: What the solid's volumes cost besides, where elements have them as wholes.
@@ -123,13 +129,15 @@ def ecsw(
         settings.stiffness_weight * (len(states) / max(len(stiffness_states), 1)) ** 0.5
     )
 
+    if weights is None:
+        weights = np.ones(len(states))
     problem = NormalEquations.empty(training.column_count)
     block: list[np.ndarray] = []
     for number, state in enumerate(states):
         forces, stiffness = training.rows(state, scales, with_stiffness=number in stiffness_states)
         for each in np.split(forces, [len(state) + 3]):  # of the branches the second, if any
             if len(each) > 0:
-                block.append(each / max(_size(each), scales.force_floor))
+                block.append(weights[number] * each / max(_size(each), scales.force_floor))
         if stiffness is not None:
             block.append(stiffness * (stiffness_scale / _size(stiffness)))
         if sum(map(len, block)) > _BLOCK_ROWS or number == len(states) - 1:

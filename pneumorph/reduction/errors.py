@@ -10,6 +10,7 @@ from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.physics.physics import Rotation
+from pneumorph.reduction.blocked_force import blocked_forces
 from pneumorph.reduction.modal_equilibrium import rising_modal_equilibria
 from pneumorph.reduction.reduced_part import ReducedPart
 
@@ -37,8 +38,16 @@ class ReducedBend:
     @property
     def worst_percent(self) -> float:
         """Largest absolute error; infinite if an equilibrium is missing."""
-        error = np.abs(self.error_percent)
-        return float(error.max()) if np.all(np.isfinite(error)) else float("inf")
+        return _worst(self.error_percent)
+
+    def table(self) -> dict[str, list[float]]:
+        """Columns by name; -1 where the reduced part found no equilibrium."""
+        return {
+            "pressure_kPa": self.pressure_kPa.tolist(),
+            "full_deg": self.full_deg.tolist(),
+            "reduced_deg": _listed(self.reduced_deg),
+            "node_error_mm": self.node_error_mm.tolist(),
+        }
 
 
 def reduced_bend(
@@ -83,6 +92,58 @@ def reduced_bend(
     )
 
 
+@dataclass(frozen=True)
+class ReducedBlockedForce:
+    """Force that keeps the tip of the reduced part down, beside that of the full one."""
+
+    pressure_kPa: np.ndarray
+    """(step,)"""
+    full_mN: np.ndarray
+    """(step,)"""
+    reduced_mN: np.ndarray
+    """NaN from the first that has no equilibrium on, (step,)."""
+    alpha: np.ndarray
+    """Modal coordinates of the reduced equilibria that were found, (found, mode)."""
+
+    @property
+    def worst_percent(self) -> float:
+        """Largest absolute error; infinite if an equilibrium is missing."""
+        return _worst(100.0 * (self.reduced_mN / self.full_mN - 1.0))
+
+    def table(self) -> dict[str, list[float]]:
+        """Columns by name; -1 where the reduced part found no equilibrium."""
+        return {
+            "pressure_kPa": self.pressure_kPa.tolist(),
+            "full_mN": self.full_mN.tolist(),
+            "reduced_mN": _listed(self.reduced_mN),
+        }
+
+
+def reduced_blocked_force(
+    reduced: ReducedPart,
+    mesh: Mesh,
+    force_mN: np.ndarray,
+    pressure_kPa: np.ndarray,
+    rotation: Rotation = "edge",
+    region: str = "outer_end_face",
+) -> ReducedBlockedForce:
+    """Keep the tip of a reduced part down through the pressures of full-order equilibria.
+
+    Args:
+        reduced: The reduced part.
+        mesh: Mesh of both.
+        force_mN: What the full part takes (`pneumorph.reduction.blocked_force`), (step,).
+        pressure_kPa: Rising, (step,).
+        rotation: Where the elements take their rotation from.
+        region: Node set of the outer end face.
+    """
+    found = list(blocked_forces(reduced, mesh, pressure_kPa.tolist(), rotation, region))
+    forces = np.full(len(pressure_kPa), np.nan)
+    forces[: len(found)] = [each.force_mN for each in found]
+    states = np.array([each.alpha for each in found]).reshape(-1, reduced.mode_count)
+    return ReducedBlockedForce(pressure_kPa, force_mN, forces, states)
+
+
 def node_errors_mm(displacement: np.ndarray, modes: np.ndarray, alpha: np.ndarray) -> np.ndarray:
     """Mean distance of the nodes from Phi alpha in each snapshot [mm], (snapshot,)."""
     rebuilt = (modes.reshape(-1, modes.shape[2]) @ alpha.T).T.reshape(displacement.shape)
@@ -106,3 +167,12 @@ def force_errors(
         size = float(np.linalg.norm(np.linalg.solve(lower, exact)))
         errors.append(float(np.linalg.norm(np.linalg.solve(lower, difference))) / max(size, 1e-300))
     return np.array(errors)
+
+
+def _worst(error_percent: np.ndarray) -> float:
+    largest = float(np.abs(error_percent).max())
+    return largest if np.isfinite(largest) else float("inf")
+
+
+def _listed(values: np.ndarray) -> list[float]:
+    return [float(value) if np.isfinite(value) else -1.0 for value in values]

@@ -21,6 +21,8 @@ class ModalEquilibrium:
     iterations: int
     relative_residual: float
     """Norm of the unbalanced force over that of the largest applied one."""
+    keeping_mN: float = 0.0
+    """Force along `kept` that keeps the mean in place."""
 
 
 def modal_equilibrium(
@@ -28,7 +30,9 @@ def modal_equilibrium(
     pressure_kPa: np.ndarray | float,
     *,
     external: np.ndarray | None = None,
+    kept: np.ndarray | None = None,
     start: np.ndarray | None = None,
+    start_keeping_mN: float = 0.0,
     rotation: Rotation = "edge",
     tolerance: float = 1e-9,
     iteration_limit: int = 200,
@@ -44,7 +48,10 @@ def modal_equilibrium(
         part: The reduced part.
         pressure_kPa: Pressure of each cavity, (cavity,) or one number for all.
         external: Further constant generalised force, (mode,).
+        kept: Weights (mode,) of a mean that a force along them keeps at zero, one more unknown:
+            see `pneumorph.fem.static.rising_equilibria`.
         start: Modal coordinates to start from, zero by default.
+        start_keeping_mN: Force along `kept` to start from.
         rotation: Where the elements take their rotation from.
         tolerance: Relative residual to reach.
         iteration_limit: Newton steps at most.
@@ -59,7 +66,7 @@ def modal_equilibrium(
     alpha = np.zeros(part.mode_count) if start is None else np.array(start, dtype=float)
     # The largest displacement a mode makes per unit of its coordinate turns mm into alpha.
     reach = np.abs(part.modes).max(axis=(0, 1))
-    residual_size, previous = np.inf, 0.0
+    residual_size, previous, keeping = np.inf, 0.0, start_keeping_mN
     tangent = np.zeros((part.mode_count, part.mode_count))
 
     for iteration in range(iteration_limit + 1):
@@ -67,12 +74,15 @@ def modal_equilibrium(
         load = applied + sum(
             p * cavity.gradient(alpha) for p, cavity in zip(pressure, cavities, strict=True)
         )
+        if kept is not None:
+            load = load + keeping * kept
         elastic = part.internal_force(alpha, rotation)
         residual = elastic + load
         scale = max(float(np.linalg.norm(load)), float(np.linalg.norm(elastic)), 1e-12)
         residual_size = float(np.linalg.norm(residual) / scale)
-        if residual_size <= tolerance:
-            return ModalEquilibrium(alpha, True, iteration, residual_size)
+        mean = 0.0 if kept is None else float(kept @ alpha)
+        if residual_size <= tolerance and abs(mean) <= 1e-6:  # [mm]
+            return ModalEquilibrium(alpha, True, iteration, residual_size, keeping)
         if iteration == iteration_limit:
             break
         if not residual_size < 0.1 * previous:
@@ -80,25 +90,40 @@ def modal_equilibrium(
             for p, cavity in zip(pressure, cavities, strict=True):
                 tangent -= p * cavity.hessian(alpha)
         previous = residual_size
-        step = np.linalg.solve(tangent, residual)
+        step, more = np.linalg.solve(tangent, residual), 0.0
+        if kept is not None:
+            to_force = np.linalg.solve(tangent, kept)
+            more = -(mean + float(kept @ step)) / float(kept @ to_force)
+            step = step + more * to_force
         movement = float(np.abs(part.modes @ step).max())
         # 8 mm per step keeps a slender part's elements well below a right angle of turn.
-        alpha = alpha + step * min(1.0, 8.0 / max(movement, 1e-300))
+        shorter = min(1.0, 8.0 / max(movement, 1e-300))
+        alpha, keeping = alpha + step * shorter, keeping + more * shorter
         if movement < 1e-10:  # [mm]; no load leaves only rounding to compare the residual with
-            return ModalEquilibrium(alpha, True, iteration + 1, residual_size)
-    return ModalEquilibrium(alpha, False, iteration_limit, residual_size)
+            return ModalEquilibrium(alpha, True, iteration + 1, residual_size, keeping)
+    return ModalEquilibrium(alpha, False, iteration_limit, residual_size, keeping)
 
 
 def rising_modal_equilibria(
-    part: ReducedPart, pressures_kPa: Iterable[float | np.ndarray], rotation: Rotation = "edge"
+    part: ReducedPart,
+    pressures_kPa: Iterable[float | np.ndarray],
+    rotation: Rotation = "edge",
+    kept: np.ndarray | None = None,
 ) -> Iterator[ModalEquilibrium]:
     """Equilibria at one pressure after the other, or one of each cavity (cavity,), each from the
-    one before."""
-    alpha: np.ndarray | None = None
+    one before; arguments as of `modal_equilibrium`."""
+    alpha, keeping = None, 0.0
     for pressure in pressures_kPa:
-        result = modal_equilibrium(part, pressure, start=alpha, rotation=rotation)
+        result = modal_equilibrium(
+            part,
+            pressure,
+            kept=kept,
+            start=alpha,
+            start_keeping_mN=keeping,
+            rotation=rotation,
+        )
         yield result
-        alpha = result.alpha
+        alpha, keeping = result.alpha, result.keeping_mN
 
 
 def _derivative(

@@ -25,7 +25,7 @@ Source: Goury and Duriez 2018 for soft robots; Sirovich 1987 for the method of s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +46,8 @@ class Pod:
     modes: np.ndarray
     """Mass-orthonormal modes [kg^-1/2], (node, 3, mode)."""
     singular_values: np.ndarray
-    """All singular values in the chosen inner product, descending."""
+    """All singular values in the chosen inner product, descending; before them what the snapshots
+    have along each of the modes that come first."""
     parity: np.ndarray
     """+1 for a symmetric, -1 for an antisymmetric mode, 0 without a mirror plane, (mode,)."""
     dropped_square: float = 0.0
@@ -100,6 +101,7 @@ def joint_pod(
     *,
     tolerance: float,
     mode_limit: int,
+    first: Mapping[int, np.ndarray] | None = None,
 ) -> Pod:
     """Decompose several sets of snapshots together, each with its weight.
 
@@ -110,6 +112,8 @@ def joint_pod(
         tolerance: Mode tolerance t of the formula above, between 0 and 1; what the sets have
             dropped counts as error.
         mode_limit: Keep at most so many modes, whatever the tolerance asks for.
+        first: Orthonormal fields of each parity that are modes before all others, (mode, 3 node),
+            as `leading_fields` makes them; the others are of what these leave of the snapshots.
 
     Raises:
         ValueError: A tolerance or limit out of range, or all snapshots are zero.
@@ -119,34 +123,67 @@ def joint_pod(
     if mode_limit < 1:
         raise ValueError(f"mode_limit must be at least 1, got {mode_limit}")
     values, parities, fields = [], [], []
+    leading, leading_values, leading_parities = [], [], []
     for parity in parts[0][1].scaled_modes:
         rows = np.concatenate([scale * part.scaled_modes[parity] for scale, part in parts])
+        if first is not None:
+            along = rows @ (metric @ first[parity].T)
+            rows = rows - along @ first[parity]
+            leading.append(first[parity])
+            leading_values.append(np.linalg.norm(along, axis=0))
+            leading_parities.append(np.full(len(first[parity]), parity))
         squares, vectors = gram_vectors(rows, metric)
         kept = min(mode_limit, len(rows))
         values.append(np.sqrt(squares))
         parities.append(np.full(kept, parity))
         fields.append((np.sqrt(squares[:kept]), vectors[:, :kept].T @ rows))
-    singular_values = np.sort(np.concatenate(values))[::-1]
-    if len(singular_values) == 0 or singular_values[0] == 0.0:
+    singular_values = np.concatenate([*leading_values, np.sort(np.concatenate(values))[::-1]])
+    if singular_values.max(initial=0.0) == 0.0:
         raise ValueError("displacement must not be zero in every snapshot; nothing moved")
     dropped = sum(scale**2 * part.dropped_square for scale, part in parts)
     reached = truncation_error(singular_values, dropped) <= tolerance
     # Where even all of them leave more than the tolerance, all are wanted.
     wanted = int(np.argmax(reached)) if reached.any() else len(singular_values)
     # Gram eigenvalues below rounding carry no direction.
-    meaningful = int((singular_values > _ROUNDING * singular_values[0]).sum())
-    count = max(1, min(wanted, mode_limit, meaningful))
+    meaningful = int((singular_values > _ROUNDING * singular_values.max()).sum())
+    given = sum(map(len, leading))
+    count = max(1, given, min(wanted, meaningful))
+    count = min(count, mode_limit)
 
     scale_of = np.concatenate([scale for scale, _ in fields])
-    chosen = np.argsort(-scale_of, kind="stable")[:count]
-    columns = np.concatenate([field for _, field in fields])[chosen].T
-    modes = mass_orthonormalise(columns, node_mass)
+    chosen = np.argsort(-scale_of, kind="stable")[: max(count - given, 0)]
+    rows = np.concatenate([*leading, np.concatenate([field for _, field in fields])[chosen]])
+    modes = mass_orthonormalise(rows[:count].T, node_mass)
     return Pod(
         modes=modes.reshape(len(node_mass), 3, count),
         singular_values=singular_values,
-        parity=np.concatenate(parities)[chosen],
+        parity=np.concatenate([*leading_parities, np.concatenate(parities)[chosen]])[:count],
         dropped_square=dropped,
     )
+
+
+def leading_fields(
+    parts: Sequence[IncrementalPod], metric: sparse.spmatrix, tolerance: float
+) -> dict[int, np.ndarray]:
+    """Fewest orthonormal fields that hold sets of snapshots, each to count alike.
+
+    Args:
+        parts: Decompositions of the sets in this metric.
+        metric: Inner product H, (3 node, 3 node).
+        tolerance: Relative root-mean-square error of the sets' projection on the fields.
+
+    Returns:
+        Fields by parity, (mode, 3 node).
+    """
+    scaled = [(part.square**-0.5, part) for part in parts]
+    found = {}
+    for parity in parts[0].scaled_modes:
+        rows = np.concatenate([scale * part.scaled_modes[parity] for scale, part in scaled])
+        squares, vectors = gram_vectors(rows, metric)
+        left = np.append(np.cumsum(squares[::-1])[::-1], 0.0)
+        count = int(np.argmax(left <= tolerance**2 * len(parts)))
+        found[parity] = (vectors[:, :count].T @ rows) / np.sqrt(squares[:count])[:, None]
+    return found
 
 
 def truncation_error(singular_values: np.ndarray, dropped_square: float = 0.0) -> np.ndarray:

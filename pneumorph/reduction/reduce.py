@@ -11,17 +11,24 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse as sparse
 
-from pneumorph.base.checked import Checked, Count, CountOrNone, Positive, Share
+from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive, Share
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.part_model import PartModel
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.ecsw import EcswSettings, ecsw
-from pneumorph.reduction.errors import ReducedBend, force_errors, node_errors_mm, reduced_bend
+from pneumorph.reduction.errors import (
+    ReducedBend,
+    ReducedBlockedForce,
+    force_errors,
+    node_errors_mm,
+    reduced_bend,
+    reduced_blocked_force,
+)
 from pneumorph.reduction.incremental_pod import IncrementalPod
 from pneumorph.reduction.mirror_pairs import mirror_elements
 from pneumorph.reduction.mixed_dilatation import pressure_fields
-from pneumorph.reduction.pod import Pod, joint_pod
+from pneumorph.reduction.pod import Pod, joint_pod, leading_fields
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshot_range import snapshot_range
 from pneumorph.reduction.snapshots import SnapshotSet
@@ -56,16 +63,30 @@ class ReductionSettings(Checked):
     bend_share: Share = 0.3
     """Share of the free-bending equilibria in the weight of all snapshots."""
     load_share: Share = 0.2
-    """Share of the loaded equilibria; what remains is that of the robots' walks."""
+    """Share of the loaded equilibria."""
+    blocked_share: Share = 0.0
+    """Share of the equilibria with a blocked tip; what remains is that of the robots' walks."""
+    curve_tolerance: NotNegative = 0.0
+    """Relative projection error at which the modes hold free bends and blocked tips, before any is
+    spent on other snapshots; 0: by their shares alone."""
     rotation: Rotation = "edge"
     """Where elements take their rotation from while sampled elements are trained."""
     training_state_limit: Count = 240
     """At most so many snapshots train the sampled elements."""
     holdout_every: CountOrNone = 6
-    """One snapshot in so many is kept out of the training, to measure errors on; free bending never
-    is. 0: none."""
+    """One snapshot in so many is kept out of the training, to measure errors on; free bending and
+    blocked tips never are. 0: none."""
     ecsw: EcswSettings = field(default_factory=EcswSettings)
     """Choice of elements."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = self.bend_share + self.load_share + self.blocked_share
+        if given > 1.0 + 1e-9:  # rounding
+            raise ValueError(
+                f"bend_share, load_share and blocked_share must add up to at most 1, got {given:g};"
+                " what they leave is the share of the walks"
+            )
 
 
 @dataclass(frozen=True)
@@ -100,6 +121,13 @@ class ReductionReport:
     """The same with every element: the part of the modes alone."""
     bend: dict[str, list[float]]
     """Pressure [kPa], bend of the full and the reduced part [degrees], mean node error [mm]."""
+    blocked_error_percent: float | None
+    """Largest error of the force that keeps the tip down, over the pressures of `blocked`; None
+    where no snapshot has a blocked tip."""
+    blocked_error_unsampled_percent: float | None
+    """The same with every element."""
+    blocked: dict[str, list[float]]
+    """Pressure [kPa], force of the full and the reduced part [mN]."""
     snapshot_count: int
     stage_seconds: dict[str, float]
     """Wall time of each stage [s]."""
@@ -182,18 +210,25 @@ def reduce_part(
         )
 
     ideal = bending(every)
+    clock.start("blocked force of the modes")
+    ideal_blocked = _blocked(every, part, snapshots, settings)
 
     clock.start("sampled elements")
     trained = _evenly(training, settings.training_state_limit)
     alpha = _nearest_states(snapshots.states(trained), every.modes, metric)
+    own = np.zeros((0, every.mode_count))
     if ideal and settings.bend_share > 0.0:
-        alpha = np.concatenate([alpha, ideal.alpha[~np.isnan(ideal.reduced_deg)]])
+        own = ideal.alpha[~np.isnan(ideal.reduced_deg)]
+    if ideal_blocked and settings.blocked_share > 0.0:
+        own = np.concatenate([own, ideal_blocked.alpha])
+    weights = np.repeat([1.0, settings.ecsw.equilibrium_weight], [len(alpha), len(own)])
     chosen = ecsw(
         part.element_groups,
         every.modes,
-        alpha,
+        np.concatenate([alpha, own]),
         settings.ecsw,
         rotation=settings.rotation,
+        weights=weights,
         mirror_nodes=mirror_nodes,
         linear_stiffness=every.linear_stiffness,
         dilatation=every.dilatation,
@@ -211,6 +246,7 @@ def reduce_part(
         pressure_fields=pressures,
     )
     curve = bending(sampled)
+    blocked = _blocked(sampled, part, snapshots, settings)
     node_error, reached = _nearest_of_all(snapshots, every.modes, metric)
     sampled = replace(
         sampled,
@@ -235,7 +271,10 @@ def reduce_part(
         heldout_force_error_percent=float(100.0 * np.sqrt(np.mean(force_error**2))),
         bend_error_percent=curve.worst_percent if curve else None,
         bend_error_unsampled_percent=ideal.worst_percent if ideal else None,
-        bend=_bend_table(curve) if curve else {},
+        bend=curve.table() if curve else {},
+        blocked_error_percent=blocked.worst_percent if blocked else None,
+        blocked_error_unsampled_percent=ideal_blocked.worst_percent if ideal_blocked else None,
+        blocked=blocked.table() if blocked else {},
         snapshot_count=len(snapshots),
         stage_seconds=clock.seconds,
         peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
@@ -251,30 +290,38 @@ def reduce_part(
 def _kinds(
     snapshots: SnapshotSet, settings: ReductionSettings
 ) -> tuple[tuple[np.ndarray, float], ...]:
-    """Numbers of the free-bending, the loaded and the walking snapshots, and their shares."""
-    bend, load = snapshots.of("bend"), snapshots.of("load")
-    walk = np.setdiff1d(np.arange(len(snapshots)), np.concatenate([bend, load]))
-    walk_share = 1.0 - settings.bend_share - settings.load_share
-    return (bend, settings.bend_share), (load, settings.load_share), (walk, walk_share)
+    """Numbers of the free-bending, the blocked, the loaded and the walking snapshots, and their
+    shares."""
+    bend, load, blocked = (snapshots.of(name) for name in ("bend", "load", "blocked"))
+    walk = np.setdiff1d(np.arange(len(snapshots)), np.concatenate([bend, load, blocked]))
+    walk_share = 1.0 - settings.bend_share - settings.load_share - settings.blocked_share
+    return (
+        (bend, settings.bend_share),
+        (blocked, settings.blocked_share),
+        (load, settings.load_share),
+        (walk, max(walk_share, 0.0)),
+    )
 
 
 def _split(snapshots: SnapshotSet, settings: ReductionSettings) -> tuple[np.ndarray, np.ndarray]:
-    """Training and held-out snapshots; free bending is never held out, nor is what has no share.
+    """Training and held-out snapshots; free bending and blocked tips are never held out, nor is
+    what has no share.
 
     Raises:
         ValueError: Nothing is left to learn from.
     """
-    (bend, bend_share), *rest = _kinds(snapshots, settings)
-    others = np.sort(np.concatenate([n if share > 0.0 else n[:0] for n, share in rest]))
+    *curves, load, walk = _kinds(snapshots, settings)
+    others = np.sort(np.concatenate([n if share > 0.0 else n[:0] for n, share in (load, walk)]))
     every = settings.holdout_every
     heldout = others[every - 1 :: every] if every > 0 else others[:0]
     training = np.setdiff1d(others, heldout)
-    if bend_share > 0.0:
-        training = np.union1d(bend, training)
+    for numbers, share in curves:
+        if share > 0.0:
+            training = np.union1d(numbers, training)
     if len(training) == 0:
         raise ValueError(
             "snapshots must hold some that have a share of the weight, got none; look at "
-            "bend_share and load_share"
+            "bend_share, load_share and blocked_share"
         )
     return training, heldout
 
@@ -314,12 +361,14 @@ def _basis(
     progress: Progress | None,
 ) -> Pod:
     """Modes of the training snapshots, each kind of them with its share of the weight."""
-    parts, done = [], 0
-    for kind, share in _kinds(snapshots, settings):
+    parts, curves, done = [], [], 0
+    for place, (kind, share) in enumerate(_kinds(snapshots, settings)):
         numbers = np.intersect1d(kind, training)
         if len(numbers) == 0:
             continue
-        gathered = IncrementalPod(metric, _STREAMING_SHARE * settings.mode_tolerance, mirror_nodes)
+        is_curve = place < 2 and settings.curve_tolerance > 0.0
+        finest = settings.curve_tolerance if is_curve else settings.mode_tolerance
+        gathered = IncrementalPod(metric, _STREAMING_SHARE * finest, mirror_nodes)
         fields_of = snapshots.blocks if settings.equal_snapshots else snapshots.factors
         for fields in fields_of(numbers):
             gathered.add(_of_unit_energy(fields, metric) if settings.equal_snapshots else fields)
@@ -328,6 +377,7 @@ def _basis(
                 progress(min(done, len(training)), len(training), "modes")
         if gathered.square > 0.0:
             parts.append(((share / gathered.square) ** 0.5, gathered))
+            curves += [gathered] if is_curve else []
     if not parts:
         raise ValueError("snapshots must move, but all that train the modes are zero")
     return joint_pod(
@@ -336,6 +386,7 @@ def _basis(
         metric,
         tolerance=settings.mode_tolerance,
         mode_limit=settings.mode_limit,
+        first=leading_fields(curves, metric, settings.curve_tolerance) if curves else None,
     )
 
 
@@ -405,19 +456,28 @@ def _nearest_of_all(
     return np.concatenate(errors), np.concatenate(states)
 
 
+def _blocked(
+    reduced: ReducedPart, part: PartModel, snapshots: SnapshotSet, settings: ReductionSettings
+) -> ReducedBlockedForce | None:
+    """Blocked force beside that of the snapshots; None where none has a blocked tip."""
+    there = snapshots.of("blocked")
+    if len(there) == 0:
+        return None
+    details = snapshots.metadata["details"][snapshots.sources.index("blocked")]
+    return reduced_blocked_force(
+        reduced,
+        part.mesh,
+        np.array(details["force_mN"]),
+        snapshots.pressure_kPa[there],
+        settings.rotation,
+        details["face"],
+    )
+
+
 def _evenly(numbers: np.ndarray, limit: int) -> np.ndarray:
     if len(numbers) <= limit:
         return numbers
     return numbers[np.linspace(0, len(numbers) - 1, limit).astype(int)]
-
-
-def _bend_table(curve: ReducedBend) -> dict[str, list[float]]:
-    return {
-        "pressure_kPa": curve.pressure_kPa.tolist(),
-        "full_deg": curve.full_deg.tolist(),
-        "reduced_deg": [float(v) if np.isfinite(v) else -1.0 for v in curve.reduced_deg],
-        "node_error_mm": curve.node_error_mm.tolist(),
-    }
 
 
 class _Clock:

@@ -39,7 +39,8 @@ class StaticSnapshotSettings(Checked):
     load_limit_mN: NotNegative = 1500.0
     """Normal forces are uniform from 0 to this."""
     friction: NotNegative = 1.2
-    """Tangential forces are uniform in the disc of this many times the normal force."""
+    """Tangential forces are uniform in the disc of this many times the normal force; the friction
+    of robots that walk for snapshots."""
     patch_radius_mm: Positive = 9.0
     """A force is spread over the surface nodes within this distance of a random one."""
     loaded_surface: str = "sheet"

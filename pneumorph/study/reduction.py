@@ -11,6 +11,8 @@ from typing import Any
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.soft_hub import SoftHub
+from pneumorph.physics.air import Air
+from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
@@ -93,7 +95,7 @@ def reduce(
         snapshot_folder,
         folder.progress,
         folder.progress.say,
-        WalkPhysics(replace(robot.physics, pressure_map=PressureMap()), robot.full_order),
+        WalkPhysics(_protocol(robot.physics, settings.snapshots), robot.full_order),
     )
     walks = collect_gait_walks(
         GaitWalks(robot, settings.walked),
@@ -124,4 +126,16 @@ def reduce(
         snapshot_files_without_time=seconds["files_without"],
         walked_gait_count=len(walks),
         wall_s=time.monotonic() - start,
+    )
+
+
+def _protocol(physics: Physics, settings: SnapshotSettings) -> Physics:
+    """A robot's physics with what is the protocol's: regulators, and the friction of the loads. A
+    leg for any floor is pushed sideways as hard by walks as it is by loads."""
+    return replace(
+        physics,
+        pressure_map=PressureMap(),
+        air=Air(),
+        friction=settings.static.friction,
+        friction_by_surface=(),
     )

@@ -130,9 +130,13 @@ def measured() -> ReduceOptions:
         # turns. It takes half of what is sampled.
         reduction=ReductionSettings(
             mode_limit=32,  # as many as the batched simulator takes
-            bend_share=0.65,
-            load_share=0.15,
-            ecsw=EcswSettings(hyperreduction_tolerance=0.006, element_limit=320),
+            bend_share=0.05,  # of what the curves' own modes leave
+            load_share=0.4,
+            blocked_share=0.02,
+            curve_tolerance=1e-3,
+            ecsw=EcswSettings(
+                hyperreduction_tolerance=0.006, element_limit=360, equilibrium_weight=8.0
+            ),
         ),
     )
 

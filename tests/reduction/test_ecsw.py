@@ -103,6 +103,22 @@ def test_element_limit_is_kept_and_said():
     assert not result.converged
 
 
+def test_a_state_of_weight_two_counts_as_four():
+    """Squares of rows add up: an identity, to rounding."""
+    settings = EcswSettings(element_limit=40, stiffness_state_count=0)
+    repeated = np.concatenate([STATES[:3], np.repeat(STATES[3:4], 4, axis=0)])
+    groups, mirror = PART.element_groups, PART.mesh.mirror_nodes
+    weights = np.array([1.0, 1.0, 1.0, 2.0])
+    weighted = ecsw(groups, MODES, STATES[:4], settings, weights=weights, mirror_nodes=mirror)
+    often = ecsw(groups, MODES, repeated, settings, mirror_nodes=mirror)
+    once = ecsw(groups, MODES, STATES[:4], settings, mirror_nodes=mirror)
+    assert weighted.relative_residual == pytest.approx(often.relative_residual, rel=1e-6)
+    assert weighted.relative_residual != pytest.approx(once.relative_residual, rel=1e-3)
+    for first, second in zip(weighted.cubatures, often.cubatures, strict=True):
+        np.testing.assert_array_equal(first.index, second.index)
+        np.testing.assert_allclose(first.weight, second.weight, rtol=1e-6)
+
+
 def test_meshes_without_mirror_elements_are_refused():
     mirror = PART.mesh.mirror_nodes.copy()
     mirror[[0, 1]] = mirror[[1, 0]]

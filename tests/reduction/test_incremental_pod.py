@@ -9,7 +9,7 @@ from helpers.synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.reduction.compressed_snapshots import SnapshotCompressor
 from pneumorph.reduction.incremental_pod import IncrementalPod
-from pneumorph.reduction.pod import joint_pod, pod, truncation_error
+from pneumorph.reduction.pod import joint_pod, leading_fields, pod, truncation_error
 
 PART = synthetic_part((6, 4, 4))
 HELD = np.isin(np.arange(PART.node_count), PART.mesh.node_set("attachment"))
@@ -104,6 +104,30 @@ def test_mode_tolerance_bounds_the_true_error_of_streamed_modes() -> None:
         assert basis.projection_error <= tolerance
         fewer = truncation_error(basis.singular_values, basis.dropped_square)
         assert fewer[basis.modes.shape[2] - 1] > tolerance  # no mode too many
+
+
+def test_leading_fields_come_first_and_the_error_is_still_that_of_all() -> None:
+    """A few snapshots of little weight are held to their own tolerance; the others have the rest.
+    Errors by least squares; equal to the rounding of Gram eigenvalues."""
+    curve, others = wandering_snapshots(6, seed=1), wandering_snapshots(40)
+    few, many = in_blocks(curve, 1e-6, 6), in_blocks(others, 1e-6, 40)
+    parts = [(1e-3, few), (1.0, many)]
+    leading = leading_fields([few], METRIC, 0.01)
+    count = len(leading[0])
+    assert projection_error(curve, leading[0]) < 0.01
+    assert projection_error(curve, leading[0][:-1]) > 0.01
+    settings = {"tolerance": 1e-4, "mode_limit": 12}
+    plain = joint_pod(parts, PART.node_mass, METRIC, **settings)
+    basis = joint_pod(parts, PART.node_mass, METRIC, **settings, first=leading)
+    assert count < basis.modes.shape[2] == len(basis.parity) == 12
+    assert projection_error(curve, basis.modes.reshape(-1, 12).T) < 0.01
+    assert projection_error(curve, plain.modes.reshape(-1, 12).T) > 0.01
+    together = np.concatenate([1e-3 * curve, others])
+    true = projection_error(together, basis.modes.reshape(-1, 12).T)
+    assert basis.projection_error == pytest.approx(true, rel=1e-3)
+    assert plain.projection_error < basis.projection_error  # Eckart and Young
+    fewest = joint_pod(parts, PART.node_mass, METRIC, tolerance=0.9, mode_limit=12, first=leading)
+    assert fewest.modes.shape[2] == count
 
 
 def test_mirror_halves_stay_apart_in_blocks() -> None:

@@ -10,6 +10,8 @@ from helpers.synthetic_part import synthetic_part
 
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
+from pneumorph.reduction.blocked_force import blocked_forces
+from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, blocked_snapshots
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.errors import force_errors, reduced_bend
 from pneumorph.reduction.reduce import ReductionSettings, reduce_part
@@ -143,3 +145,45 @@ def test_kinds_without_a_share_teach_nothing(model, snapshots, loads_alone):
     nothing = ReductionSettings(bend_share=0.0, load_share=0.0)
     with pytest.raises(ValueError, match="must hold some that have a share of the weight"):
         reduce_part(model, snapshots, nothing)
+
+
+def test_blocked_tips_teach_their_force_where_they_have_a_share(model):
+    """A basis of a few modes that never saw them pushes too hard; one that holds them does not."""
+    tips = blocked_snapshots(model, BlockedSnapshotSettings(count=3, pressure_kPa=90.0))
+    bend = bend_snapshots(model, STATIC)
+    seen = Snapshots.joined([bend, load_snapshots(model, STATIC, range(6), bend), tips])
+    few = ReductionSettings(
+        mode_limit=8, bend_share=0.5, load_share=0.5, ecsw=EcswSettings(element_limit=100)
+    )
+    _, blind = reduce_part(model, seen, few)
+    part, report = reduce_part(
+        model, seen, dataclasses.replace(few, load_share=0.2, blocked_share=0.3)
+    )
+    assert report.blocked_error_unsampled_percent < 0.1 * blind.blocked_error_unsampled_percent
+    assert report.blocked_error_percent < 0.5 * blind.blocked_error_percent
+    pressures = report.blocked["pressure_kPa"]
+    again = [each.force_mN for each in blocked_forces(part, model.mesh, pressures)]
+    np.testing.assert_allclose(again, report.blocked["reduced_mN"], rtol=1e-9)
+    full = [each.force_mN for each in blocked_forces(model, model.mesh, pressures)]
+    np.testing.assert_allclose(full, report.blocked["full_mN"], rtol=1e-9)
+    worst = np.abs(np.divide(again, full) - 1.0).max()
+    assert report.blocked_error_percent == pytest.approx(100.0 * worst)
+
+
+def test_without_blocked_tips_no_error_of_them_is_told(reduction):
+    assert reduction[1].blocked_error_percent is None
+
+
+def test_shares_beyond_the_whole_are_refused():
+    with pytest.raises(ValueError, match=r"must add up to at most 1, got 1\.2"):
+        ReductionSettings(bend_share=0.6, load_share=0.4, blocked_share=0.2)
+
+
+def test_bends_of_little_weight_are_held_where_curves_come_first(model, snapshots):
+    little = ReductionSettings(
+        mode_limit=8, bend_share=0.01, load_share=0.99, ecsw=EcswSettings(element_limit=60)
+    )
+    _, without = reduce_part(model, snapshots, little)
+    _, first = reduce_part(model, snapshots, dataclasses.replace(little, curve_tolerance=1e-4))
+    assert first.mode_count == without.mode_count == 8
+    assert first.bend_error_unsampled_percent < 0.1 * without.bend_error_unsampled_percent
