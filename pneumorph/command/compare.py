@@ -6,6 +6,9 @@ robots, random designs under random gaits that no snapshot came from. A single l
 pressure. Full-order trajectories take minutes each: they are kept in RUN/full_order, those that
 come with the package are found there, and an interrupted one goes on.
 
+Full-order trajectories that come with the package are of the published robot, which this verb takes
+where nothing else is asked for: those of `--physics measured` take hours.
+
 With --grid, further reductions of the leg walk the four animations too: their errors against the
 time of a step are figure 12 of the paper.
 
@@ -33,7 +36,9 @@ class CompareOptions:
     """What to compare, of which robot."""
 
     comparison: Annotated[ComparisonSettings, flat] = field(default_factory=ComparisonSettings)
-    robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+    robot: Annotated[RobotOptions, flat] = field(
+        default_factory=lambda: RobotOptions.of("published")
+    )
 
 
 def run(options: CompareOptions, folder: RunFolder) -> Comparison:
