@@ -212,7 +212,12 @@ class RobotOptions(Checked):
             robot = now.get("described")
             if robot is not None and Path(robot).is_file():
                 said = _all_of(RobotDescription.read(robot).physics.based_on)
-                now |= {name: said[name] for name in ("based_on", "leg", "masses")}
+                nothing = {**usual, "masses": settings_to_dict(Masses("published"))}
+                now |= {
+                    name: said[name]
+                    for name in ("based_on", "leg", "masses")
+                    if now[name] in (nothing[name], {"model": "published"})
+                }
         elif OLDER_GROUP in now and "leg" not in now:
             now = {"based_on": "published", **now}
         older = now.pop(OLDER_GROUP, {})
