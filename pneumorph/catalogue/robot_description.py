@@ -203,7 +203,7 @@ class RobotDescription(Checked):
     @property
     def usual_design(self) -> str:
         """The design that walks where none is named."""
-        return self.designs.usual or str(self.space[0])
+        return self.designs.usual or str(self.space.first)
 
     def expert_settings(self) -> dict[str, Any]:
         """Settings of the expert's gait for its regulators."""

@@ -1,13 +1,19 @@
-"""The belief over designs: a Gibbs distribution whose entropy follows a schedule."""
+"""The belief over designs: a Gibbs distribution whose entropy follows a schedule.
+
+Here each design has a score of its own; of spaces that are too large for that see
+`pneumorph.learn.factored_distribution`.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from pneumorph.base.checked import Checked, CountOrNone, NotNegative, Positive
+from pneumorph.learn.metrics import score_histogram
 
 BISECTION_LIMIT = 200
 """More halvings than a float64 interval can take."""
@@ -73,11 +79,7 @@ def entropy(probabilities: np.ndarray) -> float:
 def match_entropy(
     scores: np.ndarray, target: float, maximum: float = 20.0, tolerance: float = 0.01
 ) -> float:
-    """Inverse temperature at which the Gibbs distribution has a given entropy, by bisection.
-
-    The entropy falls as beta rises (its slope is minus beta times the variance of the scores).
-    Where the target lies outside what beta in [0, maximum] can reach, the nearer end is taken:
-    equal scores stay uniform whatever beta is.
+    """Inverse temperature at which the Gibbs distribution has a given entropy, see `matching`.
 
     Args:
         scores: Score of each design, shape (design,).
@@ -85,14 +87,33 @@ def match_entropy(
         maximum: Highest beta.
         tolerance: Accepted distance from the target [nat].
     """
-    if entropy(gibbs(scores, 0.0)) <= target + tolerance:
+    return matching(lambda beta: entropy(gibbs(scores, beta)), target, maximum, tolerance)
+
+
+def matching(
+    entropy_at: Callable[[float], float], target: float, maximum: float, tolerance: float
+) -> float:
+    """Inverse temperature at which a distribution ``p ~ exp(beta R)`` has a given entropy, by
+    bisection.
+
+    The entropy falls as beta rises (its slope is minus beta times the variance of the scores).
+    Where the target lies outside what beta in [0, maximum] can reach, the nearer end is taken:
+    equal scores stay uniform whatever beta is.
+
+    Args:
+        entropy_at: Entropy at a beta [nat].
+        target: Entropy wanted [nat].
+        maximum: Highest beta.
+        tolerance: Accepted distance from the target [nat].
+    """
+    if entropy_at(0.0) <= target + tolerance:
         return 0.0
-    if entropy(gibbs(scores, maximum)) >= target - tolerance:
+    if entropy_at(maximum) >= target - tolerance:
         return maximum
     low, high = 0.0, maximum
     for _ in range(BISECTION_LIMIT):
         middle = 0.5 * (low + high)
-        difference = entropy(gibbs(scores, middle)) - target
+        difference = entropy_at(middle) - target
         if abs(difference) <= tolerance:
             break
         low, high = (middle, high) if difference > 0.0 else (low, middle)
@@ -106,6 +127,7 @@ class DesignDistribution:
         scores: Newest return of each design, or what is expected of it [cm], shape (design,).
         inverse_temperature: beta [1/cm].
         probabilities: shape (design,).
+        failing: Designs whose newest episode failed, (design,) bool.
     """
 
     def __init__(self, design_count: int, schedule: EntropySchedule) -> None:
@@ -114,6 +136,7 @@ class DesignDistribution:
             raise ValueError(f"design_count is {design_count}, expected at least 1")
         self.schedule = schedule
         self.scores = np.full(design_count, schedule.initial_score_cm)
+        self.failing = np.zeros(design_count, dtype=bool)
         self.inverse_temperature = 0.0
         self.probabilities = gibbs(self.scores, 0.0)
 
@@ -146,6 +169,80 @@ class DesignDistribution:
             raise ValueError(f"returns[{place}] is {returns[place]}, expected finite returns in cm")
         for design, value in zip(designs, returns, strict=True):
             self.scores[design] = value
+
+    def take_round(
+        self,
+        designs: np.ndarray,
+        scores: np.ndarray,
+        failing: np.ndarray,
+        images: np.ndarray | None = None,
+    ) -> None:
+        """Replace the scores of a round's designs.
+
+        Args:
+            designs: Indices of the designs, (n,).
+            scores: Their scores [cm], (n,).
+            failing: Whether any of a design's simulations failed, (n,) bool.
+            images: Indices of the mirror images that the scores count for as well, (n,).
+
+        Raises:
+            ValueError: A score is not finite.
+        """
+        for each in (designs,) if images is None else (images, designs):
+            self.record(each, scores)
+            self.failing[each] = failing
+
+    def expect(
+        self, expected: Callable[[np.ndarray | None], np.ndarray], rng: np.random.Generator
+    ) -> None:
+        """Raise scores to what is expected of the designs that did not fail.
+
+        Args:
+            expected: Gives what is expected [cm] of designs by their indices, None for all.
+            rng: Draws nothing here: all designs are asked for.
+        """
+        scores = expected(None)
+        # The critic learns from the steps before a failure, and knows nothing of it.
+        scores[self.failing] = -np.inf
+        self.raise_scores(scores)
+
+    def candidates(
+        self,
+        count: int,
+        value: Callable[[np.ndarray], np.ndarray] | None,
+        rng: np.random.Generator,
+    ) -> np.ndarray:
+        """Indices of the designs of highest score, at most (count,), the highest first.
+
+        Args:
+            count: How many.
+            value: What the critic expects of designs by their indices; the scores tell here.
+            rng: Draws nothing here: all designs are compared.
+        """
+        return np.argsort(-self.scores, kind="stable")[:count]
+
+    def said(self) -> dict[str, float | list[float]]:
+        """What metrics say of the scores."""
+        return {
+            "expected_score_cm": float(self.probabilities @ self.scores),
+            "highest_score_cm": float(self.scores.max()),
+            "score_histogram": score_histogram(self.scores, self.probabilities),
+        }
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All of the state, for a checkpoint."""
+        return {
+            "scores": self.scores,
+            "failing": self.failing,
+            "inverse_temperature": np.array(self.inverse_temperature),
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Take over what `arrays` gave."""
+        self.scores = np.array(arrays["scores"])
+        # Checkpoints of an earlier version do not tell.
+        self.failing = np.array(arrays.get("failing", np.zeros(len(self.scores), bool)))
+        self.set_inverse_temperature(float(arrays["inverse_temperature"]))
 
     def raise_scores(self, expected: np.ndarray) -> None:
         """Raise scores to what is expected of the designs now [cm], shape (design,).

@@ -50,7 +50,7 @@ class BestPairs:
     def __init__(self, space: DesignSpace, count: int) -> None:
         """Keep at most ``count`` pairs."""
         self.count = count
-        self._twin = np.minimum(np.arange(len(space)), space.mirror_index)
+        self._twin = space.twin
         self.pairs: list[DesignGaitPair] = []
 
     @property
@@ -66,7 +66,7 @@ class BestPairs:
         """Keep those among the pairs that belong among the best."""
         best: dict[int, DesignGaitPair] = {}
         for pair in [*self.pairs, *pairs]:
-            twin = int(self._twin[pair.design])
+            twin = self._twin(pair.design)
             if twin not in best or pair.score_cm > best[twin].score_cm:
                 best[twin] = pair
         ranked = sorted(best.values(), key=lambda pair: pair.score_cm, reverse=True)

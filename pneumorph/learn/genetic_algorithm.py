@@ -1,10 +1,10 @@
 """A genetic algorithm over designs and gaits together (Goldberg 1989).
 
-A genome is a design's assignment and the numbers of its gait. Parents are chosen by tournament. A
-child takes each location from either parent and the first part of its gait from one, the rest from
-the other; then single locations are redrawn and single numbers of the gait moved. Of parents and
-children the furthest of each design survive, the best designs first: with more than one of a design
-the first that comes forward soon takes over.
+A genome is the option that a design has at each location and the numbers of its gait. Parents are
+chosen by tournament. A child takes each location from either parent and the first part of its gait
+from one, the rest from the other; then single locations are redrawn and single numbers of the gait
+moved. Of parents and children the furthest of each design survive, the best designs first: with
+more than one of a design the first that comes forward soon takes over.
 """
 
 from __future__ import annotations
@@ -17,14 +17,13 @@ import numpy as np
 from pneumorph.base.checked import Bounds, Checked, Count, Positive, Share
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.searcher import Candidates
-from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 
 _MOST_TRIES = 100
-"""Times that a child of too few or too many legs is made again before a parent stands in."""
+"""Times that a child that breaks a rule of the space is made again before a parent stands in."""
 
 _Genome: TypeAlias = tuple[np.ndarray, np.ndarray]
-"""Assignment (location,) and actions (action, regulator)."""
+"""Numbers of the locations' options (location,) and actions (action, regulator)."""
 
 
 @dataclass(frozen=True)
@@ -51,16 +50,7 @@ class GeneticAlgorithm:
     def __init__(
         self, space: DesignSpace, task: CrawlingTask, settings: GeneticSettings, seed: int
     ) -> None:
-        """Draw the first generation uniformly.
-
-        Raises:
-            ValueError: The space has rules that crossover and mutation do not know.
-        """
-        if not space.is_plain:
-            raise ValueError(
-                "the genetic algorithm knows numbers of legs and regulators alone, expected a "
-                "design space without options, exclusions or symmetries; search at random, or gaits"
-            )
+        """Draw the first generation uniformly."""
         self._space, self._settings = space, settings
         self._rng = np.random.default_rng(seed)
         self._gait_shape = (task.action_count, task.regulator_count)
@@ -91,8 +81,8 @@ class GeneticAlgorithm:
         self._parents = ranked[: self._settings.population]
 
     def _newcomer(self) -> _Genome:
-        design = self._space[int(self._rng.integers(len(self._space)))]
-        return np.array(design.assignment), self._rng.uniform(-1.0, 1.0, self._gait_shape)
+        (options,) = self._space.options_of(self._space.drawn(1, self._rng))
+        return options, self._rng.uniform(-1.0, 1.0, self._gait_shape)
 
     def _parent(self) -> _Genome:
         # They are sorted, so the first of those drawn wins.
@@ -101,24 +91,26 @@ class GeneticAlgorithm:
 
     def _child(self) -> _Genome:
         for _ in range(_MOST_TRIES):
-            assignment, action = self._parent()
+            options, action = self._parent()
             if self._rng.random() < self._settings.crossover_probability:
-                other_assignment, other_action = self._parent()
-                from_other = self._rng.random(len(assignment)) < 0.5
-                assignment = np.where(from_other, other_assignment, assignment)
+                other_options, other_action = self._parent()
+                from_other = self._rng.random(len(options)) < 0.5
+                options = np.where(from_other, other_options, options)
                 cut = self._rng.integers(len(action) + 1)
                 action = np.concatenate([action[:cut], other_action[cut:]])
-            assignment = self._mutated_assignment(assignment)
-            legs = np.count_nonzero(assignment)
-            if self._space.minimum_legs <= legs <= self._space.maximum_legs:
-                return assignment, self._mutated_action(action)
-        assignment, action = self._parent()
-        return assignment, self._mutated_action(action)
+            options = self._mutated_options(options)
+            if self._space.holds(self._space.of_options(options)):
+                return options, self._mutated_action(action)
+        options, action = self._parent()
+        return options, self._mutated_action(action)
 
-    def _mutated_assignment(self, assignment: np.ndarray) -> np.ndarray:
-        redrawn = self._rng.integers(self._space.regulator_count + 1, size=len(assignment))
-        chosen = self._rng.random(len(assignment)) < self._settings.location_mutation_probability
-        return np.where(chosen, redrawn, assignment)
+    def _mutated_options(self, options: np.ndarray) -> np.ndarray:
+        counts = self._space.paths.option_counts
+        # One bound for all where there is one: what is drawn is then as it always was.
+        bound = counts[0] if len(set(counts)) == 1 else np.array(counts)
+        redrawn = self._rng.integers(bound, size=len(options))
+        chosen = self._rng.random(len(options)) < self._settings.location_mutation_probability
+        return np.where(chosen, redrawn, options)
 
     def _mutated_action(self, action: np.ndarray) -> np.ndarray:
         move = self._rng.normal(0.0, self._settings.action_mutation_size, action.shape)
@@ -127,15 +119,16 @@ class GeneticAlgorithm:
 
 
 def canonical_candidate(
-    space: DesignSpace, assignment: np.ndarray, action: np.ndarray
+    space: DesignSpace, options: np.ndarray, action: np.ndarray
 ) -> tuple[int, np.ndarray]:
-    """Index of a design in the space, and its gait (action, regulator) under its canonical names.
+    """Index of the design that stands for one of the space, and its gait (action, regulator).
 
-    Regulators are renumbered in order of first appearance, and the gait's columns with them.
+    Where it has its regulators by other names, the gait's columns are renamed with them.
+
+    Args:
+        space: The designs.
+        options: Numbers of the locations' options, (location,).
+        action: The gait by the names of the options, (action, regulator).
     """
-    design = Design(tuple(int(regulator) for regulator in assignment))
-    if not space.canonical:
-        return space.index(design), action
-    used = [name - 1 for name in design.regulator_order()]
-    unused = [name for name in range(action.shape[1]) if name not in used]
-    return space.index(design), action[:, [*used, *unused]]
+    form, order = space.form(space.of_options(options))
+    return space.index(form), action[:, np.array(order) - 1]

@@ -16,16 +16,15 @@ class MirrorImage:
     """
 
     def __init__(self, space: DesignSpace) -> None:
-        """Look up the images of all designs."""
-        self._index = space.mirror_index
-        self._regulator = space.mirror_regulator
+        """Take the images of a space's designs."""
+        self._images = space.images
 
     def designs(self, designs: np.ndarray) -> np.ndarray:
         """Index of each design's image, shape (n,)."""
-        return self._index[designs]
+        return self._images(designs)[0]
 
     def actions(self, designs: np.ndarray, actions: np.ndarray) -> np.ndarray:
         """Actions for the images of ``designs`` (n,), one or more each, shape (n, k M)."""
-        regulator = self._regulator[designs][:, np.newaxis, :]
+        regulator = self._images(designs)[1][:, np.newaxis, :]
         one_by_one = actions.reshape(len(designs), -1, regulator.shape[-1])
         return np.take_along_axis(one_by_one, regulator, axis=2).reshape(actions.shape)

@@ -44,7 +44,7 @@ def load_policy(path: Path | str) -> tuple[Policy, CooptSettings, dict[str, Any]
     arrays, metadata = load_artefact(path, KIND, VERSION)
     with reading(path, KIND):
         settings = settings_from_dict(CooptSettings, metadata["settings"])
-    observation_size = settings.task.state_size + settings.space.one_hot.shape[1]
+    observation_size = settings.task.state_size + settings.space.feature_count
     policy = Policy(
         observation_size,
         settings.task.regulator_count,

@@ -27,13 +27,13 @@ class RandomSearch:
         self, space: DesignSpace, task: CrawlingTask, settings: RandomSearchSettings, seed: int
     ) -> None:
         """Start with a seed."""
-        self._design_count = len(space)
+        self._space = space
         self._shape = (settings.population, task.action_count, task.regulator_count)
         self._rng = np.random.default_rng(seed)
 
     def ask(self) -> Candidates:
         """Draw candidates."""
-        design = self._rng.integers(self._design_count, size=self._shape[0])
+        design = self._space.drawn(self._shape[0], self._rng)
         return Candidates(design, self._rng.uniform(-1.0, 1.0, self._shape))
 
     def tell(self, distance_cm: np.ndarray) -> None:

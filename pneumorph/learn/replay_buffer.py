@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import jax.numpy as jnp
 import numpy as np
@@ -15,11 +15,15 @@ FIELDS = ("state", "design", "action", "reward", "next_state", "terminal")
 class ReplayBuffer:
     """A ring of transitions; the design is kept as its index and told in one-hot form on drawing.
 
-    A design takes 4 bytes that way instead of 128, which is most of an observation.
+    A design takes 8 bytes that way instead of 128, which is most of an observation.
     """
 
     def __init__(
-        self, capacity: int, state_size: int, action_size: int, design_features: np.ndarray
+        self,
+        capacity: int,
+        state_size: int,
+        action_size: int,
+        design_features: Callable[[np.ndarray], np.ndarray],
     ) -> None:
         """Make an empty buffer.
 
@@ -27,15 +31,16 @@ class ReplayBuffer:
             capacity: Transitions kept.
             state_size: Numbers of an observation that come before the design's.
             action_size: Numbers of an action.
-            design_features: What an observation says of each design, shape (design, feature).
+            design_features: From indices of designs, (...), to what an observation says of each,
+                (..., feature) float32.
         """
         if capacity < 1:
             raise ValueError(f"capacity is {capacity}, expected at least 1")
         self.capacity = capacity
-        self._features = np.asarray(design_features, dtype=np.float32)
-        self._arrays = {
+        self._features = design_features
+        self._arrays: dict[str, np.ndarray] = {
             "state": np.zeros((capacity, state_size), np.float32),
-            "design": np.zeros(capacity, np.int32),
+            "design": np.zeros(capacity, np.int64),
             "action": np.zeros((capacity, action_size), np.float32),
             "reward": np.zeros(capacity, np.float32),
             "next_state": np.zeros((capacity, state_size), np.float32),
@@ -80,7 +85,7 @@ class ReplayBuffer:
             raise ValueError("the replay buffer is empty, expected transitions to draw from")
         places = rng.integers(len(self), size=(update_count, batch_size))
         drawn = {name: values[places] for name, values in self._arrays.items()}
-        features = self._features[drawn["design"]]
+        features = self._features(drawn["design"])
         return Batch(
             observation=jnp.asarray(np.concatenate([drawn["state"], features], axis=-1)),
             action=jnp.asarray(drawn["action"]),

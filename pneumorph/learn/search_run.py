@@ -53,7 +53,7 @@ class SearchResult:
         """The pairs, the highest score first; a design and its mirror image count as one."""
         ranked, seen = [], set()
         for pair in sorted(self.best.values(), key=lambda each: -each.score_cm):
-            twin = min(pair.design, int(space.mirror_index[pair.design]))
+            twin = space.twin(pair.design)
             if twin not in seen:
                 seen.add(twin)
                 ranked.append(pair)

@@ -9,6 +9,7 @@ from typing import Literal
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.design_distribution import EntropySchedule
+from pneumorph.learn.factored_distribution import FactoredSettings
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.sac import SacSettings
 from pneumorph.robot.design_space import DesignSpace
@@ -54,6 +55,12 @@ class CooptSettings(Checked):
     """Hyperparameters of the learner."""
     schedule: EntropySchedule = field(default_factory=EntropySchedule)
     """How the design distribution narrows."""
+    distribution: Literal["by_size", "enumerated", "factored"] = "by_size"
+    """What is believed of designs: `enumerated`, a score for each (the paper), or `factored`, a
+    weight for each option of each location, which needs no list of designs (not in the paper).
+    `by_size`: enumerated up to 100 000 designs."""
+    factored: FactoredSettings = field(default_factory=FactoredSettings)
+    """How weights of options follow from scores."""
     finetuning: FinetuningSettings = field(default_factory=FinetuningSettings)
     """What follows training, for the best designs."""
     objective: Objective = field(default_factory=Objective)
@@ -103,6 +110,13 @@ class CooptSettings(Checked):
                 f"worlds_per_design, {self.objective.worlds_per_design}: every design of a round "
                 "walks in each of its worlds"
             )
+
+    @property
+    def is_factored(self) -> bool:
+        """Whether the belief over designs is a weight for each option of each location."""
+        if self.distribution == "by_size":
+            return not self.space.is_listed
+        return self.distribution == "factored"
 
     @property
     def designs_per_round(self) -> int:

@@ -19,7 +19,7 @@ from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_distribution import DesignDistribution
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.evaluation import evaluate_policy
-from pneumorph.learn.metrics import score_histogram
+from pneumorph.learn.factored_distribution import FactoredDistribution
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.objective import RoundLevel
 from pneumorph.learn.replay_buffer import ReplayBuffer
@@ -52,7 +52,7 @@ class Training:
         self.space = settings.space
         count = settings.environment_count
         self.environment = CrawlingEnvironment(
-            [self.space[place % len(self.space)] for place in range(count)],
+            self.space.some(count),
             build_robot,
             make_simulator,
             settings.task,
@@ -60,18 +60,26 @@ class Training:
             self.space.cavity_count,
         )
         self._state_size = settings.task.state_size
-        features = self.space.one_hot
         self.learner = Sac(
-            self._state_size + features.shape[1], settings.task.regulator_count, settings.sac
+            self._state_size + self.space.feature_count,
+            settings.task.regulator_count,
+            settings.sac,
         )
         self.state = self.learner.initial_state(settings.seed)
         self.buffer = ReplayBuffer(
-            settings.buffer_size, self._state_size, settings.task.regulator_count, features
+            settings.buffer_size,
+            self._state_size,
+            settings.task.regulator_count,
+            self.space.features,
         )
-        self.distribution = DesignDistribution(len(self.space), settings.schedule)
+        self.distribution: DesignDistribution | FactoredDistribution = (
+            FactoredDistribution(
+                self.space, settings.schedule, settings.factored, settings.mirror_transitions
+            )
+            if settings.is_factored
+            else DesignDistribution(len(self.space), settings.schedule)
+        )
         self.best = BestPairs(self.space, settings.kept_pair_count)
-        # Designs whose newest episode failed.
-        self._failing = np.zeros(len(self.space), dtype=bool)
         self._level = RoundLevel(settings.objective.centring_rounds)
         self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
         self._rng = np.random.default_rng(settings.seed)
@@ -257,24 +265,21 @@ class Training:
     ) -> None:
         """Lines 6 to 9 of algorithm 1, with the scores of a round's designs and whether any of a
         design's simulations failed, both (design,)."""
-        if self._mirror is not None:
-            images = self._mirror.designs(designs)
-            self.distribution.record(images, returns)
-            self._failing[images] = failed
-        self.distribution.record(designs, returns)
-        self._failing[designs] = failed
+        images = None if self._mirror is None else self._mirror.designs(designs)
+        self.distribution.take_round(designs, returns, failed, images)
         if (
             self.settings.expected_scores
             and self.timestep >= self.settings.schedule.decay_start_timestep
         ):
-            expected = self.expected_returns(designs, returns)
-            # The critic learns from the steps before a failure, and knows nothing of it.
-            expected[self._failing] = -np.inf
-            self.distribution.raise_scores(expected)
+            self.distribution.expect(
+                lambda among: self.expected_returns(designs, returns, among), self._rng
+            )
         self.distribution.follow_schedule(self.timestep)
 
-    def expected_returns(self, designs: np.ndarray, returns: np.ndarray) -> np.ndarray:
-        """Return what the critic expects of every design [cm], shape (design,).
+    def expected_returns(
+        self, designs: np.ndarray, returns: np.ndarray, among: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return what the critic expects of designs [cm], shape (design,).
 
         Its values are discounted and count entropy as well: they are scaled so that those of the
         designs that just walked add up to their returns.
@@ -282,16 +287,26 @@ class Training:
         Args:
             designs: Index of each design that walked, shape (n,).
             returns: Their returns [cm], shape (n,).
+            among: Indices of the designs that are asked for; None for every design.
         """
-        features = self.space.one_hot
-        # Every episode begins with no action to remember.
-        start = np.zeros((len(features), self._state_size), np.float32)
-        observation = np.concatenate([start, features.astype(np.float32)], axis=1)
-        values = self.learner.values(self.state, observation).astype(float)
-        walked, travelled = values[designs].sum(), returns.sum()
+        if among is None:
+            values = self._values(np.arange(len(self.space)))
+            walked = values[designs].sum()
+        else:
+            values = self._values(np.concatenate([among, designs]))
+            values, walked = values[: len(among)], values[len(among) :].sum()
+        travelled = returns.sum()
         if walked <= 0.0 or travelled <= 0.0:
             return np.full(len(values), -np.inf)
         return values * (travelled / walked)
+
+    def _values(self, designs: np.ndarray) -> np.ndarray:
+        """What the critic expects of designs at the start of an episode, (n,), in its measure."""
+        features = self.space.features(designs)
+        # Every episode begins with no action to remember.
+        start = np.zeros((len(features), self._state_size), np.float32)
+        observation = np.concatenate([start, features.astype(np.float32)], axis=1)
+        return self.learner.values(self.state, observation).astype(float)
 
     def _score_metrics(self, by_world: np.ndarray) -> dict[str, Any]:
         """What is said of a round's scores where designs walk in several worlds."""
@@ -321,27 +336,31 @@ class Training:
             "design_entropy": distribution.entropy,
             "design_entropy_target": distribution.target_entropy(self.timestep),
             "inverse_temperature": distribution.inverse_temperature,
-            "expected_score_cm": float(distribution.probabilities @ distribution.scores),
-            "highest_score_cm": float(distribution.scores.max()),
             "update_count": self.update_count,
             **learning,
             **{f"{stage}_s": self.clock.seconds[stage] for stage in STAGES},
-            "score_histogram": score_histogram(distribution.scores, distribution.probabilities),
+            **distribution.said(),
         }
 
     def evaluate(self, progress: Progress | None = None) -> list[DesignGaitPair]:
-        """Walk the designs of highest score with the deterministic policy and keep good pairs.
+        """Walk the designs of highest score with the deterministic policy and keep good pairs; of a
+        factored distribution, those seen and those drawn from it.
 
         Returns:
             The pairs walked, the highest score first.
         """
-        order = np.argsort(-self.distribution.scores, kind="stable")
+        designs = self.distribution.candidates(
+            self.settings.evaluated_design_count,
+            self._values if self.update_count else None,
+            # A stream of its own: a round draws the same whether it was evaluated before.
+            np.random.default_rng([self.settings.seed, self.timestep]),
+        )
         pairs = self.clock.timed("evaluate", evaluate_policy)(
             self.environment,
             self.space,
             self.state.policy,
             self.learner,
-            order[: self.settings.evaluated_design_count],
+            designs,
             timestep=self.timestep,
             progress=progress,
             objective=self.settings.objective,
@@ -356,9 +375,7 @@ class Training:
             **{f"sac/{number}": np.asarray(leaf) for number, leaf in enumerate(leaves)},
             **{f"buffer/{name}": value for name, value in self.buffer.arrays().items()},
             **{f"best/{name}": value for name, value in self.best.arrays().items()},
-            "distribution/scores": self.distribution.scores,
-            "distribution/failing": self._failing,
-            "distribution/inverse_temperature": np.array(self.distribution.inverse_temperature),
+            **{f"distribution/{name}": value for name, value in self.distribution.arrays().items()},
         }
 
     def metadata(self) -> dict[str, Any]:
@@ -393,12 +410,7 @@ class Training:
         self.state = eqx.combine(jax.tree.unflatten(structure, leaves), static)
         self.buffer.restore(_below(arrays, "buffer/"))
         self.best.restore(_below(arrays, "best/"))
-        self.distribution.scores = np.array(arrays["distribution/scores"])
-        # Checkpoints of an earlier version do not tell.
-        self._failing = np.array(
-            arrays.get("distribution/failing", np.zeros(len(self.space), bool))
-        )
-        self.distribution.set_inverse_temperature(float(arrays["distribution/inverse_temperature"]))
+        self.distribution.restore(_below(arrays, "distribution/"))
         self.timestep = int(metadata["timestep"])
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])

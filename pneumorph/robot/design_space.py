@@ -5,193 +5,43 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from math import comb
 
 import numpy as np
 
-from pneumorph.base.checked import Checked, Count, CountOrNone
-from pneumorph.robot.design import MINIMUM_LEGS, Design, Fitting
-from pneumorph.robot.site_options import site_options
+from pneumorph.robot.choice_paths import WeighedPaths
+from pneumorph.robot.design import Design
+from pneumorph.robot.design_choices import DesignChoices
+from pneumorph.robot.design_codes import DesignCodes
 
 DESIGN_LIMIT = 100_000
 """Most designs that are listed one by one."""
 
 
 @dataclass(frozen=True)
-class DesignSpace(Checked):
+class DesignSpace(DesignChoices):
     """Designs of a hub with ``N`` locations, ``M`` regulators and a range of legs.
 
     The defaults are the paper's (section III-B): 41202 assignments, of which 6972 remain once
     the regulators' names are made canonical.
 
-    A symmetry moves the leg of each location to another one, given as numbers of the locations
-    where they go, such as ``7 6 5 4 3 2 1 0``. The mirror is one about the forward axis: a robot's
-    image walks the mirrored path when its regulators do the same, so what is learned of one holds
-    for the other.
-
-    Attributes:
-        location_count: Candidate locations ``N`` around the hub.
-        regulator_count: Regulators ``M``.
-        minimum_legs: Fewest legs of a design.
-        maximum_legs: Most legs of a design.
-        canonical: Keep one design of those that differ only by the names of their regulators.
-        options: What each location may carry, see `site_options`; empty for no leg or one of the
-            first kind on any regulator.
-        minimum_regulators: Fewest different regulators of a design.
-        maximum_regulators: Most different regulators of a design; None for all.
-        exclusions: Locations of which one at most may carry a leg, such as ``0 1``.
-        mirror: The mirror: ``radial`` (leg k goes to N - 1 - k), ``none``, or where legs go.
-        symmetries: Keep one design of those that these turn into each other: ``mirror``, or where
-            legs go.
+    Designs are listed one by one and numbered in order where they are at most `DESIGN_LIMIT`, else
+    numbered by what is chosen at each location (`DesignCodes`).
     """
 
-    location_count: Count = 8
-    regulator_count: Count = 3
-    minimum_legs: CountOrNone = MINIMUM_LEGS
-    maximum_legs: int = 6
-    canonical: bool = True
-    options: tuple[str, ...] = ()
-    minimum_regulators: CountOrNone = 0
-    maximum_regulators: Count | None = None
-    exclusions: tuple[str, ...] = ()
-    mirror: str = "radial"
-    symmetries: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not self.minimum_legs <= self.maximum_legs <= self.location_count:
-            raise ValueError(
-                f"legs from {self.minimum_legs} to {self.maximum_legs} on {self.location_count} "
-                "locations, expected 0 <= minimum_legs <= maximum_legs <= location_count"
-            )
-        if self.options and len(self.options) != self.location_count:
-            raise ValueError(
-                f"options has {len(self.options)} entries, expected one for each of the "
-                f"{self.location_count} locations"
-            )
-        _, named = self._options
-        if named and self.canonical:
-            raise ValueError(
-                "options name regulators and canonical is true, expected canonical = false: "
-                "regulators that differ may not be renamed"
-            )
-        idle = set(range(1, self.regulator_count + 1)) - {
-            regulator for each in self._fittings for regulator in each.regulators
-        }
-        if idle:
-            raise ValueError(
-                f"regulator {min(idle)} of {self.regulator_count} drives nothing in any of the "
-                "options, expected as many regulators as are used"
-            )
-        _ = self._excluded, self._mirror, self._symmetries  # refuse what is none
-
     @cached_property
-    def _options(self) -> tuple[tuple[tuple[Fitting | None, ...], ...], bool]:
-        texts = self.options or ("0 *",) * self.location_count
-        found = [
-            site_options(text, location, self.regulator_count)
-            for location, text in enumerate(texts)
-        ]
-        return tuple(options for options, _ in found), any(named for _, named in found)
-
-    @cached_property
-    def _excluded(self) -> tuple[frozenset[int], ...]:
-        return tuple(frozenset(self._numbers("exclusions", text)) for text in self.exclusions)
-
-    @cached_property
-    def _mirror(self) -> tuple[int, ...] | None:
-        if self.mirror == "none":
-            return None
-        if self.mirror == "radial":
-            return tuple(reversed(range(self.location_count)))
-        return self._permutation("mirror", self.mirror)
-
-    @cached_property
-    def _symmetries(self) -> tuple[tuple[tuple[int, ...], bool], ...]:
-        """Where legs go, and whether left and right are exchanged, by each."""
-        found = []
-        for text in self.symmetries:
-            if text == "mirror":
-                if self._mirror is None:
-                    raise ValueError('symmetries has "mirror" and mirror is "none"')
-                found.append((self._mirror, True))
-            else:
-                found.append((self._permutation("symmetries", text), False))
-        return tuple(found)
-
-    def _numbers(self, name: str, text: str) -> tuple[int, ...]:
-        numbers = tuple(int(each) if each.isdecimal() else -1 for each in text.split())
-        if not all(0 <= number < self.location_count for number in numbers):
-            raise ValueError(
-                f"{name} has {text!r}, expected numbers of locations from 0 to "
-                f"{self.location_count - 1}, separated by spaces"
-            )
-        return numbers
-
-    def _permutation(self, name: str, text: str) -> tuple[int, ...]:
-        to = self._numbers(name, text)
-        if sorted(to) != list(range(self.location_count)):
-            raise ValueError(
-                f"{name} has {text!r}, expected each of the {self.location_count} locations once: "
-                "a symmetry leaves none without an image"
-            )
-        return to
-
-    @property
-    def has_mirror(self) -> bool:
-        """Whether a design's mirror image is one of the robot's as well."""
-        return self._mirror is not None
-
-    @cached_property
-    def module_count(self) -> int:
-        """Kinds of modules that designs choose from."""
-        return 1 + max((each.module for each in self._fittings), default=0)
-
-    @cached_property
-    def cavity_count(self) -> int:
-        """Most cavities of a module that have regulators of their own."""
-        return max((len(each.regulators) for each in self._fittings), default=1)
-
-    @property
-    def kinds(self) -> tuple[set[int], ...]:
-        """Numbers of the modules that each location may carry."""
-        return tuple(
-            {each.module for each in options if each is not None} for options in self._options[0]
-        )
-
-    @property
-    def _fittings(self) -> list[Fitting]:
-        return [each for options in self._options[0] for each in options if each is not None]
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether legs, regulators and their names are all that there is to choose."""
-        return self == DesignSpace(
-            self.location_count,
-            self.regulator_count,
-            self.minimum_legs,
-            self.maximum_legs,
-            self.canonical,
-            mirror=self.mirror,
-        )
+    def is_listed(self) -> bool:
+        """Whether designs are few enough to be listed one by one."""
+        if not self.symmetries:
+            return self.paths.count <= DESIGN_LIMIT
+        # At most as many count as one as there are products of the symmetries.
+        most = DESIGN_LIMIT * self._symmetry_count
+        return self.paths.count <= most and self._listed is not None
 
     @property
     def size(self) -> int:
-        """Number of designs; of a space without further rules in closed form.
-
-        Raw: sum over legs ``L`` of ``C(N, L) M^L``. Canonical: ``C(N, L)`` times the ways to
-        split ``L`` legs into at most ``M`` unnamed groups, a sum of Stirling numbers.
-        """
-        if not self.is_plain:
-            return len(self.designs)
-        legs = range(self.minimum_legs, self.maximum_legs + 1)
-        if not self.canonical:
-            return sum(comb(self.location_count, leg) * self.regulator_count**leg for leg in legs)
-        return sum(
-            comb(self.location_count, leg)
-            * sum(_stirling(leg, group) for group in range(self.regulator_count + 1))
-            for leg in legs
-        )
+        """Number of designs, exact; where they are not listed, before designs that symmetries turn
+        into each other are counted as one."""
+        return len(self.designs) if self.symmetries and self.is_listed else self.paths.count
 
     def __len__(self) -> int:
         return self.size
@@ -200,10 +50,12 @@ class DesignSpace(Checked):
         return iter(self.designs)
 
     def __getitem__(self, index: int) -> Design:
-        return self.designs[index]
+        return self.designs[index] if self.is_listed else self._codes.design(int(index))
 
     def __contains__(self, design: object) -> bool:
-        return design in self._index
+        if self.is_listed:
+            return design in self._index
+        return isinstance(design, Design) and self.holds(design) and self.form(design)[0] == design
 
     @cached_property
     def designs(self) -> tuple[Design, ...]:
@@ -212,77 +64,60 @@ class DesignSpace(Checked):
         Raises:
             ValueError: There is none, or there are more than `DESIGN_LIMIT`.
         """
-        found: list[Design] = []
-        for fittings in self._choices((), 0):
-            design = Design.of(self.location_count, fittings)
-            if self.symmetries and self.form(design)[0] != design:
-                continue
-            found.append(design)
-            if len(found) > DESIGN_LIMIT:
-                raise ValueError(
-                    f"the design space holds more than {DESIGN_LIMIT} designs, expected fewer: "
-                    "they are listed one by one; allow fewer legs, options or regulators"
-                )
-        if not found:
+        if not self.is_listed or self._listed is None:
+            raise ValueError(
+                f"the design space holds more than {DESIGN_LIMIT} designs, expected fewer: "
+                "they are listed one by one; allow fewer legs, options or regulators"
+            )
+        if not self._listed:
             raise ValueError(
                 "the design space is empty: no design keeps to its options, counts of legs and "
                 "regulators, and exclusions together"
             )
+        return self._listed
+
+    @cached_property
+    def _listed(self) -> tuple[Design, ...] | None:
+        """Every design; None where there are too many."""
+        found: list[Design] = []
+        for path in self.paths:
+            design = self.of_options(path)
+            if self.symmetries and self.form(design)[0] != design:
+                continue
+            found.append(design)
+            if len(found) > DESIGN_LIMIT:
+                return None
         return tuple(found)
 
-    def _choices(self, start: tuple[Fitting, ...], location: int) -> Iterator[tuple[Fitting, ...]]:
-        left = self.location_count - location
-        used = {regulator for each in start for regulator in each.regulators}
-        if len(start) > self.maximum_legs or len(start) + left < self.minimum_legs:
-            return
-        if len(used) > (self.maximum_regulators or self.regulator_count):
-            return
-        if left == 0:
-            if len(used) >= self.minimum_regulators:
-                yield start
-            return
-        taken = {each.location for each in start}
-        barred = any(location in each and taken & each for each in self._excluded)
-        for option in self._options[0][location]:
-            if option is None:
-                yield from self._choices(start, location + 1)
-            elif not barred and (not self.canonical or _names_follow(option, max(used, default=0))):
-                yield from self._choices((*start, option), location + 1)
+    @cached_property
+    def first(self) -> Design:
+        """The first design in order.
+
+        Raises:
+            ValueError: There is none.
+        """
+        # Nothing comes before the first path, so it stands for its class.
+        return self.designs[0] if self.is_listed else self.of_options(next(iter(self.paths)))
+
+    def some(self, count: int) -> list[Design]:
+        """A number of designs, always the same: the first ones, again and again where there are
+        fewer; drawn where they are not listed."""
+        if self.is_listed:
+            return [self[place % len(self)] for place in range(count)]
+        return [self[int(index)] for index in self.drawn(count, np.random.default_rng(0))]
+
+    @cached_property
+    def _codes(self) -> DesignCodes:
+        return DesignCodes(self._options[0])
+
+    def holds(self, design: Design) -> bool:
+        """Whether a design keeps to all rules, by whatever names of regulators."""
+        numbers = self._codes.options(design.canonical() if self.canonical else design)
+        return numbers is not None and self.paths.allows(numbers)
 
     @cached_property
     def _index(self) -> dict[Design, int]:
         return {design: index for index, design in enumerate(self.designs)}
-
-    def form(self, design: Design) -> tuple[Design, tuple[int, ...]]:
-        """The design that stands for a design and all that are counted as one with it.
-
-        Args:
-            design: One of the robot's.
-
-        Returns:
-            The least of them, and which of the design's regulators, from 1, each of its regulators
-            is; those that it does not use fill up in rising order.
-        """
-        names = tuple(range(1, self.regulator_count + 1))
-        start = self._renamed(design, names)
-        seen, waiting = dict([start]), [start]
-        while waiting:
-            current, order = waiting.pop()
-            for to, reflected in self._symmetries:
-                image = self._renamed(current.moved(to, reflected), order)
-                if image[0] not in seen:
-                    seen[image[0]] = image[1]
-                    waiting.append(image)
-        least = min(seen)
-        return least, seen[least]
-
-    def _renamed(self, design: Design, order: tuple[int, ...]) -> tuple[Design, tuple[int, ...]]:
-        """A design whose regulators are those of `order`, and it under canonical names."""
-        if not self.canonical:
-            return design, order
-        used = design.regulator_order()
-        unused = [name for name in range(1, self.regulator_count + 1) if name not in used]
-        return design.canonical(), tuple(order[name - 1] for name in (*used, *unused))
 
     def index(self, design: Design) -> int:
         """Place in `designs` of the design that stands for a design.
@@ -292,41 +127,19 @@ class DesignSpace(Checked):
         """
         self.check(design)
         form = self.form(design)[0]
-        if form not in self._index:
+        found = self._index.get(form) if self.is_listed else self._code(form)
+        if found is None:
             raise ValueError(
                 f"design {design} is not one of the space: its rules on options, regulators or "
                 "exclusions do not allow it"
             )
-        return self._index[form]
+        return found
 
-    def check(self, design: Design) -> None:
-        """Raise `ValueError`, saying what is wrong, unless the design has as many locations, legs
-        and regulators as the space allows, and at each location what is an option there."""
-        if design.location_count != self.location_count:
-            raise ValueError(
-                f"design {design} has {design.location_count} locations, expected "
-                f"{self.location_count}: write a 0 for each location without a leg"
-            )
-        design.check_regulators(self.regulator_count)
-        if design.leg_count < self.minimum_legs:
-            raise ValueError(
-                f"design {design} has too few legs: {design.leg_count}, expected at least "
-                f"{self.minimum_legs}; with fewer the robot cannot stand"
-            )
-        if design.leg_count > self.maximum_legs:
-            raise ValueError(
-                f"design {design} has too many legs: {design.leg_count}, expected at most "
-                f"{self.maximum_legs}"
-            )
-        fittings = {each.location: each for each in design.fittings}
-        for location, options in enumerate(self._options[0]):
-            chosen = fittings.get(location)
-            if chosen not in options:
-                wanted = (self.options or ("0 *",) * self.location_count)[location]
-                raise ValueError(
-                    f"design {design} has {chosen or 'no leg'} at location {location}, expected "
-                    f"one of the options {wanted!r}"
-                )
+    def _code(self, form: Design) -> int | None:
+        numbers = self._codes.options(form)
+        if numbers is None or not self.paths.allows(numbers):
+            return None
+        return int(self._codes.codes(np.array([numbers]))[0])
 
     def parse(self, text: str) -> Design:
         """Read a design and check that it belongs to the space; canonical if the space is.
@@ -341,64 +154,150 @@ class DesignSpace(Checked):
     @cached_property
     def one_hot(self) -> np.ndarray:
         """One-hot rows of all designs, (design, feature) float32; see `Design.one_hot`."""
-        return np.stack(
-            [
-                design.one_hot(self.regulator_count, self.module_count, self.cavity_count)
-                for design in self.designs
+        return np.stack([self._one_hot_of(design) for design in self.designs])
+
+    @cached_property
+    def feature_count(self) -> int:
+        """Numbers of a design's one-hot row."""
+        return self._one_hot_of(self.first).size
+
+    def _one_hot_of(self, design: Design) -> np.ndarray:
+        return design.one_hot(self.regulator_count, self.module_count, self.cavity_count)
+
+    def features(self, indices: np.ndarray) -> np.ndarray:
+        """One-hot rows of designs, (..., feature) float32; see `Design.one_hot`.
+
+        Args:
+            indices: Of the designs, (...).
+        """
+        if self.is_listed:
+            return self.one_hot[indices]
+        options = self._codes.digits(np.ravel(indices)).T
+        blocks = [rows[at] for rows, at in zip(self._blocks, options, strict=True)]
+        return np.concatenate(blocks, axis=1).reshape(*np.shape(indices), -1)
+
+    @cached_property
+    def _blocks(self) -> list[np.ndarray]:
+        """What a one-hot row says of a location with each of its options, (option, entry) each."""
+        found = []
+        for location, options in enumerate(self._options[0]):
+            alone = [
+                Design.of(self.location_count, [] if option is None else [option])
+                for option in options
             ]
-        )
+            rows = np.stack([self._one_hot_of(each) for each in alone])
+            found.append(rows.reshape(len(alone), self.location_count, -1)[:, location])
+        return found
+
+    def options_of(self, indices: np.ndarray) -> np.ndarray:
+        """Numbers of the options that designs have at each location, (n, location).
+
+        Args:
+            indices: Of the designs, (n,).
+        """
+        if self.is_listed:
+            return self._listed_options[indices]
+        return self._codes.digits(indices)
+
+    def options_of_members(self, index: int) -> np.ndarray:
+        """`options_of` a design and of all that are counted as one with it, (member, location)."""
+        return np.array([self._codes.options(each) for each in self.members(self[index])])
+
+    @cached_property
+    def _listed_options(self) -> np.ndarray:
+        return np.array([self._codes.options(design) for design in self.designs])
+
+    def indices_of(self, options: np.ndarray) -> np.ndarray:
+        """Indices of the designs that stand for those of these options, (n,).
+
+        Args:
+            options: Numbers of the options at each location, (n, location), each a path of `paths`.
+        """
+        if not self.is_listed and not self.symmetries:
+            return self._codes.codes(options)  # each stands for itself
+        forms = (self.form(self.of_options(row))[0] for row in options)
+        if self.is_listed:
+            return np.array([self._index[form] for form in forms])
+        return self._codes.codes(np.array([self._codes.options(form) for form in forms]))
+
+    def drawn(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Indices of designs drawn independently, (count,): each as probable as any other; where
+        they are not listed, before designs that symmetries turn into each other count as one."""
+        if self.is_listed:
+            return rng.integers(len(self), size=count)
+        zeros = [np.zeros(each) for each in self.paths.option_counts]
+        return self.indices_of(WeighedPaths(self.paths, zeros).sample(count, rng))
+
+    def images(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The designs that stand for the mirror images of designs, and what drives them.
+
+        Args:
+            indices: Of the designs, (n,).
+
+        Returns:
+            Indices (n,), its own of a robot without a mirror, and for each regulator of the image
+            that of the design, from 0, which it must do as for the two to walk mirrored paths;
+            unused ones fill up in rising order (n, M).
+
+        Raises:
+            ValueError: An image is not one of the space.
+        """
+        if self.is_listed:
+            return self.mirror_index[indices], self.mirror_regulator[indices]
+        found = [self._image(int(index)) for index in indices]
+        return np.array([index for index, _ in found]), np.array([order for _, order in found])
+
+    def _image(self, index: int) -> tuple[int, np.ndarray]:
+        known = self._known_images
+        if index not in known:
+            if len(known) >= DESIGN_LIMIT:
+                known.clear()
+            design = self[index]
+            image, order = self._image_of(design)
+            code = self._code(image)
+            if code is None:
+                raise ValueError(_no_image(design, image))
+            known[index] = (code, np.array(order) - 1)
+        return known[index]
+
+    @cached_property
+    def _known_images(self) -> dict[int, tuple[int, np.ndarray]]:
+        return {}
+
+    def _image_of(self, design: Design) -> tuple[Design, tuple[int, ...]]:
+        """The mirror image of a design and the regulators of it; its own without a mirror."""
+        to = self._mirror
+        return self.form(design if to is None else design.moved(to, reflected=True))
 
     @cached_property
     def _images(self) -> list[tuple[Design, tuple[int, ...]]]:
-        """The mirror image of each design and the regulators of it; its own without a mirror."""
-        to = self._mirror
-        return [
-            self.form(design if to is None else design.moved(to, reflected=True))
-            for design in self.designs
-        ]
+        return [self._image_of(design) for design in self.designs]
 
     @cached_property
     def mirror_index(self) -> np.ndarray:
-        """Index of the design that stands for each design's mirror image, shape (design,); its own
-        of a robot without a mirror.
+        """`images` of all designs: their indices, (design,).
 
         Raises:
             ValueError: An image is not one of the space.
         """
         for design, (image, _) in zip(self.designs, self._images, strict=True):
             if image not in self._index:
-                raise ValueError(
-                    f"the mirror image {image} of design {design} is not one of the space, "
-                    'expected options that are each other\'s images, or mirror = "none"'
-                )
+                raise ValueError(_no_image(design, image))
         return np.array([self._index[image] for image, _ in self._images])
 
     @cached_property
     def mirror_regulator(self) -> np.ndarray:
-        """Which of a design's regulators drives each regulator of its mirror image.
-
-        Regulator ``m`` (from 0) of the design that stands for the image must receive what
-        regulator ``mirror_regulator[design, m]`` of the design receives, for the two robots to walk
-        mirrored paths. Shape (design, M); unused regulators fill up in rising order.
-        """
+        """`images` of all designs: what drives each regulator of them, (design, M)."""
         return np.array([order for _, order in self._images]) - 1
 
-
-def _names_follow(option: Fitting, highest: int) -> bool:
-    """Whether each new name is one above the highest in use, as in canonical form."""
-    for regulator in option.regulators:
-        if regulator > highest + 1:
-            return False
-        highest = max(highest, regulator)
-    return True
+    def twin(self, index: int) -> int:
+        """The lesser index of a design and its mirror image, which count as one."""
+        images, _ = self.images(np.array([index]))
+        return min(int(index), int(images[0]))
 
 
-def _stirling(element_count: int, group_count: int) -> int:
-    """Stirling number of the second kind: ways to split elements into nonempty groups."""
-    if group_count == 0:
-        return int(element_count == 0)
-    if group_count > element_count:
-        return 0
-    return group_count * _stirling(element_count - 1, group_count) + _stirling(
-        element_count - 1, group_count - 1
+def _no_image(design: Design, image: Design) -> str:
+    return (
+        f"the mirror image {image} of design {design} is not one of the space, "
+        'expected options that are each other\'s images, or mirror = "none"'
     )

@@ -112,7 +112,7 @@ def _of_policy(path: Path, design: str | None) -> GaitSource:
     policy, settings, metadata = load_policy(path)
     task, chosen = settings.task, Design.parse(design)
     place = settings.space.index(chosen)
-    one_hot = settings.space.one_hot[place]
+    one_hot = settings.space.features(np.array(place))
     learner = Sac(task.state_size + len(one_hot), task.regulator_count, settings.sac)
     memory = np.zeros(task.state_size, dtype=np.float32)
     held = []

@@ -40,7 +40,7 @@ def heldout_animations(
     drawn = []
     for number in range(count):
         rng = np.random.default_rng([seed, number])
-        design = space[int(rng.integers(len(space)))]
+        design = space[int(space.drawn(1, rng)[0])]
         # Drawn for as long as anyone may ask, so that a longer gait begins like a shorter one.
         held = rng.uniform(
             task.minimum_pressure_kPa, task.maximum_pressure_kPa, (1000, space.regulator_count)

@@ -94,7 +94,7 @@ def search(
     task, space = settings.task, settings.space
     robot.check_space(space)
     environment = CrawlingEnvironment(
-        [space[place % len(space)] for place in range(settings.environment_count)],
+        space.some(settings.environment_count),
         robot.assembly,
         robot.simulator,
         task,
@@ -165,8 +165,13 @@ def _designs(settings: SearchSettings, learned: FinishedRun | None) -> dict[int,
     for text, why in asked:
         chosen.setdefault(space.index(Design.parse(text)), why)
     # A stream of its own: which designs are drawn does not depend on the others.
-    drawn = np.random.default_rng([settings.seed, 1]).permutation(len(space))
-    for design in drawn[: settings.random_design_count]:
+    rng = np.random.default_rng([settings.seed, 1])
+    drawn = (
+        rng.permutation(len(space))[: settings.random_design_count]
+        if space.is_listed
+        else space.drawn(settings.random_design_count, rng)
+    )
+    for design in drawn:
         chosen.setdefault(int(design), "drawn at random")
     return chosen
 
@@ -193,7 +198,7 @@ def _policy_distances(
     folder.progress.stage("walking the designs with the learned policy")
     policy, settings, _ = load_policy(learned.folder / TRAINING_FOLDER / POLICY_FILE)
     learner = Sac(
-        settings.task.state_size + space.one_hot.shape[1],
+        settings.task.state_size + space.feature_count,
         settings.task.regulator_count,
         settings.sac,
     )

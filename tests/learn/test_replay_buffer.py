@@ -10,7 +10,7 @@ FEATURES = np.eye(3, dtype=np.float32)
 
 def filled(capacity: int, count: int) -> ReplayBuffer:
     """Transitions whose every number tells which one it is."""
-    buffer = ReplayBuffer(capacity, 2, 1, FEATURES)
+    buffer = ReplayBuffer(capacity, 2, 1, FEATURES.__getitem__)
     for number in range(0, count, 2):
         pair = np.arange(number, number + 2, dtype=float)
         buffer.add(
@@ -50,7 +50,7 @@ def test_oldest_make_room() -> None:
 
 @pytest.mark.parametrize("count", [4, 24])
 def test_restored_buffer_draws_and_overwrites_the_same(count: int) -> None:
-    buffer, copy = filled(7, count), ReplayBuffer(7, 2, 1, FEATURES)
+    buffer, copy = filled(7, count), ReplayBuffer(7, 2, 1, FEATURES.__getitem__)
     copy.restore(buffer.arrays())
     for one in (buffer, copy):
         one.add(
@@ -68,9 +68,9 @@ def test_restored_buffer_draws_and_overwrites_the_same(count: int) -> None:
 
 def test_bad_calls_are_refused() -> None:
     with pytest.raises(ValueError, match="the replay buffer is empty"):
-        ReplayBuffer(5, 2, 1, FEATURES).sample(1, 1, np.random.default_rng(0))
+        ReplayBuffer(5, 2, 1, FEATURES.__getitem__).sample(1, 1, np.random.default_rng(0))
     with pytest.raises(ValueError, match="reward holds nan, expected finite"):
-        ReplayBuffer(5, 2, 1, FEATURES).add(
+        ReplayBuffer(5, 2, 1, FEATURES.__getitem__).add(
             state=np.zeros((1, 2)),
             design=np.zeros(1),
             action=np.zeros((1, 1)),
@@ -79,4 +79,4 @@ def test_bad_calls_are_refused() -> None:
             terminal=np.zeros(1),
         )
     with pytest.raises(ValueError, match="capacity is 0"):
-        ReplayBuffer(0, 2, 1, FEATURES)
+        ReplayBuffer(0, 2, 1, FEATURES.__getitem__)

@@ -89,7 +89,7 @@ def test_policy_and_value_tell_designs_apart() -> None:
     # learned, where its gradient vanishes.
     settings = SacSettings(**SMALL, temperature_learning_rate=0.01)
     learner = Sac(1 + features.shape[1], 1, settings)
-    buffer = ReplayBuffer(4000, 1, 1, features)
+    buffer = ReplayBuffer(4000, 1, 1, lambda indices: features[indices])
     rng = np.random.default_rng(0)
     designs, action = rng.integers(len(space), size=4000), rng.uniform(-1, 1, (4000, 1))
     nothing = np.zeros((4000, 1))

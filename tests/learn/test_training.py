@@ -110,7 +110,7 @@ def test_what_is_expected_of_a_design_does_not_forgive_its_failure(
     # Walking again it is a design like any other, and a restored training knows as much.
     again = Training(viscous_crawler_robot, make_simulator, settings)
     again.restore(training.arrays(), training.metadata())
-    np.testing.assert_array_equal(again._failing, training._failing)
+    np.testing.assert_array_equal(again.distribution.failing, training.distribution.failing)
     training._update_distribution(np.array([failing]), np.array([2.0]), np.array([False]))
     assert training.distribution.scores[[failing, image]].min() == 50.0
 

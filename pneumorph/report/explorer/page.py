@@ -67,20 +67,21 @@ def explorer_data(
     actors: list[Actor] = []
     robots: dict[int, list[int]] = {}
     for index, walks in scored.trajectories.items():
-        robots[index] = list(range(len(actors), len(actors) + len(walks)))
+        place = scored.place(index)
+        if place is None:
+            continue
+        robots[place] = list(range(len(actors), len(actors) + len(walks)))
         actors += side_by_side([Actor.of(trajectory, label) for label, trajectory in walks])
     return {
         "locations": space.location_count,
         "canonical": space.canonical,
-        "designs": [str(design) for design in space],
-        "mirrors": space.mirror_index.tolist(),
-        "symmetric": "".join(
-            str(int(mirror == index)) for index, mirror in enumerate(space.mirror_index)
-        ),
+        "designs": [str(design) for design in scored.designs],
+        "mirrors": scored.mirrors.tolist(),
+        "symmetric": "".join(str(int(same)) for same in scored.is_symmetric),
         "score_cm": _numbers(scored.score_cm, 3),
         "probability": None if scored.probability is None else _numbers(scored.probability, 7),
         "pairs": {
-            index: [label, None if np.isnan(distance) else round(distance, 3)]
+            scored.place(index): [label, None if np.isnan(distance) else round(distance, 3)]
             for index, (label, distance) in scored.pairs.items()
         },
         "robots": robots,

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from pneumorph.learn.checkpoint import load_checkpoint
 from pneumorph.learn.design_distribution import gibbs
+from pneumorph.learn.factored_distribution import FactoredDistribution
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study.finished_run import FinishedRun
@@ -19,15 +22,16 @@ from pneumorph.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class ScoredDesigns:
-    """A design space and what a run found in it. Axis: design.
+    """Designs of a space and what a run found of them. Axis: design.
 
     Attributes:
-        space: The designs, in the space's order.
+        space: The designs.
         score_cm: Distance of each [cm], (design,); NaN where none is known.
         probability: Of each in the design distribution, (design,); None without one.
         pairs: Label (L1 ...) and distance [cm] of the best pairs, by index of the design.
         trajectories: Recorded walks with their labels, by index of the design.
         meaning: What the score is, in a sentence.
+        indices: Indices of the designs in the space, (design,); None for all, in its order.
     """
 
     space: DesignSpace
@@ -36,15 +40,47 @@ class ScoredDesigns:
     pairs: Mapping[int, tuple[str, float]] = field(default_factory=dict)
     trajectories: Mapping[int, Sequence[tuple[str, Trajectory]]] = field(default_factory=dict)
     meaning: str = "No scores: no run was given."
+    indices: np.ndarray | None = None
 
     def __post_init__(self) -> None:
+        count = len(self.space) if self.indices is None else len(self.indices)
         for name in ("score_cm", "probability"):
             values = getattr(self, name)
-            if values is not None and np.shape(values) != (len(self.space),):
+            if values is not None and np.shape(values) != (count,):
                 raise ValueError(
-                    f"{name} has shape {np.shape(values)}, expected ({len(self.space)},), one for "
+                    f"{name} has shape {np.shape(values)}, expected ({count},), one for "
                     "each design of the space; was it made with another space?"
                 )
+
+    @property
+    def designs(self) -> list[Design]:
+        """Each design."""
+        if self.indices is None:
+            return list(self.space)
+        return [self.space[int(index)] for index in self.indices]
+
+    @property
+    def mirrors(self) -> np.ndarray:
+        """Place of each design's mirror image, (design,); its own where that is none of them."""
+        if self.indices is None:
+            return self.space.mirror_index
+        images, _ = self.space.images(self.indices)
+        return np.array([self._places.get(int(image), at) for at, image in enumerate(images)])
+
+    @property
+    def is_symmetric(self) -> np.ndarray:
+        """Whether a design is its own mirror image, (design,) bool."""
+        if self.indices is None:
+            return self.space.mirror_index == np.arange(len(self.space))
+        return self.space.images(self.indices)[0] == self.indices
+
+    def place(self, index: int) -> int | None:
+        """Place of a design of the space among these; None where it is none of them."""
+        return index if self.indices is None else self._places.get(index)
+
+    @cached_property
+    def _places(self) -> dict[int, int]:
+        return {} if self.indices is None else {int(i): at for at, i in enumerate(self.indices)}
 
 
 def unscored(space: DesignSpace) -> ScoredDesigns:
@@ -53,7 +89,8 @@ def unscored(space: DesignSpace) -> ScoredDesigns:
 
 
 def scored_by_training(run: FinishedRun) -> ScoredDesigns:
-    """Return the designs of a coopt run with the distribution of its newest checkpoint.
+    """Return the designs of a coopt run with the distribution of its newest checkpoint; of a
+    factored one those that walked, and their mirror images where these count as well.
 
     A score of exactly zero is that of a design which was never tried, or failed, and becomes NaN.
 
@@ -64,6 +101,8 @@ def scored_by_training(run: FinishedRun) -> ScoredDesigns:
     """
     space = run.structured("coopt.space", DesignSpace)
     arrays = load_checkpoint(run.folder / "training").arrays
+    if "distribution/seen" in arrays:
+        return _scored_by_factors(run, space, arrays)
     scores = arrays["distribution/scores"]
     beta = float(arrays["distribution/inverse_temperature"])
     return ScoredDesigns(
@@ -75,6 +114,39 @@ def scored_by_training(run: FinishedRun) -> ScoredDesigns:
     )
 
 
+def _scored_by_factors(
+    run: FinishedRun, space: DesignSpace, arrays: Mapping[str, np.ndarray]
+) -> ScoredDesigns:
+    settings = run.structured("coopt", CooptSettings)
+    distribution = FactoredDistribution(
+        space, settings.schedule, settings.factored, settings.mirror_transitions
+    )
+    distribution.restore(
+        {
+            name.removeprefix("distribution/"): values
+            for name, values in arrays.items()
+            if name.startswith("distribution/")
+        }
+    )
+    pairs = _pairs(space, run)
+    scores = {design: np.nan for design in pairs}
+    for design, (score, failed) in distribution.seen.items():
+        known = np.nan if failed else score
+        if settings.mirror_transitions:
+            scores.setdefault(int(space.images(np.array([design]))[0][0]), known)
+        scores[design] = known
+    indices = np.array(sorted(scores))
+    return ScoredDesigns(
+        space,
+        np.array([scores[index] for index in indices.tolist()]),
+        distribution.probability_of(indices),
+        pairs,
+        meaning=f"Score: newest distance in training. These are {len(indices)} designs that walked "
+        f"or whose mirror image did, of {len(space):.3g}.",
+        indices=indices,
+    )
+
+
 def scored_by_evaluation(run: FinishedRun, space: DesignSpace) -> ScoredDesigns:
     """Return a space with the distances of an evaluation's pairs.
 
@@ -83,12 +155,12 @@ def scored_by_evaluation(run: FinishedRun, space: DesignSpace) -> ScoredDesigns:
         ValueError: A pair's design is not in the space.
     """
     pairs = _pairs(space, run)
-    score_cm = np.full(len(space), np.nan)
-    for index, (_, distance) in pairs.items():
-        score_cm[index] = distance
+    indices = None if space.is_listed else np.array(sorted(pairs))
+    known = np.arange(len(space)) if indices is None else indices
+    score_cm = np.array([pairs.get(int(index), ("", np.nan))[1] for index in known])
     model = run.of_summary("model", str)
     meaning = f"Score: distance of the pairs of {run.folder}, {model} model."
-    return ScoredDesigns(space, score_cm, None, pairs, meaning=meaning)
+    return ScoredDesigns(space, score_cm, None, pairs, meaning=meaning, indices=indices)
 
 
 @dataclass(frozen=True)

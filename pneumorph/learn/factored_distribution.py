@@ -1,0 +1,287 @@
+"""The belief over designs of a space that is too large to keep a score for each.
+
+Scores are taken to be sums over locations, ``R(d) = level + sum_s w_s[option of d at s]``, so that
+the Gibbs distribution ``p ~ exp(beta R)`` (paper, equation 2) is one of paths through the
+locations: a product of categoricals over sites under the space's rules. Counts of legs and of
+regulators, exclusions and the canonical names of regulators are kept by masks at each location,
+so nothing is drawn in vain, and entropy and its maximum, the logarithm of the number of designs,
+are exact (`pneumorph.robot.choice_paths`). Memory grows with locations, options and the designs
+that walked, not with the space.
+
+The weights are those that fit the newest rounds best, by least squares within each round: a round's
+worlds and its policy are the same for all of its designs, so how hard it was is no merit of any. Of
+designs drawn from a product distribution, such weights are its natural gradient of the mean score
+(Kakade 2002; Peters and Schaal 2008). Where new rounds say nothing of an option its weight stays.
+
+Entropy is that of the designs as they are drawn. Where a mirror image counts as well, each is
+replaced by its image with probability 1/2, and designs that symmetries count as one are merged;
+that changes the entropy by no more than the logarithm of the number of images.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.base.checked import Checked, Count, Positive
+from pneumorph.learn.design_distribution import EntropySchedule, matching
+from pneumorph.learn.metrics import score_histogram
+from pneumorph.robot.choice_paths import WeighedPaths
+from pneumorph.robot.design_space import DesignSpace
+
+
+@dataclass(frozen=True)
+class FactoredSettings(Checked):
+    """How weights of options follow from scores."""
+
+    remembered_rounds: Positive = 20.0
+    """Rounds after which a score counts by a factor of e less."""
+    ridge: Positive = 1.0
+    """How much weights resist change: as by so many walks of each option."""
+    drawn_designs: Count = 1024
+    """Designs that are drawn where the critic is asked what it expects of designs, and for the
+    candidates of an evaluation."""
+
+
+class FactoredDistribution:
+    """Which designs to try next, given weights of the options at each location.
+
+    Attributes:
+        weights_cm: What each option adds to a score [cm], locations one after another, (option,).
+        inverse_temperature: beta [1/cm].
+        seen: Newest score [cm] of the designs that walked, and whether it failed, by index.
+    """
+
+    def __init__(
+        self,
+        space: DesignSpace,
+        schedule: EntropySchedule,
+        settings: FactoredSettings | None = None,
+        mirrored: bool = False,
+    ) -> None:
+        """Start uniform over the designs of a space.
+
+        Args:
+            space: The designs.
+            schedule: How the entropy falls.
+            settings: How weights follow from scores; None for the usual.
+            mirrored: Whether a design and its mirror image are to be equally probable.
+        """
+        self.schedule, self._space, self._mirrored = schedule, space, mirrored
+        self._settings = settings or FactoredSettings()
+        counts = space.paths.option_counts
+        self._splits = np.cumsum(counts)[:-1]
+        self._first = np.concatenate([[0], self._splits])
+        self.weights_cm = np.zeros(sum(counts))
+        self._normal = np.zeros((sum(counts), sum(counts)))
+        self._moment = np.zeros(sum(counts))
+        self._level_cm = schedule.initial_score_cm
+        self._newest_cm = np.zeros(0)
+        self.seen: dict[int, tuple[float, bool]] = {}
+        self.set_inverse_temperature(0.0)
+
+    @property
+    def entropy(self) -> float:
+        """Entropy of the distribution [nat], before images."""
+        return self._weighed.entropy
+
+    def target_entropy(self, timestep: int) -> float:
+        """Entropy the schedule wants at a timestep [nat]."""
+        return self.schedule.target(timestep, self._space.paths.count)
+
+    @property
+    def weighed(self) -> WeighedPaths:
+        """The distribution over options of the locations."""
+        return self._weighed
+
+    def sample(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Draw designs independently; their indices, shape (count,)."""
+        drawn = self._space.indices_of(self._weighed.sample(count, rng))
+        if self._mirrored:
+            drawn = np.where(rng.random(count) < 0.5, self._space.images(drawn)[0], drawn)
+        return drawn
+
+    def take_round(
+        self,
+        designs: np.ndarray,
+        scores: np.ndarray,
+        failing: np.ndarray,
+        images: np.ndarray | None = None,
+    ) -> None:
+        """Take up the scores of a round's designs.
+
+        Args:
+            designs: Indices of the designs, (n,).
+            scores: Their scores [cm], (n,).
+            failing: Whether any of a design's simulations failed, (n,) bool.
+            images: Indices of the mirror images that the scores count for as well, (n,).
+
+        Raises:
+            ValueError: A score is not finite.
+        """
+        if not np.isfinite(scores).all():
+            place = int(np.flatnonzero(~np.isfinite(scores))[0])
+            raise ValueError(f"scores[{place}] is {scores[place]}, expected finite scores in cm")
+        for design, score, failed in zip(designs, scores, failing, strict=True):
+            self.seen[int(design)] = (float(score), bool(failed))
+        kept = np.exp(-1.0 / self._settings.remembered_rounds)
+        self._normal *= kept
+        self._moment *= kept
+        both = designs if images is None else np.concatenate([images, designs])
+        rows = self._rows(both)
+        values = np.tile(scores, len(both) // len(designs))
+        self._count(rows, values)
+        self._newest_cm = values
+        self._fit()
+        self._level_cm = float(values.mean() - rows.mean(axis=0) @ self.weights_cm)
+
+    def expect(
+        self, expected: Callable[[np.ndarray | None], np.ndarray], rng: np.random.Generator
+    ) -> None:
+        """Let what the critic expects of designs count as much as a round that walked.
+
+        Args:
+            expected: Gives what is expected [cm] of designs by their indices.
+            rng: Draws the designs, from the distribution as it is.
+        """
+        drawn = self.sample(self._settings.drawn_designs, rng)
+        # The critic learns from the steps before a failure, and knows nothing of it.
+        drawn = drawn[[not self.seen.get(int(each), (0.0, False))[1] for each in drawn]]
+        if len(drawn) == 0:
+            return
+        values = expected(drawn)
+        if np.isfinite(values).all():
+            self._count(self._rows(drawn), values, len(self._newest_cm) / len(drawn))
+            self._fit()
+
+    def follow_schedule(self, timestep: int) -> None:
+        """Set beta so that the entropy matches the schedule (algorithm 1, lines 8 and 9)."""
+        self.set_inverse_temperature(
+            matching(
+                lambda beta: self._weighed_at(beta).entropy,
+                self.target_entropy(timestep),
+                self.schedule.maximum_inverse_temperature,
+                self.schedule.entropy_tolerance,
+            )
+        )
+
+    def set_inverse_temperature(self, value: float) -> None:
+        """Set beta [1/cm] and the distribution with it."""
+        self.inverse_temperature = float(value)
+        self._weighed = self._weighed_at(self.inverse_temperature)
+
+    def scores_cm(self, designs: np.ndarray) -> np.ndarray:
+        """What the weights say of designs [cm], (n,), by their indices (n,)."""
+        scores: np.ndarray = self._level_cm + self._rows(designs) @ self.weights_cm
+        return scores
+
+    def probability_of(self, designs: np.ndarray) -> np.ndarray:
+        """Probability of drawing designs, (n,), by their indices (n,)."""
+        probability = self._alone(designs)
+        if self._mirrored:
+            probability = 0.5 * (probability + self._alone(self._space.images(designs)[0]))
+        return probability
+
+    def _alone(self, designs: np.ndarray) -> np.ndarray:
+        """Probability without images of designs and all that are counted as one with them."""
+        if not self._space.symmetries:
+            return np.exp(self._weighed.log_probability(self._space.options_of(designs)))
+        found = [
+            np.exp(self._weighed.log_probability(self._space.options_of_members(int(design))))
+            for design in designs
+        ]
+        return np.array([each.sum() for each in found])
+
+    def candidates(
+        self,
+        count: int,
+        value: Callable[[np.ndarray], np.ndarray] | None,
+        rng: np.random.Generator,
+    ) -> np.ndarray:
+        """Indices of designs that may be the best, at most (count,); one of mirror images.
+
+        By turns the best of those that walked, by their newest score, and the best of those drawn
+        from the distribution, by what is expected of them: the newest score of a design may be of
+        a policy that knew little, and what is expected of one is not what it does.
+
+        Args:
+            count: How many.
+            value: What the critic expects of designs by their indices; None asks the weights.
+            rng: Draws the designs.
+        """
+        walked = sorted(self.seen, key=lambda design: -self.seen[design][0])
+        drawn = np.unique(self.sample(max(count, self._settings.drawn_designs), rng))
+        order = np.argsort(-(value or self.scores_cm)(drawn), kind="stable")
+        found: dict[int, int] = {}
+        queues = [iter(walked), iter(drawn[order].tolist())]
+        while queues and len(found) < count:
+            queue = queues.pop(0)
+            for design in queue:
+                twin = self._space.twin(design) if self._mirrored else design
+                if twin not in found:
+                    found[twin] = design
+                    queues.append(queue)
+                    break
+        return np.array(list(found.values()), dtype=np.int64)
+
+    def said(self) -> dict[str, float | list[float]]:
+        """What metrics say of the scores: in the histogram, the designs of the newest round stand
+        for the distribution that they were drawn from."""
+        mean = np.concatenate(self._weighed.marginals) @ self.weights_cm
+        shares = np.full(len(self._newest_cm), 1.0 / max(len(self._newest_cm), 1))
+        return {
+            "expected_score_cm": float(self._level_cm + mean),
+            "highest_score_cm": max(score for score, _ in self.seen.values()),
+            "score_histogram": score_histogram(self._newest_cm, shares),
+        }
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All of the state, for a checkpoint."""
+        scores = list(self.seen.values())
+        return {
+            "weights_cm": self.weights_cm,
+            "normal": self._normal,
+            "moment": self._moment,
+            "level_cm": np.array(self._level_cm),
+            "newest_cm": self._newest_cm,
+            "seen": np.array(list(self.seen), dtype=np.int64),
+            "seen_cm": np.array([score for score, _ in scores]),
+            "failing": np.array([failed for _, failed in scores], dtype=bool),
+            "inverse_temperature": np.array(self.inverse_temperature),
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Take over what `arrays` gave."""
+        self.weights_cm, self._normal, self._moment, self._newest_cm = (
+            np.array(arrays[name]) for name in ("weights_cm", "normal", "moment", "newest_cm")
+        )
+        self._level_cm = float(arrays["level_cm"])
+        names = ("seen", "seen_cm", "failing")
+        self.seen = {
+            int(design): (float(score), bool(failed))
+            for design, score, failed in zip(*(arrays[name] for name in names), strict=True)
+        }
+        self.set_inverse_temperature(float(arrays["inverse_temperature"]))
+
+    def _weighed_at(self, beta: float) -> WeighedPaths:
+        return WeighedPaths(self._space.paths, np.split(beta * self.weights_cm, self._splits))
+
+    def _rows(self, designs: np.ndarray) -> np.ndarray:
+        """One for each option that a design has, else zero, (n, option)."""
+        rows = np.zeros((len(designs), len(self.weights_cm)))
+        np.put_along_axis(rows, self._space.options_of(designs) + self._first, 1.0, axis=1)
+        return rows
+
+    def _count(self, rows: np.ndarray, values: np.ndarray, weight: float = 1.0) -> None:
+        """Let values count, all of them from the same unknown level."""
+        centred = rows - rows.mean(axis=0)
+        self._normal += weight * centred.T @ centred
+        self._moment += weight * centred.T @ (values - values.mean())
+
+    def _fit(self) -> None:
+        """Move the weights to the least squares of what counts and of their own change."""
+        lacking = self._moment - self._normal @ self.weights_cm
+        damped = self._normal + self._settings.ridge * np.eye(len(lacking))
+        self.weights_cm = self.weights_cm + np.linalg.solve(damped, lacking)

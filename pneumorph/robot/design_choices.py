@@ -1,0 +1,282 @@
+"""Which designs may be built: what locations may carry, counts, exclusions and symmetries."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.checked import Checked, Count, CountOrNone
+from pneumorph.robot.choice_paths import ChoicePaths
+from pneumorph.robot.design import MINIMUM_LEGS, Design, Fitting
+from pneumorph.robot.site_options import site_options
+
+
+@dataclass(frozen=True)
+class DesignChoices(Checked):
+    """What may be chosen at ``N`` locations of a hub with ``M`` regulators.
+
+    A symmetry moves the leg of each location to another one, given as numbers of the locations
+    where they go, such as ``7 6 5 4 3 2 1 0``. The mirror is one about the forward axis: a robot's
+    image walks the mirrored path when its regulators do the same, so what is learned of one holds
+    for the other.
+
+    Attributes:
+        location_count: Candidate locations ``N`` around the hub.
+        regulator_count: Regulators ``M``.
+        minimum_legs: Fewest legs of a design.
+        maximum_legs: Most legs of a design.
+        canonical: Keep one design of those that differ only by the names of their regulators.
+        options: What each location may carry, see `site_options`; empty for no leg or one of the
+            first kind on any regulator.
+        minimum_regulators: Fewest different regulators of a design.
+        maximum_regulators: Most different regulators of a design; None for all.
+        exclusions: Locations of which one at most may carry a leg, such as ``0 1``.
+        mirror: The mirror: ``radial`` (leg k goes to N - 1 - k), ``none``, or where legs go.
+        symmetries: Keep one design of those that these turn into each other: ``mirror``, or where
+            legs go.
+    """
+
+    location_count: Count = 8
+    regulator_count: Count = 3
+    minimum_legs: CountOrNone = MINIMUM_LEGS
+    maximum_legs: int = 6
+    canonical: bool = True
+    options: tuple[str, ...] = ()
+    minimum_regulators: CountOrNone = 0
+    maximum_regulators: Count | None = None
+    exclusions: tuple[str, ...] = ()
+    mirror: str = "radial"
+    symmetries: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.minimum_legs <= self.maximum_legs <= self.location_count:
+            raise ValueError(
+                f"legs from {self.minimum_legs} to {self.maximum_legs} on {self.location_count} "
+                "locations, expected 0 <= minimum_legs <= maximum_legs <= location_count"
+            )
+        if self.options and len(self.options) != self.location_count:
+            raise ValueError(
+                f"options has {len(self.options)} entries, expected one for each of the "
+                f"{self.location_count} locations"
+            )
+        _, named = self._options
+        if named and self.canonical:
+            raise ValueError(
+                "options name regulators and canonical is true, expected canonical = false: "
+                "regulators that differ may not be renamed"
+            )
+        idle = set(range(1, self.regulator_count + 1)) - {
+            regulator for each in self._fittings for regulator in each.regulators
+        }
+        if idle:
+            raise ValueError(
+                f"regulator {min(idle)} of {self.regulator_count} drives nothing in any of the "
+                "options, expected as many regulators as are used"
+            )
+        _ = self._excluded, self._mirror, self._symmetries  # refuse what is none
+
+    @cached_property
+    def _options(self) -> tuple[tuple[tuple[Fitting | None, ...], ...], bool]:
+        texts = self.options or ("0 *",) * self.location_count
+        found = [
+            site_options(text, location, self.regulator_count)
+            for location, text in enumerate(texts)
+        ]
+        return tuple(options for options, _ in found), any(named for _, named in found)
+
+    @cached_property
+    def _excluded(self) -> tuple[frozenset[int], ...]:
+        return tuple(frozenset(self._numbers("exclusions", text)) for text in self.exclusions)
+
+    @cached_property
+    def _mirror(self) -> tuple[int, ...] | None:
+        if self.mirror == "none":
+            return None
+        if self.mirror == "radial":
+            return tuple(reversed(range(self.location_count)))
+        return self._permutation("mirror", self.mirror)
+
+    @cached_property
+    def _symmetries(self) -> tuple[tuple[tuple[int, ...], bool], ...]:
+        """Where legs go, and whether left and right are exchanged, by each."""
+        found = []
+        for text in self.symmetries:
+            if text == "mirror":
+                if self._mirror is None:
+                    raise ValueError('symmetries has "mirror" and mirror is "none"')
+                found.append((self._mirror, True))
+            else:
+                found.append((self._permutation("symmetries", text), False))
+        return tuple(found)
+
+    @cached_property
+    def _symmetry_count(self) -> int:
+        """Different products of the symmetries, that which moves nothing among them."""
+        start = (tuple(range(self.location_count)), False)
+        seen, waiting = {start}, [start]
+        while waiting:
+            current, turned = waiting.pop()
+            for to, reflected in self._symmetries:
+                product = (tuple(to[each] for each in current), turned != reflected)
+                if product not in seen:
+                    seen.add(product)
+                    waiting.append(product)
+        return len(seen)
+
+    def _numbers(self, name: str, text: str) -> tuple[int, ...]:
+        numbers = tuple(int(each) if each.isdecimal() else -1 for each in text.split())
+        if not all(0 <= number < self.location_count for number in numbers):
+            raise ValueError(
+                f"{name} has {text!r}, expected numbers of locations from 0 to "
+                f"{self.location_count - 1}, separated by spaces"
+            )
+        return numbers
+
+    def _permutation(self, name: str, text: str) -> tuple[int, ...]:
+        to = self._numbers(name, text)
+        if sorted(to) != list(range(self.location_count)):
+            raise ValueError(
+                f"{name} has {text!r}, expected each of the {self.location_count} locations once: "
+                "a symmetry leaves none without an image"
+            )
+        return to
+
+    @property
+    def has_mirror(self) -> bool:
+        """Whether a design's mirror image is one of the robot's as well."""
+        return self._mirror is not None
+
+    @cached_property
+    def module_count(self) -> int:
+        """Kinds of modules that designs choose from."""
+        return 1 + max((each.module for each in self._fittings), default=0)
+
+    @cached_property
+    def cavity_count(self) -> int:
+        """Most cavities of a module that have regulators of their own."""
+        return max((len(each.regulators) for each in self._fittings), default=1)
+
+    @property
+    def kinds(self) -> tuple[set[int], ...]:
+        """Numbers of the modules that each location may carry."""
+        return tuple(
+            {each.module for each in options if each is not None} for options in self._options[0]
+        )
+
+    @property
+    def _fittings(self) -> list[Fitting]:
+        return [each for options in self._options[0] for each in options if each is not None]
+
+    @cached_property
+    def paths(self) -> ChoicePaths:
+        """Every design under its canonical name as options of its locations, one after another;
+        those that symmetries turn into each other apart."""
+        options, last = self._options[0], [max(each, default=-1) for each in self._excluded]
+        most = self.maximum_regulators or self.regulator_count
+
+        def step(known: Any, location: int, number: int) -> Any:
+            """From legs, regulators in use and exclusions that a leg has taken so far."""
+            legs, used, taken = known
+            option = options[location][number]
+            if option is not None:
+                here = {place for place, each in enumerate(self._excluded) if location in each}
+                if here & taken or (self.canonical and not _names_follow(option, len(used))):
+                    return None
+                legs, used, taken = legs + 1, used | {*option.regulators}, taken | here
+            if legs > self.maximum_legs or len(used) > most:
+                return None
+            return legs, used, frozenset(each for each in taken if last[each] > location)
+
+        return ChoicePaths(
+            [len(each) for each in options],
+            (0, frozenset(), frozenset()),
+            step,
+            lambda known: (
+                known[0] >= self.minimum_legs and len(known[1]) >= self.minimum_regulators
+            ),
+        )
+
+    def of_options(self, numbers: Sequence[int] | np.ndarray) -> Design:
+        """The design of an option's number for each location."""
+        chosen = (options[at] for options, at in zip(self._options[0], numbers, strict=True))
+        return Design.of(self.location_count, [each for each in chosen if each is not None])
+
+    def form(self, design: Design) -> tuple[Design, tuple[int, ...]]:
+        """The design that stands for a design and all that are counted as one with it.
+
+        Args:
+            design: One of the robot's.
+
+        Returns:
+            The least of them, and which of the design's regulators, from 1, each of its regulators
+            is; those that it does not use fill up in rising order.
+        """
+        members = self.members(design)
+        least = min(members)
+        return least, members[least]
+
+    def members(self, design: Design) -> dict[Design, tuple[int, ...]]:
+        """All designs that are counted as one with a design, itself among them, under canonical
+        names; with each which of the design's regulators, from 1, each of its own is."""
+        names = tuple(range(1, self.regulator_count + 1))
+        start = self._renamed(design, names)
+        seen, waiting = dict([start]), [start]
+        while waiting:
+            current, order = waiting.pop()
+            for to, reflected in self._symmetries:
+                image = self._renamed(current.moved(to, reflected), order)
+                if image[0] not in seen:
+                    seen[image[0]] = image[1]
+                    waiting.append(image)
+        return seen
+
+    def _renamed(self, design: Design, order: tuple[int, ...]) -> tuple[Design, tuple[int, ...]]:
+        """A design whose regulators are those of `order`, and it under canonical names."""
+        if not self.canonical:
+            return design, order
+        used = design.regulator_order()
+        unused = [name for name in range(1, self.regulator_count + 1) if name not in used]
+        return design.canonical(), tuple(order[name - 1] for name in (*used, *unused))
+
+    def check(self, design: Design) -> None:
+        """Raise `ValueError`, saying what is wrong, unless the design has as many locations, legs
+        and regulators as the space allows, and at each location what is an option there."""
+        if design.location_count != self.location_count:
+            raise ValueError(
+                f"design {design} has {design.location_count} locations, expected "
+                f"{self.location_count}: write a 0 for each location without a leg"
+            )
+        design.check_regulators(self.regulator_count)
+        if design.leg_count < self.minimum_legs:
+            raise ValueError(
+                f"design {design} has too few legs: {design.leg_count}, expected at least "
+                f"{self.minimum_legs}; with fewer the robot cannot stand"
+            )
+        if design.leg_count > self.maximum_legs:
+            raise ValueError(
+                f"design {design} has too many legs: {design.leg_count}, expected at most "
+                f"{self.maximum_legs}"
+            )
+        fittings = {each.location: each for each in design.fittings}
+        for location, options in enumerate(self._options[0]):
+            chosen = fittings.get(location)
+            if chosen not in options:
+                wanted = (self.options or ("0 *",) * self.location_count)[location]
+                raise ValueError(
+                    f"design {design} has {chosen or 'no leg'} at location {location}, expected "
+                    f"one of the options {wanted!r}"
+                )
+
+
+def _names_follow(option: Fitting, highest: int) -> bool:
+    """Whether each new name is one above the highest in use, as in canonical form."""
+    for regulator in option.regulators:
+        if regulator > highest + 1:
+            return False
+        highest = max(highest, regulator)
+    return True
