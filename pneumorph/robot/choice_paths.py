@@ -179,10 +179,8 @@ class WeighedPaths:
             zip(self.paths.following, self._chosen, strict=True)
         ):
             cumulative = np.cumsum(chosen, axis=1)
-            # A draw may round up to the whole sum, which belongs to the last that has a share.
-            last = chosen.shape[1] - 1 - np.argmax(chosen[:, ::-1] > 0.0, axis=1)
+            # Below the sum, which is one but for rounding: the first beyond it has a share.
             marks = rng.random(count) * cumulative[nodes, -1]
-            options = (cumulative[nodes] <= marks[:, None]).sum(axis=1)
-            drawn[:, place] = np.minimum(options, last[nodes])
+            drawn[:, place] = (cumulative[nodes] <= marks[:, None]).sum(axis=1)
             nodes = table[nodes, drawn[:, place]]
         return drawn
