@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, replace
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
-from jaxtyping import TypeCheckError
+from helpers.synthetic_part import synthetic_mesh, synthetic_reduced_part
+from jaxtyping import TypeCheckError, jaxtyped
 
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.simulation.reduced_state import ReducedState
 from pneumorph.simulation.reference_contact import FrictionLaw, solve_friction
 from pneumorph.simulation.reference_forces import pressure_force
@@ -47,6 +52,69 @@ def test_arguments_have_the_axes_that_they_name() -> None:
 def test_what_is_saved_has_the_axes_that_its_file_promises(walk: Trajectory) -> None:
     with pytest.raises(TypeCheckError, match="contact_force_mN"):
         replace(walk, contact_force_mN=np.zeros((2, 4, 3), np.float32))
+
+
+def misnamed(thing: Any) -> list[str]:
+    """Fields whose arrays have not the axes that their annotations name, all taken together."""
+    from beartype.door import is_bearable
+
+    hints = get_type_hints(type(thing), include_extras=True)
+    with jaxtyped("context"):
+        return [
+            item.name for item in fields(thing)
+            if not all(is_bearable(each, hint) for each, hint in entries(thing, item.name, hints))
+        ]  # fmt: skip
+
+
+def entries(thing: Any, name: str, hints: Mapping[str, Any]) -> Iterator[tuple[Any, Any]]:
+    """A field with its annotation; of a table of arrays each of them."""
+    value, hint = getattr(thing, name), hints[name]
+    if isinstance(value, Mapping) and name != "metadata":
+        yield from ((each, hint.__args__[1]) for each in value.values())
+    else:
+        yield value, hint
+
+
+def grown(thing: Any) -> Iterator[tuple[str, Any]]:
+    """The same with one array longer by one along one axis, or of one axis more: any of them."""
+    for item in fields(thing):
+        value = getattr(thing, item.name)
+        if isinstance(value, np.ndarray) and value.size:
+            for axis in range(value.ndim):
+                longer = np.concatenate([value, np.take(value, [0], axis)], axis)
+                yield f"{item.name} along {axis}", {item.name: longer}
+            yield f"{item.name} with one axis more", {item.name: value[..., None]}
+
+
+def quadratic() -> Mesh:
+    return quadratic_mesh(synthetic_mesh((4, 4, 4)))
+
+
+@pytest.mark.parametrize(
+    "make", [lambda: synthetic_reduced_part(mode_count=3, cells=(4, 4, 4)), quadratic]
+)
+def test_what_meshes_and_parts_accept_has_the_axes_that_are_written_there(make: Any) -> None:
+    thing = make()
+    assert misnamed(thing) == []
+    refused = 0
+    for what, change in grown(thing):
+        try:
+            other = replace(thing, **change)
+        except ValueError:
+            refused += 1
+        else:
+            assert misnamed(other) == [], what
+    assert refused > 5
+
+
+def test_annotations_of_meshes_and_parts_tell_axes_apart() -> None:
+    """Past the classes' own refusals."""
+    for thing, name in (
+        (synthetic_reduced_part(3, (4, 4, 4)), "contact_modes"),
+        (quadratic(), "edge_nodes"),
+    ):
+        object.__setattr__(thing, name, getattr(thing, name)[..., :-1])
+        assert misnamed(thing) == [name]
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.geometry.contact_surfaces import ContactSurfaces, surfaces_at
@@ -49,13 +50,13 @@ class Mesh:
         MeshError: An array has a wrong shape, or an index points outside the mesh.
     """
 
-    nodes: np.ndarray
-    tetrahedra: np.ndarray
-    surfaces: Mapping[str, np.ndarray] = field(default_factory=dict)
-    node_sets: Mapping[str, np.ndarray] = field(default_factory=dict)
-    contact_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    mirror_nodes: np.ndarray | None = None
-    edge_nodes: np.ndarray | None = None
+    nodes: Float[np.ndarray, "node 3"]
+    tetrahedra: Int[np.ndarray, "element 4"]
+    surfaces: Mapping[str, Int[np.ndarray, "_ 3"]] = field(default_factory=dict)
+    node_sets: Mapping[str, Int[np.ndarray, " _"]] = field(default_factory=dict)
+    contact_points: Float[np.ndarray, "point 3"] = field(default_factory=lambda: np.zeros((0, 3)))
+    mirror_nodes: Int[np.ndarray, " node"] | None = None
+    edge_nodes: Int[np.ndarray, "element 6"] | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:

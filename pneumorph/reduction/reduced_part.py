@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from jaxtyping import Float, Int, Shaped
 
 from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
 from pneumorph.base.result import result_to_dict
@@ -76,87 +77,93 @@ class ReducedPart:
     quadratic one several, which follow each other.
     """
 
-    rest_nodes: np.ndarray
+    rest_nodes: Float[np.ndarray, "node 3"]
     """Rest positions Y [mm], (node, 3)."""
-    modes: np.ndarray
+    modes: Float[np.ndarray, "node 3 mode"]
     """Mode shapes Phi, mass-orthonormal [kg^-1/2], (node, 3, mode)."""
-    skin: np.ndarray
+    skin: Int[np.ndarray, "_ 3"]
     """Outer triangles, for drawing, (skin triangle, 3)."""
 
-    tetrahedron_index: np.ndarray
+    tetrahedron_index: Int[np.ndarray, " element"]
     """Number of each sampled point among those of all tetrahedra of the mesh, (element,)."""
-    tetrahedron_weight: np.ndarray
+    tetrahedron_weight: Float[np.ndarray, " element"]
     """Cubature weight, non-negative, (element,)."""
-    tetrahedron_rest: np.ndarray
+    tetrahedron_rest: Float[np.ndarray, "element 3 3"]
     """Rest deformation gradient in the material frame, (element, 3, 3)."""
-    tetrahedron_mode_gradient: np.ndarray
+    tetrahedron_mode_gradient: Float[np.ndarray, "element 3 3 mode"]
     """dF'/dalpha, (element, 3, 3, mode)."""
-    tetrahedron_measure: np.ndarray
+    tetrahedron_measure: Float[np.ndarray, " element"]
     """weight * volume that the point stands for [mm^3], (element,)."""
     tetrahedron_material: Material
     """What the solid is made of, and its law."""
 
-    membrane_index: np.ndarray
+    membrane_index: Int[np.ndarray, " triangle"]
     """Number of each sampled point among those of the whole membrane, (triangle,)."""
-    membrane_weight: np.ndarray
+    membrane_weight: Float[np.ndarray, " triangle"]
     """Cubature weight, non-negative, (triangle,)."""
-    membrane_rest: np.ndarray
+    membrane_rest: Float[np.ndarray, "triangle 3 2"]
     """Rest deformation gradient in the material frame, (triangle, 3, 2)."""
-    membrane_mode_gradient: np.ndarray
+    membrane_mode_gradient: Float[np.ndarray, "triangle 3 2 mode"]
     """dF'/dalpha, (triangle, 3, 2, mode)."""
-    membrane_measure: np.ndarray
+    membrane_measure: Float[np.ndarray, " triangle"]
     """weight * area * thickness [mm^3], (triangle,)."""
     membrane_material: Material
     """What the membrane is made of, and its law; of no meaning where there is none."""
 
-    dilatation_1: np.ndarray
+    dilatation_1: Float[np.ndarray, "pressure mode"]
     """c1 of the changes of volume of a solid with mean dilatation, c = c1.a + 1/2 c2 a a + 1/6 c3 a
     a a [mm^1.5], see `mixed_dilatation.py`; none of other solids, (pressure, mode)."""
-    dilatation_2: np.ndarray
+    dilatation_2: Float[np.ndarray, "pressure mode mode"]
     """(pressure, mode, mode)"""
-    dilatation_3: np.ndarray
+    dilatation_3: Float[np.ndarray, "pressure mode mode mode"]
     """(pressure, mode, mode, mode)"""
-    relaxation_weight: np.ndarray
+    relaxation_weight: Float[np.ndarray, " branch"]
     """Of the solid's Prony series, none where it does not relax, (branch,)."""
-    relaxation_time: np.ndarray
+    relaxation_time: Float[np.ndarray, " branch"]
     """Its times [s], (branch,)."""
 
-    linear_stiffness: np.ndarray
+    linear_stiffness: Float[np.ndarray, "mode mode"]
     """Additional linear stiffness of the mount, zero for a rigid hub, (mode, mode)."""
 
-    cavity_volume: np.ndarray
+    cavity_volume: Float[np.ndarray, " cavity"]
     """Rest volume V0 [mm^3], (cavity,)."""
-    cavity_volume_1: np.ndarray
+    cavity_volume_1: Float[np.ndarray, "cavity mode"]
     """(cavity, mode)"""
-    cavity_volume_2: np.ndarray
+    cavity_volume_2: Float[np.ndarray, "cavity mode mode"]
     """(cavity, mode, mode)"""
-    cavity_volume_3: np.ndarray
+    cavity_volume_3: Float[np.ndarray, "cavity mode mode mode"]
     """(cavity, mode, mode, mode); V = V0 + V1.a + 1/2 a V2 a + 1/6 V3 a a a."""
 
     mass: float
     """sum m [kg]"""
-    first_moment: np.ndarray
+    first_moment: Float[np.ndarray, " 3"]
     """sum m Y [kg mm], (3,)"""
-    first_moment_modes: np.ndarray
+    first_moment_modes: Float[np.ndarray, "3 mode"]
     """sum m Phi, (3, mode)"""
-    second_moment: np.ndarray
+    second_moment: Float[np.ndarray, "3 3"]
     """sum m Y Y^T [kg mm^2], (3, 3)"""
-    second_moment_modes: np.ndarray
+    second_moment_modes: Float[np.ndarray, "3 3 mode"]
     """sum m Y_i Phi_j, (3, 3, mode)"""
-    second_moment_mode_pairs: np.ndarray
+    second_moment_mode_pairs: Float[np.ndarray, "3 3 mode mode"]
     """sum m Phi_i^a Phi_j^b, (3, 3, mode, mode)"""
 
-    contact_points: np.ndarray
+    contact_points: Float[np.ndarray, "point 3"]
     """Rest positions of the collision points [mm], (point, 3)."""
-    contact_modes: np.ndarray
+    contact_modes: Float[np.ndarray, "point 3 mode"]
     """Mode shapes at the collision points, (point, 3, mode)."""
 
-    contact_surface: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=str))
+    contact_surface: Shaped[np.ndarray, " point"] | Shaped[np.ndarray, " 0"] = field(
+        default_factory=lambda: np.zeros(0, dtype=str)
+    )
     """Name of the surface that each collision point lies on, (point,); of no entries where none are
     named, as in files of earlier versions."""
-    contact_area_mm2: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    contact_area_mm2: Float[np.ndarray, " point"] | Float[np.ndarray, " 0"] = field(
+        default_factory=lambda: np.zeros(0)
+    )
     """Area that each stands for [mm^2], (point,); likewise."""
-    snapshot_range: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    snapshot_range: Float[np.ndarray, "mode mode"] | Float[np.ndarray, "0 0"] = field(
+        default_factory=lambda: np.zeros((0, 0))
+    )
     """Principal axes over half-lengths of the ellipsoid that holds every snapshot [kg^-1/2 mm^-1],
     see `snapshot_range.py`, (mode, mode); of no entries where it is not known."""
 
@@ -203,6 +210,7 @@ class ReducedPart:
         return {
             "modes": (node, 3, mode),
             "rest_nodes": (node, 3),
+            "skin": (len(self.skin), 3),
             "tetrahedron_index": (element,),
             "tetrahedron_weight": (element,),
             "tetrahedron_rest": (element, 3, 3),
@@ -219,6 +227,7 @@ class ReducedPart:
             "relaxation_weight": (len(self.relaxation_weight),),
             "relaxation_time": (len(self.relaxation_weight),),
             "linear_stiffness": (mode, mode),
+            "cavity_volume": (cavity,),
             "cavity_volume_1": (cavity, mode),
             "cavity_volume_2": (cavity, mode, mode),
             "cavity_volume_3": (cavity, mode, mode, mode),
