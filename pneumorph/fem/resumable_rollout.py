@@ -6,13 +6,14 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
+from pneumorph.base.result import result_from_dict
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
@@ -21,6 +22,38 @@ from pneumorph.trajectory import Trajectory
 
 FORMAT_VERSION = 1
 STATE = "state:"
+
+
+@dataclass(frozen=True)
+class _Contact:
+    floor: Any
+    worst_residual_mm_per_s: float
+    unconverged_share: float
+    deepest_penetration_mm: float
+
+
+@dataclass(frozen=True)
+class _Steps:
+    count: int
+    halved: int
+    mean_iterations: float
+
+
+@dataclass(frozen=True)
+class _Way:
+    """What the way so far must say, for pieces to be joined to it."""
+
+    contact: _Contact
+    steps: _Steps
+
+
+@dataclass(frozen=True)
+class _Header:
+    """What a checkpoint must say beside its arrays."""
+
+    identity: str
+    done: int
+    way: dict[str, Any]
 
 
 def resumable_rollout(
@@ -56,12 +89,13 @@ def resumable_rollout(
 
     Raises:
         ValueError: A command is not finite, negative, or too high.
+        ArtefactError: The checkpoint is damaged.
         StepError: The robot fails while it settles.
     """
     commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
     check_commands(commands, highest_kPa)
     identity = _identity(robot, commands, settling_steps, record_every)
-    done, state, pieces = _loaded(robot, checkpoint, identity)
+    done, state, pieces = _loaded(robot, checkpoint, identity, len(commands))
     if state is None:
         state = robot.settled_state(settling_steps)
     if watch is not None and pieces:
@@ -89,19 +123,23 @@ def resumable_rollout(
 
 
 def _loaded(
-    robot: FullRobot, checkpoint: Path, identity: str
+    robot: FullRobot, checkpoint: Path, identity: str, step_count: int
 ) -> tuple[int, FullRobotState | None, list[Trajectory]]:
     """Steps made, the state after them, and the way so far, if they are of this rollout."""
     if not checkpoint.exists():
         return 0, None, []
     arrays, header = load_artefact(checkpoint, "FullRollout", FORMAT_VERSION)
     with reading(checkpoint, "FullRollout"):
-        if header["identity"] != identity:
+        told = result_from_dict(_Header, header)
+        if told.identity != identity:
             return 0, None, []
+        result_from_dict(_Way, told.way)
+        if not 0 < told.done < step_count:
+            raise ValueError(f"done is {told.done}, expected one of the {step_count} steps")
         kept = {k.removeprefix(STATE): v for k, v in arrays.items() if k.startswith(STATE)}
         recorded: dict[str, Any] = {k: v for k, v in arrays.items() if not k.startswith(STATE)}
-        way = Trajectory(**recorded, shape=robot.shape[0], metadata=header["way"])
-        return header["done"], state_from_arrays(robot, kept), [way]
+        way = Trajectory(**recorded, shape=robot.shape[0], metadata=told.way)
+        return told.done, state_from_arrays(robot, kept), [way]
 
 
 def _save(

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
+from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
+from pneumorph.base.result import result_from_dict
 
 KIND = "CooptCheckpoint"
 VERSION = 1
@@ -21,15 +22,46 @@ DAMAGED = "checkpoint.damaged.npz"
 
 
 @dataclass(frozen=True)
+class CheckpointMetadata:
+    """What must stand beside the arrays, for a training to go on.
+
+    Attributes:
+        timestep: Actions of all robots so far.
+        update_count: Updates of the learner so far.
+        failure_count: Episodes so far whose simulation failed.
+        seconds: Time that each stage took [s].
+        random_state: State of the generator that draws designs and batches, as JSON.
+        settings: Those of the training.
+        provenance: What the run was begun with.
+        wall_s: Time spent so far [s].
+        remarks: What had to be said so far.
+        round_level: State of `RoundLevel`; None in checkpoints of earlier versions.
+    """
+
+    timestep: int
+    update_count: int
+    failure_count: int
+    seconds: dict[str, float]
+    random_state: str
+    settings: dict[str, Any]
+    provenance: dict[str, Any]
+    wall_s: float
+    remarks: tuple[str, ...]
+    round_level: dict[str, Any] | None = None
+
+
+@dataclass(frozen=True)
 class Checkpoint:
     """What was read back.
 
     Attributes:
+        path: The file.
         arrays: Arrays by name.
-        metadata: JSON values.
+        metadata: JSON values, of which `CheckpointMetadata` says which there are.
         remark: What had to be said about reading it, or None.
     """
 
+    path: Path
     arrays: dict[str, np.ndarray]
     metadata: dict[str, Any]
     remark: str | None
@@ -73,11 +105,11 @@ def load_checkpoint(folder: Path | str) -> Checkpoint:
             f"{folder} holds no checkpoint ({NEWEST}), expected the folder of a training run"
         )
     try:
-        return Checkpoint(*load_artefact(folder / NEWEST, KIND, VERSION), remark=None)
+        return read_checkpoint(folder / NEWEST)
     except (ArtefactError, FileNotFoundError) as error:
         reason = str(error)
     try:
-        arrays, metadata = load_artefact(folder / PREVIOUS, KIND, VERSION)
+        previous = read_checkpoint(folder / PREVIOUS)
     except FileNotFoundError:
         raise ArtefactError(f"{reason}; and there is no previous checkpoint") from None
     except ArtefactError as error:
@@ -87,4 +119,17 @@ def load_checkpoint(folder: Path | str) -> Checkpoint:
         os.replace(folder / NEWEST, folder / DAMAGED)
     remark = f"the previous checkpoint is used, because the newest one fails: {reason}"
     warnings.warn(remark, stacklevel=2)
-    return Checkpoint(arrays, metadata, remark)
+    return replace(previous, remark=remark)
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """Read one file, the newest checkpoint or the previous one.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ArtefactError: It is truncated, or its metadata lack a field or have one of another type.
+    """
+    arrays, metadata = load_artefact(path, KIND, VERSION)
+    with reading(path, KIND):
+        result_from_dict(CheckpointMetadata, metadata)
+    return Checkpoint(path, arrays, metadata, remark=None)

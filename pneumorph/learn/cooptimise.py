@@ -9,13 +9,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import write_json
+from pneumorph.base.artefact import reading, write_json
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.robot_options import current_setting
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
-from pneumorph.learn.checkpoint import has_checkpoint, load_checkpoint, save_checkpoint
+from pneumorph.learn.checkpoint import KIND, has_checkpoint, load_checkpoint, save_checkpoint
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
 from pneumorph.learn.metrics import MetricsLog, read_metrics
@@ -69,7 +69,7 @@ def cooptimise(
 
     Raises:
         ValueError: The folder holds a run already and ``resume`` is off, or that run had other
-            settings.
+            settings, or its checkpoints are damaged.
     """
     folder = Path(folder)
     if has_checkpoint(folder) and not resume:
@@ -139,7 +139,8 @@ def _restore(
     """Take over the newest checkpoint; return the seconds spent before it, and remarks."""
     checkpoint = load_checkpoint(folder)
     # Read as settings: one that is newer than the checkpoint had its default.
-    theirs = settings_from_dict(CooptSettings, checkpoint.metadata["settings"])
+    with reading(checkpoint.path, KIND):
+        theirs = settings_from_dict(CooptSettings, checkpoint.metadata["settings"])
     changed = _differences(settings_to_dict(theirs), settings_to_dict(training.settings), "")
     changed += _differences(
         checkpoint.metadata["provenance"], _as_json(provenance), "", current_setting
@@ -149,7 +150,7 @@ def _restore(
             f"{folder} was trained with other settings ({'; '.join(changed)}), expected the same; "
             "resume with the settings in its settings.json, or choose another folder"
         )
-    training.restore(checkpoint.arrays, checkpoint.metadata)
+    training.take_over(checkpoint)
     remarks = list(checkpoint.metadata["remarks"])
     if checkpoint.remark is not None:
         remarks.append(checkpoint.remark)

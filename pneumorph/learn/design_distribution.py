@@ -238,10 +238,22 @@ class DesignDistribution:
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Take over what `arrays` gave."""
-        self.scores = np.array(arrays["scores"])
+        """Take over what `arrays` gave.
+
+        Raises:
+            KeyError: One of them is missing.
+            ValueError: They are of another number of designs.
+        """
+        scores = np.array(arrays["scores"], dtype=float)
         # Checkpoints of an earlier version do not tell.
-        self.failing = np.array(arrays.get("failing", np.zeros(len(self.scores), bool)))
+        failing = np.array(arrays.get("failing", np.zeros(scores.shape)), dtype=bool)
+        for name, values in (("scores", scores), ("failing", failing)):
+            if values.shape != self.scores.shape:
+                raise ValueError(
+                    f"{name} has shape {values.shape}, expected {self.scores.shape}; the "
+                    "distribution was that of other designs"
+                )
+        self.scores, self.failing = scores, failing
         self.set_inverse_temperature(float(arrays["inverse_temperature"]))
 
     def raise_scores(self, expected: np.ndarray) -> None:

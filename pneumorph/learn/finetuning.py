@@ -76,7 +76,7 @@ def finetune(
 
         if not path.exists():
             started = time.perf_counter()
-            training.restore(checkpoint.arrays, checkpoint.metadata)
+            training.take_over(checkpoint)
             _learn_alone(training, design, round_count, report)
             save_policy(
                 path,
@@ -90,7 +90,7 @@ def finetune(
         policies.append(policy)
         wall_s += metadata["wall_s"]
         report(span)
-    training.restore(checkpoint.arrays, checkpoint.metadata)
+    training.take_over(checkpoint)
     pairs = _walked(training, designs, policies, training.timestep + span)
     ranked = sorted(pairs, key=lambda pair: pair.score_cm, reverse=True)
     return Finetuned(ranked, len(designs) * span, wall_s)

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pneumorph.base.artefact import ArtefactError, load_artefact
-from pneumorph.learn.checkpoint import KIND, NEWEST, PREVIOUS, VERSION
+from pneumorph.base.artefact import ArtefactError, reading
+from pneumorph.learn.checkpoint import KIND, NEWEST, PREVIOUS, read_checkpoint
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.metrics import METRICS_FILE, read_metrics
 from pneumorph.learn.settings import CooptSettings
@@ -72,17 +70,17 @@ def _pairs(folder: Path, settings: CooptSettings) -> tuple[list[DesignGaitPair],
     failure = None
     for name in (NEWEST, PREVIOUS):
         try:
-            arrays, metadata = load_artefact(folder / name, KIND, VERSION)
+            checkpoint = read_checkpoint(folder / name)
         except FileNotFoundError:
             continue  # none yet, or this very moment the newest becomes the previous
         except ArtefactError as error:
             failure = error
             continue
         best = BestPairs(settings.space, settings.kept_pair_count)
-        best.restore(
-            {key.removeprefix("best/"): np.array(v) for key, v in arrays.items() if "best/" in key}
-        )
-        return best.pairs, int(metadata["timestep"])
+        held = checkpoint.arrays.items()
+        with reading(checkpoint.path, KIND):
+            best.restore({key.removeprefix("best/"): v for key, v in held if "best/" in key})
+        return best.pairs, checkpoint.metadata["timestep"]
     if failure is not None:
         raise failure
     return [], None

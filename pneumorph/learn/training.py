@@ -11,11 +11,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.artefact import ArtefactError, reading
 from pneumorph.base.stage_clock import StageClock
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_simulator import RUNNING, RobotBuilder, SimulatorFactory
 from pneumorph.gait.walk import Progress
+from pneumorph.learn.checkpoint import KIND, Checkpoint
 from pneumorph.learn.design_distribution import DesignDistribution
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.evaluation import evaluate_policy
@@ -389,11 +390,21 @@ class Training:
             "random_state": json.dumps(self._rng.bit_generator.state),
         }
 
+    def take_over(self, checkpoint: Checkpoint) -> None:
+        """Go on from a checkpoint.
+
+        Raises:
+            ArtefactError: It is damaged, or of a training with other settings.
+        """
+        with reading(checkpoint.path, KIND):
+            self.restore(checkpoint.arrays, checkpoint.metadata)
+
     def restore(self, arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> None:
         """Take over what `arrays` and `metadata` gave.
 
         Raises:
             ArtefactError: The networks of the checkpoint have other shapes.
+            KeyError, TypeError, ValueError: Something is missing or of another type.
         """
         dynamic, static = eqx.partition(self.state, eqx.is_array)
         old, structure = jax.tree.flatten(dynamic)
@@ -418,7 +429,13 @@ class Training:
             self._level.restore(metadata["round_level"])
         self.clock.clear()
         self.clock.seconds.update(metadata["seconds"])
-        self._rng.bit_generator.state = json.loads(metadata["random_state"])
+        try:
+            self._rng.bit_generator.state = json.loads(metadata["random_state"])
+        except (ValueError, LookupError, TypeError) as error:
+            raise ArtefactError(
+                f"random_state of the checkpoint is {metadata['random_state'][:80]!r}, expected "
+                f"the state of a {type(self._rng.bit_generator).__name__} generator as JSON"
+            ) from error
 
 
 def _below(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:

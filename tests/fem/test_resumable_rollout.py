@@ -7,7 +7,7 @@ import pytest
 from helpers.box_mesh import box_mesh
 from helpers.small_robot import small_robot
 
-from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
 from pneumorph.fem.floor import HeightField
 from pneumorph.fem.resumable_rollout import _identity, resumable_rollout
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
@@ -56,6 +56,54 @@ def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
         rolled(checkpoint, stop_at=6)
     _, made = rolled(checkpoint, commands=COMMANDS + 1.0)
     assert made[0] == 2  # other commands start anew
+
+
+def without(place, content):
+    """JSON values without the one at a place."""
+    name, *below = place
+    if not below:
+        return {key: value for key, value in content.items() if key != name}
+    return content | {name: without(below, content[name])}
+
+
+def changed(place, value, content):
+    name, *below = place
+    return content | {name: changed(below, value, content[name]) if below else value}
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "what"),
+    [
+        *((place, None, rf"required field missing @ \$\.{place[-1]}") for place in (
+            ("identity",), ("done",), ("way",), ("way", "contact"), ("way", "steps"))),
+        (("way", "steps", "count"), None, r"required field missing @ \$\.steps\.count"),
+        (("way", "contact", "unconverged_share"), None, r"\$\.contact\.unconverged_share"),
+        (("done",), 4.0, r"expected int @ \$\.done"),
+        (("done",), -4, "done is -4, expected one of the 9 steps"),
+        (("done",), 9, "done is 9, expected one of the 9 steps"),
+        (("identity",), 3, r"expected str @ \$\.identity"),
+        (("way", "steps", "mean_iterations"), "two", r"expected float @ \$\.steps\.mean_it"),
+    ],
+)  # fmt: skip
+def test_a_checkpoint_with_damaged_metadata_is_refused_with_file_and_field(
+    tmp_path, place, value, what
+):
+    def rolled(checkpoint, progress=None):
+        settings = {"settling_steps": 2, "record_every": 2, "checkpoint_every_s": 0.0}
+        return resumable_rollout(small_robot(), COMMANDS, checkpoint, progress=progress, **settings)
+
+    def stop(done, total, _):
+        if done == 4:
+            raise Interrupted
+
+    checkpoint = tmp_path / "cut.npz"
+    with pytest.raises(Interrupted):
+        rolled(checkpoint, stop)
+    arrays, header = load_artefact(checkpoint, "FullRollout", 1)
+    header = without(place, header) if value is None else changed(place, value, header)
+    save_artefact(checkpoint, "FullRollout", 1, arrays, header)
+    with pytest.raises(ArtefactError, match=rf"cut\.npz cannot be read \(.*{what}"):
+        rolled(checkpoint)
 
 
 def test_who_watches_is_told_the_whole_way_also_of_a_resumed_rollout(tmp_path):

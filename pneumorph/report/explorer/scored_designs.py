@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pneumorph.learn.checkpoint import load_checkpoint
+from pneumorph.base.artefact import reading
+from pneumorph.learn.checkpoint import KIND, load_checkpoint
 from pneumorph.learn.design_distribution import gibbs
 from pneumorph.learn.factored_distribution import FactoredDistribution
 from pneumorph.learn.settings import CooptSettings
@@ -100,11 +101,13 @@ def scored_by_training(run: FinishedRun) -> ScoredDesigns:
         ValueError: Its space is not that of its settings.
     """
     space = run.structured("coopt.space", DesignSpace)
-    arrays = load_checkpoint(run.folder / "training").arrays
-    if "distribution/seen" in arrays:
-        return _scored_by_factors(run, space, arrays)
-    scores = arrays["distribution/scores"]
-    beta = float(arrays["distribution/inverse_temperature"])
+    checkpoint = load_checkpoint(run.folder / "training")
+    arrays = checkpoint.arrays
+    with reading(checkpoint.path, KIND):
+        if "distribution/seen" in arrays:
+            return _scored_by_factors(run, space, arrays)
+        scores = arrays["distribution/scores"]
+        beta = float(arrays["distribution/inverse_temperature"])
     return ScoredDesigns(
         space,
         np.where(scores == 0.0, np.nan, scores),

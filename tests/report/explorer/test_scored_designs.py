@@ -29,7 +29,11 @@ PAIRS = [{"design": "1.2.1.2", "distance_cm": 3.5}, {"design": "0.1.1.2", "dista
 def test_a_training_gives_scores_probabilities_and_pairs(tmp_path: Path) -> None:
     scores = np.arange(SPACE.size, dtype=float)
     arrays = {"distribution/scores": scores, "distribution/inverse_temperature": np.array(0.5)}
-    save_checkpoint(tmp_path / "training", arrays, {})
+    metadata = {
+        "timestep": 1, "update_count": 0, "failure_count": 0, "seconds": {}, "random_state": "{}",
+        "settings": {}, "provenance": {}, "wall_s": 1.0, "remarks": [],
+    }  # fmt: skip
+    save_checkpoint(tmp_path / "training", arrays, metadata)
     run = FinishedRun(tmp_path, {"pairs": PAIRS}, {"coopt": {"space": settings_to_dict(SPACE)}})
     scored = scored_by_training(run)
     assert scored.space == SPACE
