@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.attachment import face_of_mesh
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduced_part import PartSummary, ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
 
 
@@ -123,6 +122,6 @@ class Module:
         """
         self.reduced.check_model(self.full)
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> PartSummary:
         """Size, provenance and measured errors of the reduced part, for a summary."""
         return self.reduced.describe(self.name)

@@ -26,6 +26,7 @@ from pneumorph.geometry.pose import Pose
 from pneumorph.physics.calibration import Calibration, describe_calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.regulators import Regulators
+from pneumorph.reduction.reduced_part import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.mounting_angle import tilted
@@ -344,10 +345,10 @@ class RobotSpec:
             **used,
         }
 
-    def _described_modules(self) -> dict[str, Any]:
+    def _described_modules(self) -> PartsSummary:
         """Of the first module, with the others by name beside it."""
         first, *others = (module.describe() for module in self.modules)
-        return {**first, "others": {each["part"]: each for each in others}} if others else first
+        return PartsSummary(**vars(first), others={each.part: each for each in others})
 
     def _mounted(self, design: Design) -> list[tuple[Module, Pose, tuple[int, ...]]]:
         """Module, pose and regulators, from 0, of each leg of a design."""

@@ -19,6 +19,7 @@ from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import PartSummary
 
 SHIPPED = "shipped"
 """Stands for the leg that ships, in place of a file."""
@@ -58,7 +59,7 @@ class ConvertedFile:
     """File of the reduced leg."""
     torn_attachment: float | None = None
     """Share of the modes' motion at the attachment that is not rigid, in a reduction by SOFA."""
-    leg: dict[str, Any] | None = None
+    leg: PartSummary | None = None
     """The reduced leg."""
 
 

@@ -16,6 +16,7 @@ from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.base.result import result_from_dict
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.rollout_report import ContactReport, StepReport
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
 from pneumorph.trajectory import Trajectory
@@ -25,26 +26,11 @@ STATE = "state:"
 
 
 @dataclass(frozen=True)
-class _Contact:
-    floor: Any
-    worst_residual_mm_per_s: float
-    unconverged_share: float
-    deepest_penetration_mm: float
-
-
-@dataclass(frozen=True)
-class _Steps:
-    count: int
-    halved: int
-    mean_iterations: float
-
-
-@dataclass(frozen=True)
 class _Way:
     """What the way so far must say, for pieces to be joined to it."""
 
-    contact: _Contact
-    steps: _Steps
+    contact: ContactReport
+    steps: StepReport
 
 
 @dataclass(frozen=True)

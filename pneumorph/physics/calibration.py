@@ -148,27 +148,21 @@ class UsedCalibration:
 
 def describe_calibration(
     calibration: Calibration | None, pressure_map: PressureMap
-) -> dict[str, Any]:
+) -> UsedCalibration:
     """What a summary says of the calibration it was made with."""
     usual = PUBLISHED if pressure_map == PressureMap() else "the run's own settings"
-    read = calibration is not None and calibration.path is not None
-    described: dict[str, Any] = {
-        "file": str(calibration.path) if calibration is not None and read else usual,
-        "slope": pressure_map.slope,
-        "intercept_kPa": pressure_map.intercept_kPa,
-    }
-    if calibration is not None:
-        described |= {
-            "digest": calibration.digest(),
-            **{
-                name: value
-                for name in ("modulus_factor", "stiffness_damping_s", "friction")
-                if (value := getattr(calibration, name)) is not None
-            },
-        }
-        if calibration.air is not None:
-            described |= {
-                "filling_mm3_per_s_kPa": list(calibration.air.filling_mm3_per_s_kPa),
-                "venting_mm3_per_s_kPa": list(calibration.air.venting_mm3_per_s_kPa),
-            }
-    return described
+    slope, intercept_kPa = pressure_map.slope, pressure_map.intercept_kPa
+    if calibration is None:
+        return UsedCalibration(usual, slope, intercept_kPa)
+    air = calibration.air
+    return UsedCalibration(
+        usual if calibration.path is None else str(calibration.path),
+        slope,
+        intercept_kPa,
+        digest=calibration.digest(),
+        modulus_factor=calibration.modulus_factor,
+        stiffness_damping_s=calibration.stiffness_damping_s,
+        friction=calibration.friction,
+        filling_mm3_per_s_kPa=None if air is None else air.filling_mm3_per_s_kPa,
+        venting_mm3_per_s_kPa=None if air is None else air.venting_mm3_per_s_kPa,
+    )

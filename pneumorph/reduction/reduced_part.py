@@ -18,7 +18,6 @@ import numpy as np
 from jaxtyping import Float, Int, Shaped
 
 from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
-from pneumorph.base.result import result_to_dict
 from pneumorph.fem.law_registry import law_names
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
@@ -60,6 +59,14 @@ class PartSummary:
     """Pressures [kPa] with the bend of both models [degrees]; None where it was not measured."""
     knows_range: bool = False
     """Whether it can tell when it leaves the range of its snapshots; older files cannot."""
+
+
+@dataclass(frozen=True)
+class PartsSummary(PartSummary):
+    """Of the parts that a robot has: the first, and the other kinds beside it."""
+
+    others: dict[str, PartSummary] = field(default_factory=dict)
+    """By what they are called."""
 
 
 class HasDigest(Protocol):
@@ -387,10 +394,10 @@ class ReducedPart:
             + self.linear_stiffness
         )
 
-    def describe(self, name: str) -> dict[str, Any]:
+    def describe(self, name: str) -> PartSummary:
         """Size, provenance and measured errors, for a summary that calls the part by a name."""
         report = self.metadata.get("report", {})
-        summary = PartSummary(
+        return PartSummary(
             part=name,
             mode_count=self.mode_count,
             tetrahedron_count=len(self.tetrahedron_rest),
@@ -400,7 +407,6 @@ class ReducedPart:
             bend=report.get("bend"),
             knows_range=self.knows_range,
         )
-        return result_to_dict(summary)
 
     def check_mesh(self, mesh: HasDigest) -> None:
         """Refuse a mesh this reduction was not made from.

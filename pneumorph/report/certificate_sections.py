@@ -147,8 +147,8 @@ def _full_order_table(found: Certificate) -> str:
     header = ["new reductions", "robot", "design", "world", "finite elements (cm)", "reduced (cm)",
               "difference (cm)", "they"]  # fmt: skip
     legs = [
-        [number or "the run's", leg.leg["part"], leg.leg["mode_count"],
-         leg.leg["tetrahedron_count"], f"{leg.made_s / 60.0:.0f}"]
+        [number or "the run's", leg.leg.part, leg.leg.mode_count,
+         leg.leg.tetrahedron_count, f"{leg.made_s / 60.0:.0f}"]
         for number, leg in enumerate(found.rounds)
     ]  # fmt: skip
     made = ["new reductions", "leg", "modes", "tetrahedra", "minutes, with fine-tuning"]

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Protocol
 
-from pneumorph.base.artefact import ArtefactError
-from pneumorph.base.result import result_from_dict
-from pneumorph.base.run_folder import SUMMARY
 from pneumorph.reduction.reduce import ReductionSettings
 from pneumorph.reduction.reduced_part import PartSummary
 from pneumorph.report import page
@@ -99,22 +96,17 @@ class HasLeg(Protocol):
     """A result that tells the reduced leg it used or made; None where there is none."""
 
     @property
-    def leg(self) -> dict[str, Any] | None: ...
+    def leg(self) -> PartSummary | None: ...
 
 
 def leg_sections(found: HasLeg, run: FinishedRun, sheet: Sheet) -> list[Section]:
-    """Return size and errors of the reduced leg that a run used or made.
-
-    Raises:
-        ArtefactError: The summary's description of it is damaged.
-    """
+    """Return size and errors of the reduced leg that a run used or made."""
     if found.leg is None:
         return []
-    try:
-        leg = result_from_dict(PartSummary, found.leg)
-    except ArtefactError as error:
-        raise ArtefactError(f"leg of {run.folder / SUMMARY}: {error}") from error
-    sizes = {name: value for name, value in vars(leg).items() if name not in ("errors", "bend")}
+    leg = found.leg
+    sizes = {
+        name: value for name, value in vars(leg).items() if name not in ("errors", "bend", "others")
+    }
     rows = [(name.replace("_", " "), value) for name, value in {**sizes, **leg.errors}.items()]
     body = page.table(["the reduced leg", ""], rows)
     if leg.bend:

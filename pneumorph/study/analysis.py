@@ -6,7 +6,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.friction_margin import FrictionMargin, friction_margin
 from pneumorph.gait.walk import cycle_slides_cm, step_rewards_cm, walk
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.snapshot_range import range_note
@@ -120,7 +120,7 @@ class Analysis:
     frictions: tuple[float, ...]
     robots: tuple[AnalysedRobot, ...]
     wall_s: float
-    calibration: dict[str, Any] | None = None
+    calibration: UsedCalibration | None = None
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
     notes: tuple[str, ...] = ()

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Any
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings, sweep_phases
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import PartsSummary
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.study.recorded_walk import recorded_walk
 
@@ -49,8 +50,8 @@ class Baseline(BestPhase):
     """The expert's gait at every phase, in one physics."""
 
     damping: str
-    calibration: dict[str, Any]
-    leg: dict[str, Any]
+    calibration: UsedCalibration
+    leg: PartsSummary
     wall_s: float
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import PartsSummary, PartSummary
 from pneumorph.study.analysis import AnalysedLeg
 from pneumorph.study.certified_walks import FullOrderWalk
 from pneumorph.study.measure_next import ExpectedNarrowing
@@ -97,7 +99,7 @@ class RoundPair:
 class CertifiedRound:
     """A leg, the pairs that were ranked with it, and how they walk as finite elements."""
 
-    leg: dict[str, Any]
+    leg: PartSummary
     pairs: tuple[RoundPair, ...]
     agrees: bool
     """Whether both models agree in all of the walks."""
@@ -135,8 +137,8 @@ class Certificate:
     distances_cm: tuple[tuple[float, ...], ...]
     """Of the expert and then each pair [cm], (world, robot); NaN where a simulation failed."""
     damping: str
-    calibration: dict[str, Any]
-    leg: dict[str, Any]
+    calibration: UsedCalibration
+    leg: PartsSummary
     physics: Physics
     notes: tuple[str, ...]
     wall_s: float

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -16,7 +16,9 @@ from pneumorph.base.result import save_result
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.shipped_data import data_folder
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import PartsSummary
 from pneumorph.study.animations import Animation, animations
 from pneumorph.study.bend_error import BendComparison, bend_of_report, compare_bend
 from pneumorph.study.full_benchmark import FullBenchmark, bench_full
@@ -105,7 +107,7 @@ class Comparison:
     A file also says the means of each kind, such as ``heldout_mean_node_error_mm``.
     """
 
-    leg: dict[str, Any]
+    leg: PartsSummary
     bend_error_percent: float
     bend_pressures_kPa: tuple[float, ...]
     bend_full_deg: tuple[float, ...]
@@ -114,7 +116,7 @@ class Comparison:
     damping: str
     duration_s: float
     wall_s: float
-    calibration: dict[str, Any] | None = None
+    calibration: UsedCalibration | None = None
     animations: dict[str, RobotError] = field(default_factory=dict)
     """Errors of the paper's test animations by their names."""
     heldout: dict[str, RobotError] = field(default_factory=dict)

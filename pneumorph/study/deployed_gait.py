@@ -33,10 +33,12 @@ from pneumorph.hardware.rig import RigSettings, load_rig
 from pneumorph.hardware.schedule import SEARCH_STEP_S, Schedule, plan_schedule
 from pneumorph.hardware.trial import LOG_FILE
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.reduction.reduced_part import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.gait_source import find_gait, recalibrated
 from pneumorph.study.recorded_walk import Model
@@ -118,7 +120,7 @@ class DeployedGait:
     duration_s: float
     command_count: int
     damping: str
-    calibration: dict[str, Any]
+    calibration: UsedCalibration
     wall_s: float = 0.0
     design: str | None = None
     """None of a bend test."""
@@ -131,7 +133,7 @@ class DeployedGait:
     model: str | None = None
     """Robot behind a virtual rig."""
     virtual_seed: int | None = None
-    leg: dict[str, Any] | None = None
+    leg: PartsSummary | None = None
     """Its reduced leg."""
     bends: str | None = None
     """File of a bend test's measurements."""

@@ -6,13 +6,14 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import PartsSummary
 from pneumorph.robot.design import Design
 
 
@@ -75,8 +76,8 @@ class EngineSpeed:
     steps: int
     wall_s: float
     damping: str
-    calibration: dict[str, Any]
-    leg: dict[str, Any]
+    calibration: UsedCalibration
+    leg: PartsSummary
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
     robot_seconds_per_gflop: float | None = None

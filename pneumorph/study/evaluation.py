@@ -6,7 +6,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,9 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.walk import walk
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import PartsSummary
 from pneumorph.reduction.snapshot_range import known_ratio, range_note
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.finished_run import FinishedRun, Pair, furthest
@@ -86,14 +87,14 @@ class Evaluation:
     reported_distance_cm: float | None
     """What the run reported of that pair."""
     damping: str
-    calibration: dict[str, Any]
+    calibration: UsedCalibration
     notes: tuple[str, ...]
     """Pairs that did not repeat what their run reported, or left the range of their legs'
     snapshots."""
     pairs: tuple[EvaluatedPair, ...]
     """In the run's order."""
     wall_s: float
-    leg: dict[str, Any] | None = None
+    leg: PartsSummary | None = None
     """The reduced leg; None for finite elements."""
     robustness: Robustness | None = None
     """How the pairs fare in other worlds, where that was asked for."""

@@ -30,6 +30,7 @@ from pneumorph.hardware.parameter_fit import ParameterFit, ParameterFitSettings,
 from pneumorph.hardware.trial import LOG_FILE, read_trial, trial_folders
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.reduction.reduced_part import PartSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.path_simulator import path_simulator
@@ -87,7 +88,7 @@ class FittedCalibration:
     """Conductance that each regulator fills through."""
     venting_mm3_per_s_kPa: tuple[float, ...] | None = None
     """And that it vents through."""
-    leg: dict[str, Any] | None = None
+    leg: PartSummary | None = None
     """The reduced leg; None where its finite elements were bent."""
 
 

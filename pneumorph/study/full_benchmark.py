@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import splu
@@ -14,6 +13,7 @@ from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.fem.body_equations import linearly_implicit_equations
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.full_robot import FullRobot
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 
 STAGES = ("assembly", "factorisation", "elimination", "friction")
@@ -75,7 +75,7 @@ class StepTimes:
     design: str | None = None
     hub: str | None = None
     damping: str | None = None
-    calibration: dict[str, Any] | None = None
+    calibration: UsedCalibration | None = None
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
 

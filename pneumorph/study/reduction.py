@@ -17,6 +17,7 @@ from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
 from pneumorph.reduction.reduce import ReductionReport, ReductionSettings, reduce_part
+from pneumorph.reduction.reduced_part import PartSummary
 from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.walk_snapshots import WalkPhysics
 from pneumorph.study.gait_walks import (
@@ -45,7 +46,7 @@ class Reduction(ReductionReport):
 
     part: str
     part_bytes: int
-    leg: dict[str, Any]
+    leg: PartSummary
     snapshot_wall_s: float
     """Of all snapshots, those of earlier runs included."""
     snapshot_processor_s: float

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from pneumorph.base.artefact import read_json, reading
 from pneumorph.base.result import result_from_dict
 from pneumorph.learn.search_run import CURVE_FILE
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 
 
@@ -61,7 +61,7 @@ class SearchFindings:
     seed: int
     damping: str
     wall_s: float
-    calibration: dict[str, Any] | None = None
+    calibration: UsedCalibration | None = None
     designs: tuple[DesignsBestGait, ...] | None = None
     """Of a search for the gaits of designs."""
     policy_gaps_cm: dict[str, PolicyGap] | None = None

@@ -6,13 +6,17 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pneumorph.base.checked import Checked, Count
+from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.rollout_report import ContactReport, StepReport
 from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import PartsSummary
 from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import MINIMUM_LEGS
 from pneumorph.study.gait_source import find_gait
@@ -20,6 +24,9 @@ from pneumorph.study.recorded_walk import Model, recorded_walk
 from pneumorph.trajectory import Trajectory
 
 TRAJECTORY_FILE = "trajectory.npz"
+
+
+Report = TypeVar("Report")
 
 
 @dataclass(frozen=True)
@@ -57,14 +64,14 @@ class SimulatedWalk:
     damping: str
     simulation_wall_s: float
     wall_s: float
-    calibration: dict[str, Any] | None = None
+    calibration: UsedCalibration | None = None
     reason: str | None = None
     """What a solver said of a robot that diverged."""
-    contact: dict[str, Any] | None = None
+    contact: ContactReport | None = None
     """How well the floor's contacts were solved; of finite elements."""
-    steps: dict[str, Any] | None = None
+    steps: StepReport | None = None
     """How many time steps were made and halved; of finite elements."""
-    leg: dict[str, Any] | None = None
+    leg: PartsSummary | None = None
     """The reduced leg; None for finite elements."""
     range_ratio: float | None = None
     """How far any leg went relative to the furthest snapshot it was reduced from; None where that
@@ -133,11 +140,16 @@ def simulate(
         mean_contact_count=float(trajectory.contact_count.mean()),
         trajectory=str(path),
         **robot.describe(reduced=settings.model == "reduced"),
-        contact=told.get("contact"),
-        steps=told.get("steps"),
+        contact=_read(ContactReport, told.get("contact")),
+        steps=_read(StepReport, told.get("steps")),
         reason=told.get("reason"),
         range_ratio=told.get("range_ratio"),
         notes=tuple(filter(None, [range_note("The robot", told.get("range_ratio"))])),
         simulation_wall_s=simulated_s,
         wall_s=time.monotonic() - start,
     )
+
+
+def _read(kind: type[Report], told: dict[str, Any] | None) -> Report | None:
+    """What metadata say, where they say it: reduced robots say other things."""
+    return None if told is None else result_from_dict(kind, told)

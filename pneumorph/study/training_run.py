@@ -18,7 +18,9 @@ from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.cooptimise import cooptimise
 from pneumorph.learn.settings import CooptSettings, quick_settings
 from pneumorph.learn.training import STAGES
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.baseline import BestPhase, swept
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings
@@ -80,8 +82,8 @@ class TrainingResult(BestPhase):
     """The best that were seen before fine-tuning."""
     notes: tuple[str, ...] = ()
     damping: str
-    calibration: dict[str, Any] | None = None
-    leg: dict[str, Any] | None = None
+    calibration: UsedCalibration | None = None
+    leg: PartsSummary | None = None
     wall_s: float
     training_wall_s: float
     simulate_s: float

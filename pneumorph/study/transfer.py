@@ -6,7 +6,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,9 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import TrialComparison, compare_trials, pressure_tracking
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.deployed_gait import SCHEDULE_FILE
 from pneumorph.study.recorded_walk import Model, recorded_walk
@@ -88,9 +89,9 @@ class Transfer:
     cycle_s: float
     robots: tuple[ComparedRobot, ...]
     damping: str
-    calibration: dict[str, Any]
+    calibration: UsedCalibration
     wall_s: float
-    leg: dict[str, Any] | None = None
+    leg: PartsSummary | None = None
     """The reduced leg; None for finite elements."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""

@@ -200,8 +200,8 @@ def test_a_calibration_is_of_the_physics_and_the_modules() -> None:
     assert leg_masses(spec) == pytest.approx((3 * LEG_KG,) * 2, rel=1e-12)
     assert spec.hub.mass_kg == HUB_KG
     described = spec.describe()
-    assert described["calibration"]["modulus_factor"] == 1.3
-    assert described["calibration"]["slope"] == 3.0
+    assert described["calibration"].modulus_factor == 1.3
+    assert described["calibration"].slope == 3.0
     # What was not measured stays: the map alone leaves the modules alone.
     assert SPEC.calibrated(Calibration(PressureMap(3.0, -2.0))).module is LEG
 

@@ -118,7 +118,7 @@ def test_a_calibration_with_air_brings_its_law(tmp_path: Path) -> None:
         friction=0.7, pressure_map=line, air=air
     )
     used = describe_calibration(read, line)
-    assert used["filling_mm3_per_s_kPa"] == [50.0, 60.0, 70.0]
+    assert used.filling_mm3_per_s_kPa == (50.0, 60.0, 70.0)
     plain = Calibration(line)
     assert plain.digest() != measured.digest()
     older = {name: value for name, value in plain.content().items() if name != "air"}

@@ -129,14 +129,14 @@ def test_a_scaled_part_has_the_same_range_of_shapes(reduced: ReducedPart) -> Non
 def test_an_older_part_does_not_know_its_range(tmp_path, reduced: ReducedPart) -> None:
     known = ReducedPart.load(reduced.save(tmp_path / "known.npz"))
     np.testing.assert_array_equal(known.snapshot_range, reduced.snapshot_range)
-    assert known.describe("leg")["knows_range"] is True
+    assert known.describe("leg").knows_range is True
     older = replace(reduced, snapshot_range=np.zeros((0, 0)))
     path = older.save(tmp_path / "older.npz")
     with np.load(path) as file:
         assert "snapshot_range" not in file.files
     read = ReducedPart.load(path)
     assert not read.knows_range
-    assert read.describe("leg")["knows_range"] is False
+    assert read.describe("leg").knows_range is False
     assert np.isnan(read.range_ratio(np.zeros((3, read.mode_count)))).all()
     assert known_ratio(np.nan) is None
     assert range_note("L1", None) is None

@@ -14,13 +14,14 @@ from pneumorph.base.result import load_result, result_to_dict, save_result
 from pneumorph.exchange.conversion import ConvertedFile
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot, FabricatedSolid
 from pneumorph.fabrication.parts_list import Part, TubeRun
+from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.study.deployed_gait import DeployedGait, TrialOutcome
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.fitted_calibration import FittedCalibration
 from pneumorph.study.made_mesh import MadeMesh
 from pneumorph.study.transfer import ComparedRobot, DistanceRatio, Transfer
 
-LINE = {"file": "the published line", "slope": 4.0785, "intercept_kPa": -20.361}
+LINE = UsedCalibration("the published line", 4.0785, -20.361)
 ROBOT = ComparedRobot(
     "B", "1.0.0.2", 8.0, (7.5, 8.5), 8.0, 0.7, 1.0, (4.0, 4.0), (3.9, 4.1), 0.1, 0.2, 0.3, None,
     0.05, DistanceRatio(1.0, None), "runs/B", "simulated_B.npz",
