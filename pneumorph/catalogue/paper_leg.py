@@ -154,8 +154,8 @@ _KINDS: dict[str, LegKind] = {
             stiffness_damping_s=0.0,  # what damps is the silicone, which relaxes
             pressure_map=PressureMap(1.0, 0.0),
             # Nobody measured it: the middles of what is known, see `measured_worlds`.
-            friction=round(SILICONE.middle, 2),
-            friction_by_surface=((HUB_SURFACE, round(PRINTED_PLASTIC.middle, 2)),),
+            friction=SILICONE.nominal,
+            friction_by_surface=((HUB_SURFACE, PRINTED_PLASTIC.nominal),),
             # Chambers as the leg's finite elements have them up to 105 kPa, to 0.7 %.
             air=Air("orifice", chamber_growth=(0.0166, 0.0, 9.7e-7)),
         ),

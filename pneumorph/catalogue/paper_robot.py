@@ -34,7 +34,7 @@ SURFACES = {"sheet": SILICONE_OVER_SHEET, "skin": SILICONE, HUB_SURFACE: PRINTED
 
 def friction_coefficients() -> tuple[tuple[str, float], ...]:
     """A coefficient of each surface in the middle of what is known of it, for a `Physics`."""
-    return tuple((name, round(surface.middle, 2)) for name, surface in SURFACES.items())
+    return tuple((name, surface.nominal) for name, surface in SURFACES.items())
 
 
 def friction_distributions() -> tuple[tuple[str, str], ...]:

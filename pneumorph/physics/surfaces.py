@@ -25,6 +25,11 @@ class SurfaceFriction:
         return math.sqrt(self.low * self.high)
 
     @property
+    def nominal(self) -> float:
+        """The middle to two digits, which is all that a robot needs that was never measured."""
+        return round(self.middle, 2)
+
+    @property
     def distribution(self) -> str:
         """The range as a distribution for a `Randomisation`."""
         return f"U({self.low:g}, {self.high:g})"

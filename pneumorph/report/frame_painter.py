@@ -17,6 +17,7 @@ from PIL import Image, ImageDraw, ImageFont
 from pneumorph.base.checked import Bounds, Checked, Count, Positive
 from pneumorph.report.camera import fitted_camera
 from pneumorph.report.marker_actor import MarkerActor
+from pneumorph.report.physics_words import physics_of_walks
 from pneumorph.report.scene import Actor, ColourBy
 from pneumorph.report.style import INK_COLOUR, path_colour
 
@@ -55,7 +56,7 @@ class FramePainter:
     Args:
         actors: The robots.
         settings: Size, view and colours.
-        captions: Write clock, scale and labels into the images.
+        captions: Write clock, scale, labels and the physics into the images.
     """
 
     def __init__(
@@ -68,6 +69,8 @@ class FramePainter:
             raise ValueError("a film needs at least one robot, got none")
         self._actors = list(actors)
         self._captions = captions
+        simulated = (actor.trajectory for actor in actors if isinstance(actor, Actor))
+        self._physics = physics_of_walks(simulated)
         view = settings or FilmSettings()
         self._colour_by = view.colour_by
         extreme, self._floor_mm = _extent(self._actors, captions)
@@ -161,11 +164,12 @@ class FramePainter:
     def _write_captions(
         self, draw: ImageDraw.ImageDraw, time_s: float, frames: Sequence[int]
     ) -> None:
-        """Write clock, scale bar and each robot's label and distance."""
+        """Write clock, physics, scale bar and each robot's label and distance."""
         width = self._camera.width
         large, small = _font(width // 42), _font(width // 56)
         space = width // 60
         draw.text((space, space), f"{max(time_s, 0.0):5.1f} s", INK_COLOUR, large)
+        draw.text((space, space + width // 36), self._physics, INK_COLOUR, small)
         right = _label_x(self._actors)
         for actor, frame in zip(self._actors, frames, strict=True):
             start, now = actor.path_mm[[0, frame], 0]

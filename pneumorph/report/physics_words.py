@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from typing import Any, get_args
 
+from pneumorph.base.settings import settings_from_dict
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
 from pneumorph.physics.physics import Physics
+from pneumorph.trajectory import Trajectory
 
 
 def physics_name(physics: Physics) -> str:
@@ -34,6 +38,25 @@ def physics_words(physics: Physics) -> str:
     else:
         words.append(f"air through valves from {physics.air.supply_kPa:g} kPa")
     return ", ".join(words)
+
+
+def physics_of_walks(trajectories: Iterable[Trajectory]) -> str:
+    """The names of what robots walked in, each once, as their trajectories tell; empty where none
+    does."""
+    told = (trajectory.metadata.get("settings") for trajectory in trajectories)
+    names = [physics_name(physics) for each in told if (physics := _read(each)) is not None]
+    return ", ".join(dict.fromkeys(names))
+
+
+def _read(settings: Any) -> Physics | None:
+    """The physics among settings of a trajectory, of which an earlier version may lack some."""
+    if not isinstance(settings, Mapping) or "damping" not in settings:
+        return None
+    known = {field.name for field in fields(Physics)}
+    try:
+        return settings_from_dict(Physics, {k: v for k, v in settings.items() if k in known})
+    except ValueError:
+        return None
 
 
 def physics_of(found: Any) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 import tyro
 from scipy.interpolate import PchipInterpolator, griddata
 
-from pneumorph.base.artefact import load_artefact, save_artefact, write_json
+from pneumorph.base.artefact import load_artefact, read_json, save_artefact, write_json
 from pneumorph.base.run_folder import made_once
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.material import LegMaterials, Material
@@ -33,9 +33,10 @@ from pneumorph.report.style import figure_style, new_figure, save_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PRESSURES = tuple(range(10, 101, 10))
+_REAL = read_json(Path(__file__).with_name("real_leg.json"), "JSON")
+PRESSURES = tuple(_REAL["pressure_kPa"])
 """Real pressure [kPa]."""
-REAL_BEND_DEG = (12.0, 26.3, 37.1, 50.3, 69.5, 87.3, 109.0, 127.0, 141.0, 166.0)
+REAL_BEND_DEG = tuple(_REAL["bend_deg"])
 """What the paper's ten pairs of real and simulated pressure imply of the real leg, read through the
 bend of the published simulation [degrees]."""
 BEYOND = (110, 120)

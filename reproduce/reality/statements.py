@@ -15,9 +15,8 @@ from pneumorph.simulation.distribution import Distribution
 
 HERE = Path(os.path.relpath(Path(__file__).parent))
 BEND = HERE.parent / "measured_bend/bend.json"
+REAL_LEG = HERE.parent / "measured_bend/real_leg.json"
 BEAM = HERE.parent / "released_beam/beam.json"
-REAL_BEND_DEG = (12.0, 26.3, 37.1, 50.3, 69.5, 87.3, 109.0, 127.0, 141.0, 166.0)
-"""Bend at 10, 20 ... 100 kPa that the paper's pairs imply of the real leg [degrees]."""
 
 
 def bend_bands() -> list[dict[str, Any]]:
@@ -31,7 +30,8 @@ def bend_bands() -> list[dict[str, Any]]:
     spread = modulus.highest - modulus.lowest  # it is uniform
     stiff, soft = modulus.highest - 0.1 * spread, modulus.lowest + 0.1 * spread
     found = []
-    for pressure, real in zip(range(10, 101, 10), REAL_BEND_DEG, strict=True):
+    leg = read_json(REAL_LEG, "JSON")
+    for pressure, real in zip(leg["pressure_kPa"], leg["bend_deg"], strict=True):
         low, high = float(curve(pressure / stiff)), float(curve(pressure / soft))
         found.append(
             {

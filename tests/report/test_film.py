@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.paper_leg import leg_kind
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
 from pneumorph.report.frame_painter import FramePainter
 from pneumorph.report.marker_actor import MarkerActor
+from pneumorph.report.physics_words import physics_of_walks
 from pneumorph.report.scene import Actor, paper_shape
 from pneumorph.robot.design import Design
 
@@ -104,6 +107,21 @@ def test_legs_can_be_coloured_by_pressure(make_trajectory) -> None:
     # 0 and 90 kPa: the ends of cividis, dark blue and yellow.
     np.testing.assert_allclose(slack, [0.0, 0.135, 0.305], atol=0.01)
     np.testing.assert_allclose(full, [0.996, 0.909, 0.218], atol=0.01)
+
+
+def test_a_film_names_the_physics_once(make_trajectory) -> None:
+    """Below the clock; trajectories of earlier versions do not know theirs."""
+    measured = {"settings": settings_to_dict(leg_kind("measured").physics) | {"threads": 2}}
+    old, new = make_trajectory(), replace(make_trajectory(), metadata=measured)
+    damaged = replace(old, metadata={"settings": {"damping": 3}})
+    assert physics_of_walks([old, new, new, damaged]) == "measured physics"
+    shape = paper_shape(Design.parse("1.0.0.2.2.0.0.1"), len(old.skin_triangles))
+    painters = (FramePainter([Actor(each, "a", shape)], FROM_ABOVE) for each in (new, old))
+    told, untold = (np.asarray(painter.paint(0.0)) for painter in painters)
+    changed = np.argwhere((told != untold).any(axis=2))
+    assert len(changed) > 50
+    assert changed.max(axis=0)[0] < 60
+    assert changed.max(axis=0)[1] < 240
 
 
 def test_gif(make_trajectory, tmp_path: Path) -> None:
