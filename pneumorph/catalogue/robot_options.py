@@ -146,6 +146,14 @@ def _physics_of_part(path: str | None) -> PhysicsName | None:
     return "published" if ReducedPart.load(path).relaxation is None else "measured"
 
 
+def _is_polar(path: str | None) -> bool:
+    """Whether a reduced leg was made with polar rotations, which `objective` damping has."""
+    if path is None:
+        return False
+    settings = ReducedPart.load(path).metadata.get("settings", {})
+    return bool(settings.get("rotation") == "polar")
+
+
 def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
     """The robot that settings with a group ``robot`` describe by a file; None without one.
 
@@ -258,6 +266,8 @@ class RobotOptions(Checked):
                 "masses": {"model": masses_of(leg).model},
             }
             brought = laid_over(brought, own_of_leg)
+        if leg is None and _is_polar(content.get("part")):
+            brought = laid_over(brought, {"physics": {"damping": "objective"}})
         return brought
 
     def spec(self) -> RobotSpec:

@@ -150,20 +150,11 @@ class RobotSpec:
         return ReducedRobot(self.assembly(design), self.physics, self.stepper, watch)
 
     def full(self, design: Design | str) -> FullRobot:
-        """The finite elements that the reduced robot of a design stands for.
-
-        Raises:
-            ValueError: A module has several regulators, which reduced robots alone can have.
-        """
+        """The finite elements that the reduced robot of a design stands for."""
         design, mounts = self._known(design), []
         for module, pose, regulators in self._mounted(design):
-            if len(regulators) > 1:
-                raise ValueError(
-                    f"{module.name} has {len(regulators)} regulators in design {design}, expected "
-                    "one: finite elements have one cavity a leg"
-                )
             pose = tilted(pose, module.full.rest_nodes, self.mounting_angle_deg)
-            mounts.append((module.full, pose, regulators[0]))
+            mounts.append((module.full, pose, regulators))
         return FullRobot(
             self.hub.full(self.hub_model),
             mounts,

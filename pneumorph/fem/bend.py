@@ -18,13 +18,30 @@ def end_face_bend_deg(mesh: Mesh, positions: np.ndarray, region: str = "outer_en
         positions: Its node positions in its own frame [mm], (node, 3).
         region: Node set of the face.
     """
-    nodes = mesh.node_set(region)
-    rest = mesh.nodes[nodes] - mesh.nodes[nodes].mean(axis=0)
-    now = positions[nodes] - positions[nodes].mean(axis=0)
-    rotation = best_rotation(rest, now)
+    rotation = _face_rotation(mesh, positions, region)
     # Rotation about +y carries x towards -z, the paper side.
     angle = float(np.degrees(np.arctan2(-rotation[2, 0], rotation[0, 0])))
     return angle + 360.0 if angle < -90.0 else angle
+
+
+def end_face_turn_deg(mesh: Mesh, positions: np.ndarray, region: str = "outer_end_face") -> float:
+    """Angle by which the outer end face turned about whatever axis, 0 to 180 [degrees].
+
+    Args:
+        mesh: The leg.
+        positions: Its node positions in its own frame [mm], (node, 3).
+        region: Node set of the face.
+    """
+    rotation = _face_rotation(mesh, positions, region)
+    axis = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0],
+                     rotation[1, 0] - rotation[0, 1]])  # fmt: skip
+    return float(np.degrees(np.arctan2(np.linalg.norm(axis), np.trace(rotation) - 1.0)))
+
+
+def _face_rotation(mesh: Mesh, positions: np.ndarray, region: str) -> np.ndarray:
+    nodes = mesh.node_set(region)
+    rest = mesh.nodes[nodes] - mesh.nodes[nodes].mean(axis=0)
+    return best_rotation(rest, positions[nodes] - positions[nodes].mean(axis=0))
 
 
 def best_rotation(

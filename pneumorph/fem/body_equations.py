@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pneumorph.fem.cavity import Pressure
 from pneumorph.fem.compiled_elements import CompiledElements
 from pneumorph.fem.maxwell_group import ViscousState
 from pneumorph.fem.part_model import PartModel
@@ -27,7 +28,7 @@ def linearly_implicit_equations(
     part: PartModel,
     x: np.ndarray,
     v: np.ndarray,
-    pressure_kPa: float,
+    pressure_kPa: Pressure,
     physics: Physics,
     memory: ViscousState | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -37,7 +38,7 @@ def linearly_implicit_equations(
         part: The body.
         x: World positions of the nodes [mm], (node, 3).
         v: Their velocities [mm/s], (node, 3).
-        pressure_kPa: Pressure in the cavity [simulated kPa].
+        pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
         memory: What a solid that relaxes remembers at the start of the step.
 
@@ -57,7 +58,7 @@ def implicit_equations(
     start_velocity: np.ndarray,
     x: np.ndarray,
     v: np.ndarray,
-    pressure_kPa: float,
+    pressure_kPa: Pressure,
     physics: Physics,
     definite: bool,
     memory: ViscousState | None = None,
@@ -69,7 +70,7 @@ def implicit_equations(
         start_velocity: v_0, velocities at the start of the step [mm/s], (node, 3).
         x: World positions at the trial end [mm], (node, 3).
         v: Velocities that lead there [mm/s], (node, 3).
-        pressure_kPa: Pressure in the cavity [simulated kPa].
+        pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
         definite: Make A positive definite at the price of a slower convergence.
         memory: What a solid that relaxes remembers at the start of the step.
@@ -99,7 +100,7 @@ def implicit_residual(
     start_velocity: np.ndarray,
     x: np.ndarray,
     v: np.ndarray,
-    pressure_kPa: float,
+    pressure_kPa: Pressure,
     physics: Physics,
     memory: ViscousState | None = None,
 ) -> np.ndarray:
@@ -110,7 +111,7 @@ def implicit_residual(
         start_velocity: v_0, velocities at the start of the step [mm/s], (node, 3).
         x: World positions at the trial end [mm], (node, 3).
         v: Velocities that lead there [mm/s], (node, 3).
-        pressure_kPa: Pressure in the cavity [simulated kPa].
+        pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
         memory: What a solid that relaxes remembers at the start of the step.
 
@@ -119,7 +120,7 @@ def implicit_residual(
     """
     elements, h = _elements(part), physics.time_step_s
     relaxing = elements.relaxing_stress(memory, h)
-    force = elements.force(x, pressure_kPa, relaxing)
+    force = elements.force(x, part.pressures_kPa(pressure_kPa), relaxing)
     force += part.node_mass[:, None] * physics.gravity_vector
     residual = part.node_mass[:, None] * (physics.mass_factor * v - start_velocity) - h * force
     if physics.stiffness_damping_s > 0.0:
@@ -131,7 +132,7 @@ def implicit_residual(
 def implicit_matrix(
     part: PartModel,
     x: np.ndarray,
-    pressure_kPa: float,
+    pressure_kPa: Pressure,
     physics: Physics,
     memory: ViscousState | None = None,
     change: np.ndarray | None = None,
@@ -141,7 +142,7 @@ def implicit_matrix(
     Args:
         part: The body, whose elements the engine knows.
         x: World positions at the trial end [mm], (node, 3).
-        pressure_kPa: Pressure in the cavity [simulated kPa].
+        pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
         memory: What a solid that relaxes remembers at the start of the step.
         change: A step that led there [mm], (node, 3): stiff stresses as it foresaw them.
@@ -152,7 +153,7 @@ def implicit_matrix(
         data += h * beta * damped_stiffness_data(part, x, physics)
     data[part.assembly.diagonal] += physics.mass_factor * np.repeat(part.node_mass, 3)
     relaxing = elements.relaxing_stress(memory, h)
-    elements.force_and_tangent(x, pressure_kPa, relaxing, data, h**2, change)
+    elements.force_and_tangent(x, part.pressures_kPa(pressure_kPa), relaxing, data, h**2, change)
     return data
 
 
@@ -191,10 +192,10 @@ def _add_relaxation(
     return part.relaxing_force(state, x)
 
 
-def _force(part: PartModel, x: np.ndarray, pressure_kPa: float, physics: Physics) -> np.ndarray:
+def _force(part: PartModel, x: np.ndarray, pressure_kPa: Pressure, physics: Physics) -> np.ndarray:
     """Elastic force, pressure and weight [mN], (node, 3)."""
     force = part.internal_force(x, physics.rotation)
-    if pressure_kPa != 0.0:
+    if np.any(pressure_kPa):
         force += part.pressure_force(x, pressure_kPa)
     force += part.node_mass[:, None] * physics.gravity_vector
     return force

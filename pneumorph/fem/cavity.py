@@ -5,10 +5,14 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeAlias
 
 import numpy as np
 
 from pneumorph.fem.quadrature import shape_gradients, shape_values
+
+Pressure: TypeAlias = float | np.ndarray
+"""One for all of a part's cavities [kPa], or one for each, (cavity,)."""
 
 
 @dataclass(frozen=True, eq=False)

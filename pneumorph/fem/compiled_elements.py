@@ -7,11 +7,13 @@ dilatation and Maxwell branches, sheets of `st_venant_kirchhoff`, and pressure.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 import pneumorph._engine as engine
 from pneumorph.fem.assembly import Assembly
-from pneumorph.fem.cavity import Cavity
+from pneumorph.fem.cavity import Cavity, Pressure
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.maxwell_group import MaxwellGroup, ViscousState
 from pneumorph.fem.volume_group import VolumeGroup, volume_tensor
@@ -27,7 +29,7 @@ class CompiledElements:
         groups: Tetrahedra first, then sheets.
         volumes: Volumes of the tetrahedra; None where a law takes them at every point.
         branches: What of the tetrahedra's stress relaxes; None if nothing does.
-        cavity: Where pressure acts; None for a part without.
+        cavities: Where pressure acts.
     """
 
     def __init__(
@@ -36,16 +38,19 @@ class CompiledElements:
         groups: tuple[ElementGroup, ...],
         volumes: VolumeGroup | None,
         branches: MaxwellGroup | None,
-        cavity: Cavity | None,
+        cavities: Sequence[Cavity],
     ) -> None:
         self._assembly, self._branches = assembly, branches
         self._sums = [_element_sums(assembly, group) for group in groups]
-        self._cavity = None
-        if cavity is not None:
-            terms = np.ascontiguousarray(cavity.triangles, dtype=np.int32)
-            self._cavity = engine.CavitySums(
-                terms, cavity.weights, assembly.indptr, assembly.indices
+        self._cavities = [
+            engine.CavitySums(
+                np.ascontiguousarray(cavity.triangles, dtype=np.int32),
+                cavity.weights,
+                assembly.indptr,
+                assembly.indices,
             )
+            for cavity in cavities
+        ]
         if volumes is not None:
             pairs, tensor = volume_tensor(volumes.connectivity.shape[1])
             self._sums[0].set_volumes(
@@ -78,13 +83,16 @@ class CompiledElements:
         return RelaxingStress(self._branches, memory, step_s)
 
     def force(
-        self, x: np.ndarray, pressure_kPa: float = 0.0, relaxing: RelaxingStress | None = None
+        self,
+        x: np.ndarray,
+        pressure_kPa: Pressure = 0.0,
+        relaxing: RelaxingStress | None = None,
     ) -> np.ndarray:
         """Force of elasticity, pressure and branches on the nodes [mN], (node, 3).
 
         Args:
             x: Node positions [mm], (node, 3).
-            pressure_kPa: Pressure in the cavity [kPa].
+            pressure_kPa: Pressure in the cavities, or of each [kPa].
             relaxing: The branches' stress in this step.
         """
         return self._add(x, pressure_kPa, relaxing, None, 1.0)
@@ -92,7 +100,7 @@ class CompiledElements:
     def force_and_tangent(
         self,
         x: np.ndarray,
-        pressure_kPa: float,
+        pressure_kPa: Pressure,
         relaxing: RelaxingStress | None,
         data: np.ndarray,
         factor: float,
@@ -103,7 +111,7 @@ class CompiledElements:
 
         Args:
             x: Node positions [mm], (node, 3).
-            pressure_kPa: Pressure in the cavity [kPa].
+            pressure_kPa: Pressure in the cavities, or of each [kPa].
             relaxing: The branches' stress in this step.
             data: In the pattern of the part's assembly, (entry,).
             factor: What the tangent is multiplied by.
@@ -117,7 +125,7 @@ class CompiledElements:
     def _add(
         self,
         x: np.ndarray,
-        pressure_kPa: float,
+        pressure_kPa: Pressure,
         relaxing: RelaxingStress | None,
         data: np.ndarray | None,
         factor: float,
@@ -131,8 +139,10 @@ class CompiledElements:
                 sums.add(x, step, definite, relaxing.base, relaxing.gain, forces, data, factor)
             else:
                 sums.add(x, step, definite, None, 0.0, forces, data, factor)
-        if self._cavity is not None and pressure_kPa != 0.0:
-            self._cavity.add(x, pressure_kPa, forces, data, factor)
+        pressures = np.broadcast_to(pressure_kPa, (len(self._cavities),))
+        for cavity, pressure in zip(self._cavities, pressures, strict=True):
+            if pressure != 0.0:
+                cavity.add(x, float(pressure), forces, data, factor)
         return forces
 
 

@@ -52,7 +52,7 @@ class Recorder(Generic[HubState]):
             "pressure_work_mJ": state.pressure_work_mJ,
             "cavity_volume_mm3": np.array(
                 [
-                    leg.part.cavity_volume(x) if leg.part.cavity is not None else 0.0
+                    float(leg.part.cavity_volumes(x).sum())
                     for leg, x in zip(robot.legs, state.positions, strict=True)
                 ]
             ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 from weakref import WeakKeyDictionary
@@ -10,6 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from pneumorph.base.stage_clock import StageClock
+from pneumorph.fem.cavity import Pressure
 from pneumorph.fem.frontal_cholesky import Along, FrontalCholesky, FrontPattern
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
@@ -96,17 +98,26 @@ class MountedLeg:
     Args:
         part: The leg in its own frame.
         pose: Where it sits in the robot's frame.
-        regulator: Number of the regulator that feeds its cavity, counted from 0.
+        regulator: Number of the regulator that feeds its cavities, counted from 0; or one for each
+            of them.
 
     Raises:
         MeshError: The part's mesh has no node set ``attachment``.
-        ValueError: The regulator is negative.
+        ValueError: A regulator is negative, or there are neither one nor as many as cavities.
     """
 
-    def __init__(self, part: PartModel, pose: Pose, regulator: int) -> None:
-        if regulator < 0:
+    def __init__(self, part: PartModel, pose: Pose, regulator: int | Sequence[int]) -> None:
+        numbers = tuple(regulator) if isinstance(regulator, Sequence) else (regulator,)
+        if min(numbers) < 0:
             raise ValueError(f"regulator must not be negative, got {regulator}; counted from 0")
-        self.part, self.pose, self.regulator = part, pose, regulator
+        if len(numbers) not in (1, len(part.cavities)):
+            raise ValueError(
+                f"a part of {len(part.cavities)} cavities has {len(numbers)} regulators, expected "
+                "one, or one for each cavity"
+            )
+        self.part, self.pose = part, pose
+        self.regulators: tuple[int, ...] = numbers
+        """One for all cavities, or one for each."""
         self.tie = FaceTie.of(part.mesh)
         """Nodes tied to the hub."""
         self.attachment: np.ndarray = part.mesh.node_set("attachment").astype(int)
@@ -121,6 +132,13 @@ class MountedLeg:
         spread = self.tie.spread(attached.reshape(len(self.attachment), 3, -1))
         self._spread = csr_array(spread.reshape(-1, len(attached)))  # to the tied unknowns
         self._first_blocks: dict[Along, np.ndarray] = {}
+
+    def pressure_of(self, pressure_kPa: np.ndarray) -> Pressure:
+        """Pressure of its cavities, one for all or (cavity,), of the regulators', (regulator,)."""
+        if len(self.regulators) == 1:
+            return float(pressure_kPa[self.regulators[0]])
+        each: np.ndarray = pressure_kPa[list(self.regulators)]
+        return each
 
     @property
     def contact_count(self) -> int:

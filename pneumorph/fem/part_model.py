@@ -1,4 +1,4 @@
-"""A part as finite elements: forces, stiffness, mass, cavity."""
+"""A part as finite elements: forces, stiffness, mass, cavities."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.sparse import coo_array, csc_array
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.assembly import Assembly
-from pneumorph.fem.cavity import Cavity
+from pneumorph.fem.cavity import Cavity, Pressure
 from pneumorph.fem.compiled_elements import CompiledElements
 from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.element_group import ElementGroup
@@ -40,7 +40,7 @@ from pneumorph.fem.solid import solid_groups
 from pneumorph.fem.volume_group import VolumeGroup
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
-from pneumorph.geometry.region_names import first_name
+from pneumorph.geometry.region_names import cavity_regions, first_name
 from pneumorph.physics.physics import Rotation
 
 
@@ -52,7 +52,7 @@ class PartModel:
         material: What the solid is made of.
         mass_kg: Mass of the part [kg].
         membranes: Sheets on surface regions.
-        cavity: Surface region under pressure; None for a part without.
+        cavity: Surface region under pressure, or several; None for a part without.
         mass_lumping: How the mass is shared among the nodes: ``even``, the paper's, gives each the
             same; ``volume`` gives each what its elements hold (Hinton, Rock and Zienkiewicz 1976);
             or the mass of each node itself [kg], (node,), as `matched_node_mass` makes them.
@@ -70,14 +70,15 @@ class PartModel:
         material: Material,
         mass_kg: float,
         membranes: Sequence[Membrane] = (),
-        cavity: str | None = None,
+        cavity: str | Sequence[str] | None = None,
         mass_lumping: MassLumping | np.ndarray = "even",
         relaxation: PronySeries | None = None,
     ) -> None:
         if not 0.0 < mass_kg < float("inf"):
             raise ValueError(f"mass_kg must be positive and finite, got {mass_kg}")
         regions = [membrane.surface for membrane in membranes]
-        check_mesh(mesh, [*regions, *([cavity] if cavity else [])], cavity=cavity or "cavity")
+        names = (cavity,) if isinstance(cavity, str) else tuple(cavity or ())
+        check_mesh(mesh, [*regions, *names], cavities=names)
         self.mesh = mesh
         self.material = material
         self.mass_kg = mass_kg
@@ -109,12 +110,45 @@ class PartModel:
             MaxwellGroup(tetrahedra, relaxation) if relaxation and relaxation.weights else None
         )
         """What of the solid's stress relaxes."""
-        self.cavity_region = cavity
-        """Name of the surface region that `cavity` is of."""
-        self.cavity: Cavity | None = (
-            Cavity.of_surface(mesh.surface_connectivity(cavity)) if cavity else None
+        self.cavity_names = names
+        """Surface region of each of the cavities."""
+        self.cavities: tuple[Cavity, ...] = tuple(
+            Cavity.of_surface(mesh.surface_connectivity(name)) for name in names
         )
-        """Where pressure acts."""
+        """Where pressure acts: each at its own, or all at one."""
+        self._shares = np.ones(len(names))
+
+    def inflated_in(self, shares: Sequence[float] | np.ndarray) -> PartModel:
+        """The same part, where one pressure is so much in each cavity, (cavity,): what rises with
+        one number goes into one direction of the cavities' pressures.
+
+        Raises:
+            ValueError: There are not as many shares as cavities.
+        """
+        if len(shares) != len(self.cavities):
+            raise ValueError(
+                f"got {len(shares)} shares of the pressure, expected one for each of "
+                f"{len(self.cavities)} cavities"
+            )
+        part = copy(self)
+        part._shares = np.array(shares, dtype=float)
+        return part
+
+    def pressures_kPa(self, pressure_kPa: Pressure) -> np.ndarray:
+        """Pressure of each cavity [kPa], (cavity,), of one for all or of each one's own.
+
+        Raises:
+            ValueError: As many as there are cavities were expected.
+        """
+        given = np.asarray(pressure_kPa, dtype=float)
+        if given.ndim == 0:
+            return given * self._shares
+        if given.shape != self._shares.shape:
+            raise ValueError(
+                f"pressure_kPa has shape {given.shape}, expected one for all or "
+                f"{self._shares.shape}, one for each cavity"
+            )
+        return given
 
     def damped(self, factor: float) -> PartModel:
         """The same part with the stiffness of every branch that relaxes times a factor."""
@@ -175,8 +209,7 @@ class PartModel:
         connectivities = [group.connectivity for group in self.element_groups]
         if self.volume_group is not None:
             connectivities.append(self.volume_group.connectivity)
-        if self.cavity is not None:
-            connectivities.append(self.cavity.triangles)
+        connectivities += [cavity.triangles for cavity in self.cavities]
         return Assembly(self.node_count, connectivities)
 
     @cached_property
@@ -186,7 +219,7 @@ class PartModel:
         if not CompiledElements.know(groups):
             return None
         volumes, branches = self.volume_group, self.branches
-        return CompiledElements(self.assembly, groups, volumes, branches, self.cavity)
+        return CompiledElements(self.assembly, groups, volumes, branches, self.cavities)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without what the engine holds, which another process makes for itself."""
@@ -274,7 +307,7 @@ class PartModel:
     def tangent_data(
         self,
         x: np.ndarray,
-        pressure_kPa: float = 0.0,
+        pressure_kPa: Pressure = 0.0,
         rotation: Rotation = "edge",
         definite: bool = False,
         change: np.ndarray | None = None,
@@ -283,7 +316,7 @@ class PartModel:
 
         Args:
             x: Node positions [mm], (node, 3).
-            pressure_kPa: Pressure in the cavity [kPa].
+            pressure_kPa: Pressure in the cavities, or of each [kPa].
             rotation: Where corotational elements take their rotation from.
             definite: Replace the elements' part by the nearest positive semi-definite matrix and
                 leave the pressure's out.
@@ -296,13 +329,17 @@ class PartModel:
                 if group.kind == "membrane":
                     entries[place] += foreseen_stress_entries(group, x, change, rotation)
         entries += self._volume_entries(x, definite, change)
-        if self.cavity is not None and pressure_kPa != 0.0 and not definite:
+        pressures = self.pressures_kPa(pressure_kPa)
+        if pressures.any() and not definite:
             rows, columns = np.triu_indices(9)
-            entries.append(-pressure_kPa * self.cavity.hessian_blocks(x)[:, rows, columns].T)
+            entries += [
+                -pressure * cavity.hessian_blocks(x)[:, rows, columns].T
+                for pressure, cavity in zip(pressures, self.cavities, strict=True)
+            ]
         return self.assembly.symmetric_data(entries)
 
     def tangent(
-        self, x: np.ndarray, pressure_kPa: float = 0.0, rotation: Rotation = "edge"
+        self, x: np.ndarray, pressure_kPa: Pressure = 0.0, rotation: Rotation = "edge"
     ) -> csc_array:
         """-d(elastic force + pressure force)/dx [mN/mm], (3 node, 3 node), nothing left out."""
         if self.has_potential(rotation):
@@ -314,8 +351,9 @@ class PartModel:
         ]
         for entries in self._volume_entries(x):
             blocks.append((self.mesh.connectivity, full_matrices(entries)))
-        if self.cavity is not None and pressure_kPa != 0.0:
-            blocks.append((self.cavity.triangles, -pressure_kPa * self.cavity.hessian_blocks(x)))
+        for pressure, cavity in zip(self.pressures_kPa(pressure_kPa), self.cavities, strict=True):
+            if pressure != 0.0:
+                blocks.append((cavity.triangles, -pressure * cavity.hessian_blocks(x)))
         rows, columns, values = [], [], []
         for connectivity, matrices in blocks:
             unknowns = (3 * connectivity[:, :, None] + np.arange(3)).reshape(len(connectivity), -1)
@@ -353,26 +391,41 @@ class PartModel:
         axes = [np.bincount(nodes, each.ravel(), self.node_count) for each in by_corner]
         return np.stack(axes, axis=1)
 
+    def cavity_volumes(self, x: np.ndarray) -> np.ndarray:
+        """Volume of each cavity [mm^3], (cavity,)."""
+        return np.array([cavity.volume(x) for cavity in self.cavities])
+
     def cavity_volume(self, x: np.ndarray) -> float:
-        """Volume of the cavity [mm^3].
+        """Volume of all cavities [mm^3].
 
         Raises:
             MeshError: The part has no cavity.
         """
-        return self._require_cavity().volume(x)
+        self._require_cavity()
+        return float(self.cavity_volumes(x).sum())
 
-    def pressure_force(self, x: np.ndarray, pressure_kPa: float) -> np.ndarray:
+    def pressure_force(self, x: np.ndarray, pressure_kPa: Pressure) -> np.ndarray:
         """Follower load p dV/dx on the nodes [mN], (node, 3).
 
+        Args:
+            x: Node positions [mm], (node, 3).
+            pressure_kPa: Pressure in the cavities, or of each [kPa].
+
         Raises:
             MeshError: The part has no cavity.
         """
-        return pressure_kPa * self._require_cavity().gradient(x)
+        self._require_cavity()
+        loads = [
+            pressure * cavity.gradient(x)
+            for pressure, cavity in zip(
+                self.pressures_kPa(pressure_kPa), self.cavities, strict=True
+            )
+        ]
+        return sum(loads[1:], loads[0])
 
-    def _require_cavity(self) -> Cavity:
-        if self.cavity is None:
+    def _require_cavity(self) -> None:
+        if not self.cavities:
             raise MeshError("the part has no cavity; name its surface region when making it")
-        return self.cavity
 
 
 def node_mass(mesh: Mesh, mass_kg: float, lumping: MassLumping) -> np.ndarray:
@@ -416,7 +469,8 @@ def _given(masses: np.ndarray, mesh: Mesh, mass_kg: float) -> np.ndarray:
 
 
 def leg_model(mesh: Mesh, materials: LegMaterials | None = None) -> PartModel:
-    """The leg of the paper: silicone with a sheet and one cavity."""
+    """The leg of the paper, or one like it: silicone with a sheet and cavities, all surface regions
+    whose names begin with ``cavity``."""
     materials = materials or LegMaterials()
     sheet = Membrane("sheet", materials.sheet, materials.sheet_thickness_mm)
     return PartModel(
@@ -424,7 +478,7 @@ def leg_model(mesh: Mesh, materials: LegMaterials | None = None) -> PartModel:
         materials.silicone,
         materials.mass_kg,
         (sheet,),
-        "cavity",
+        cavity_regions(mesh) or "cavity",
         materials.mass_lumping,
         materials.relaxation,
     )

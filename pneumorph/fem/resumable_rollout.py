@@ -181,7 +181,11 @@ def _identity(
         "steps": [settling_steps, record_every],
         "hub": type(robot.hub).__name__,
         "legs": [
-            [leg.part.mesh.digest(), leg.regulator, *leg.part.materials_text()]
+            [
+                leg.part.mesh.digest(),
+                leg.regulators[0] if len(leg.regulators) == 1 else leg.regulators,
+                *leg.part.materials_text(),
+            ]
             for leg in robot.legs
         ],
     }  # fmt: skip

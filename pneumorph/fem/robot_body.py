@@ -46,7 +46,7 @@ class RobotBody(Generic[HubState]):
     def __init__(
         self,
         hub: HubBody[HubState],
-        mounts: Sequence[tuple[PartModel, Pose, int]],
+        mounts: Sequence[tuple[PartModel, Pose, int | Sequence[int]]],
         physics: Physics | None = None,
         tracked_point: np.ndarray | None = None,
         floor: Floor | None = None,
@@ -62,15 +62,17 @@ class RobotBody(Generic[HubState]):
         self.legs = tuple(MountedLeg(*mount) for mount in mounts)
         self.sites = tuple(range(len(mounts)) if sites is None else sites)
         for leg in self.legs:
-            if not 0 <= leg.regulator < self.physics.regulator_count:
-                raise ValueError(
-                    f"regulator must be 0 .. {self.physics.regulator_count - 1}, got "
-                    f"{leg.regulator}; regulators are counted from 0"
-                )
+            for regulator in leg.regulators:
+                if not 0 <= regulator < self.physics.regulator_count:
+                    raise ValueError(
+                        f"regulator must be 0 .. {self.physics.regulator_count - 1}, got "
+                        f"{regulator}; regulators are counted from 0"
+                    )
         chambers = np.zeros(self.physics.regulator_count)
         for leg in self.legs:
-            if leg.part.cavity is not None:
-                chambers[leg.regulator] += leg.part.cavity_volume(leg.part.rest_nodes)
+            volumes = leg.part.cavity_volumes(leg.part.rest_nodes)
+            fed = leg.regulators if len(leg.regulators) > 1 else leg.regulators * len(volumes)
+            np.add.at(chambers, list(fed), volumes)
         self.regulators = self.physics.regulators(chambers)
         self.tracked_point: np.ndarray = np.array(
             (0.0, 0.0, 0.0) if tracked_point is None else tracked_point, dtype=float
@@ -167,7 +169,7 @@ class RobotBody(Generic[HubState]):
         legs = [
             PlacedPart(
                 leg.part, np.zeros((0, 3)) if skin is None else skin, leg.pose,
-                (leg.regulator + 1,), site,
+                tuple(regulator + 1 for regulator in leg.regulators), site,
             )
             for site, leg, skin in zip(self.sites, self.legs, skins, strict=True)
         ]  # fmt: skip

@@ -233,7 +233,7 @@ class StepProblem(Generic[HubState]):
             squares += float(np.sum((step * gravity * mass) ** 2))
             squares += float(np.sum((step * leg.part.elastic_force(x, physics.rotation)) ** 2))
             pressure = self._pressure_of(leg)
-            if pressure != 0.0:
+            if pressure.any():
                 squares += float(np.sum((step * leg.part.pressure_force(x, pressure)) ** 2))
         return float(np.sqrt(squares))
 
@@ -339,11 +339,11 @@ class StepProblem(Generic[HubState]):
             velocity[leg.tie.nodes] = leg.tie.spread((tie @ trial.hub.velocity).reshape(-1, 3))
             velocities.append(velocity)
             pressure = self._pressure_of(leg)
-            if pressure != 0.0:
+            if pressure.any():
                 before, after = (
-                    leg.part.cavity_volume(each.positions[number]) for each in (self._start, trial)
+                    leg.part.cavity_volumes(each.positions[number]) for each in (self._start, trial)
                 )
-                work[number] += 1e-3 * pressure * (after - before)
+                work[number] += float((1e-3 * pressure * (after - before)).sum())
         return FullRobotState(
             hub=trial.hub,
             positions=trial.positions,
@@ -406,5 +406,6 @@ class StepProblem(Generic[HubState]):
             for frames, chosen in zip(contacts.frames, numbers, strict=True)
         ]
 
-    def _pressure_of(self, leg: MountedLeg) -> float:
-        return float(self._pressure[leg.regulator])
+    def _pressure_of(self, leg: MountedLeg) -> np.ndarray:
+        """Pressure of each of a leg's cavities [simulated kPa], (cavity,)."""
+        return leg.part.pressures_kPa(leg.pressure_of(self._pressure))

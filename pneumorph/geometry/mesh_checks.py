@@ -9,14 +9,18 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from pneumorph.geometry.mesh import Mesh, MeshError
-from pneumorph.geometry.surface import TETRAHEDRON_FACES, enclosed_volume
+from pneumorph.geometry.region_names import cavity_regions
+from pneumorph.geometry.surface import TETRAHEDRON_FACES, enclosed_volume, winding_number
 
 DEGENERATE_SHAPE = 1e-4
 """Least volume of a tetrahedron relative to that of a regular one with its longest edge."""
 
 
 def check_mesh(
-    mesh: Mesh, surfaces: Iterable[str] = (), node_sets: Iterable[str] = (), cavity: str = "cavity"
+    mesh: Mesh,
+    surfaces: Iterable[str] = (),
+    node_sets: Iterable[str] = (),
+    cavities: Iterable[str] = (),
 ) -> None:
     """Check everything a finite-element model relies on.
 
@@ -24,12 +28,14 @@ def check_mesh(
         mesh: The mesh.
         surfaces: Surface regions that must be there.
         node_sets: Node sets that must be there.
-        cavity: Region that, where present, must be closed with its normals into the solid.
+        cavities: Regions that must be closed with their normals into the solid and hold no contact
+            point, besides all whose names begin with ``cavity``.
 
     Raises:
         MeshError: The mesh is empty; an element is inverted or degenerate; a face belongs to three
-            elements; nodes are unused; the solid falls apart; a region is unknown or empty; the
-            cavity is open or inside out; a node's mirror image is elsewhere.
+            elements; nodes are unused; the solid falls apart; a region is unknown or empty; a
+            cavity is open or inside out, shares a triangle with another or holds a contact point; a
+            node's mirror image is elsewhere.
     """
     if not len(mesh.tetrahedra):
         raise MeshError("the mesh has no tetrahedra; was only its surface meshed or exported?")
@@ -41,8 +47,10 @@ def check_mesh(
             raise MeshError(f"node set {name!r} is empty")
     _check_elements(mesh)
     _check_connection(mesh)
-    if cavity in mesh.surfaces:
-        check_cavity(mesh, cavity)
+    regions = list(dict.fromkeys([*cavities, *cavity_regions(mesh)]))
+    for region in regions:
+        check_cavity(mesh, region)
+    _check_apart(mesh, regions)
     if mesh.mirror_nodes is not None:
         _check_mirror(mesh)
 
@@ -86,6 +94,30 @@ def check_cavity(mesh: Mesh, region: str = "cavity") -> None:
             f"surface {region!r} holds {volume:.6g} mm^3: it is the outside of the solid, not a "
             "cavity, or it crosses itself"
         )
+
+
+def _check_apart(mesh: Mesh, regions: list[str]) -> None:
+    """Check that no two cavities share a triangle, and that no contact point lies in one."""
+    owner: dict[int, str] = {}
+    for region in regions:
+        for key in _keys(mesh.surface(region), len(mesh.nodes)).tolist():
+            if owner.setdefault(key, region) != region:
+                raise MeshError(f"surfaces {owner[key]!r} and {region!r} share a triangle")
+    for region in regions:
+        triangles = mesh.surface(region)
+        corners = mesh.nodes[np.unique(triangles)]
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        near = np.all((mesh.contact_points >= low) & (mesh.contact_points <= high), axis=1)
+        points = mesh.contact_points[near]
+        # One half on the surface itself, but for rounding.
+        inside = winding_number(points, mesh.nodes, triangles) > 0.25
+        inside |= (points[:, None] == corners).all(axis=2).any(axis=1)
+        if inside.any():
+            raise MeshError(
+                f"{inside.sum()} contact points lie in or on {region!r}, the first at "
+                f"{np.round(points[inside][0], 3).tolist()} mm: what touches the floor is outside; "
+                "does the region 'skin' hold the cavity as well?"
+            )
 
 
 def _keys(triangles: np.ndarray, node_count: int) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.geometry.spread_points import spread_points
 from pneumorph.geometry.surface import boundary_triangles, enclosed_volume
 
@@ -34,7 +35,8 @@ def read_mesh_file(
     and all nodes of a region's points, lines or triangles a node set of that name. Nodes that no
     tetrahedron uses are dropped; a cavity whose normals all leave the solid is turned round, since
     mesh generators orient a boundary that way. Where no region is called ``skin``, it is the
-    boundary without the cavity; contact points are nodes of the skin, spread evenly.
+    boundary without the cavities, which are all regions whose names begin with ``cavity``; contact
+    points are nodes of the skin, spread evenly.
 
     Args:
         path: The file.
@@ -82,9 +84,11 @@ def read_mesh_file(
         surfaces={name: number[corners] for name, corners in triangles.items()},
         node_sets={name: np.unique(number[n][number[n] >= 0]) for name, n in sets.items()},
     )
-    mesh = _with_cavity_inward(mesh)
+    mesh = _with_cavities_inward(mesh)
     check_mesh(mesh, surfaces, node_sets)
-    return _with_contact_points(_with_skin(mesh), contact_spacing_mm)
+    mesh = _with_contact_points(_with_skin(mesh), contact_spacing_mm)
+    check_mesh(mesh)  # now with its contact points
+    return mesh
 
 
 def _regions(
@@ -116,25 +120,24 @@ def _regions(
     )
 
 
-def _with_cavity_inward(mesh: Mesh) -> Mesh:
-    """Turn a cavity round whose normals all leave the solid."""
-    if "cavity" not in mesh.surfaces:
-        return mesh
-    cavity = mesh.surfaces["cavity"]
-    if enclosed_volume(mesh.nodes, cavity) >= 0.0:
-        return mesh
-    return replace(mesh, surfaces={**mesh.surfaces, "cavity": cavity[:, ::-1]})
+def _with_cavities_inward(mesh: Mesh) -> Mesh:
+    """Turn cavities round whose normals all leave the solid."""
+    turned = {
+        name: mesh.surfaces[name][:, ::-1]
+        for name in cavity_regions(mesh)
+        if enclosed_volume(mesh.nodes, mesh.surfaces[name]) < 0.0
+    }
+    return replace(mesh, surfaces={**mesh.surfaces, **turned}) if turned else mesh
 
 
 def _with_skin(mesh: Mesh) -> Mesh:
-    """Name the boundary without the cavity, unless the file did."""
+    """Name the boundary without the cavities, unless the file did."""
     if "skin" in mesh.surfaces:
         return mesh
     boundary = boundary_triangles(mesh.tetrahedra)
-    cavity = {
-        tuple(sorted(each)) for each in mesh.surfaces.get("cavity", np.zeros((0, 3))).tolist()
-    }
-    outside = [tuple(sorted(each)) not in cavity for each in boundary.tolist()]
+    cavities = [mesh.surfaces[name].tolist() for name in cavity_regions(mesh)]
+    inside = {tuple(sorted(each)) for triangles in cavities for each in triangles}
+    outside = [tuple(sorted(each)) not in inside for each in boundary.tolist()]
     return replace(mesh, surfaces={**mesh.surfaces, "skin": boundary[outside]})
 
 

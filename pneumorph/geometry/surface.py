@@ -68,3 +68,24 @@ def write_stl(path: Path, nodes: np.ndarray, triangles: np.ndarray) -> Path:
     facets["normal"], facets["corners"] = normals, corners
     head = b"pneumorph, millimetres".ljust(80) + np.uint32(len(facets)).tobytes()
     return write_atomically(path, lambda stream: stream.write(head + facets.tobytes()))
+
+
+def winding_number(points: np.ndarray, nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """How often a closed surface goes round points: 1 inside, 0 outside where its normals point out
+    of it, (point,); sum of solid angles over 4 pi (van Oosterom and Strackee 1983).
+
+    Args:
+        points: The points [mm], (point, 3).
+        nodes: Positions [mm], (node, 3).
+        triangles: Node indices, (triangle, 3).
+    """
+    found = np.empty(len(points))
+    for number, point in enumerate(points):
+        a, b, c = np.moveaxis(nodes[triangles] - point, 1, 0)
+        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+        cosines = la * lb * lc
+        for first, second, length in ((a, b, lc), (b, c, la), (c, a, lb)):
+            cosines += np.einsum("ij,ij->i", first, second) * length
+        found[number] = 2.0 * np.arctan2(volume, cosines).sum() / (4.0 * np.pi)
+    return found

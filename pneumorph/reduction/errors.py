@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.bend import end_face_bend_deg, end_face_turn_deg
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.physics.physics import Rotation
@@ -57,7 +58,7 @@ def reduced_bend(
     pressure_kPa: np.ndarray,
     rotation: Rotation = "edge",
     region: str = "outer_end_face",
-    cavity: str | None = None,
+    cavities: Sequence[str] | None = None,
 ) -> ReducedBend:
     """Bend a reduced part through the pressures of full-order equilibria.
 
@@ -68,19 +69,23 @@ def reduced_bend(
         pressure_kPa: Their pressures, (step,).
         rotation: Where the elements take their rotation from.
         region: Node set of the outer end face.
-        cavity: Surface region that is inflated in these equilibria; None for every cavity.
+        cavities: Surface regions that are inflated in these equilibria; None for every cavity. Of
+            some of several the bend is the end face's turn about any axis: it may be sideways.
     """
+    every = cavity_regions(mesh)
     inflated = np.ones(reduced.cavity_count)
-    if cavity is not None:
-        inflated = np.array([float(name == cavity) for name in cavity_regions(mesh)])
+    angle = end_face_bend_deg
+    if cavities is not None and len(cavities) < len(every):
+        inflated = np.array([float(name in cavities) for name in every])
+        angle = end_face_turn_deg
     states, full, bent, distance = [], [], [], []
     each_kPa = (float(pressure) * inflated for pressure in pressure_kPa)
     found = rising_modal_equilibria(reduced, each_kPa, rotation)
     for moved, result in zip(displacement, found, strict=True):
         x = reduced.positions(result.alpha)
         full_x = mesh.nodes + moved
-        full.append(end_face_bend_deg(mesh, full_x, region))
-        bent.append(end_face_bend_deg(mesh, x, region) if result.converged else np.nan)
+        full.append(angle(mesh, full_x, region))
+        bent.append(angle(mesh, x, region) if result.converged else np.nan)
         distance.append(float(np.linalg.norm(x - full_x, axis=1).mean()))
         states.append(result.alpha)
     return ReducedBend(

@@ -36,7 +36,7 @@ class LegRecorder:
         if any(leg.part is not self._part for leg in robot.legs):
             raise ValueError("legs to be recorded must all be one part, got several")
         self._tied = robot.legs[0].tie.nodes
-        self._regulators = [leg.regulator for leg in robot.legs]
+        self._regulators = [leg.regulators[0] for leg in robot.legs]
         self._recorded: list[np.ndarray] = []
         self._pressures: list[np.ndarray] = []
         self._compressor: SnapshotCompressor | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
@@ -31,7 +31,7 @@ from pneumorph.reduction.mixed_dilatation import pressure_fields
 from pneumorph.reduction.pod import Pod, joint_pod, leading_fields
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshot_range import snapshot_range
-from pneumorph.reduction.snapshots import SnapshotSet
+from pneumorph.reduction.snapshots import BEND, SnapshotSet
 
 Progress = Callable[[int, int, str], None]
 
@@ -115,12 +115,15 @@ class ReductionReport:
     heldout_force_error_percent: float
     """Root mean square over snapshots not used of the sampled force's relative error."""
     bend_error_percent: float | None
-    """Largest error of the bend against the full model over the pressures of `bend`; none of a part
-    without cavity."""
+    """Largest error of the bend against the full model over the pressures of `bend`, and of each
+    cavity alone; none of a part without cavity."""
     bend_error_unsampled_percent: float | None
     """The same with every element: the part of the modes alone."""
     bend: dict[str, list[float]]
     """Pressure [kPa], bend of the full and the reduced part [degrees], mean node error [mm]."""
+    bend_of_cavities: dict[str, dict[str, list[float]]] = field(default_factory=dict, kw_only=True)
+    """The same by the cavity that is inflated alone, where there are several; the bend is the end
+    face's turn about any axis."""
     blocked_error_percent: float | None
     """Largest error of the force that keeps the tip down, over the pressures of `blocked`; None
     where no snapshot has a blocked tip."""
@@ -176,7 +179,7 @@ def reduce_part(
             f"{str(snapshots.metadata.get('mesh_digest'))[:12]}; collect them again"
         )
     bend = snapshots.of("bend")
-    if part.cavity is not None and len(bend) == 0:
+    if part.cavities and len(bend) == 0:
         raise ValueError(
             "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
             "can be 30 % too stiff in free air"
@@ -195,19 +198,20 @@ def reduce_part(
 
     clock.start("bend of the modes")
     shown = bend[snapshots.pressure_kPa[bend] <= report_pressure_kPa]
-    shown_pressure, bent = snapshots.pressure_kPa[shown], snapshots.states(shown)
+    directions = _directions(part, snapshots, shown)
 
-    def bending(reduced: ReducedPart) -> ReducedBend | None:
-        if part.cavity is None:
-            return None
-        return reduced_bend(
-            reduced,
-            part.mesh,
-            bent,
-            shown_pressure,
-            settings.rotation,
-            cavity=part.cavity_region,
-        )
+    def bending(reduced: ReducedPart) -> dict[str, ReducedBend]:
+        return {
+            source: reduced_bend(
+                reduced,
+                part.mesh,
+                snapshots.states(numbers),
+                snapshots.pressure_kPa[numbers],
+                settings.rotation,
+                cavities=cavities,
+            )
+            for source, (numbers, cavities) in directions.items()
+        }
 
     ideal = bending(every)
     clock.start("blocked force of the modes")
@@ -217,8 +221,9 @@ def reduce_part(
     trained = _evenly(training, settings.training_state_limit)
     alpha = _nearest_states(snapshots.states(trained), every.modes, metric)
     own = np.zeros((0, every.mode_count))
-    if ideal and settings.bend_share > 0.0:
-        own = ideal.alpha[~np.isnan(ideal.reduced_deg)]
+    if settings.bend_share > 0.0:
+        found = [each.alpha[~np.isnan(each.reduced_deg)] for each in ideal.values()]
+        own = np.concatenate([own, *found])
     if ideal_blocked and settings.blocked_share > 0.0:
         own = np.concatenate([own, ideal_blocked.alpha])
     weights = np.repeat([1.0, settings.ecsw.equilibrium_weight], [len(alpha), len(own)])
@@ -245,7 +250,7 @@ def reduce_part(
         mount_stiffness=mount_stiffness,
         pressure_fields=pressures,
     )
-    curve = bending(sampled)
+    curves = bending(sampled)
     blocked = _blocked(sampled, part, snapshots, settings)
     node_error, reached = _nearest_of_all(snapshots, every.modes, metric)
     sampled = replace(
@@ -269,9 +274,14 @@ def reduce_part(
         heldout_node_error_mm=float(node_error[measured].mean()),
         heldout_worst_node_error_mm=float(node_error[measured].max()),
         heldout_force_error_percent=float(100.0 * np.sqrt(np.mean(force_error**2))),
-        bend_error_percent=curve.worst_percent if curve else None,
-        bend_error_unsampled_percent=ideal.worst_percent if ideal else None,
-        bend=curve.table() if curve else {},
+        bend_error_percent=_worst(curves),
+        bend_error_unsampled_percent=_worst(ideal),
+        bend=curves[BEND].table() if BEND in curves else {},
+        bend_of_cavities={
+            name.removeprefix(f"{BEND} of "): curve.table()
+            for name, curve in curves.items()
+            if name != BEND
+        },
         blocked_error_percent=blocked.worst_percent if blocked else None,
         blocked_error_unsampled_percent=ideal_blocked.worst_percent if ideal_blocked else None,
         blocked=blocked.table() if blocked else {},
@@ -285,6 +295,26 @@ def reduce_part(
         snapshots={"sources": snapshots.sources, "details": snapshots.metadata.get("details")},
     )
     return sampled, report
+
+
+def _directions(
+    part: PartModel, snapshots: SnapshotSet, bend: np.ndarray
+) -> dict[str, tuple[np.ndarray, Sequence[str]]]:
+    """Numbers of free bends by source, and which cavities are inflated in them; none of a part
+    without cavities."""
+    found: dict[str, tuple[np.ndarray, Sequence[str]]] = {}
+    for place, source in enumerate(snapshots.sources if part.cavities else ()):
+        alone = [name for name in part.cavity_names if source == f"{BEND} of {name}"]
+        name = source if alone else BEND
+        before, _ = found.get(name, (bend[:0], ()))
+        numbers = np.concatenate([before, bend[snapshots.source[bend] == place]])
+        if len(numbers):
+            found[name] = (numbers, alone or part.cavity_names)
+    return found
+
+
+def _worst(curves: Mapping[str, ReducedBend]) -> float | None:
+    return max((curve.worst_percent for curve in curves.values()), default=None)
 
 
 def _kinds(

@@ -18,6 +18,8 @@ import numpy as np
 from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
 
 FORMAT_VERSION = 1
+BEND = "bend"
+"""Source of free bending with one pressure in all cavities; ``bend of NAME`` is of one alone."""
 BLOCK_SIZE = 256
 """Snapshots that are in memory at a time."""
 

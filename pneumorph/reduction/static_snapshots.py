@@ -17,7 +17,8 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticSettings, rising_equilibria, static_equilibrium
 from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.region_names import current_name
-from pneumorph.reduction.snapshots import Snapshots
+from pneumorph.physics.physics import Rotation
+from pneumorph.reduction.snapshots import BEND, Snapshots
 
 GRAVITY_MM_S2 = 9800.0
 # Snapshots are stored in single precision.
@@ -49,6 +50,9 @@ class StaticSnapshotSettings(Checked):
     """Gravity's direction: the part's x axis points so much below the horizontal."""
     seed: CountOrNone = 0
     """Seed of pressures and forces."""
+    rotation: Rotation = "edge"
+    """Where linear elastic elements take their rotation from: `edge`, the first edge and face, as
+    published, which tells left from right, or `polar`, the polar decomposition."""
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
@@ -58,7 +62,8 @@ class StaticSnapshotSettings(Checked):
 
 
 def bend_snapshots(part: PartModel, settings: StaticSnapshotSettings) -> Snapshots:
-    """Free bending from zero to the largest pressure, without gravity.
+    """Free bending from zero to the largest pressure, without gravity: with it in all cavities
+    (source ``bend``), and where there are several in each alone (``bend of NAME``).
 
     Args:
         part: The part, held at its attachment nodes.
@@ -66,10 +71,26 @@ def bend_snapshots(part: PartModel, settings: StaticSnapshotSettings) -> Snapsho
     """
     pressures = np.linspace(0.0, settings.bend_pressure_kPa, settings.bend_count + 1)[1:]
     held = FaceTie.of(part.mesh).nodes
-    found = [each for each in rising_equilibria(part, pressures, held) if each.converged]
-    states = [each.positions - part.rest_nodes for each in found]
-    reached = [each.pressure_kPa for each in found]
-    return _snapshots(part, states, reached, "bend", {"asked": len(pressures)})
+    pieces = []
+    for source, inflated in _directions(part):
+        found = [
+            each
+            for each in rising_equilibria(inflated, pressures, held, rotation=settings.rotation)
+            if each.converged
+        ]
+        states = [each.positions - part.rest_nodes for each in found]
+        reached = [each.pressure_kPa for each in found]
+        pieces.append(_snapshots(part, states, reached, source, {"asked": len(pressures)}))
+    return pieces[0] if len(pieces) == 1 else Snapshots.joined(pieces)
+
+
+def _directions(part: PartModel) -> list[tuple[str, PartModel]]:
+    """The part as it is, and where it has several cavities inflated in each alone."""
+    if len(part.cavities) < 2:
+        return [(BEND, part)]
+    alone = map(part.inflated_in, np.eye(len(part.cavities)))
+    names = [f"{BEND} of {name}" for name in part.cavity_names]
+    return [(BEND, part), *zip(names, alone, strict=True)]
 
 
 def load_snapshots(
@@ -118,14 +139,20 @@ def load_snapshots(
         ]
         external = weight.copy()
         external[patch] += force / len(patch)
-        start, start_pressure = _nearest(part, bend, pressure)
+        inflated, shares = part, np.ones(len(part.cavities))
+        if len(shares) > 1:
+            # Of several cavities each at its own pressure, the highest at that which was drawn.
+            shares = np.random.default_rng([settings.seed, number, 1]).uniform(size=len(shares))
+            inflated = part.inflated_in(shares / shares.max())
+        start, start_pressure = _nearest(part, bend if inflated is part else None, pressure)
         result = static_equilibrium(
-            part,
+            inflated,
             pressure,
             held,
             start=start,
             start_pressure_kPa=start_pressure,
             external_force=external,
+            rotation=settings.rotation,
             settings=_SOLVER,
         )
         if result.converged:

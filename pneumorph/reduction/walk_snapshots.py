@@ -159,6 +159,11 @@ def walk_snapshots(
         ValueError: More legs than places.
     """
     plan = walk_plan(settings, number, len(poses))
+    if len(part.cavities) > 1:
+        # One robot after the other with all cavities of each leg inflated, then each alone.
+        every = np.ones(len(part.cavities))
+        directions = np.vstack([every, np.diag(every)])
+        part = part.inflated_in(directions[number % len(directions)])
     robot = walking_robot(part, hub, poses, settings, plan, acting)
     commands = plan.commands_kPa(settings)
     recorder = LegRecorder(robot, settings.record_every, settings.compression)

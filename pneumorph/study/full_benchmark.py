@@ -129,7 +129,7 @@ def bench_full(
             leg.part,
             state.positions[0],
             state.velocities[0],
-            float(pressure[leg.regulator]),
+            leg.pressure_of(pressure),
             robot.physics,
         )
         pattern = FrontPattern(leg.part.assembly, leg.tie.nodes)

@@ -16,6 +16,7 @@ from pneumorph.geometry.mesh_file import read_mesh_file
 from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
 from pneumorph.geometry.quadratic import quadratic_mesh
+from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.geometry.surface import enclosed_volume
 
 PartName = Literal["leg", "disk"]
@@ -63,7 +64,9 @@ class MadeMesh:
     digest: str
     wall_s: float
     cavity_volume_mm3: float | None = None
-    """None where no surface is called cavity."""
+    """Of all cavities; None where no surface's name begins with cavity."""
+    cavities_mm3: dict[str, float] = field(default_factory=dict)
+    """Volume of each by its name."""
 
 
 def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> MadeMesh:
@@ -85,7 +88,9 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
         mesh = quadratic_mesh(mesh)
     asked = {"part": part, **settings_to_dict(settings)}
     path = mesh.save(folder / MESH_FILE, {"settings": asked})
-    cavity = mesh.surfaces.get("cavity")
+    cavities = {
+        name: enclosed_volume(mesh.nodes, mesh.surfaces[name]) for name in cavity_regions(mesh)
+    }
     return MadeMesh(
         mesh=str(path),
         node_count=len(mesh.nodes),
@@ -96,7 +101,8 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
         contact_point_count=len(mesh.contact_points),
         digest=mesh.digest(),
         wall_s=time.monotonic() - start,
-        cavity_volume_mm3=None if cavity is None else enclosed_volume(mesh.nodes, cavity),
+        cavity_volume_mm3=sum(cavities.values()) if cavities else None,
+        cavities_mm3=cavities,
     )
 
 

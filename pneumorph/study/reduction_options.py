@@ -55,13 +55,18 @@ class ReduceOptions:
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-        """The mass of a leg of one's own where none is set: as much for its volume as the published
-        one has, 105 g of 43 ml."""
+        """Of a mesh of one's own where they are not set: polar rotations, which know no left and
+        right as edge-based ones do, and the mass, as much for its volume as the published leg has,
+        105 g of 43 ml."""
         if content.get("mesh") is None:
             return {}
         volume = float(Mesh.load(content["mesh"]).volumes.sum())
         share = volume / float(paper_leg_mesh().volumes.sum())
-        return {"materials": {"mass_kg": LegMaterials().mass_kg * share}}
+        return {
+            "materials": {"mass_kg": LegMaterials().mass_kg * share},
+            "snapshots": {"static": {"rotation": "polar"}},
+            "reduction": {"rotation": "polar"},
+        }
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
@@ -73,9 +78,12 @@ def reduce_as_asked(options: ReduceOptions, folder: RunFolder) -> Reduction:
     """Reduce a leg of the paper's robot as the options say; raises as `reduce`."""
     kind = leg_kind(options.leg)
     leg = paper_leg(options.leg, None, options.mesh, options.materials, options.masses)
+    physics = kind.physics
+    if options.reduction.rotation == "polar" and physics.rotation != "polar":
+        physics = replace(physics, damping="objective")
     return reduce(
         paper_robot(
-            leg, kind.physics, options.masses, hub_model=options.hub, full_order=kind.full_order
+            leg, physics, options.masses, hub_model=options.hub, full_order=kind.full_order
         ),
         folder,
         ReduceSettings(options.snapshots, options.walked, options.reduction),

@@ -94,7 +94,7 @@ def test_both_models_of_a_plate_are_the_same_robot_at_rest() -> None:
             positions, mount.pose.apply(mount.part.rest_nodes), atol=1e-4, rtol=0
         )
         assert len(mesh.nodes) == len(positions)
-    assert [leg.regulator for leg in full.legs] == [0, 2, 1, 3]
+    assert [leg.regulators[0] for leg in full.legs] == [0, 2, 1, 3]
     assert full.hub.mass_kg == reduced.robot.hub.mass
     np.testing.assert_allclose(full.hub.rest_centre, [0.0, 0.0, 36.0], atol=1e-9)
 

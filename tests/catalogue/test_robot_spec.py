@@ -107,7 +107,7 @@ def test_both_models_are_the_same_robot_at_rest() -> None:
     # Positions of 100 mm, stored in single precision by the reduced part.
     np.testing.assert_allclose(np.array(start.positions), reduced.node_positions(same), atol=1e-4)
     np.testing.assert_allclose(full.tracked_point_mm(start), SPEC.hub.tracked_point, atol=1e-12)
-    assert [leg.regulator for leg in full.legs] == [0, 1, 0]
+    assert [leg.regulators[0] for leg in full.legs] == [0, 1, 0]
     assert [mount.regulators for mount in reduced.robot.mounts] == [(0,), (1,), (0,)]
     assert leg_masses(SPEC) == pytest.approx((3 * LEG_KG, 3 * LEG_KG), rel=1e-12)
     assert full.hub.mass_kg == reduced.robot.hub.mass == HUB_KG

@@ -41,7 +41,7 @@ class OwnHub:
 def test_a_hub_of_ones_own_needs_no_more_than_the_protocol(soft, integrator):
     numerics = FullOrderSettings(integrator=integrator)
     robot = small_robot(soft=soft, numerics=numerics)
-    mounts = [(leg.part, leg.pose, leg.regulator) for leg in robot.legs]
+    mounts = [(leg.part, leg.pose, leg.regulators) for leg in robot.legs]
     own = FullRobot(
         OwnHub(robot.hub), mounts, robot.physics, robot.tracked_point, numerics=numerics
     )
@@ -149,7 +149,7 @@ def test_condensed_step_solves_the_whole_system(soft, damping):
         ).toarray()
         own = physics.stiffness_factor * stiffness
         own[np.diag_indices(len(own))] += physics.mass_factor * np.repeat(part.node_mass, 3)
-        pressure = physics.pressure_map.simulated(new.regulated_kPa[leg.regulator])
+        pressure = physics.pressure_map.simulated(new.regulated_kPa[leg.regulators[0]])
         force = part.internal_force(x, physics.rotation) + part.pressure_force(x, float(pressure))
         force[:, 2] -= part.node_mass * physics.gravity_mm_per_s2
         impulses = new.impulses[start : start + leg.contact_count][:, [1, 2, 0]]

@@ -3,9 +3,11 @@ import dataclasses
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
+from helpers.two_chambers import two_chamber_mesh
 
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
+from pneumorph.geometry.surface import winding_number
 
 
 @pytest.fixture
@@ -95,3 +97,37 @@ def test_nan_is_refused(hollow):
     nodes[0] = np.nan
     with pytest.raises(MeshError, match="nodes must be finite"):
         dataclasses.replace(hollow, nodes=nodes)
+
+
+def test_every_cavity_is_checked():
+    """All whose names begin with cavity, whichever a model inflates."""
+    mesh = two_chamber_mesh()
+    check_mesh(mesh)
+    turned = {**mesh.surfaces, "cavity_right": mesh.surfaces["cavity_right"][:, ::-1]}
+    with pytest.raises(MeshError, match="'cavity_right' is wrongly oriented"):
+        check_mesh(dataclasses.replace(mesh, surfaces=turned))
+    opened = {**mesh.surfaces, "cavity_left": mesh.surfaces["cavity_left"][1:]}
+    with pytest.raises(MeshError, match="'cavity_left' is not closed"):
+        check_mesh(dataclasses.replace(mesh, surfaces=opened))
+    twice = {**mesh.surfaces, "cavity_third": mesh.surfaces["cavity_left"]}
+    with pytest.raises(MeshError, match="'cavity_left' and 'cavity_third' share a triangle"):
+        check_mesh(dataclasses.replace(mesh, surfaces=twice))
+
+
+def test_a_contact_point_in_a_cavity_is_refused():
+    mesh = two_chamber_mesh()
+    inner = mesh.nodes[np.unique(mesh.surfaces["cavity_left"])]
+    centre = inner.mean(axis=0)
+    face = mesh.nodes[mesh.surfaces["cavity_left"][0]].mean(axis=0)
+    for point in (inner[0], centre, face):
+        points = np.vstack([mesh.contact_points, point])
+        with pytest.raises(MeshError, match="1 contact points lie in or on 'cavity_left'"):
+            check_mesh(dataclasses.replace(mesh, contact_points=points))
+
+
+def test_a_closed_surface_goes_once_round_what_is_inside():
+    """Of a box with a point: 1 inside, 0 outside, to rounding."""
+    mesh = box_mesh((4.0, 3.0, 2.0), (2, 2, 2))
+    points = np.array([[2.0, 1.0, 1.0], [3.9, 2.9, 1.9], [5.0, 1.0, 1.0], [2.0, -0.1, 1.0]])
+    found = winding_number(points, mesh.nodes, mesh.surfaces["skin"])
+    np.testing.assert_allclose(found, [1.0, 1.0, 0.0, 0.0], atol=1e-12)

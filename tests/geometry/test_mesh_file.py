@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
+from helpers.two_chambers import two_chamber_mesh
 
 from pneumorph.geometry.mesh import MeshError
 from pneumorph.geometry.mesh_file import read_mesh_file
@@ -95,3 +96,25 @@ def test_a_skin_of_the_file_is_kept(hollow, tmp_path):
     names = dict(enumerate(("cavity", "sheet", "skin"), 2))
     mesh = read_mesh_file(tmp_path / "b.vtu", node_sets=(), region_names=names)
     assert np.array_equal(mesh.surfaces["skin"], skin)
+
+
+def test_each_of_several_cavities_is_turned_round_and_none_is_skin(tmp_path):
+    """Regions whose names begin with cavity; the mesher oriented both the other way."""
+    made = two_chamber_mesh()
+    regions = ("cavity_left", "cavity_right", "sheet")
+    cells = [("tetra", made.tetrahedra)]
+    cells += [("triangle", made.surfaces[name][:, ::-1]) for name in regions]
+    tags = [np.full(len(block), tag, dtype=np.int32) for tag, (_, block) in enumerate(cells, 1)]
+    names = {name: np.array([tag, 2]) for tag, name in enumerate(regions, 2)}
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    path = tmp_path / "two.msh"
+    meshio.Mesh(made.nodes, cells, cell_data=data, field_data=names).write(
+        path, file_format="gmsh22"
+    )
+    read = read_mesh_file(path, regions, (), contact_spacing_mm=4.0)
+    for name in regions[:2]:
+        np.testing.assert_array_equal(read.surfaces[name], made.surfaces[name])
+    assert len(read.surfaces["skin"]) == len(made.surfaces["skin"])
+    inside = made.nodes[np.unique(np.vstack([made.surfaces[name] for name in regions[:2]]))]
+    distance = np.linalg.norm(read.contact_points[:, None] - inside, axis=2)
+    assert distance.min() > 0.5

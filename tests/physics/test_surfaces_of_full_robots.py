@@ -152,7 +152,7 @@ def test_pressure_is_read_from_steps_of_one_length():
                 raise np.linalg.LinAlgError("made to fail")
             return super()._undivided(state, command_kPa, physics)
 
-    mounts = [(leg.part, leg.pose, leg.regulator) for leg in whole.legs]
+    mounts = [(leg.part, leg.pose, leg.regulators) for leg in whole.legs]
     halved = Halving(whole.hub, mounts, spec.physics, numerics=spec.full_order)
     divided = halved.step(state, np.zeros(1))
     assert tried == [0.01, 0.005, 0.005]
