@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from pneumorph.base.checked import Bounds, Checked, Positive
+from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
 from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
 from pneumorph.fem.material import DiskMaterials, Material
 from pneumorph.geometry.mass_properties import MassProperties
@@ -62,6 +62,10 @@ class HubDescription(Checked):
     """Centre of mass that goes with mass_kg and inertia_kg_mm2 [mm]."""
     inertia_kg_mm2: tuple[Vector, Vector, Vector] | None = None
     """Inertia about the centre that goes with mass_kg and centre_mm, three rows [kg mm^2]."""
+    payload_g: NotNegative = 0.0
+    """What the hub carries besides, as a point [g]."""
+    payload_mm: Vector | None = None
+    """Where it lies [mm]; by default at the tracked point."""
     contact: HubContact = "rims"
     """What of it may touch the floor: the outlines of its lower and upper faces (`rims`), nodes of
     its skin contact_spacing_mm apart (`spread`), the mesh's own contact points, or nothing."""
@@ -100,6 +104,11 @@ class HubDescription(Checked):
             self.centre_mm is not None and not weighed
         ):
             raise ValueError("centre_mm and inertia_kg_mm2 go together, and with mass_kg")
+        if self.payload_g > 0.0 and self.model == "soft":
+            raise ValueError(
+                f"payload_g is {self.payload_g:g} and model is soft, expected rigid: a point would "
+                "hang on one node"
+            )
         if self.wall_mm is not None and (self.centre_mm is not None or not self._hollow_fits()):
             raise ValueError(
                 f"wall_mm is {self.wall_mm:g}, expected less than half of every size, and none "
@@ -120,7 +129,7 @@ class HubDescription(Checked):
         return HubSpec(
             mesh,
             Material(self.young_modulus_kPa, self.poisson_ratio),
-            self._mass(mesh),
+            self._loaded(self._mass(mesh), mesh),
             np.array(self._tracked_point(mesh)),
             self._contact_points(mesh),
             self.surface,
@@ -158,6 +167,25 @@ class HubDescription(Checked):
             return self._of_shape(mesh, 1.0).weighing(self.mass_kg)
         assert self.density_g_per_ml is not None
         return self._of_shape(mesh, self.density_g_per_ml)
+
+    def _loaded(self, empty: float | MassProperties, mesh: Mesh) -> float | MassProperties:
+        """With the payload; a mass alone is spread over the mesh's nodes."""
+        if self.payload_g == 0.0:
+            return empty
+        if not isinstance(empty, MassProperties):
+            mean = empty / len(mesh.nodes)
+            empty = MassProperties.of_moments(
+                empty, mean * mesh.nodes.sum(axis=0), mean * mesh.nodes.T @ mesh.nodes
+            )
+        place, mass_kg = (
+            np.array(self.payload_mm or self._tracked_point(mesh)),
+            1e-3 * self.payload_g,
+        )
+        return MassProperties.of_moments(
+            empty.mass_kg + mass_kg,
+            empty.first_moment + mass_kg * place,
+            empty.second_moment + mass_kg * np.outer(place, place),
+        )
 
     def _of_shape(self, mesh: Mesh, density_g_per_ml: float) -> MassProperties:
         if self.wall_mm is None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -17,6 +18,7 @@ from pneumorph.environment.crawling_simulator import (
     RedrawingSimulator,
     RobotBuilder,
     SimulatorFactory,
+    TurningSimulator,
 )
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.reward import SAMPLE_STEPS, reward_terms
@@ -41,7 +43,9 @@ class CrawlingEnvironment(VectorEnv):
     the same length.
 
     ``info`` of a step, all of shape (robot,): ``status``, ``distance_cm`` travelled since the
-    robot's episode began, ``command_kPa`` (robot, regulator) and one entry for each reward term.
+    robot's episode began, ``command_kPa`` (robot, regulator), ``forward_travel_cm`` and one entry
+    for each reward term; where forward is not the goal ``mirrored_reward_cm``, what a robot's
+    mirror image would get.
     For robots whose episode ended the same entries stand in ``info["final_info"]`` too.
     """
 
@@ -164,18 +168,23 @@ class CrawlingEnvironment(VectorEnv):
         self._settle()
 
         start_mm = np.array(self._simulator.forward_position_mm, dtype=np.float64)
+        aside = self._aside()
         slide_mm, hub_load_share = self._advance(command_kPa, start_mm)
         status = np.array(self._simulator.status, dtype=np.uint8)
         failed = status != RUNNING
         span = self.task.maximum_pressure_kPa - self.task.minimum_pressure_kPa
-        terms = reward_terms(
-            self._simulator.forward_position_mm - start_mm,
+        travel_mm = self._simulator.forward_position_mm - start_mm
+        terms_of = partial(
+            reward_terms,
+            travel_mm,
             failed,
             self.task.reward,
             slide_mm,
             hub_load_share,
             np.abs(command_kPa - self._last_command_kPa).sum(axis=1) / span,
         )
+        terms, told = self._terms(terms_of, aside)
+        told |= reward_terms(travel_mm, failed)  # whatever the goal is
         self._last_command_kPa = command_kPa
         reward = np.sum(list(terms.values()), axis=0)
 
@@ -183,7 +192,7 @@ class CrawlingEnvironment(VectorEnv):
             [actions.astype(np.float32), self._memory[:, : -self.task.regulator_count]], axis=1
         )
         self._action_number += 1
-        self._distance_cm += terms["forward_travel_cm"]
+        self._distance_cm += told["forward_travel_cm"]
         time_is_up = self._action_number >= self.task.action_count
         terminated = failed | (time_is_up & self.task.time_limit_is_terminal)
         truncated = time_is_up & ~terminated
@@ -193,6 +202,7 @@ class CrawlingEnvironment(VectorEnv):
             "distance_cm": self._distance_cm.copy(),
             "command_kPa": command_kPa,
             **terms,
+            **told,
         }
         info |= {f"_{name}": np.ones(self.num_envs, dtype=bool) for name in tuple(info)}
         ended = terminated | truncated
@@ -219,6 +229,33 @@ class CrawlingEnvironment(VectorEnv):
             if weights.hub_load > 0.0:
                 loads.append(self._loaded.hub_load_share)
         return slide, np.mean(loads, axis=0) if loads else None
+
+    def _aside(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Places to the left [mm] and headings [degrees], both (robot,), where they count."""
+        if self.task.reward.goal == "forward":
+            return None
+        if not isinstance(self._simulator, TurningSimulator):
+            raise ValueError(
+                f"reward.goal is {self.task.reward.goal!r}, expected 'forward' for a simulator "
+                f"that does not know where its robots turn, {type(self._simulator).__name__}"
+            )
+        return np.array(self._simulator.left_position_mm), np.array(self._simulator.heading_deg)
+
+    def _terms(
+        self,
+        terms_of: Callable[..., dict[str, np.ndarray]],
+        before: tuple[np.ndarray, np.ndarray] | None,
+    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Terms of the reward, and what the robots' mirror images get where forward is no goal."""
+        after = self._aside()
+        if before is None or after is None:
+            return terms_of(), {}
+        left_mm = after[0] - before[0]
+        # Of two directions the turn that is less than half a circle.
+        turn_deg = (after[1] - before[1] + 180.0) % 360.0 - 180.0
+        image = terms_of(-left_mm, -turn_deg)
+        told = {"mirrored_reward_cm": np.sum(list(image.values()), axis=0)}
+        return terms_of(left_mm, turn_deg), told
 
     @property
     def _loaded(self) -> LoadedSimulator:

@@ -77,5 +77,19 @@ class LoadedSimulator(Protocol):
         step, shape (robot,); 0 where nothing touches."""
 
 
+@runtime_checkable
+class TurningSimulator(Protocol):
+    """A simulator that knows where its robots are besides forwards."""
+
+    @property
+    def left_position_mm(self) -> np.ndarray:
+        """Place of each robot's tracked point along the axis to the left [mm], shape (robot,)."""
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        """Direction of each hub's forward axis in the plane, from forward to the left, -180 to 180
+        [degrees], shape (robot,)."""
+
+
 SimulatorFactory = Callable[[Sequence[Any]], CrawlingSimulator]
 """Makes a simulator of these robots."""

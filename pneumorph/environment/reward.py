@@ -1,12 +1,18 @@
-"""The reward of an action, as a sum of named terms."""
+"""The reward of an action, as a sum of named terms.
+
+All terms are in cm: those of other quantities by a weight that says how many cm a unit is worth.
+Mirrored about the forward axis a robot goes as far forward, and as far to the other side.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from pneumorph.base.checked import Checked, NotNegative
+from pneumorph.base.checked import Checked, NotNegative, Positive
 
 MILLIMETRES_PER_CENTIMETRE = 10.0
 
@@ -16,7 +22,7 @@ SAMPLE_STEPS = 10
 
 @dataclass(frozen=True)
 class RewardWeights(Checked):
-    """What is taken off the distance; by default nothing, as published."""
+    """What is rewarded, and what is taken off; by default forward travel alone, as published."""
 
     backsliding: NotNegative = 0.0
     """Of the furthest slide back within an action [cm per cm]."""
@@ -26,6 +32,13 @@ class RewardWeights(Checked):
     pressure_change: NotNegative = 0.0
     """Of how much commands change from one action to the next, summed over the regulators [cm for
     one of them over its whole range]: against gaits that need much air."""
+    goal: Literal["forward", "heading", "turn_left", "turn_right"] = "forward"
+    """What is rewarded: travel along the forward axis or along a heading, both as the robot stood
+    at the start, or turning to a side."""
+    heading_deg: float = 0.0
+    """Where `heading` goes, from forward to the left [degrees]: 90 is to the left, 180 back."""
+    turn_cm_per_degree: Positive = 0.1
+    """What a degree of turning is worth [cm per degree]: a circle is worth 36 cm."""
 
     @property
     def needs_samples(self) -> bool:
@@ -33,14 +46,40 @@ class RewardWeights(Checked):
         return self.backsliding > 0.0 or self.hub_load > 0.0
 
     @property
+    def direction(self) -> tuple[float, float, float]:
+        """What a cm forward, a cm to the left and a degree turned to the left are worth [cm]."""
+        if self.goal == "forward":
+            return 1.0, 0.0, 0.0
+        if self.goal == "heading":
+            angle = math.radians(self.heading_deg)
+            return math.cos(angle), math.sin(angle), 0.0
+        side = 1.0 if self.goal == "turn_left" else -1.0
+        return 0.0, 0.0, side * self.turn_cm_per_degree
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether a robot and its mirror image, doing the same, are rewarded alike."""
+        _, left, turn = self.direction
+        return abs(left) < 1e-9 and turn == 0.0
+
+    @property
     def said(self) -> str:
-        """What is taken off, for a person; empty where nothing is."""
+        """What is rewarded and what is taken off, for a person; empty for the distance alone."""
+        goals = {
+            "forward": "distance",
+            "heading": f"travel {self.heading_deg:g} degrees left of forward",
+            "turn_left": f"{self.turn_cm_per_degree:g} cm for each degree turned left",
+            "turn_right": f"{self.turn_cm_per_degree:g} cm for each degree turned right",
+        }
         weights = {
             "backsliding": self.backsliding,
             "share of weight on the hub": self.hub_load,
             "change of pressure": self.pressure_change,
         }
-        return " and ".join(f"{weight:g} x {name}" for name, weight in weights.items() if weight)
+        less = " and ".join(f"{weight:g} x {name}" for name, weight in weights.items() if weight)
+        if less:
+            return f"{goals[self.goal]} less {less}"
+        return "" if self.goal == "forward" else goals[self.goal]
 
 
 def reward_terms(
@@ -50,10 +89,13 @@ def reward_terms(
     slide_mm: np.ndarray | None = None,
     hub_load_share: np.ndarray | None = None,
     pressure_change: np.ndarray | None = None,
+    left_mm: np.ndarray | None = None,
+    turn_deg: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Terms whose sum is the reward of one action.
 
-    ``forward_travel_cm`` is the paper's reward: the distance travelled forward in cm. The travel
+    ``forward_travel_cm`` is the paper's reward: the distance travelled forward in cm. In its place
+    come ``heading_travel_cm`` and ``turn_cm`` where these are the goal. The travel
     of a robot whose simulation failed during the action means nothing and counts as zero, so a
     numerical blow-up never pays; nor does it cost. ``backsliding_cm``, ``hub_load_cm`` and
     ``pressure_change_cm`` are there where they have a weight, and not positive.
@@ -66,6 +108,8 @@ def reward_terms(
         hub_load_share: Mean share of the weight on the hub, shape (robot,), where it counts.
         pressure_change: Change of commands over the range of pressure, summed over regulators,
             shape (robot,), where it counts.
+        left_mm: Travel to the left [mm], shape (robot,), where it counts.
+        turn_deg: Turn to the left [degrees], shape (robot,), where it counts.
 
     Returns:
         Each term, shape (robot,); always finite.
@@ -75,6 +119,16 @@ def reward_terms(
     terms = {"forward_travel_cm": travel_mm / MILLIMETRES_PER_CENTIMETRE}
     if weights is None:
         return terms
+    if weights.goal != "forward" and left_mm is not None and turn_deg is not None:
+        believed &= np.isfinite(left_mm) & np.isfinite(turn_deg)
+        forward, left, turn = weights.direction
+        travel = (forward * travel_mm + left * left_mm) / MILLIMETRES_PER_CENTIMETRE
+        name, value = (
+            ("heading_travel_cm", travel)
+            if weights.goal == "heading"
+            else ("turn_cm", turn * turn_deg)
+        )
+        terms = {name: np.where(believed, value, 0.0)}
     costs = {
         "backsliding_cm": (weights.backsliding / MILLIMETRES_PER_CENTIMETRE, slide_mm),
         "hub_load_cm": (weights.hub_load, hub_load_share),

@@ -45,12 +45,18 @@ class DesignGaitPair:
 
 
 class BestPairs:
-    """The pairs of highest score, one for each design up to mirror images."""
+    """The pairs of highest score, one for each design, or for each up to mirror images."""
 
-    def __init__(self, space: DesignSpace, count: int) -> None:
-        """Keep at most ``count`` pairs."""
+    def __init__(self, space: DesignSpace, count: int, mirrored: bool = True) -> None:
+        """Keep at most ``count`` pairs.
+
+        Args:
+            space: The designs.
+            count: How many.
+            mirrored: Whether a design and its mirror image count as one.
+        """
         self.count = count
-        self._twin = space.twin
+        self._twin = space.twin if mirrored else int
         self.pairs: list[DesignGaitPair] = []
 
     @property

@@ -98,7 +98,10 @@ def finetune(
 
 def finalists(training: Training, evaluated: Sequence[DesignGaitPair]) -> list[int]:
     """Designs of the pairs of highest score, seen in training or evaluated; one of images."""
-    ranking = BestPairs(training.space, training.settings.finetuning.finalist_count)
+    settings = training.settings
+    ranking = BestPairs(
+        training.space, settings.finetuning.finalist_count, settings.task.reward.is_symmetric
+    )
     ranking.offer([*training.best.pairs, *evaluated])
     return [pair.design for pair in ranking.pairs]
 

@@ -49,11 +49,12 @@ class SearchResult:
     late_gain_cm: Mapping[int, float]
     resumed_timesteps: int
 
-    def ranked(self, space: DesignSpace) -> list[DesignGaitPair]:
-        """The pairs, the highest score first; a design and its mirror image count as one."""
+    def ranked(self, space: DesignSpace, mirrored: bool = True) -> list[DesignGaitPair]:
+        """The pairs, the highest score first; of a design and its mirror image, where these count
+        as one, the better."""
         ranked, seen = [], set()
         for pair in sorted(self.best.values(), key=lambda each: -each.score_cm):
-            twin = space.twin(pair.design)
+            twin = space.twin(pair.design) if mirrored else pair.design
             if twin not in seen:
                 seen.add(twin)
                 ranked.append(pair)

@@ -77,7 +77,8 @@ class CooptSettings(Checked):
     once for each action of each robot."""
     mirror_transitions: bool = False
     """Let each transition and return count for the mirror image of its design as well, which walks
-    the mirrored path (not in the paper)."""
+    the mirrored path (not in the paper). Where the goal lies to a side, the image's transitions
+    have the reward that it would get, and returns count for the design alone."""
     expected_scores: bool = False
     """Take what the critic expects of a design as its least score, once the entropy falls. The
     published score is the newest return, which says nothing of designs that never walked, and
@@ -117,6 +118,11 @@ class CooptSettings(Checked):
         if self.distribution == "by_size":
             return not self.space.is_listed
         return self.distribution == "factored"
+
+    @property
+    def mirrored_scores(self) -> bool:
+        """Whether what a design gets counts for its mirror image as well."""
+        return self.mirror_transitions and self.task.reward.is_symmetric
 
     @property
     def designs_per_round(self) -> int:

@@ -75,14 +75,17 @@ class Training:
         )
         self.distribution: DesignDistribution | FactoredDistribution = (
             FactoredDistribution(
-                self.space, settings.schedule, settings.factored, settings.mirror_transitions
+                self.space, settings.schedule, settings.factored, settings.mirrored_scores
             )
             if settings.is_factored
             else DesignDistribution(len(self.space), settings.schedule)
         )
-        self.best = BestPairs(self.space, settings.kept_pair_count)
+        symmetric = settings.task.reward.is_symmetric
+        self.best = BestPairs(self.space, settings.kept_pair_count, symmetric)
         self._level = RoundLevel(settings.objective.centring_rounds)
         self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
+        # What a design gets is what its image gets: not so where it turns to a side.
+        self._twins = self._mirror if settings.mirrored_scores else None
         self._rng = np.random.default_rng(settings.seed)
         self.timestep = 0
         self.update_count = 0
@@ -144,7 +147,7 @@ class Training:
         Returns:
             The designs, and the same of each, (walk,).
         """
-        images = designs if self._mirror is None else self._mirror.designs(designs)
+        images = designs if self._twins is None else self._twins.designs(designs)
         once, which = np.unique(np.minimum(designs, images), return_inverse=True)
         places = [np.flatnonzero(which == number) for number in range(len(once))]
         return once, [[np.ravel(np.take(each, at, axis=0)) for at in places] for each in walks]
@@ -225,7 +228,7 @@ class Training:
                 state=self._mirror.actions(designs, state),
                 design=self._mirror.designs(designs),
                 action=self._mirror.actions(designs, action),
-                reward=reward,
+                reward=info.get("mirrored_reward_cm", reward),
                 next_state=self._mirror.actions(designs, next_state),
                 terminal=terminated,
             )
@@ -266,7 +269,7 @@ class Training:
     ) -> None:
         """Lines 6 to 9 of algorithm 1, with the scores of a round's designs and whether any of a
         design's simulations failed, both (design,)."""
-        images = None if self._mirror is None else self._mirror.designs(designs)
+        images = None if self._twins is None else self._twins.designs(designs)
         self.distribution.take_round(designs, returns, failed, images)
         if (
             self.settings.expected_scores

@@ -290,6 +290,17 @@ class BatchedSimulator:
         return self.tracked_point_mm[:, 0]
 
     @property
+    def left_position_mm(self) -> np.ndarray:
+        """How far left (y) each robot's tracked point is [mm], (robot,)."""
+        return self.tracked_point_mm[:, 1]
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        """Direction of each hub's x axis in the plane, from x to y [degrees], (robot,)."""
+        rotation = self.read("rotation")
+        return np.degrees(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
+
+    @property
     def status(self) -> np.ndarray:
         """`RobotStatus` of each robot, (robot,) uint8."""
         return self.read("status").astype(np.uint8)

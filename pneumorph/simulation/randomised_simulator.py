@@ -92,6 +92,16 @@ class RandomisedSimulator:
         return self._lagging.forward_position_mm
 
     @property
+    def left_position_mm(self) -> np.ndarray:
+        """As `BatchedSimulator.left_position_mm` has it, (robot,)."""
+        return self._lagging.left_position_mm
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        """As `BatchedSimulator.heading_deg` has it, (robot,)."""
+        return self._lagging.heading_deg
+
+    @property
     def status(self) -> np.ndarray:
         """Status of each robot, (robot,) uint8."""
         return self._lagging.status
@@ -203,6 +213,16 @@ class LaggingSimulator:
     def forward_position_mm(self) -> np.ndarray:
         """How far forward each robot's tracked point is [mm], (robot,)."""
         return self.simulator.forward_position_mm
+
+    @property
+    def left_position_mm(self) -> np.ndarray:
+        """As `BatchedSimulator.left_position_mm` has it, (robot,)."""
+        return self.simulator.left_position_mm
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        """As `BatchedSimulator.heading_deg` has it, (robot,)."""
+        return self.simulator.heading_deg
 
     @property
     def status(self) -> np.ndarray:

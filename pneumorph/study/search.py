@@ -134,7 +134,7 @@ def search(
         rows = _rows(designs, found, gait_files, policy_cm, learned)
         best: FoundPair | None = max(rows, key=_far)
     else:
-        ranked = found.ranked(space)[: settings.kept_pair_count]
+        ranked = found.ranked(space, task.reward.is_symmetric)[: settings.kept_pair_count]
         pairs = tuple(gait_files.write(pair.design, pair) for pair in ranked)
         best = pairs[0] if pairs else None
     resumed = found.resumed_timesteps

@@ -241,7 +241,7 @@ def _check(
 def _ranked_by(settings: CooptSettings) -> str | None:
     said = [settings.objective.said] if settings.objective.is_robust else []
     if settings.task.reward.said:
-        said.append(f"distance less {settings.task.reward.said}")
+        said.append(settings.task.reward.said)
     return ", ".join(said) or None
 
 

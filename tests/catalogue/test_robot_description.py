@@ -216,3 +216,25 @@ def test_a_table_of_another_kind_is_refused_by_the_file(
         return
     with pytest.raises(ArtefactError, match=str(path)):
         RobotDescription.read(path)
+
+
+def test_a_payload_is_a_point_on_the_hub(edited: Edited) -> None:
+    """Mass, first and second moments in closed form; by default it lies on the tracked point."""
+    empty = RobotDescription.read(PLATE).spec().hub.rigid
+    for text, place in (
+        ("payload_g = 50", np.array([0.0, 0.0, 41.0])),
+        ("payload_g = 50\npayload_mm = [30, -10, 60]", np.array([30.0, -10.0, 60.0])),
+    ):
+        loaded = RobotDescription.read(edited("height_mm = 10", f"height_mm = 10\n{text}")).spec()
+        hub = loaded.hub.rigid
+        assert hub.mass == pytest.approx(empty.mass + 0.05, rel=1e-12)
+        np.testing.assert_allclose(hub.first_moment, empty.first_moment + 0.05 * place, atol=1e-12)
+        np.testing.assert_allclose(
+            hub.second_moment,
+            empty.second_moment + 0.05 * np.outer(place, place),
+            atol=1e-9 * np.trace(hub.second_moment),
+        )
+    with pytest.raises(ArtefactError, match="payload_g is 50 and model is soft"):
+        RobotDescription.read(
+            edited("height_mm = 10", 'height_mm = 10\npayload_g = 50\nmodel = "soft"')
+        )

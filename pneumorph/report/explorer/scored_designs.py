@@ -122,7 +122,7 @@ def _scored_by_factors(
 ) -> ScoredDesigns:
     settings = run.structured("coopt", CooptSettings)
     distribution = FactoredDistribution(
-        space, settings.schedule, settings.factored, settings.mirror_transitions
+        space, settings.schedule, settings.factored, settings.mirrored_scores
     )
     distribution.restore(
         {
@@ -135,7 +135,7 @@ def _scored_by_factors(
     scores = {design: np.nan for design in pairs}
     for design, (score, failed) in distribution.seen.items():
         known = np.nan if failed else score
-        if settings.mirror_transitions:
+        if settings.mirrored_scores:
             scores.setdefault(int(space.images(np.array([design]))[0][0]), known)
         scores[design] = known
     indices = np.array(sorted(scores))

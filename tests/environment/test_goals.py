@@ -1,0 +1,164 @@
+"""Goals other than forward: what they pay, and what a robot's mirror image gets for the same."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, toy_settings
+
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.reward import RewardWeights
+from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
+from pneumorph.learn.mirror import MirrorImage
+from pneumorph.learn.training import Training
+from pneumorph.robot.design import Design
+from pneumorph.robot.design_space import DesignSpace
+
+
+class Turner(ViscousCrawler):
+    """Turns by 300 degrees a second over all borders of the angle, and drifts to the left."""
+
+    steps = 0
+
+    def reset(self, active: np.ndarray | None = None) -> None:
+        super().reset(active)
+        self.steps = 0
+
+    def advance(self, command_kPa, step_count, active=None) -> None:
+        super().advance(command_kPa, step_count, active)
+        self.steps += step_count
+
+    @property
+    def forward_position_mm(self) -> np.ndarray:
+        return np.full(len(self._status), 2.0 * self.steps)
+
+    @property
+    def left_position_mm(self) -> np.ndarray:
+        return np.full(len(self._status), 3.0 * self.steps)
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        return np.full(len(self._status), (3.0 * self.steps + 180.0) % 360.0 - 180.0)
+
+
+@pytest.mark.parametrize(
+    ("weights", "name", "wanted", "mirrored"),
+    [
+        # Of 10 steps: 2 cm forward, 3 cm to the left, 30 degrees to the left.
+        (RewardWeights(goal="heading", heading_deg=90.0), "heading_travel_cm", 3.0, -3.0),
+        (RewardWeights(goal="heading", heading_deg=180.0), "heading_travel_cm", -2.0, -2.0),
+        (
+            RewardWeights(goal="heading", heading_deg=60.0),
+            "heading_travel_cm",
+            1.0 + 1.5 * np.sqrt(3.0),
+            1.0 - 1.5 * np.sqrt(3.0),
+        ),
+        (RewardWeights(goal="turn_left"), "turn_cm", 3.0, -3.0),
+        (RewardWeights(goal="turn_right", turn_cm_per_degree=0.2), "turn_cm", -6.0, 6.0),
+    ],
+)
+def test_each_goal_pays_what_it_says(
+    weights: RewardWeights, name: str, wanted: float, mirrored: float
+) -> None:
+    """Over the border at 180 degrees too; the distance is how far forward it went all the same."""
+    task = replace(TASK, action_step_count=10, settling_step_count=0, reward=weights)
+    environment = CrawlingEnvironment(
+        [Design.parse("1.0.2.0")], viscous_crawler_robot, Turner, task
+    )
+    environment.reset()
+    for number in range(1, 16):
+        _, reward, _, _, info = environment.step(np.zeros((1, 2)))
+        np.testing.assert_allclose(reward, wanted, atol=1e-9)
+        np.testing.assert_allclose(info[name], wanted, atol=1e-9)
+        np.testing.assert_allclose(info["mirrored_reward_cm"], mirrored, atol=1e-9)
+        np.testing.assert_allclose(info["forward_travel_cm"], 2.0)
+        np.testing.assert_allclose(info["distance_cm"], 2.0 * number)
+    assert weights.is_symmetric == (wanted == mirrored)
+
+
+def test_a_mirror_image_gets_what_is_said_of_it() -> None:
+    """Reduced robots of the measured leg beside their images, each in its own episode. Friction is
+    solved to 0.01 mm/s, so that 1 s parts them by some hundredths of a millimetre; what they get
+    differs by a hundred times that."""
+    space, spec, rng = DesignSpace(), paper_robot(), np.random.default_rng(0)
+    mirror, designs = MirrorImage(space), rng.integers(len(space), size=4)
+    images = mirror.designs(designs)
+    weights = RewardWeights(goal="heading", heading_deg=60.0)
+    task = CrawlingTask(action_step_count=50, reward=weights)
+    walkers = [
+        CrawlingEnvironment(
+            [space[int(index)] for index in chosen], spec.assembly, spec.simulator, task
+        )
+        for chosen in (designs, images)
+    ]
+    for each in walkers:
+        each.reset()
+    for _ in range(2):
+        action = rng.uniform(-1, 1, (4, 3)).astype(np.float32)
+        _, reward, _, _, info = walkers[0].step(action)
+        _, own, *_ = walkers[1].step(mirror.actions(designs, action))
+        np.testing.assert_allclose(info["mirrored_reward_cm"], own, atol=2e-3)
+        assert np.abs(reward - own).max() > 0.2
+
+
+class Lopsided(ViscousCrawler):
+    """Turns to the side whose legs are inflated: an odd function of left and right."""
+
+    @property
+    def left_position_mm(self) -> np.ndarray:
+        return np.zeros(len(self._status))
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        if self._pressure_kPa is None:
+            return np.zeros(len(self._status))
+        inflation = np.take_along_axis(self._pressure_kPa, self._regulator, axis=1)
+        return (self._has_leg * inflation * [1.0, 1.0, -1.0, -1.0]).sum(axis=1) / 10.0
+
+
+def test_what_turns_to_a_side_is_not_what_its_image_does() -> None:
+    """Transitions of images have the other sign; scores count for the design alone, and both may be
+    among the best."""
+    task = replace(TASK, reward=RewardWeights(goal="turn_left"))
+    settings = replace(toy_settings(round_count=4), task=task, kept_pair_count=40)
+    assert settings.mirror_transitions
+    assert not settings.mirrored_scores
+    training = Training(
+        viscous_crawler_robot,
+        lambda robots: Lopsided(robots, time_step_s=TIME_STEP_S),
+        settings,
+    )
+    chosen = int(np.flatnonzero(SPACE.mirror_index != np.arange(len(SPACE)))[0])
+    image = int(SPACE.mirror_index[chosen])
+    training.walk_and_learn(np.full(16, chosen), 0)
+    stored = training.buffer.arrays()
+    own, mirrored = stored["design"] == chosen, stored["design"] == image
+    assert own.sum() == mirrored.sum() == 16 * TASK.action_count
+    assert np.abs(stored["reward"][own]).max() > 0.1
+    np.testing.assert_allclose(stored["reward"][mirrored], -stored["reward"][own], atol=1e-6)
+    training._update_distribution(np.array([chosen]), np.array([3.0]), np.array([False]))
+    assert training.distribution.scores[[chosen, image]].tolist() == [3.0, 0.0]
+    training.walk_and_learn(np.full(16, image), 0)
+    assert {chosen, image} <= {pair.design for pair in training.best.pairs}
+
+
+def test_a_goal_to_a_side_asks_for_a_simulator_that_knows_it() -> None:
+    task = CrawlingTask(regulator_count=2, reward=RewardWeights(goal="turn_left"))
+    environment = CrawlingEnvironment(
+        [Design.parse("1.2.0.0")], viscous_crawler_robot, ViscousCrawler, task
+    )
+    environment.reset()
+    with pytest.raises(ValueError, match=r"goal is 'turn_left', expected 'forward' .* Viscous"):
+        environment.step(np.zeros((1, 2)))
+
+
+def test_goals_are_said_as_what_they_are() -> None:
+    assert RewardWeights().said == ""
+    assert RewardWeights(backsliding=0.5).said == "distance less 0.5 x backsliding"
+    assert RewardWeights(goal="turn_right").said == "0.1 cm for each degree turned right"
+    heading = RewardWeights(goal="heading", heading_deg=90.0, hub_load=2.0)
+    assert heading.said == ("travel 90 degrees left of forward less 2 x share of weight on the hub")
