@@ -24,6 +24,10 @@ from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.reward import SAMPLE_STEPS, reward_terms
 from pneumorph.robot.design import Design
 
+_KEPT_ROBOTS = 10_000
+"""Robots that are kept for when their design walks again: all of the paper's space, and of spaces
+that nobody can list a share that does not grow with training."""
+
 
 class CrawlingEnvironment(VectorEnv):
     """Robots that crawl side by side, each with its own design and its own episode.
@@ -324,5 +328,7 @@ class CrawlingEnvironment(VectorEnv):
 
     def _robot(self, design: Design) -> Any:
         if design not in self._robots:
+            if len(self._robots) >= _KEPT_ROBOTS:
+                self._robots.clear()
             self._robots[design] = self._build_robot(design)
         return self._robots[design]

@@ -277,3 +277,19 @@ def test_bad_calls_are_refused() -> None:
         make([DESIGNS[0], Design.parse("1.1.1")])
     with pytest.raises(ValueError, match="location 0 to regulator 4, expected 1 to 3"):
         make([Design.parse("4.1.1.0.0.0.0.0")])
+
+
+def test_robots_that_are_kept_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A design is built again after its robot was forgotten, never twice while it is kept."""
+    monkeypatch.setattr("pneumorph.environment.crawling_environment._KEPT_ROBOTS", 2)
+    built: list[Design] = []
+
+    def build(design: Design) -> Design:
+        built.append(design)
+        return design
+
+    designs = [Design.parse(text) for text in ("1.2.0.0", "0.1.2.0", "0.0.1.2")]
+    environment = CrawlingEnvironment(designs[:1], build, ViscousCrawler)
+    for design in (designs[0], designs[1], designs[0], designs[2], designs[2], designs[0]):
+        environment.reset(options={"designs": [design]})
+    assert built == [designs[0], designs[1], designs[2], designs[0]]

@@ -25,6 +25,7 @@ from pneumorph.reduction.static_snapshots import (
     bend_snapshots,
     load_snapshots,
 )
+from pneumorph.reduction.walk_snapshots import WalkPhysics, WalkSnapshotSettings, walk_snapshots
 
 PRESSURE_KPA = 30.0
 _REFLECTION = np.array([1.0, -1.0, 1.0])
@@ -156,6 +157,26 @@ def test_one_regulator_for_all_cavities_is_as_one_for_each(leg: PartModel) -> No
         robot(leg, [(0, 1, 1), (0,)])
     with pytest.raises(ValueError, match=r"regulator must be 0 \.\. 1, got 2"):
         robot(leg, [(0, 2), (0,)])
+
+
+def test_robots_that_walk_for_snapshots_inflate_all_cavities_or_one(leg: PartModel) -> None:
+    """One robot after the other: both chambers, the left one, the right one. Inflated alone a
+    chamber bends the leg to the other side, both do not."""
+    hub = RigidHub(box_mesh((16.0, 14.0, 6.0), (2, 2, 1)), 0.02)
+    poses = [Pose(rotation_about("z", angle)) for angle in (0.0, 180.0)]
+    settings = WalkSnapshotSettings(
+        leg_counts=(1, 1, 1), corner_limit=1, hold_s=0.3, settling_steps=1, record_every=10,
+        amplitude_kPa=PRESSURE_KPA,
+    )  # fmt: skip
+    acting = WalkPhysics(Physics(damping="objective", floor_height_mm=-1000.0))
+    end = leg.mesh.node_set("outer_end_face")
+    sideways = []
+    for number in range(3):
+        walked = walk_snapshots(leg, hub, poses, settings, number, acting)
+        assert isinstance(walked, Snapshots)
+        sideways.append(float(walked.displacement[-1][end, 1].mean()))
+    assert abs(sideways[0]) < 0.01 < 0.1 < -sideways[1]
+    assert sideways[2] == pytest.approx(-sideways[1], rel=0.01)
 
 
 def test_a_reduced_leg_bends_to_each_side_as_its_finite_elements_do(leg: PartModel) -> None:
