@@ -15,7 +15,8 @@ import pytest
 from jaxtyping import install_import_hook
 
 # Before anything imports them: arrays of these files have the axes that their annotations name.
-# Meshes and reduced parts refuse others themselves, wherever they are made.
+# Meshes and reduced parts refuse others themselves, with messages of their own, and test_array_axes
+# holds what they accept to their annotations.
 AXES_ARE_CHECKED_IN = (
     "pneumorph.trajectory",
     "pneumorph.simulation.reduced_state",
@@ -31,7 +32,7 @@ from pneumorph.geometry.mesh import Mesh  # noqa: E402
 
 # Learners compiled once serve pytest's workers and every process that tests start: compiling is
 # most of a short run. Workers inherit the environment of the process that began them.
-if "PYTEST_XDIST_WORKER" not in os.environ:
+if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
     _COMPILED = tempfile.TemporaryDirectory(prefix="compiled-")
     os.environ["JAX_COMPILATION_CACHE_DIR"] = _COMPILED.name
     os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"

@@ -99,6 +99,24 @@ def test_simulator_settles_15_steps_and_holds_each_action_100_steps() -> None:
     np.testing.assert_allclose(calls[3][1], 45.0 * (actions[0].astype(float) + 1.0))
 
 
+def test_robots_that_begin_anew_settle_alone() -> None:
+    """The first fails in its first action: it is put back and falls, and the others wait."""
+    moved: list[tuple[int, Any]] = []
+
+    class Watched(FragileCrawler):
+        def advance(self, command_kPa: np.ndarray, step_count: int, active: Any = None) -> None:
+            moved.append((step_count, None if active is None else list(active)))
+            super().advance(command_kPa, step_count, active)
+
+    environment = make(simulator=Watched)
+    environment.reset()
+    first = np.full((4, 3), -1.0, np.float32)
+    first[0, 0] = 1.0  # 90 kPa
+    environment.step(first)
+    environment.step(-np.ones((4, 3), np.float32))
+    assert moved == [(15, None), (100, None), (15, [True, False, False, False]), (100, None)]
+
+
 def test_reward_is_the_forward_travel_in_cm() -> None:
     environment = make()
     environment.reset()

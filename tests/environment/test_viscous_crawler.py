@@ -41,6 +41,9 @@ def test_travel_round_the_square_is_its_closed_form() -> None:
     expected = loop_mm(forward)
     assert abs(expected) > 1.0
     assert abs(walk("1.0.0.2.2.0.0.1", CORNERS) - expected) < INTEGRATION_MM
+    # One side of the square, which leaves no error of the rule's steps to the way back.
+    hind_up = -STROKE_MM * forward * (1.0 - np.log((2.0 + GRIP) / 2.0) / GRIP)
+    assert abs(walk("1.0.0.2.2.0.0.1", CORNERS[:1]) - hind_up) < INTEGRATION_MM
     # Walked backwards, the same loop travels backwards.
     back_first = np.vstack([CORNERS[2], CORNERS[1], CORNERS[0], CORNERS[3]])
     assert abs(walk("1.0.0.2.2.0.0.1", back_first) + expected) < INTEGRATION_MM

@@ -22,6 +22,28 @@ def test_dragon_skin_30_has_the_secant_moduli_of_its_test():
     assert stress / strain == pytest.approx([443.0, 428.0, 437.0], rel=0.04)
 
 
+FITTED_KPA = {
+    "Dragon Skin 10 Medium": (26.7, 53.0, 111.9),
+    "Dragon Skin 20": (73.2, 148.9, 315.3),
+    "Dragon Skin 30": (110.9, 213.6, 434.4),
+    "Ecoflex 00-30": (9.0, 16.4, 29.2),
+    "Ecoflex 00-50": (12.3, 22.6, 40.4),
+    "Mold Star 16 Fast": (51.1, 94.4, 185.1),
+    "Sorta-Clear 40": (171.8, 306.8, 564.2),
+}
+"""Force over area at rest at 25, 50 and 100 % strain, as the constants were kept."""
+
+
+@pytest.mark.parametrize("name", SILICONES)
+def test_the_constants_are_those_that_were_fitted(name):
+    """A table of three constants each has no other guard; rounded to 0.1 kPa."""
+    rubber = silicone(name)
+    strain = np.array([0.25, 0.5, 1.0])
+    stress = tension_stress(1.0 + strain, rubber.c1_kPa, rubber.c2_kPa, rubber.c3_kPa)
+    assert stress == pytest.approx(FITTED_KPA[name], abs=0.06)
+    assert 1.06e-6 < rubber.density_kg_per_mm3 < 1.2e-6
+
+
 @pytest.mark.parametrize("name", SILICONES)
 def test_stress_rises_with_strain_in_range(name):
     rubber = silicone(name)
@@ -57,3 +79,16 @@ def test_a_rubber_that_relaxes_has_the_stress_of_its_test():
 def test_unknown_silicone_is_refused_with_the_known_ones():
     with pytest.raises(ValueError, match=r"no silicone 'Dragon Skin 40'.*Dragon Skin 30"):
         silicone("Dragon Skin 40")
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in SILICONES if name.startswith(("Dragon", "Sorta"))]
+)
+def test_harder_silicones_are_stiffer(name):
+    """Their names tell the hardness Shore A, S, of which Gent's formula (On the relation between
+    indentation hardness and Young's modulus, Rubber Chemistry and Technology 31 (1958) 896) makes
+    0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S)) MPa. It is for filled rubber: these
+    silicones have 0.3 to 0.5 of it, one as another."""
+    hardness = float(name.split()[-1] if name[-1].isdigit() else name.split()[-2])
+    gent_kPa = 98.1 * (56.0 + 7.62336 * hardness) / (0.137505 * (254.0 - 2.54 * hardness))
+    assert 0.28 < silicone(name).young_modulus_kPa / gent_kPa < 0.55

@@ -39,6 +39,22 @@ def test_a_parameter_that_no_path_changes_with_is_refused() -> None:
         fit("modulus_factor", "friction")
 
 
+def test_a_fit_tells_how_far_it_is() -> None:
+    """Of as many simulations as it may make, at least: it is never at its end before it ends."""
+    zeros = np.zeros((len(TIME_S), 1))
+    track = np.column_stack([12.0 * TIME_S, np.zeros(len(TIME_S))])
+    trial = Trial("one", LoggedPressures(TIME_S, zeros, zeros, ()), MarkerTrack(TIME_S, track))
+    told: list[tuple[int, int]] = []
+    fit_parameters(
+        [trial], path_of, {"modulus_factor": 1.0, "friction": 1.0}, STEP_S,
+        ParameterFitSettings(names=("modulus_factor",), evaluation_limit=5),
+        lambda done, total, _: told.append((done, total)),
+    )  # fmt: skip
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+    assert told[0] == (1, 10)
+    assert all(done < total for done, total in told[:-1])
+
+
 def test_what_cannot_be_seen_is_not_certain() -> None:
     x = np.linspace(0.0, 1.0, 50)
     residual = 0.1 * np.random.default_rng(2).standard_normal(50)

@@ -85,6 +85,16 @@ def test_commands_and_readings(controller: _Controller) -> None:
     driver.close()
 
 
+def test_a_closed_port_is_opened_to_vent(controller: _Controller) -> None:
+    driver = _driver(controller)
+    driver.open()
+    driver.close()
+    controller.vented.clear()
+    driver.vent()
+    assert controller.vented.wait(1.0)
+    driver.close()
+
+
 @pytest.mark.parametrize(
     ("fault", "message"),
     [

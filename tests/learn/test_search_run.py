@@ -116,6 +116,16 @@ def test_pairs_walk_their_distance_again_and_the_curve_only_rises(tmp_path: Path
     assert len(set(twins)) == len(twins)
 
 
+def test_actions_are_counted_by_generation(tmp_path: Path) -> None:
+    """20 gaits of 16 actions in each; what is read back was made by an earlier process."""
+    first = search("random", 640, tmp_path)
+    assert first.timesteps.tolist() == [320, 640]
+    assert first.resumed_timesteps == 0
+    again = search("random", 960, tmp_path)
+    assert again.timesteps.tolist() == [320, 640, 960]
+    assert again.resumed_timesteps == 640
+
+
 def test_a_failed_walk_never_wins(tmp_path: Path) -> None:
     class Fragile(ViscousCrawler):
         """Fails wherever regulator 1 is commanded above 80 kPa, and would travel far."""

@@ -39,6 +39,11 @@ def flown(physics: Physics, integrator: str, duration_s: float) -> FullRobotStat
     return state
 
 
+def test_a_linearly_implicit_step_that_touches_nothing_is_one_solve():
+    robot = small_robot(FLYING, numerics=FullOrderSettings(integrator="linearly_implicit"))
+    assert robot.step(robot.initial_state(), PRESSURE).iterations == 1
+
+
 @pytest.mark.parametrize("damping", ["published", "objective"])
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_first_order_convergence(integrator, damping):

@@ -101,6 +101,9 @@ def test_element_limit_is_kept_and_said():
     )
     assert sum(len(cubature.index) for cubature in result.cubatures) <= 20
     assert not result.converged
+    alone = ecsw(PART.element_groups, MODES, STATES[:3], settings)
+    assert sum(len(cubature.index) for cubature in alone.cubatures) == 20
+    assert not alone.converged
 
 
 def test_a_state_of_weight_two_counts_as_four():

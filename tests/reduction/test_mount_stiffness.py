@@ -49,6 +49,22 @@ def test_the_stiffness_turns_with_the_place() -> None:
         mount_stiffness(hub, points, [])
 
 
+def test_a_part_and_its_image_get_the_same_mount() -> None:
+    """At a place beside the bar's plane of symmetry, whose own stiffness is not symmetric."""
+    points = np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]])
+    flip = np.kron(np.eye(2)[[1, 0]], np.diag([1.0, -1.0, 1.0]))
+    place = Pose(np.eye(3), np.array([39.5, 2.7, 2.0]))
+    alone = mount_stiffness(bar(), points, [place])
+    both = mount_stiffness(bar(), points, [place], mirror_points=np.array([1, 0]))
+    close = 1e-6 * np.abs(both).max()
+    assert np.abs(flip @ alone @ flip.T - alone).max() > 1e3 * close
+    np.testing.assert_allclose(flip @ both @ flip.T, both, atol=close)
+    # Compliances are what is averaged.
+    image = flip @ np.linalg.inv(alone) @ flip.T
+    expected = 0.5 * (np.linalg.inv(alone) + image)
+    np.testing.assert_allclose(np.linalg.inv(both), expected, atol=1e-6 * expected.max())
+
+
 def test_a_part_feels_its_mount_at_the_attachment_alone() -> None:
     part = synthetic_part((6, 4, 4))
     held = vibration_modes(part, 4)

@@ -14,7 +14,7 @@ from pneumorph.reduction.blocked_force import blocked_forces
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, blocked_snapshots
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.errors import force_errors, reduced_bend
-from pneumorph.reduction.reduce import ReductionSettings, reduce_part
+from pneumorph.reduction.reduce import ReductionSettings, _kinds, reduce_part
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import (
@@ -127,6 +127,11 @@ def test_snapshots_of_another_mesh_and_without_bending_are_refused(model, snapsh
         reduce_part(model, loads_alone)
 
 
+def test_each_fourth_load_is_on_a_leg_without_pressure(loads_alone):
+    empty = loads_alone.pressure_kPa.ravel() == 0.0
+    assert empty.tolist() == [True, False, False, False, True, False]
+
+
 def test_kinds_without_a_share_teach_nothing(model, snapshots, loads_alone):
     alone = ReductionSettings(mode_limit=6, bend_share=0.0, load_share=1.0, holdout_every=0)
     part, report = reduce_part(model, snapshots, alone)
@@ -172,6 +177,14 @@ def test_blocked_tips_teach_their_force_where_they_have_a_share(model):
 
 def test_without_blocked_tips_no_error_of_them_is_told(reduction):
     assert reduction[1].blocked_error_percent is None
+
+
+def test_walks_have_what_is_left_of_the_weight(snapshots):
+    settings = ReductionSettings(bend_share=0.2, load_share=0.3, blocked_share=0.1)
+    kinds = _kinds(snapshots, settings)
+    assert [share for _, share in kinds] == pytest.approx([0.2, 0.1, 0.3, 0.4])
+    numbers = np.concatenate([each for each, _ in kinds])
+    assert sorted(numbers) == list(range(len(snapshots)))
 
 
 def test_shares_beyond_the_whole_are_refused():

@@ -147,3 +147,11 @@ def test_a_range_of_other_modes_is_refused() -> None:
     part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
     with pytest.raises(ValueError, match=r"snapshot_range must have shape \(4, 4\)"):
         replace(part, snapshot_range=np.eye(3))
+
+
+def test_a_part_of_one_mode_knows_its_range() -> None:
+    part = replace(
+        synthetic_reduced_part(mode_count=1, cells=(4, 4, 4)), snapshot_range=np.array([[0.5]])
+    )
+    assert part.knows_range
+    assert part.range_ratio(np.array([3.0])) == pytest.approx(1.5)

@@ -1,0 +1,48 @@
+"""The reduced legs that ship are what their presets ask for today."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.paper_leg import paper_leg
+from pneumorph.study.reduction_options import ReduceOptions, hyperelastic, measured
+
+PRESETS = {"published": ReduceOptions, "hyperelastic": hyperelastic, "measured": measured}
+
+
+def leaves(content: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Settings by their whole names."""
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            yield from leaves(value, f"{above}{name}.")
+        else:
+            yield above + name, value
+
+
+@pytest.mark.parametrize("leg", PRESETS)
+def test_the_leg_was_reduced_with_the_settings_of_its_preset(leg: str) -> None:
+    """What an earlier version did not know yet is not in its file."""
+    kept = dict(leaves(paper_leg(leg).reduced.metadata["settings"]))
+    asked = dict(leaves(settings_to_dict(PRESETS[leg]().reduction)))
+    assert len(kept) >= 12
+    assert kept == {name: asked[name] for name in kept}
+
+
+@pytest.mark.parametrize("leg", PRESETS)
+def test_the_leg_saw_the_equilibria_of_its_preset(leg: str) -> None:
+    """Evenly spaced in pressure, up to the highest, or to the last that has an equilibrium."""
+    report, asked = paper_leg(leg).reduced.metadata["report"], PRESETS[leg]().snapshots
+    static, blocked = asked.static, asked.blocked
+    curves = {"bend": (static.bend_pressure_kPa, static.bend_count)}
+    if blocked.count > 0:
+        curves["blocked"] = (blocked.pressure_kPa, blocked.count)
+    for name, (highest_kPa, count) in curves.items():
+        expected = np.linspace(0.0, highest_kPa, count + 1)[1:]
+        found = report[name]["pressure_kPa"]
+        assert len(found) >= count - 1
+        assert found == pytest.approx(expected[: len(found)])
