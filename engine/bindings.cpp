@@ -116,12 +116,15 @@ static pneumorph::PartInput read_part(PartReader& reader, size_t m) {
   part.membrane_lambda = reader.read("membrane_lambda", {t});
   part.membrane_mu = reader.read("membrane_mu", {t});
   part.yeoh_c2 = reader.number("yeoh_c2_over_c1"), part.yeoh_c3 = reader.number("yeoh_c3_over_c1");
-  const size_t k = reader.length("dilatation_1"), b = reader.length("branch_ratio");
-  part.pressures = int(k), part.branches = int(b);
+  const size_t k = reader.length("dilatation_1"), s = reader.length("stretch_1"), b = reader.length("branch_ratio");
+  part.pressures = int(k), part.stretches = int(s), part.branches = int(b);
   part.dilatation_lambda = reader.number("dilatation_lambda");
   part.dilatation_1 = reader.read("dilatation_1", {k, m});
   part.dilatation_2 = reader.read("dilatation_2", {k, m, m});
   part.dilatation_3 = reader.read("dilatation_3", {k, m, m, m});
+  part.stretch_modulus = reader.number("stretch_modulus");
+  part.stretch_1 = reader.read("stretch_1", {s, m});
+  part.stretch_2 = reader.read("stretch_2", {s, m, m});
   part.branch_ratio = reader.read("branch_ratio", {b});
   part.branch_time = reader.read("branch_time", {b});
   part.linear_stiffness = reader.read("linear_stiffness", {m, m});

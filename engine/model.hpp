@@ -13,6 +13,7 @@ constexpr int kMaximumRegulators = 16;
 constexpr int kMaximumModes = 32;
 constexpr int kMaximumBranches = 8;
 constexpr int kMaximumPressures = 32;
+constexpr int kMaximumStretches = 32;
 constexpr int kPressureLane = 8;      // pressures treated side by side
 
 enum Status : unsigned char { kRunning = 0, kDiverged = 1, kSingular = 2 };
@@ -59,9 +60,15 @@ struct Part {
   const double* dilatation_1 = nullptr;  // (pressure, mode)
   const double* dilatation_2 = nullptr;  // (pressure, mode, mode)
   const Real* dilatation_3 = nullptr;    // (block of pressures, pair b <= c, mode from c / 4 * 4 on, lane)
+  int stretch_count = 0;                 // of a stiff sheet seen by fields of stress
+  double stretch_modulus = 0;            // kPa
+  const double* stretch_1 = nullptr;     // (stretch, mode)
+  const double* stretch_2 = nullptr;     // (stretch, mode, mode)
   int branch_count = 0;                  // of the solid, with shear moduli over its own and times
   double branch_ratio[kMaximumBranches] = {0}, branch_time[kMaximumBranches] = {0};
-  bool is_rubber() const { return tetrahedra.law == kYeoh || pressure_count > 0 || branch_count > 0; }
+  bool is_rubber() const {
+    return tetrahedra.law == kYeoh || pressure_count > 0 || branch_count > 0 || stretch_count > 0;
+  }
   // Numbers that its springs take: (block, branch, 6, lane).
   long spring_numbers() const { return long(tetrahedra.block_count) * branch_count * 6 * kLane; }
   int cavity_count = 0;

@@ -150,21 +150,29 @@ const Real* pad_cubic_terms(std::vector<AlignedArray>& storage, int count, const
   return terms;
 }
 
+// Matrices of modes, (count, mode, mode), each padded.
+const double* pad_matrices(std::vector<AlignedArray>& storage, int count, const double* from, int modes, int p) {
+  double* to = allocate<double>(storage, size_t(count) * p * p + 8);
+  for (size_t row = 0; row < size_t(count) * modes; ++row)
+    for (int a = 0; a < modes; ++a) to[(row / modes * p + row % modes) * p + a] = from[row * modes + a];
+  return to;
+}
+
 // Volumes of the cavities, and what measured silicone has besides.
 template <class Real>
 void pad_volumes(std::vector<AlignedArray>& storage, const PartInput& in, int p, Part<Real>& part) {
   const auto cavities = pad_cubics<Real>(storage, in.cavities, in.volume_1, in.volume_2, in.volume_3, in.modes, p);
   part.cavity_count = in.cavities;
   part.volume_1 = cavities.first, part.volume_2 = cavities.second, part.volume_3 = cavities.third;
-  double* quadratic = allocate<double>(storage, size_t(in.pressures) * p * p + 8);
-  for (size_t row = 0; row < size_t(in.pressures) * in.modes; ++row)
-    for (int a = 0; a < in.modes; ++a)
-      quadratic[(row / in.modes * p + row % in.modes) * p + a] = in.dilatation_2[row * in.modes + a];
   part.pressure_count = in.pressures;
   part.dilatation_lambda = in.dilatation_lambda;
   part.dilatation_1 = pad_rows(storage, in.dilatation_1, in.pressures, in.modes, p);
-  part.dilatation_2 = quadratic;
+  part.dilatation_2 = pad_matrices(storage, in.pressures, in.dilatation_2, in.modes, p);
   part.dilatation_3 = pad_cubic_terms<Real>(storage, in.pressures, in.dilatation_3, in.modes, p);
+  part.stretch_count = in.stretches;
+  part.stretch_modulus = in.stretch_modulus;
+  part.stretch_1 = pad_rows(storage, in.stretch_1, in.stretches, in.modes, p);
+  part.stretch_2 = pad_matrices(storage, in.stretches, in.stretch_2, in.modes, p);
   part.yeoh_c2 = Real(in.yeoh_c2), part.yeoh_c3 = Real(in.yeoh_c3);
   part.branch_count = in.branches;
   for (int b = 0; b < in.branches; ++b)
@@ -240,6 +248,7 @@ Part<Real> pad_part(std::vector<AlignedArray>& storage, const PartInput& in, int
   const int m = in.modes, p = padded;
   check_count(in.cavities, kMaximumRegulators, "cavities");
   check_count(in.pressures, kMaximumPressures, "pressures");
+  check_count(in.stretches, kMaximumStretches, "stretches of a sheet");
   check_count(in.branches, kMaximumBranches, "branches");
   Part<Real> part;
   part.tetrahedra = pad_family<Real>(storage, 3, in.tetrahedron_law, in.tetrahedra, in.tetrahedron_rest,

@@ -15,9 +15,9 @@ struct PartInput {
   const double *tetrahedron_rest, *tetrahedron_gradient, *tetrahedron_lambda, *tetrahedron_mu;
   const double *membrane_rest, *membrane_gradient, *membrane_lambda, *membrane_mu;
   double yeoh_c2 = 0, yeoh_c3 = 0;  // over C1
-  int pressures = 0, branches = 0;
-  double dilatation_lambda = 0;
-  const double *dilatation_1, *dilatation_2, *dilatation_3, *branch_ratio, *branch_time;
+  int pressures = 0, stretches = 0, branches = 0;
+  double dilatation_lambda = 0, stretch_modulus = 0;
+  const double *dilatation_1, *dilatation_2, *dilatation_3, *stretch_1, *stretch_2, *branch_ratio, *branch_time;
   const double *linear_stiffness, *volume_1, *volume_2, *volume_3;
   double mass = 0;
   const double *first_moment, *first_moment_modes, *second_moment, *second_moment_modes, *second_moment_mode_pairs;
@@ -42,8 +42,8 @@ class AlignedArray {
   std::unique_ptr<char, void (*)(char*)> data_{nullptr, &release};
 };
 
-// The part with `padded` modes; its arrays live in `storage`. Throws std::invalid_argument for too many cavities, pressures
-// or branches.
+// The part with `padded` modes; its arrays live in `storage`. Throws std::invalid_argument for too many cavities, pressures,
+// stretches or branches.
 template <class Real>
 Part<Real> pad_part(std::vector<AlignedArray>& storage, const PartInput& in, int padded);
 

@@ -149,25 +149,35 @@ inline void cubic_gradients(const Part<Real>& part, const double* alpha, Real th
   }
 }
 
-// Changes of volume c, cubic polynomials of the modes: the force -lambda c dc and the stiffness lambda dc (x) dc.
+// A polynomial c of the modes with the energy root^2 / 2 c^2: its `row` root dc, and the work of root c on it.
 template <int M, class Real>
-void add_dilatation(const Part<Real>& part, const double* alpha, Real work[M], Real stiffness[M][M]) {
-  alignas(64) Real third[kMaximumPressures][M], rows[kMaximumPressures][kRowStride<M>];
-  cubic_gradients<M, Real>(part, alpha, third);
-  const double root = std::sqrt(part.dilatation_lambda);
-  for (int k = 0; k < part.pressure_count; ++k) {
-    alignas(64) double second[M];
-    const double* first = part.dilatation_1 + k * M;
-    add_products<M, double>(alpha, part.dilatation_2 + long(k) * M * M, M, second);
-    double change = 0;
-    for (int a = 0; a < M; ++a) change += alpha[a] * (first[a] + 0.5 * second[a] + double(third[k][a]) / 3);
-    const Real pressure = Real(root * change);
-    for (int a = 0; a < M; ++a) {
-      rows[k][a] = Real(root * (first[a] + second[a] + double(third[k][a])));
-      work[a] += pressure * rows[k][a];
-    }
+inline void add_mixed(const double* alpha, const double* first, const double* quadratic, const Real* third, double root,
+                      Real row[M], Real work[M]) {
+  alignas(64) double second[M];
+  add_products<M, double>(alpha, quadratic, M, second);
+  double change = 0;
+  for (int a = 0; a < M; ++a) change += alpha[a] * (first[a] + 0.5 * second[a] + double(third[a]) / 3);
+  const Real stress = Real(root * change);
+  for (int a = 0; a < M; ++a) {
+    row[a] = Real(root * (first[a] + second[a] + double(third[a])));
+    work[a] += stress * row[a];
   }
-  add_outer_products<true, M>(rows, part.pressure_count, stiffness);
+}
+
+// Changes of volume, cubic polynomials of the modes, and stretches of a stiff sheet, quadratic ones: with modulus k of each
+// c the force -k c dc and the stiffness k dc (x) dc.
+template <int M, class Real>
+void add_mixed_energies(const Part<Real>& part, const double* alpha, Real work[M], Real stiffness[M][M]) {
+  alignas(64) Real third[kMaximumPressures][M], rows[kMaximumPressures + kMaximumStretches][kRowStride<M>];
+  alignas(64) const Real none[M] = {};
+  cubic_gradients<M, Real>(part, alpha, third);
+  const double of_volume = std::sqrt(part.dilatation_lambda), of_sheet = std::sqrt(part.stretch_modulus);
+  Real(*row)[kRowStride<M>] = rows;
+  for (int k = 0; k < part.pressure_count; ++k)
+    add_mixed<M, Real>(alpha, part.dilatation_1 + k * M, part.dilatation_2 + long(k) * M * M, third[k], of_volume, *row++, work);
+  for (int k = 0; k < part.stretch_count; ++k)
+    add_mixed<M, Real>(alpha, part.stretch_1 + k * M, part.stretch_2 + long(k) * M * M, none, of_sheet, *row++, work);
+  add_outer_products<true, M>(rows, int(row - rows), stiffness);
 }
 
 // Adds what is stiff in a part, the sheet and the changes of volume: `work` of its stress on every mode and, under published
@@ -180,7 +190,7 @@ void add_stiff(const Part<Real>& part, const double* alpha, const Real* coordina
     add_elements<M, 2, 4, Real>(part.membranes, coordinates, edges, work, system);
   else
     add_elements<M, 2, 1, Real>(part.membranes, coordinates, edges, work, system);
-  if (part.pressure_count > 0) add_dilatation<M, Real>(part, alpha, work[0], system.stiffness);
+  if (part.pressure_count + part.stretch_count > 0) add_mixed_energies<M, Real>(part, alpha, work[0], system.stiffness);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -274,15 +274,8 @@ class PartModel:
 
     def stiffness_data(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Data of `stiffness`, in the pattern of `assembly`."""
-        return self.assembly.symmetric_data(
-            [
-                rotated_stiffness_entries(group, x, rotation)
-                if isinstance(group.law, Corotational)
-                else tangent_entries(group, x, definite=True)
-                for group in self.element_groups
-            ]
-            + self._volume_entries(x, definite=True)
-        )
+        entries = [_stiffness_entries(group, x, rotation) for group in self.element_groups]
+        return self.assembly.symmetric_data(entries + self._volume_entries(x, definite=True))
 
     def stiffness(self, x: np.ndarray, rotation: Rotation = "edge") -> csc_array:
         """The stiffness of the published step [mN/mm], (3 node, 3 node); positive semi-definite.
@@ -292,6 +285,12 @@ class PartModel:
         stressed body.
         """
         return self.assembly.matrix(self.stiffness_data(x, rotation))
+
+    def shape_stiffness(self, x: np.ndarray, rotation: Rotation = "edge") -> csc_array:
+        """The solid's share of `stiffness`, without what wholes of elements and membranes resist
+        [mN/mm], (3 node, 3 node)."""
+        solid = _stiffness_entries(self.element_groups[0], x, rotation)
+        return self.assembly.matrix(self.assembly.symmetric_data([solid]))
 
     def objective_stiffness_data(self, x: np.ndarray) -> np.ndarray:
         """Data of `objective_stiffness`, in the pattern of `assembly`."""
@@ -426,6 +425,13 @@ class PartModel:
     def _require_cavity(self) -> None:
         if not self.cavities:
             raise MeshError("the part has no cavity; name its surface region when making it")
+
+
+def _stiffness_entries(group: ElementGroup, x: np.ndarray, rotation: Rotation) -> np.ndarray:
+    """Upper triangles of a group's share of `PartModel.stiffness`."""
+    if isinstance(group.law, Corotational):
+        return rotated_stiffness_entries(group, x, rotation)
+    return tangent_entries(group, x, definite=True)
 
 
 def node_mass(mesh: Mesh, mass_kg: float, lumping: MassLumping) -> np.ndarray:

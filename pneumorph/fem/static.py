@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
+from pneumorph.fem.cavity import Pressure
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.part_model import PartModel
 from pneumorph.physics.physics import Rotation
@@ -131,6 +132,33 @@ def rising_equilibria(
     )
 
 
+def static_answers(
+    part: PartModel,
+    x: np.ndarray,
+    pressure_kPa: Pressure,
+    held_nodes: np.ndarray,
+    forces_mN: np.ndarray,
+    rotation: Rotation = "edge",
+) -> np.ndarray:
+    """How the nodes move under small further forces, with the whole tangent at an equilibrium.
+
+    Args:
+        part: The part.
+        x: The equilibrium [mm], (node, 3).
+        pressure_kPa: Pressure in the cavities, or of each [kPa].
+        held_nodes: Nodes that stay, (n,).
+        forces_mN: Forces on the nodes, (node, 3, force).
+        rotation: Where the elements take their rotation from.
+
+    Returns:
+        Displacements [mm], (node, 3, force).
+    """
+    tangent = _SymmetricTangent if part.has_potential(rotation) else _Tangent
+    solver = tangent(part, np.unique(np.asarray(held_nodes)), rotation)
+    flat = forces_mN.reshape(x.size, -1)[solver.free]
+    return solver.solve(x, pressure_kPa, flat, np.zeros_like(x)).reshape(forces_mN.shape)
+
+
 def _equilibria(
     part: PartModel,
     pressures_kPa: Iterable[float],
@@ -252,7 +280,7 @@ class _Tangent:
         self.free: np.ndarray = np.flatnonzero(np.repeat(free_node, 3))
 
     def solve(
-        self, x: np.ndarray, pressure: float, forces: np.ndarray, before: np.ndarray
+        self, x: np.ndarray, pressure: Pressure, forces: np.ndarray, before: np.ndarray
     ) -> np.ndarray:
         """Changes of all unknowns, (3 node, column), for forces on the free ones, (free, column).
 
@@ -283,7 +311,7 @@ class _SymmetricTangent(_Tangent):
         self._pattern = FrontPattern(part.assembly, held, "tree")
 
     def solve(
-        self, x: np.ndarray, pressure: float, forces: np.ndarray, before: np.ndarray
+        self, x: np.ndarray, pressure: Pressure, forces: np.ndarray, before: np.ndarray
     ) -> np.ndarray:
         """As `_Tangent.solve`.
 

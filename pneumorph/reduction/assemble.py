@@ -23,6 +23,7 @@ from pneumorph.reduction.mixed_dilatation import (
     every_element,
     mixed_dilatation,
 )
+from pneumorph.reduction.mixed_sheet import mixed_sheet
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.sampled_elements import SampledElements
 
@@ -82,6 +83,7 @@ def assemble_reduced_part(
     metadata: Mapping[str, Any] | None = None,
     mount_stiffness: np.ndarray | None = None,
     pressure_fields: np.ndarray | None = None,
+    stress_fields: np.ndarray | None = None,
 ) -> ReducedPart:
     """Build the reduced part of given modes and sampled elements.
 
@@ -89,8 +91,8 @@ def assemble_reduced_part(
         part: The full-order part: tetrahedra and at most one membrane.
         modes: Mass-orthonormal mode shapes, (node, 3, mode); zero at a rigid attachment. They
             are rounded to single precision first, so a saved part equals the one in memory.
-        cubatures: Sampled elements of each group; every element with unit weight if not given
-            (plain Galerkin projection).
+        cubatures: Sampled elements of each of `sampled_groups`; every element with unit weight if
+            not given (plain Galerkin projection).
         contact_modes: Mode shapes at the mesh's collision points, (point, 3, mode); interpolated
             in the tetrahedra if not given.
         metadata: Provenance and errors to record beside the mesh digest.
@@ -99,20 +101,23 @@ def assemble_reduced_part(
         pressure_fields: Of a solid with mean dilatation the pressures that its volumes are seen by,
             (element, pressure), as `pressure_fields` of `mixed_dilatation.py` makes them; every
             element's own if not given.
+        stress_fields: Of a stiff membrane the stresses that it is seen by, (3 point, stretch), as
+            `stress_fields` of `mixed_sheet.py` makes them; None where its points are sampled.
 
     Raises:
         ValueError: Shapes disagree, or the part has several membranes.
     """
-    mesh, groups = part.mesh, tuple(part.element_groups)
+    mesh, groups = part.mesh, sampled_groups(part, stress_fields)
     if modes.ndim != 3 or modes.shape[:2] != mesh.nodes.shape:
         raise ValueError(
             f"modes must have shape (node, 3, mode) with {len(mesh.nodes)} nodes, got "
             f"{modes.shape}; they may belong to another mesh"
         )
-    if len(groups) > 2:
+    sheets = len(part.element_groups) - 1
+    if sheets > 1:
         raise ValueError(
-            f"a part to be reduced may have one membrane, got {len(groups) - 1}; a reduced part "
-            "has one material for its tetrahedra and one for its membrane"
+            f"a part to be reduced may have one membrane, got {sheets}; a reduced "
+            "part has one material for its tetrahedra and one for its membrane"
         )
     if cubatures is None:
         cubatures = tuple(Cubature.every(group.element_count) for group in groups)
@@ -129,7 +134,11 @@ def assemble_reduced_part(
         for group, cubature in zip(groups, cubatures, strict=True)
     )
     membrane_cubature = membrane_cubatures[0] if membranes else Cubature.every(0)
-    membrane = membranes[0] if membranes else _no_membrane(mode_count)
+    membrane = membranes[0] if membranes else _no_membrane(part, mode_count)
+    stretches: dict[str, np.ndarray] = {}
+    if stress_fields is not None:
+        sheet = mixed_sheet(part.element_groups[1], mesh.nodes, modes, stress_fields)
+        stretches = {"stretch_1": sheet.linear, "stretch_2": sheet.quadratic}
     cavities = [
         cavity_polynomial(mesh.nodes, Cavity.of_surface(mesh.surface_connectivity(name)), modes)
         for name in cavity_regions(mesh)
@@ -160,6 +169,7 @@ def assemble_reduced_part(
         dilatation_1=dilatation.linear,
         dilatation_2=dilatation.quadratic,
         dilatation_3=dilatation.cubic,
+        **stretches,
         relaxation_weight=np.array(() if series is None else series.weights),
         relaxation_time=np.array(() if series is None else series.times_s),
         linear_stiffness=_mount(part, modes, mount_stiffness),
@@ -179,6 +189,12 @@ def assemble_reduced_part(
         contact_area_mm2=mesh.contact_surfaces.area_mm2,
         metadata={**(metadata or {}), **_attachment(mesh), "mesh_digest": mesh.digest()},
     )
+
+
+def sampled_groups(part: PartModel, stress_fields: np.ndarray | None) -> tuple[ElementGroup, ...]:
+    """Element groups whose points are sampled: all but a membrane that is seen by its stress."""
+    groups = tuple(part.element_groups)
+    return groups if stress_fields is None else groups[:1]
 
 
 def _dilatation(part: PartModel, modes: np.ndarray, fields: np.ndarray | None) -> MixedDilatation:
@@ -218,7 +234,8 @@ def _attachment(mesh: Mesh) -> dict[str, list[int]]:
     return {"attachment_nodes": np.unique(np.concatenate(sets)).tolist()} if sets else {}
 
 
-def _no_membrane(mode_count: int) -> SampledElements:
+def _no_membrane(part: PartModel, mode_count: int) -> SampledElements:
+    material = part.membranes[0].material if part.membranes else Material(1.0, 0.0)
     return SampledElements(
-        np.zeros((0, 3, 2)), np.zeros((0, 3, 2, mode_count)), np.zeros(0), Material(1.0, 0.0)
+        np.zeros((0, 3, 2)), np.zeros((0, 3, 2, mode_count)), np.zeros(0), material
     )

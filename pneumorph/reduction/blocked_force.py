@@ -56,7 +56,7 @@ def blocked_forces(
     Raises:
         MeshError: No face of the mesh's skin lies in the region.
     """
-    weights = _even_load(mesh, region)
+    weights = even_load(mesh, region)
     pressures = list(pressures_kPa)
     if isinstance(leg, ReducedPart):
         lift = np.einsum("n,nm->m", weights, leg.modes[:, 2])
@@ -80,7 +80,7 @@ def blocked_forces(
             yield BlockedForce(pressure, found.keeping_mN, found.positions)
 
 
-def _even_load(mesh: Mesh, region: str) -> np.ndarray:
+def even_load(mesh: Mesh, region: str) -> np.ndarray:
     """Shares of an even traction over a flat face among the nodes, which add up to 1, (node,)."""
     there = np.isin(np.arange(len(mesh.nodes)), mesh.node_set(region))
     skin = mesh.surface_connectivity("skin")

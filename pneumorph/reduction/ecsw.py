@@ -41,6 +41,7 @@ from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.assemble import Cubature, sample_elements
 from pneumorph.reduction.mirror_pairs import shared_columns
 from pneumorph.reduction.mixed_dilatation import MixedDilatation
+from pneumorph.reduction.mixed_sheet import MixedSheet
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.sparse_nnls import NormalEquations, sparse_nnls
 
@@ -92,7 +93,7 @@ def ecsw(
     weights: np.ndarray | None = None,
     mirror_nodes: np.ndarray | None = None,
     linear_stiffness: np.ndarray | None = None,
-    dilatation: MixedDilatation | None = None,
+    mixed: Sequence[MixedDilatation | MixedSheet] = (),
     relaxing: bool = False,
     progress: Progress | None = None,
 ) -> EcswResult:
@@ -107,7 +108,7 @@ def ecsw(
         weights: Of the states' force rows, (state,); 1 if not given.
         mirror_nodes: Mirror image of each node, (node,), to pair elements.
         linear_stiffness: What holds the modes besides the elements, (mode, mode): the mount's.
-        dilatation: What the solid's volumes cost besides, where elements have them as wholes.
+        mixed: What the solid's volumes and a sheet cost besides, where fields see them.
         relaxing: Whether the solid, the first group, has branches.
         progress: Called with done, total and a message.
 
@@ -117,7 +118,7 @@ def ecsw(
     if len(states) == 0:
         raise ValueError("states must hold at least one training state, got none")
     training = TrainingRows.build(
-        groups, modes, mirror_nodes, rotation, linear_stiffness, dilatation, relaxing
+        groups, modes, mirror_nodes, rotation, linear_stiffness, mixed, relaxing
     )
     # Evenly spread over the states, which are ordered by protocol and load.
     spread = np.linspace(0, len(states) - 1, max(settings.stiffness_state_count, 1))
@@ -181,7 +182,7 @@ class TrainingRows:
     rotation: Rotation
     linear_stiffness: np.ndarray
     """Besides the elements', (mode, mode)."""
-    dilatation: MixedDilatation | None
+    mixed: Sequence[MixedDilatation | MixedSheet]
     """Besides the elements', as the state has it."""
     relaxing: bool
     """Whether the first group, the solid, has branches."""
@@ -194,7 +195,7 @@ class TrainingRows:
         mirror_nodes: np.ndarray | None,
         rotation: Rotation,
         linear_stiffness: np.ndarray | None = None,
-        dilatation: MixedDilatation | None = None,
+        mixed: Sequence[MixedDilatation | MixedSheet] = (),
         relaxing: bool = False,
     ) -> TrainingRows:
         """Prepare the elements of all groups and number their columns."""
@@ -214,7 +215,7 @@ class TrainingRows:
         elements = tuple(sample_elements(group, modes) for group in groups)
         if linear_stiffness is None:
             linear_stiffness = np.zeros((modes.shape[2], modes.shape[2]))
-        return cls(elements, columns, rotation, linear_stiffness, dilatation, relaxing)
+        return cls(elements, columns, rotation, linear_stiffness, mixed, relaxing)
 
     @property
     def column_count(self) -> int:
@@ -280,8 +281,8 @@ class TrainingRows:
         """L^-1 of the reduced stiffness L L^T, (mode, mode)."""
         mode_count = len(state)
         stiffness = self.linear_stiffness.copy()
-        if self.dilatation is not None:
-            stiffness += self.dilatation.stiffness(state)
+        for each in self.mixed:
+            stiffness += each.stiffness(state)
         for fields, tangent in pairs:
             modal = fields[:, :, :mode_count]
             stiffness += modal.reshape(-1, mode_count).T @ (tangent @ modal).reshape(-1, mode_count)

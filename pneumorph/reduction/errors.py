@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.fem.bend import end_face_bend_deg, end_face_turn_deg
+from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.blocked_force import blocked_forces
 from pneumorph.reduction.modal_equilibrium import rising_modal_equilibria
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.tip_compliance import reduced_tip_compliance, tip_compliance
 
 
 @dataclass(frozen=True)
@@ -147,6 +149,69 @@ def reduced_blocked_force(
     forces[: len(found)] = [each.force_mN for each in found]
     states = np.array([each.alpha for each in found]).reshape(-1, reduced.mode_count)
     return ReducedBlockedForce(pressure_kPa, force_mN, forces, states)
+
+
+@dataclass(frozen=True)
+class ReducedCompliance:
+    """How far the tip of the reduced part gives way under small forces, beside the full one's."""
+
+    pressure_kPa: np.ndarray
+    """(step,)"""
+    full_mm_per_N: np.ndarray
+    """`tip_compliance`, (step, 3, 3)."""
+    reduced_mm_per_N: np.ndarray
+    """NaN where the reduced part found no equilibrium, (step, 3, 3)."""
+
+    @property
+    def error_percent(self) -> np.ndarray:
+        """Size of the difference over that of the full compliance, by Frobenius' norm, (step,)."""
+        full, reduced = self.full_mm_per_N, self.reduced_mm_per_N
+        error: np.ndarray = np.linalg.norm(reduced - full, axis=(1, 2))
+        return 100.0 * error / np.linalg.norm(full, axis=(1, 2))
+
+    @property
+    def worst_percent(self) -> float:
+        """Largest of them; infinite if an equilibrium is missing."""
+        return _worst(self.error_percent)
+
+    def table(self) -> dict[str, list[float]]:
+        """Columns by name, along each axis of the part under a force along it; -1 where the reduced
+        part found no equilibrium."""
+        columns = {"pressure_kPa": self.pressure_kPa.tolist()}
+        for place, axis in enumerate("xyz"):
+            columns[f"full_{axis}_mm_per_N"] = self.full_mm_per_N[:, place, place].tolist()
+            columns[f"reduced_{axis}_mm_per_N"] = _listed(self.reduced_mm_per_N[:, place, place])
+        return columns
+
+
+def reduced_compliance(
+    reduced: ReducedPart,
+    part: PartModel,
+    displacement: np.ndarray,
+    bend: ReducedBend,
+    rotation: Rotation = "edge",
+    count: int = 4,
+) -> ReducedCompliance:
+    """Compare the tips' compliances at some equilibria of free bending, each model's own.
+
+    Args:
+        reduced: The reduced part.
+        part: The full-order one, with a cavity and an outer end face.
+        displacement: Its equilibria in order of pressure [mm], (step, node, 3).
+        bend: The reduced part's at the same pressures.
+        rotation: Where the elements take their rotation from.
+        count: At most so many of them, the last among them.
+    """
+    chosen = np.unique(np.linspace(0, len(displacement) - 1, count + 1)[1:].round().astype(int))
+    inflated = np.isin(cavity_regions(part.mesh), part.cavity_names)
+    pressure, found = bend.pressure_kPa[chosen], ~np.isnan(bend.reduced_deg[chosen])
+    full, own = [], []
+    for step, kPa, there in zip(chosen, pressure.tolist(), found, strict=True):
+        full.append(tip_compliance(part, part.rest_nodes + displacement[step], kPa, rotation))
+        alpha = bend.alpha[step]
+        answer = reduced_tip_compliance(reduced, part.mesh, alpha, kPa * inflated, rotation)
+        own.append(answer if there else np.full((3, 3), np.nan))
+    return ReducedCompliance(pressure, 1e3 * np.array(full), 1e3 * np.array(own))
 
 
 def node_errors_mm(displacement: np.ndarray, modes: np.ndarray, alpha: np.ndarray) -> np.ndarray:

@@ -108,16 +108,36 @@ def pressure_fields(
     if mirror is not None:
         image = weighted[:, mirror]
         halves = [0.5 * (weighted + image), 0.5 * (weighted - image)]
+    return leading_vectors(halves, tolerance, limit, "swelling") / root[:, None]
+
+
+def leading_vectors(
+    halves: list[np.ndarray], tolerance: float, limit: int, what: str
+) -> np.ndarray:
+    """The orthonormal vectors that hold the rows of all halves best, each within one of them.
+
+    Args:
+        halves: Rows of snapshots, in subspaces orthogonal to each other, each (snapshot, number).
+        tolerance: Relative root mean square of what the vectors may leave.
+        limit: At most so many.
+        what: What the rows are, for the message.
+
+    Returns:
+        (number, vector), the most important first.
+
+    Raises:
+        ValueError: All rows are zero.
+    """
     found = [np.linalg.svd(half, full_matrices=False)[1:] for half in halves]
     values = np.concatenate([value for value, _ in found])
     vectors = np.concatenate([vector for _, vector in found])
     total = float(np.sum(values**2))
     if total == 0.0:
-        raise ValueError("swelling is zero in every snapshot; nothing was put under pressure")
+        raise ValueError(f"{what} is zero in every snapshot; nothing was put under pressure")
     order = np.argsort(-values, kind="stable")
     left = np.sqrt(np.maximum(1.0 - np.cumsum(values[order] ** 2) / total, 0.0))
     wanted = int(np.argmax(left <= tolerance)) + 1 if left.min() <= tolerance else len(order)
-    fields: np.ndarray = vectors[order[: min(wanted, limit)]].T / root[:, None]
+    fields: np.ndarray = vectors[order[: min(wanted, limit)]].T
     return fields
 
 

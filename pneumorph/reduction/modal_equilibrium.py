@@ -64,8 +64,6 @@ def modal_equilibrium(
         raise ValueError(f"pressure_kPa must be finite, got {pressure_kPa}")
     applied = np.zeros(part.mode_count) if external is None else np.asarray(external, dtype=float)
     alpha = np.zeros(part.mode_count) if start is None else np.array(start, dtype=float)
-    # The largest displacement a mode makes per unit of its coordinate turns mm into alpha.
-    reach = np.abs(part.modes).max(axis=(0, 1))
     residual_size, previous, keeping = np.inf, 0.0, start_keeping_mN
     tangent = np.zeros((part.mode_count, part.mode_count))
 
@@ -77,6 +75,8 @@ def modal_equilibrium(
         if kept is not None:
             load = load + keeping * kept
         elastic = part.internal_force(alpha, rotation)
+        if not np.all(np.isfinite(elastic)):  # rubber that a step turned inside out
+            break
         residual = elastic + load
         scale = max(float(np.linalg.norm(load)), float(np.linalg.norm(elastic)), 1e-12)
         residual_size = float(np.linalg.norm(residual) / scale)
@@ -86,9 +86,7 @@ def modal_equilibrium(
         if iteration == iteration_limit:
             break
         if not residual_size < 0.1 * previous:
-            tangent = -_derivative(part, alpha, rotation, reach)
-            for p, cavity in zip(pressure, cavities, strict=True):
-                tangent -= p * cavity.hessian(alpha)
+            tangent = modal_tangent(part, alpha, pressure, rotation)
         previous = residual_size
         step, more = np.linalg.solve(tangent, residual), 0.0
         if kept is not None:
@@ -111,27 +109,53 @@ def rising_modal_equilibria(
     kept: np.ndarray | None = None,
 ) -> Iterator[ModalEquilibrium]:
     """Equilibria at one pressure after the other, or one of each cavity (cavity,), each from the
-    one before; arguments as of `modal_equilibrium`."""
-    alpha, keeping = None, 0.0
+    one before; arguments as of `modal_equilibrium`.
+
+    A step of pressure from which none is found is halved, up to three times: the state before it
+    may be unstable under the pressure behind it.
+    """
+    result = ModalEquilibrium(np.zeros(part.mode_count), True, 0, 0.0)
+    before = np.zeros(part.cavity_count)
     for pressure in pressures_kPa:
-        result = modal_equilibrium(
-            part,
-            pressure,
-            kept=kept,
-            start=alpha,
-            start_keeping_mN=keeping,
-            rotation=rotation,
-        )
+        wanted = np.broadcast_to(np.asarray(pressure, dtype=float), before.shape)
+        start = result
+        for count in (1, 2, 4, 8):
+            result = start
+            for share in np.arange(1, count + 1) / count:
+                result = modal_equilibrium(
+                    part,
+                    before + share * (wanted - before),
+                    kept=kept,
+                    start=result.alpha,
+                    start_keeping_mN=result.keeping_mN,
+                    rotation=rotation,
+                )
+                if not result.converged:
+                    break
+            if result.converged:
+                break
         yield result
-        alpha, keeping = result.alpha, result.keeping_mN
+        before = wanted
 
 
-def _derivative(
-    part: ReducedPart, alpha: np.ndarray, rotation: Rotation, reach: np.ndarray
+def modal_tangent(
+    part: ReducedPart, alpha: np.ndarray, pressure_kPa: np.ndarray, rotation: Rotation = "edge"
 ) -> np.ndarray:
-    """d(internal force)/d(alpha), (mode, mode); ``reach`` is the largest node move per alpha."""
-    difference = 1e-4 / reach
+    """-d(internal force + sum_c p_c dV_c/dalpha)/dalpha, nothing left out, (mode, mode).
+
+    Of the elements by central differences, so that the change of their rotations is included.
+
+    Args:
+        part: The reduced part.
+        alpha: Modal coordinates, (mode,).
+        pressure_kPa: Pressure of each cavity [kPa], (cavity,).
+        rotation: Where the elements take their rotation from.
+    """
+    # The largest displacement a mode makes per unit of its coordinate turns mm into alpha.
+    difference = 1e-4 / np.abs(part.modes).max(axis=(0, 1))
     forward = part.internal_force(alpha + np.diag(difference), rotation)
     backward = part.internal_force(alpha - np.diag(difference), rotation)
-    derivative: np.ndarray = ((forward - backward) / (2.0 * difference[:, None])).T
-    return derivative
+    tangent: np.ndarray = -((forward - backward) / (2.0 * difference[:, None])).T
+    for index, pressure in enumerate(pressure_kPa):
+        tangent -= pressure * part.cavity(index).hessian(alpha)
+    return tangent

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
 
-from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive, Share
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.part_model import PartModel
-from pneumorph.physics.physics import Rotation
-from pneumorph.reduction.assemble import assemble_reduced_part
-from pneumorph.reduction.ecsw import EcswSettings, ecsw
+from pneumorph.reduction.assemble import assemble_reduced_part, sampled_groups
+from pneumorph.reduction.ecsw import ecsw
 from pneumorph.reduction.errors import (
     ReducedBend,
     ReducedBlockedForce,
@@ -24,69 +22,25 @@ from pneumorph.reduction.errors import (
     node_errors_mm,
     reduced_bend,
     reduced_blocked_force,
+    reduced_compliance,
 )
-from pneumorph.reduction.incremental_pod import IncrementalPod
-from pneumorph.reduction.mirror_pairs import mirror_elements
-from pneumorph.reduction.mixed_dilatation import pressure_fields
-from pneumorph.reduction.pod import Pod, joint_pod, leading_fields
+from pneumorph.reduction.learned_fields import (
+    Progress,
+    evenly,
+    learned_modes,
+    learned_pressures,
+    learned_stresses,
+    pod_metric,
+    split_snapshots,
+)
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshot_range import snapshot_range
 from pneumorph.reduction.snapshots import BEND, SnapshotSet
+from pneumorph.reduction.tip_answers import TipAnswers, tip_answers
 
-Progress = Callable[[int, int, str], None]
-
-# Share of the mode tolerance that decomposing block by block may cost.
-_STREAMING_SHARE = 0.1
-
-
-@dataclass(frozen=True)
-class ReductionSettings(Checked):
-    """How a part is reduced."""
-
-    norm: Literal["energy", "mass"] = "energy"
-    """Inner product of the POD: the mean stiffness over the snapshots, or the mass."""
-    mode_tolerance: Positive = 0.0032
-    """Relative projection error of the snapshots at which to stop adding modes."""
-    mode_limit: Count = 24
-    """At most so many modes, whatever the tolerance asks for."""
-    pressure_tolerance: Positive = 0.01
-    """Of a nearly incompressible part: relative error of the snapshots' changes of volume at which
-    to stop adding pressures."""
-    pressure_limit: Count = 8
-    """At most so many pressures, whatever the tolerance asks for."""
-    symmetric: bool = True
-    """Make modes symmetric or antisymmetric, and weights of mirrored elements equal, where the mesh
-    has a mirror plane."""
-    equal_snapshots: bool = True
-    """Let every snapshot of a kind count alike. Otherwise each counts by its energy, so that those
-    of the largest pressures count almost alone."""
-    bend_share: Share = 0.3
-    """Share of the free-bending equilibria in the weight of all snapshots."""
-    load_share: Share = 0.2
-    """Share of the loaded equilibria."""
-    blocked_share: Share = 0.0
-    """Share of the equilibria with a blocked tip; what remains is that of the robots' walks."""
-    curve_tolerance: NotNegative = 0.0
-    """Relative projection error at which the modes hold free bends and blocked tips, before any is
-    spent on other snapshots; 0: by their shares alone."""
-    rotation: Rotation = "edge"
-    """Where elements take their rotation from while sampled elements are trained."""
-    training_state_limit: Count = 240
-    """At most so many snapshots train the sampled elements."""
-    holdout_every: CountOrNone = 6
-    """One snapshot in so many is kept out of the training, to measure errors on; free bending and
-    blocked tips never are. 0: none."""
-    ecsw: EcswSettings = field(default_factory=EcswSettings)
-    """Choice of elements."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        given = self.bend_share + self.load_share + self.blocked_share
-        if given > 1.0 + 1e-9:  # rounding
-            raise ValueError(
-                f"bend_share, load_share and blocked_share must add up to at most 1, got {given:g};"
-                " what they leave is the share of the walks"
-            )
+ANSWERED_BENDS = 7
+"""Free bends, beside rest, at which the tip's answers to small forces are found."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +57,8 @@ class ReductionReport:
     """The same of the membrane."""
     pressure_count: int
     """Pressures that the volumes of a nearly incompressible part are seen by."""
+    stress_count: int
+    """Fields of stress that a stiff membrane is seen by."""
     sampling_residual: float
     """||G w - b|| / ||b|| of the element selection."""
     sampling_converged: bool
@@ -131,6 +87,12 @@ class ReductionReport:
     """The same with every element."""
     blocked: dict[str, list[float]]
     """Pressure [kPa], force of the full and the reduced part [mN]."""
+    compliance_error_percent: float | None
+    """Largest error of the tip's compliance under small forces over the pressures of `compliance`,
+    by Frobenius' norm; none of a part without cavity or on a soft mount."""
+    compliance: dict[str, list[float]]
+    """Pressure [kPa], the tip's way along each axis under a force along it [mm/N], of the full and
+    the reduced part."""
     snapshot_count: int
     stage_seconds: dict[str, float]
     """Wall time of each stage [s]."""
@@ -184,21 +146,33 @@ def reduce_part(
             "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
             "can be 30 % too stiff in free air"
         )
-    training, heldout = _split(snapshots, settings)
+    training, heldout = split_snapshots(snapshots, settings)
     mirror_nodes = part.mesh.mirror_nodes if settings.symmetric else None
 
     clock.start("metric")
-    metric = _metric(part, snapshots, training, settings, mount_stiffness)
+    metric = pod_metric(part, snapshots, training, settings, mount_stiffness)
+    shown = bend[snapshots.pressure_kPa[bend] <= report_pressure_kPa]
+    directions = _directions(part, snapshots, shown)
+    answers = None
+    if settings.answer_share > 0.0:
+        clock.start("answers to forces")
+        answers = _answers(part, snapshots, directions, settings)
+
     clock.start("modes")
-    basis = _basis(part, snapshots, training, metric, mirror_nodes, settings, progress)
-    pressures = _pressures(part, snapshots, training, metric, settings)
+    basis = learned_modes(
+        part, snapshots, training, answers, metric, mirror_nodes, settings, progress
+    )
+    pressures = learned_pressures(part, snapshots, training, answers, metric, settings)
+    stresses = learned_stresses(part, snapshots, training, answers, metric, settings)
     every = assemble_reduced_part(
-        part, basis.modes, mount_stiffness=mount_stiffness, pressure_fields=pressures
+        part,
+        basis.modes,
+        mount_stiffness=mount_stiffness,
+        pressure_fields=pressures,
+        stress_fields=stresses,
     )
 
     clock.start("bend of the modes")
-    shown = bend[snapshots.pressure_kPa[bend] <= report_pressure_kPa]
-    directions = _directions(part, snapshots, shown)
 
     def bending(reduced: ReducedPart) -> dict[str, ReducedBend]:
         return {
@@ -218,7 +192,7 @@ def reduce_part(
     ideal_blocked = _blocked(every, part, snapshots, settings)
 
     clock.start("sampled elements")
-    trained = _evenly(training, settings.training_state_limit)
+    trained = evenly(training, settings.training_state_limit)
     alpha = _nearest_states(snapshots.states(trained), every.modes, metric)
     own = np.zeros((0, every.mode_count))
     if settings.bend_share > 0.0:
@@ -228,7 +202,7 @@ def reduce_part(
         own = np.concatenate([own, ideal_blocked.alpha])
     weights = np.repeat([1.0, settings.ecsw.equilibrium_weight], [len(alpha), len(own)])
     chosen = ecsw(
-        part.element_groups,
+        sampled_groups(part, stresses),
         every.modes,
         np.concatenate([alpha, own]),
         settings.ecsw,
@@ -236,7 +210,7 @@ def reduce_part(
         weights=weights,
         mirror_nodes=mirror_nodes,
         linear_stiffness=every.linear_stiffness,
-        dilatation=every.dilatation,
+        mixed=(every.dilatation, every.sheet),
         relaxing=part.branches is not None,
         progress=progress,
     )
@@ -249,8 +223,13 @@ def reduce_part(
         every.contact_modes,
         mount_stiffness=mount_stiffness,
         pressure_fields=pressures,
+        stress_fields=stresses,
     )
     curves = bending(sampled)
+    compliance = None
+    if BEND in curves and mount_stiffness is None:  # a soft mount gives way besides
+        bent = snapshots.states(directions[BEND][0])
+        compliance = reduced_compliance(sampled, part, bent, curves[BEND], settings.rotation)
     blocked = _blocked(sampled, part, snapshots, settings)
     node_error, reached = _nearest_of_all(snapshots, every.modes, metric)
     sampled = replace(
@@ -258,7 +237,7 @@ def reduce_part(
         snapshot_range=snapshot_range(reached, None if mirror_nodes is None else basis.parity),
     )
     measured = heldout if len(heldout) else training
-    tried = _nearest_states(snapshots.states(_evenly(measured, 100)), every.modes, metric)
+    tried = _nearest_states(snapshots.states(evenly(measured, 100)), every.modes, metric)
     force_error = force_errors(sampled, every, tried, settings.rotation)
     clock.stop()
     report = ReductionReport(
@@ -268,6 +247,7 @@ def reduce_part(
         tetrahedron_count=len(sampled.tetrahedron_index),
         membrane_count=len(sampled.membrane_index),
         pressure_count=len(sampled.dilatation_1),
+        stress_count=len(sampled.stretch_1),
         sampling_residual=chosen.relative_residual,
         sampling_converged=chosen.converged,
         training_node_error_mm=float(node_error[training].mean()),
@@ -285,6 +265,8 @@ def reduce_part(
         blocked_error_percent=blocked.worst_percent if blocked else None,
         blocked_error_unsampled_percent=ideal_blocked.worst_percent if ideal_blocked else None,
         blocked=blocked.table() if blocked else {},
+        compliance_error_percent=compliance.worst_percent if compliance else None,
+        compliance=compliance.table() if compliance else {},
         snapshot_count=len(snapshots),
         stage_seconds=clock.seconds,
         peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
@@ -313,153 +295,24 @@ def _directions(
     return found
 
 
+def _answers(
+    part: PartModel,
+    snapshots: SnapshotSet,
+    directions: Mapping[str, tuple[np.ndarray, Sequence[str]]],
+    settings: ReductionSettings,
+) -> TipAnswers:
+    """How the tip answers forces at rest and at some of the free bends in every direction."""
+    states, pressures = [np.zeros((1, *part.rest_nodes.shape))], [np.zeros((1, len(part.cavities)))]
+    for numbers, cavities in directions.values():
+        few = evenly(numbers, ANSWERED_BENDS)
+        inflated = np.isin(part.cavity_names, cavities)
+        states.append(snapshots.states(few))
+        pressures.append(snapshots.pressure_kPa[few, None] * inflated)
+    return tip_answers(part, np.concatenate(states), np.concatenate(pressures), settings.rotation)
+
+
 def _worst(curves: Mapping[str, ReducedBend]) -> float | None:
     return max((curve.worst_percent for curve in curves.values()), default=None)
-
-
-def _kinds(
-    snapshots: SnapshotSet, settings: ReductionSettings
-) -> tuple[tuple[np.ndarray, float], ...]:
-    """Numbers of the free-bending, the blocked, the loaded and the walking snapshots, and their
-    shares."""
-    bend, load, blocked = (snapshots.of(name) for name in ("bend", "load", "blocked"))
-    walk = np.setdiff1d(np.arange(len(snapshots)), np.concatenate([bend, load, blocked]))
-    walk_share = 1.0 - settings.bend_share - settings.load_share - settings.blocked_share
-    return (
-        (bend, settings.bend_share),
-        (blocked, settings.blocked_share),
-        (load, settings.load_share),
-        (walk, max(walk_share, 0.0)),
-    )
-
-
-def _split(snapshots: SnapshotSet, settings: ReductionSettings) -> tuple[np.ndarray, np.ndarray]:
-    """Training and held-out snapshots; free bending and blocked tips are never held out, nor is
-    what has no share.
-
-    Raises:
-        ValueError: Nothing is left to learn from.
-    """
-    *curves, load, walk = _kinds(snapshots, settings)
-    others = np.sort(np.concatenate([n if share > 0.0 else n[:0] for n, share in (load, walk)]))
-    every = settings.holdout_every
-    heldout = others[every - 1 :: every] if every > 0 else others[:0]
-    training = np.setdiff1d(others, heldout)
-    for numbers, share in curves:
-        if share > 0.0:
-            training = np.union1d(numbers, training)
-    if len(training) == 0:
-        raise ValueError(
-            "snapshots must hold some that have a share of the weight, got none; look at "
-            "bend_share, load_share and blocked_share"
-        )
-    return training, heldout
-
-
-def _metric(
-    part: PartModel,
-    snapshots: SnapshotSet,
-    training: np.ndarray,
-    settings: ReductionSettings,
-    mount_stiffness: np.ndarray | None,
-) -> sparse.csr_array:
-    """Mean rotated stiffness over snapshots: a snapshot's error costs about its energy in it."""
-    if settings.norm == "mass":
-        return sparse.csr_array(sparse.diags(np.repeat(part.node_mass, 3)))
-    moved = snapshots.states(_evenly(training, 48))
-    total = part.stiffness(part.rest_nodes, settings.rotation)
-    for displacement in moved:
-        total = total + part.stiffness(part.rest_nodes + displacement, settings.rotation)
-    mean = sparse.csr_array(total / (len(moved) + 1))
-    if mount_stiffness is None:
-        return mean
-    rows = (3 * part.mesh.node_set("attachment")[:, None] + np.arange(3)).ravel()
-    first, second = np.meshgrid(rows, rows, indexing="ij")
-    mount = sparse.coo_array(
-        (mount_stiffness.ravel(), (first.ravel(), second.ravel())), shape=mean.shape
-    )
-    return sparse.csr_array(mean + mount)
-
-
-def _basis(
-    part: PartModel,
-    snapshots: SnapshotSet,
-    training: np.ndarray,
-    metric: sparse.csr_array,
-    mirror_nodes: np.ndarray | None,
-    settings: ReductionSettings,
-    progress: Progress | None,
-) -> Pod:
-    """Modes of the training snapshots, each kind of them with its share of the weight."""
-    parts, curves, done = [], [], 0
-    for place, (kind, share) in enumerate(_kinds(snapshots, settings)):
-        numbers = np.intersect1d(kind, training)
-        if len(numbers) == 0:
-            continue
-        is_curve = place < 2 and settings.curve_tolerance > 0.0
-        finest = settings.curve_tolerance if is_curve else settings.mode_tolerance
-        gathered = IncrementalPod(metric, _STREAMING_SHARE * finest, mirror_nodes)
-        fields_of = snapshots.blocks if settings.equal_snapshots else snapshots.factors
-        for fields in fields_of(numbers):
-            gathered.add(_of_unit_energy(fields, metric) if settings.equal_snapshots else fields)
-            done += len(fields)
-            if progress:
-                progress(min(done, len(training)), len(training), "modes")
-        if gathered.square > 0.0:
-            parts.append(((share / gathered.square) ** 0.5, gathered))
-            curves += [gathered] if is_curve else []
-    if not parts:
-        raise ValueError("snapshots must move, but all that train the modes are zero")
-    return joint_pod(
-        parts,
-        part.node_mass,
-        metric,
-        tolerance=settings.mode_tolerance,
-        mode_limit=settings.mode_limit,
-        first=leading_fields(curves, metric, settings.curve_tolerance) if curves else None,
-    )
-
-
-def _pressures(
-    part: PartModel,
-    snapshots: SnapshotSet,
-    training: np.ndarray,
-    metric: sparse.csr_array,
-    settings: ReductionSettings,
-) -> np.ndarray | None:
-    """Fields of pressure of the training snapshots; None of a part whose points have their own."""
-    group = part.volume_group
-    if group is None:
-        return None
-    rows = []
-    for kind, share in _kinds(snapshots, settings):
-        numbers = np.intersect1d(kind, training)
-        for block in snapshots.blocks(numbers):
-            swelling = [group.volumes(part.rest_nodes + u) / group.rest_volume - 1.0 for u in block]
-            scale = np.full(len(block), (share / len(numbers)) ** 0.5)
-            if settings.equal_snapshots:
-                square, moved = _moved(block, metric)
-                scale = np.where(moved, scale / np.sqrt(np.where(moved, square, 1.0)), 0.0)
-            rows.append(np.array(swelling) * scale[:, None])
-    mirror = None
-    if settings.symmetric and part.mesh.mirror_nodes is not None:
-        mirror = mirror_elements(group, part.mesh.mirror_nodes)
-    return pressure_fields(
-        group, np.concatenate(rows), settings.pressure_tolerance, settings.pressure_limit, mirror
-    )
-
-
-def _moved(displacement: np.ndarray, metric: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
-    """Squares of snapshots (snapshot, node, 3) in the metric, and which are not at rest."""
-    flat = displacement.reshape(len(displacement), -1).astype(np.float64)
-    square = np.einsum("sj,sj->s", flat, (metric @ flat.T).T)
-    return square, square > 1e-12 * square.max(initial=0.0)
-
-
-def _of_unit_energy(displacement: np.ndarray, metric: sparse.csr_array) -> np.ndarray:
-    """Snapshots (snapshot, node, 3) scaled to the same norm in the metric; none where at rest."""
-    square, moved = _moved(displacement, metric)
-    return displacement[moved] / np.sqrt(square[moved])[:, None, None]
 
 
 def _nearest_states(
@@ -502,12 +355,6 @@ def _blocked(
         settings.rotation,
         details["face"],
     )
-
-
-def _evenly(numbers: np.ndarray, limit: int) -> np.ndarray:
-    if len(numbers) <= limit:
-        return numbers
-    return numbers[np.linspace(0, len(numbers) - 1, limit).astype(int)]
 
 
 class _Clock:

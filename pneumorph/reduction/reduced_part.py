@@ -26,6 +26,7 @@ from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
 from pneumorph.reduction.mixed_dilatation import MixedDilatation
+from pneumorph.reduction.mixed_sheet import MixedSheet
 from pneumorph.reduction.sampled_branches import SampledBranches
 from pneumorph.reduction.sampled_elements import SampledElements
 from pneumorph.reduction.snapshot_range import range_ratio
@@ -38,6 +39,8 @@ ROUNDING = 1e-9
 _OPTIONAL = ("contact_surface", "contact_area_mm2", "snapshot_range")
 """What files of earlier versions lack: their points lie on one surface without a name, and how far
 their snapshots went is not known."""
+_STRETCHES = ("stretch_1", "stretch_2")
+"""What parts lack whose sheets are sampled, or that have none."""
 _MATERIAL_ENTRIES = tuple(item.name for item in fields(Material))
 
 
@@ -115,7 +118,8 @@ class ReducedPart:
     membrane_measure: Float[np.ndarray, " triangle"]
     """weight * area * thickness [mm^3], (triangle,)."""
     membrane_material: Material
-    """What the membrane is made of, and its law; of no meaning where there is none."""
+    """What the membrane is made of, and its law; of no meaning where there is none. One that is
+    seen by fields of stress has no sampled point."""
 
     dilatation_1: Float[np.ndarray, "pressure mode"]
     """c1 of the changes of volume of a solid with mean dilatation, c = c1.a + 1/2 c2 a a + 1/6 c3 a
@@ -168,6 +172,13 @@ class ReducedPart:
         default_factory=lambda: np.zeros(0)
     )
     """Area that each stands for [mm^2], (point,); likewise."""
+    stretch_1: Float[np.ndarray, "stretch mode"] = field(default_factory=lambda: np.zeros((0, 0)))
+    """c1 of the stretches of a membrane that is seen by fields of stress, c = c1.a + 1/2 c2 a a
+    [mm^1.5], see `mixed_sheet.py`; none where its points are sampled, (stretch, mode)."""
+    stretch_2: Float[np.ndarray, "stretch mode mode"] = field(
+        default_factory=lambda: np.zeros((0, 0, 0))
+    )
+    """(stretch, mode, mode); likewise."""
     snapshot_range: Float[np.ndarray, "mode mode"] | Float[np.ndarray, "0 0"] = field(
         default_factory=lambda: np.zeros((0, 0))
     )
@@ -179,6 +190,9 @@ class ReducedPart:
 
     def __post_init__(self) -> None:
         mode_count = self.modes.shape[-1]
+        for power, name in enumerate(_STRETCHES, 1):
+            if np.size(getattr(self, name)) == 0:  # one way to have none, for all who read them
+                object.__setattr__(self, name, np.zeros((0, *(mode_count,) * power)))
         for name, shape in self._expected_shapes(mode_count).items():
             got = np.shape(getattr(self, name))
             if got != shape and not (name in _OPTIONAL and 0 in got):
@@ -213,6 +227,7 @@ class ReducedPart:
     def _expected_shapes(self, mode: int) -> dict[str, tuple[int, ...]]:
         node, point = len(self.rest_nodes), len(self.contact_points)
         cavity, pressure = len(self.cavity_volume), len(self.dilatation_1)
+        stretch = len(self.stretch_1)
         element, triangle = len(self.tetrahedron_rest), len(self.membrane_rest)
         return {
             "modes": (node, 3, mode),
@@ -231,6 +246,8 @@ class ReducedPart:
             "dilatation_1": (pressure, mode),
             "dilatation_2": (pressure, mode, mode),
             "dilatation_3": (pressure, mode, mode, mode),
+            "stretch_1": (stretch, mode),
+            "stretch_2": (stretch, mode, mode),
             "relaxation_weight": (len(self.relaxation_weight),),
             "relaxation_time": (len(self.relaxation_weight),),
             "linear_stiffness": (mode, mode),
@@ -260,6 +277,8 @@ class ReducedPart:
             value = getattr(self, each.name)
             if isinstance(value, Material):
                 content.update(repr(value).encode())
+            elif each.name in _STRETCHES and len(value) == 0:
+                continue  # as before there were any
             elif each.name not in ("metadata", *_OPTIONAL):
                 content.update(np.ascontiguousarray(value).tobytes())
         return content.hexdigest()
@@ -301,6 +320,12 @@ class ReducedPart:
             self.dilatation_2,
             self.dilatation_3,
         )
+
+    @cached_property
+    def sheet(self) -> MixedSheet:
+        """What the stretches of a membrane cost that is seen by fields of stress; nothing where
+        its points are sampled, or where there is none."""
+        return MixedSheet(self.membrane_material.young_modulus_kPa, self.stretch_1, self.stretch_2)
 
     @cached_property
     def relaxation(self) -> PronySeries | None:
@@ -369,6 +394,7 @@ class ReducedPart:
             self.tetrahedra.force(alpha, rotation)
             + self.membrane.force(alpha, rotation)
             + self.dilatation.force(alpha)
+            + self.sheet.force(alpha)
             - alpha @ self.linear_stiffness.T
         )
 
@@ -382,6 +408,7 @@ class ReducedPart:
             self.tetrahedra.stiffness(alpha, rotation)
             + self.membrane.stiffness(alpha, rotation)
             + self.dilatation.stiffness(alpha)
+            + self.sheet.stiffness(alpha)
             + self.linear_stiffness
         )
 
@@ -391,6 +418,7 @@ class ReducedPart:
             self.tetrahedra.objective_stiffness(alpha)
             + self.membrane.objective_stiffness(alpha)
             + self.dilatation.stiffness(alpha)
+            + self.sheet.stiffness(alpha)
             + self.linear_stiffness
         )
 
@@ -455,7 +483,9 @@ class ReducedPart:
             if isinstance(value, Material):
                 for entry in _MATERIAL_ENTRIES:
                     arrays[_entry_name(item.name, entry)] = np.array(getattr(value, entry))
-            elif item.name != "metadata" and not (item.name in _OPTIONAL and len(value) == 0):
+            elif item.name != "metadata" and not (
+                item.name in (*_OPTIONAL, *_STRETCHES) and len(value) == 0
+            ):
                 arrays[item.name] = np.asarray(value)
         arrays["modes"] = arrays["modes"].astype(np.float32)
         return save_artefact(path, "ReducedPart", FORMAT_VERSION, arrays, self.metadata)
@@ -482,9 +512,10 @@ class ReducedPart:
         materials = {item.name for item in fields(cls) if item.name.endswith("_material")}
         names = {item.name for item in fields(cls)} - {"metadata"} - materials
         names |= {_entry_name(name, entry) for name in materials for entry in _MATERIAL_ENTRIES}
-        if names - set(arrays) - set(_OPTIONAL) or set(arrays) - names:
+        lacking = names - set(arrays) - {*_OPTIONAL, *_STRETCHES}
+        if lacking or set(arrays) - names:
             raise ArtefactError(
-                f"{path} lacks {sorted(names - set(arrays) - set(_OPTIONAL))} and has unknown "
+                f"{path} lacks {sorted(lacking)} and has unknown "
                 f"{sorted(set(arrays) - names)}; it was written by a different pneumorph"
             )
         content: dict[str, Any] = {}

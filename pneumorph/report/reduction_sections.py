@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from pneumorph.reduction.reduce import ReductionSettings
 from pneumorph.reduction.reduced_part import PartSummary
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.report import page
 from pneumorph.report.page import Section
 from pneumorph.report.reduction_figures import bend_figure, stage_figure, tolerance_figure

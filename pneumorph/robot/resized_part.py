@@ -43,6 +43,8 @@ def resized_part(part: ReducedPart, size_factor: float) -> ReducedPart:
         dilatation_1=root * part.dilatation_1 / unit,
         dilatation_2=root * part.dilatation_2 / unit**2,
         dilatation_3=root * part.dilatation_3 / unit**3,
+        stretch_1=root * part.stretch_1 / unit,
+        stretch_2=root * part.stretch_2 / unit**2,
         linear_stiffness=size * part.linear_stiffness / volume,
         cavity_volume=volume * part.cavity_volume,
         cavity_volume_1=volume * part.cavity_volume_1 / unit,

@@ -59,6 +59,8 @@ def scaled_part(
         dilatation_1=part.dilatation_1 / root,
         dilatation_2=part.dilatation_2 / root**2,
         dilatation_3=part.dilatation_3 / root**3,
+        stretch_1=part.stretch_1 / root,
+        stretch_2=part.stretch_2 / root**2,
         linear_stiffness=part.linear_stiffness / mass_factor,
         cavity_volume_1=part.cavity_volume_1 / root,
         cavity_volume_2=part.cavity_volume_2 / root**2,

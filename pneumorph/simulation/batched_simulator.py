@@ -25,7 +25,7 @@ STAGES = ("elements", "inertia", "factorisation", "contact_setup", "friction", "
 
 _PART_ARRAYS = (
     "tetrahedron_rest", "tetrahedron_mode_gradient", "membrane_rest", "membrane_mode_gradient",
-    "dilatation_1", "dilatation_2", "dilatation_3",
+    "dilatation_1", "dilatation_2", "dilatation_3", "stretch_1", "stretch_2",
     "linear_stiffness", "cavity_volume_1", "cavity_volume_2", "cavity_volume_3",
     "first_moment", "first_moment_modes", "second_moment", "second_moment_modes",
     "second_moment_mode_pairs", "contact_points", "contact_modes", "snapshot_range",
@@ -370,15 +370,17 @@ def _rubber_arrays(part: ReducedPart, physics: Physics) -> dict[str, object]:
             f"physics.damping is {physics.damping!r}, expected 'objective' for a part that "
             "relaxes: its branches damp it, and resist no turn of the whole"
         )
-    if material.law == "corotational" and (series is not None or len(part.dilatation_1) > 0):
+    mixed = len(part.dilatation_1) + len(part.stretch_1)
+    if material.law == "corotational" and (series is not None or mixed > 0):
         raise ValueError(
             "the solid's law is 'corotational', expected one of large strain, such as 'yeoh', for "
-            "a part that relaxes or has volumes of whole elements"
+            "a part that relaxes, has volumes of whole elements or a sheet seen by fields of stress"
         )
     return {
         "yeoh_c2_over_c1": material.yeoh_c2_over_c1,
         "yeoh_c3_over_c1": material.yeoh_c3_over_c1,
         "dilatation_lambda": material.lame_lambda,
+        "stretch_modulus": part.membrane_material.young_modulus_kPa,
         "branch_ratio": np.zeros(0) if series is None else series.branch_ratios,
         "branch_time": np.ascontiguousarray(part.relaxation_time, dtype=float),
     }

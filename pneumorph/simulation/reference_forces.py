@@ -33,9 +33,10 @@ def elastic_forces(
         Force [mN, mm], and stiffness.
     """
     mounting = mount.part.linear_stiffness
-    volumes = mount.part.dilatation  # of whole elements; blind to turns
-    force = np.pad(volumes.force(alpha) - mounting @ alpha, (6, 0))
-    stiffness = np.pad(volumes.stiffness(alpha) + mounting, (6, 0))
+    # Volumes of whole elements and a sheet seen by fields of stress: both blind to turns.
+    volumes, sheet = mount.part.dilatation, mount.part.sheet
+    force = np.pad(volumes.force(alpha) + sheet.force(alpha) - mounting @ alpha, (6, 0))
+    stiffness = np.pad(volumes.stiffness(alpha) + sheet.stiffness(alpha) + mounting, (6, 0))
     for elements in (mount.part.tetrahedra, mount.part.membrane):
         gradient = elements.gradients(alpha)  # (14)
         if damping == "published":

@@ -18,7 +18,7 @@ import tyro
 from pneumorph.base.settings import load_settings
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.reduction.ecsw import EcswSettings
-from pneumorph.reduction.reduce import ReductionSettings
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.report.comparison_figures import draw_comparison
 from pneumorph.study.comparison import Comparison, ComparisonSettings, compare
 from pneumorph.study.reduction import Reduction

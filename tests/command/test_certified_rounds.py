@@ -15,8 +15,8 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.cli import run
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.collect import SnapshotSettings
-from pneumorph.reduction.reduce import ReductionSettings
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
 from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings

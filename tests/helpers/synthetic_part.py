@@ -165,7 +165,11 @@ def synthetic_reduced_part(
 
 @cache
 def rubber_reduced_part(
-    mode_count: int = 6, cells=(4, 4, 4), order: str = "quadratic", pressures: int = 0
+    mode_count: int = 6,
+    cells=(4, 4, 4),
+    order: str = "quadratic",
+    pressures: int = 0,
+    stretches: int = 0,
 ) -> ReducedPart:
     """The reduced part of `rubber_part` on its vibration modes, every point with its weight.
 
@@ -174,11 +178,16 @@ def rubber_reduced_part(
         cells: As of the mesh.
         order: ``linear`` or ``quadratic``.
         pressures: Fields of pressure, drawn at random; 0: every element's own.
+        stretches: Fields of the sheet's stress, drawn at random; 0: its points.
     """
-    part, fields = rubber_part(cells, order), None
+    part, fields, stresses = rubber_part(cells, order), None, None
     if pressures > 0:
         volume = part.volume_group.rest_volume
         drawn = np.random.default_rng(7).normal(size=(len(volume), pressures))
         fields = np.linalg.qr(drawn)[0] / np.sqrt(volume)[:, None]
+    if stretches > 0:
+        number = 3 * part.element_groups[1].element_count
+        drawn = np.random.default_rng(8).normal(size=(number, stretches))
+        stresses = np.linalg.qr(drawn)[0]
     modes = vibration_modes(part, mode_count)
-    return assemble_reduced_part(part, modes, pressure_fields=fields)
+    return assemble_reduced_part(part, modes, pressure_fields=fields, stress_fields=stresses)

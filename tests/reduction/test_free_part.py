@@ -15,7 +15,8 @@ from pneumorph.fem.soft_hub import SoftHub, SoftHubState
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.free_part import hub_deformation, hub_snapshots
-from pneumorph.reduction.reduce import ReductionSettings, reduce_part
+from pneumorph.reduction.reduce import reduce_part
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
 

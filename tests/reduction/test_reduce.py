@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from helpers.synthetic_part import synthetic_part
+from helpers.synthetic_part import rubber_part, synthetic_part
 
 from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
@@ -14,14 +14,17 @@ from pneumorph.reduction.blocked_force import blocked_forces
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, blocked_snapshots
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.errors import force_errors, reduced_bend
-from pneumorph.reduction.reduce import ReductionSettings, _kinds, reduce_part
+from pneumorph.reduction.learned_fields import snapshot_kinds
+from pneumorph.reduction.reduce import reduce_part
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import (
     StaticSnapshotSettings,
     bend_snapshots,
     load_snapshots,
 )
+from pneumorph.reduction.tip_compliance import tip_compliance
 
 CELLS = (6, 4, 4)
 STATIC = StaticSnapshotSettings(
@@ -175,13 +178,45 @@ def test_blocked_tips_teach_their_force_where_they_have_a_share(model):
     assert report.blocked_error_percent == pytest.approx(100.0 * worst)
 
 
+def test_a_stiff_sheet_seen_by_its_stress_lets_the_tip_give_way():
+    """Modes of free bends alone answer no force sideways, those of the answers do; a sheet that is
+    sampled resists what so few modes hold only roughly, one seen by its stress a third of that."""
+    model = rubber_part()
+    bend = bend_snapshots(model, dataclasses.replace(STATIC, bend_pressure_kPa=4.0))
+    blind = ReductionSettings(
+        mode_limit=10,
+        mode_tolerance=1e-6,
+        norm="shape",
+        bend_share=1.0,
+        load_share=0.0,
+        holdout_every=0,
+        rotation="polar",
+        ecsw=EcswSettings(element_limit=300),
+    )
+    sampled = dataclasses.replace(blind, bend_share=0.7, answer_share=0.3)
+    seen = dataclasses.replace(sampled, stress_limit=8)
+    errors, table = [], {}
+    for settings in (blind, sampled, seen):
+        part, report = reduce_part(model, bend, settings)
+        assert report.stress_count == len(part.stretch_1) == settings.stress_limit
+        assert (report.membrane_count == 0) == (settings.stress_limit > 0)
+        errors.append(report.compliance_error_percent)
+        table = report.compliance
+    assert errors[0] > 90.0
+    assert 5.0 < errors[1] < 20.0
+    assert errors[2] < 0.6 * errors[1]
+    x = model.rest_nodes + bend.displacement[-1].astype(float)
+    full = tip_compliance(model, x, table["pressure_kPa"][-1], "polar")
+    assert table["full_y_mm_per_N"][-1] == pytest.approx(1e3 * full[1, 1])
+
+
 def test_without_blocked_tips_no_error_of_them_is_told(reduction):
     assert reduction[1].blocked_error_percent is None
 
 
 def test_walks_have_what_is_left_of_the_weight(snapshots):
     settings = ReductionSettings(bend_share=0.2, load_share=0.3, blocked_share=0.1)
-    kinds = _kinds(snapshots, settings)
+    kinds = snapshot_kinds(snapshots, settings)
     assert [share for _, share in kinds] == pytest.approx([0.2, 0.1, 0.3, 0.4])
     numbers = np.concatenate([each for each, _ in kinds])
     assert sorted(numbers) == list(range(len(snapshots)))

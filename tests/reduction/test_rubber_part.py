@@ -27,8 +27,9 @@ from pneumorph.reduction.mixed_dilatation import (
     mixed_dilatation,
     pressure_fields,
 )
-from pneumorph.reduction.reduce import ReductionSettings, reduce_part
+from pneumorph.reduction.reduce import reduce_part
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings, bend_snapshots
 from pneumorph.robot.robot import Hub, Mount, Robot
 from pneumorph.simulation.reduced_state import ReducedState
@@ -221,7 +222,7 @@ def test_the_sampled_branches_of_few_points_are_those_of_all():
             part.modes,
             states,
             settings,
-            dilatation=part.dilatation,
+            mixed=(part.dilatation,),
             relaxing=relaxing,
             mirror_nodes=MODEL.mesh.mirror_nodes,
         )

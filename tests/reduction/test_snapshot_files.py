@@ -13,7 +13,8 @@ from helpers.synthetic_part import synthetic_part, vibration_modes
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.reduction.compressed_snapshots import SnapshotCompressor
 from pneumorph.reduction.ecsw import EcswSettings
-from pneumorph.reduction.reduce import ReductionSettings, reduce_part
+from pneumorph.reduction.reduce import reduce_part
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.snapshots import BLOCK_SIZE, Snapshots
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings, bend_snapshots

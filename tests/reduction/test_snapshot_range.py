@@ -11,8 +11,9 @@ from helpers.synthetic_part import synthetic_part, synthetic_reduced_part
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
-from pneumorph.reduction.reduce import ReductionSettings, reduce_part
+from pneumorph.reduction.reduce import reduce_part
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshot_range import (
     RANGE_TOLERANCE,
     known_ratio,

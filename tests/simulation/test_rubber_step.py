@@ -72,6 +72,20 @@ def test_a_relaxing_step_equals_the_reference(precision, instruction_set):
     assert_steps_equal(simulator, 3, TOLERANCE[precision])
 
 
+@pytest.mark.parametrize("precision", ["single", "double"])
+@pytest.mark.parametrize("instruction_set", ["best", "avx2", "baseline"])
+def test_a_step_with_a_sheet_seen_by_its_stress_equals_the_reference(precision, instruction_set):
+    part = rubber_reduced_part(6, pressures=3, stretches=5)
+    simulator = freshly_thrown(
+        part,
+        motion_of(part, 0.5),
+        element_precision=precision,
+        instruction_set=instruction_set,
+        **OBJECTIVE,
+    )
+    assert_steps_equal(simulator, 3, TOLERANCE[precision])
+
+
 @pytest.mark.parametrize("mode_count", [8, 14, 20, 30])
 @pytest.mark.parametrize("precision", ["single", "double"])
 def test_every_mode_count_has_a_kernel_of_silicone_that_is_right(mode_count, precision):

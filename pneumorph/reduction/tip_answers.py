@@ -1,0 +1,57 @@
+"""Answers of a part's tip to small forces, for modes to learn from.
+
+In component mode synthesis they are attachment modes (Craig and Kurdila, Fundamentals of Structural
+Dynamics, chapter 17), here of the whole tangent at several states of free bending. Equilibria under
+large forces say little of how a part gives way under small ones in its bent states, and what a
+robot's weight does to its legs is decided there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.static import static_answers
+from pneumorph.geometry.face_tie import FaceTie
+from pneumorph.physics.physics import Rotation
+from pneumorph.reduction.blocked_force import even_load
+
+
+@dataclass(frozen=True, eq=False)
+class TipAnswers:
+    """How the nodes move under 1 mN, even over the outer end face, along each axis."""
+
+    positions: np.ndarray
+    """Of the state that each is at [mm], (answer, node, 3)."""
+    moved: np.ndarray
+    """[mm], (answer, node, 3)."""
+
+
+def tip_answers(
+    part: PartModel,
+    displacement: np.ndarray,
+    pressure_kPa: np.ndarray,
+    rotation: Rotation = "edge",
+) -> TipAnswers:
+    """Find the answers at equilibria.
+
+    Args:
+        part: The part, with a node set ``outer_end_face``.
+        displacement: The equilibria [mm], (state, node, 3).
+        pressure_kPa: Pressure of each cavity, (state, cavity).
+        rotation: Where elements take their rotation from.
+
+    Raises:
+        MeshError: No face of the mesh's skin lies in that node set, or there is none.
+    """
+    forces = even_load(part.mesh, "outer_end_face")[:, None, None] * np.eye(3)
+    held = FaceTie.of(part.mesh).nodes
+    positions, moved = [], []
+    for u, kPa in zip(displacement, pressure_kPa, strict=True):
+        x = part.rest_nodes + u
+        answers = static_answers(part, x, kPa, held, forces, rotation)
+        positions += 3 * [x]
+        moved += list(np.moveaxis(answers, 2, 0))
+    return TipAnswers(np.array(positions), np.array(moved))
