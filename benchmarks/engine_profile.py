@@ -40,6 +40,7 @@ MODE_AXES = {
     "cavity_volume_1": 1, "cavity_volume_2": 2, "cavity_volume_3": 3, "first_moment_modes": 1,
     "second_moment_modes": 1, "second_moment_mode_pairs": 2, "contact_modes": 1,
     "dilatation_1": 1, "dilatation_2": 2, "dilatation_3": 3, "snapshot_range": 2,
+    "stretch_1": 1, "stretch_2": 2,
 }  # fmt: skip
 """How many of an array's last axes are modes."""
 

@@ -101,6 +101,11 @@ def write_sofa_reduction(folder: Path, part: ReducedPart, element_counts: dict[s
             f"the part's law is {part.tetrahedron_material.law!r}, expected 'corotational': SOFA's "
             "force fields of the scene know no other"
         )
+    if len(part.stretch_1) > 0:
+        raise ValueError(
+            f"the part's membrane is seen by {len(part.stretch_1)} fields of stress, expected "
+            "sampled triangles: SOFA's force fields of the scene know no other"
+        )
     write_table(folder / MODES_FILE, mounted_modes(part)[0].reshape(-1, part.mode_count))
     sampled = {
         "tetrahedra": (part.tetrahedron_index, part.tetrahedron_weight),

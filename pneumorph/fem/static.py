@@ -132,6 +132,10 @@ def rising_equilibria(
     )
 
 
+class UnstableError(ArithmeticError):
+    """A state under load is no stable equilibrium."""
+
+
 def static_answers(
     part: PartModel,
     x: np.ndarray,
@@ -152,11 +156,27 @@ def static_answers(
 
     Returns:
         Displacements [mm], (node, 3, force).
+
+    Raises:
+        UnstableError: The equilibrium is not stable; small forces say nothing of where it goes.
     """
-    tangent = _SymmetricTangent if part.has_potential(rotation) else _Tangent
-    solver = tangent(part, np.unique(np.asarray(held_nodes)), rotation)
-    flat = forces_mN.reshape(x.size, -1)[solver.free]
-    return solver.solve(x, pressure_kPa, flat, np.zeros_like(x)).reshape(forces_mN.shape)
+    held = np.unique(np.asarray(held_nodes))
+    flat = forces_mN.reshape(x.size, -1)
+    if not part.has_potential(rotation):
+        solver = _Tangent(part, held, rotation)
+        moved = solver.solve(x, pressure_kPa, flat[solver.free], np.zeros_like(x))
+        return moved.reshape(forces_mN.shape)
+    pattern = FrontPattern(part.assembly, held, "tree")
+    try:
+        factor = FrontalCholesky(pattern, part.tangent_data(x, pressure_kPa, rotation))
+    except np.linalg.LinAlgError as error:
+        raise UnstableError(
+            f"the state at {pressure_kPa} kPa is no stable equilibrium, expected one for its "
+            "answers to small forces; the part may buckle"
+        ) from error
+    moved = np.zeros_like(flat)
+    moved[pattern.unknowns] = factor.solve(flat[pattern.unknowns])
+    return moved.reshape(forces_mN.shape)
 
 
 def _equilibria(

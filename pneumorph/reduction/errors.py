@@ -9,6 +9,7 @@ import numpy as np
 
 from pneumorph.fem.bend import end_face_bend_deg, end_face_turn_deg
 from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.static import UnstableError
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.physics.physics import Rotation
@@ -191,8 +192,9 @@ def reduced_compliance(
     bend: ReducedBend,
     rotation: Rotation = "edge",
     count: int = 4,
-) -> ReducedCompliance:
-    """Compare the tips' compliances at some equilibria of free bending, each model's own.
+) -> ReducedCompliance | None:
+    """Compare the tips' compliances at some equilibria of free bending, each model's own; None
+    where none of them is stable.
 
     Args:
         reduced: The reduced part.
@@ -204,14 +206,25 @@ def reduced_compliance(
     """
     chosen = np.unique(np.linspace(0, len(displacement) - 1, count + 1)[1:].round().astype(int))
     inflated = np.isin(cavity_regions(part.mesh), part.cavity_names)
-    pressure, found = bend.pressure_kPa[chosen], ~np.isnan(bend.reduced_deg[chosen])
+    steps: list[int] = []
     full, own = [], []
-    for step, kPa, there in zip(chosen, pressure.tolist(), found, strict=True):
-        full.append(tip_compliance(part, part.rest_nodes + displacement[step], kPa, rotation))
-        alpha = bend.alpha[step]
-        answer = reduced_tip_compliance(reduced, part.mesh, alpha, kPa * inflated, rotation)
-        own.append(answer if there else np.full((3, 3), np.nan))
-    return ReducedCompliance(pressure, 1e3 * np.array(full), 1e3 * np.array(own))
+    for step in chosen.tolist():
+        kPa = float(bend.pressure_kPa[step])
+        try:
+            exact = tip_compliance(part, part.rest_nodes + displacement[step], kPa, rotation)
+        except UnstableError:
+            continue
+        answer = np.full((3, 3), np.nan)
+        if not np.isnan(bend.reduced_deg[step]):
+            answer = reduced_tip_compliance(
+                reduced, part.mesh, bend.alpha[step], kPa * inflated, rotation
+            )
+        steps.append(step)
+        full.append(exact)
+        own.append(answer)
+    if not steps:
+        return None
+    return ReducedCompliance(bend.pressure_kPa[steps], 1e3 * np.array(full), 1e3 * np.array(own))
 
 
 def node_errors_mm(displacement: np.ndarray, modes: np.ndarray, alpha: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """What a reduction learns from its snapshots: modes, and fields of pressure and of stress.
 
 Snapshots are of four kinds, free bends, blocked tips, loads and walks, and each kind has its share
-of the weight.
+of the weight; so have the tip's answers to small forces.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import scipy.sparse as sparse
 
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.incremental_pod import IncrementalPod
-from pneumorph.reduction.mirror_pairs import mirror_elements
+from pneumorph.reduction.mirror_pairs import mirror_elements, shared_columns
 from pneumorph.reduction.mixed_dilatation import pressure_fields
 from pneumorph.reduction.mixed_sheet import scaled_strain, stress_fields
 from pneumorph.reduction.pod import Pod, joint_pod, leading_fields
@@ -36,11 +36,12 @@ def snapshot_kinds(
     walk = np.setdiff1d(np.arange(len(snapshots)), np.concatenate([bend, load, blocked]))
     given = settings.bend_share + settings.load_share + settings.blocked_share
     walk_share = 1.0 - given - settings.answer_share
+    walk_share = walk_share if walk_share > 1e-9 else 0.0  # rounding
     return (
         (bend, settings.bend_share),
         (blocked, settings.blocked_share),
         (load, settings.load_share),
-        (walk, max(walk_share, 0.0)),
+        (walk, walk_share),
     )
 
 
@@ -64,7 +65,7 @@ def split_snapshots(
     if len(training) == 0:
         raise ValueError(
             "snapshots must hold some that have a share of the weight, got none; look at "
-            "bend_share, load_share and blocked_share"
+            "bend_share, load_share, blocked_share and answer_share"
         )
     return training, heldout
 
@@ -76,7 +77,8 @@ def pod_metric(
     settings: ReductionSettings,
     mount_stiffness: np.ndarray | None,
 ) -> sparse.csr_array:
-    """Mean rotated stiffness over snapshots: a snapshot's error costs about its energy in it."""
+    """Inner product of the POD, by `ReductionSettings.norm`: in that of the mean rotated stiffness
+    over snapshots an error costs about its energy."""
     if settings.norm == "mass":
         return sparse.csr_array(sparse.diags(np.repeat(part.node_mass, 3)))
     moved = snapshots.states(evenly(training, 48))
@@ -179,6 +181,8 @@ def learned_stresses(
     if settings.stress_limit == 0 or not part.membranes:
         return None
     sheet, mirror = part.element_groups[1], part.mesh.mirror_nodes if settings.symmetric else None
+    if mirror is not None:
+        shared_columns(sheet, mirror)  # refuses a sheet that is not its own image
     strains: list[np.ndarray] = []
     images: list[np.ndarray] = []
     for before, after, weight in _weighted_changes(
@@ -213,8 +217,15 @@ def _weighted_changes(
     half of each before and half after its state."""
     for kind, share in snapshot_kinds(snapshots, settings):
         numbers = np.intersect1d(kind, training)
+        if len(numbers) == 0 or share == 0.0:
+            continue
+        whole = float(len(numbers))
+        if not settings.equal_snapshots:
+            whole = sum(
+                float(_moved(block, metric)[0].sum()) for block in snapshots.blocks(numbers)
+            )
         for block in snapshots.blocks(numbers):
-            scale = np.full(len(block), (share / len(numbers)) ** 0.5)
+            scale = np.full(len(block), (share / whole) ** 0.5)
             if settings.equal_snapshots:
                 square, moved = _moved(block, metric)
                 scale = np.where(moved, scale / np.sqrt(np.where(moved, square, 1.0)), 0.0)

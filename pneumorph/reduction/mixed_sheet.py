@@ -34,6 +34,10 @@ LAW = "st_venant_kirchhoff"
 """The law that is quadratic in Green's strain, and so the only one this holds for."""
 
 
+_ROUNDING = 1e-9
+"""Share of the strains that is no more than rounding: no field is made of it."""
+
+
 @dataclass(frozen=True, eq=False)
 class MixedSheet:
     """Stretches c_j of a sheet and the energy they cost."""
@@ -119,7 +123,7 @@ def stress_fields(strains: np.ndarray, images: np.ndarray | None, limit: int) ->
     halves = [strains]
     if images is not None:
         halves = [0.5 * (strains + images), 0.5 * (strains - images)]
-    return leading_vectors(halves, 0.0, limit, "strains")
+    return leading_vectors(halves, _ROUNDING, limit, "strains")
 
 
 def mixed_sheet(

@@ -76,7 +76,7 @@ def modal_equilibrium(
             load = load + keeping * kept
         elastic = part.internal_force(alpha, rotation)
         if not np.all(np.isfinite(elastic)):  # rubber that a step turned inside out
-            break
+            return ModalEquilibrium(alpha, False, iteration, np.inf, keeping)
         residual = elastic + load
         scale = max(float(np.linalg.norm(load)), float(np.linalg.norm(elastic)), 1e-12)
         residual_size = float(np.linalg.norm(residual) / scale)
@@ -111,20 +111,22 @@ def rising_modal_equilibria(
     """Equilibria at one pressure after the other, or one of each cavity (cavity,), each from the
     one before; arguments as of `modal_equilibrium`.
 
-    A step of pressure from which none is found is halved, up to three times: the state before it
-    may be unstable under the pressure behind it.
+    A step of pressure from which none is found is made in two halves, and in four quarters: the
+    state before it may be unstable under the pressure behind it. After one that is not found the
+    next starts from the last that was.
     """
-    result = ModalEquilibrium(np.zeros(part.mode_count), True, 0, 0.0)
-    before = np.zeros(part.cavity_count)
+    last = ModalEquilibrium(np.zeros(part.mode_count), True, 0, 0.0)
+    reached = np.zeros(part.cavity_count)
     for pressure in pressures_kPa:
-        wanted = np.broadcast_to(np.asarray(pressure, dtype=float), before.shape)
-        start = result
-        for count in (1, 2, 4, 8):
-            result = start
-            for share in np.arange(1, count + 1) / count:
+        wanted = np.broadcast_to(np.asarray(pressure, dtype=float), reached.shape)
+        result = last
+        for count in (1, 2, 4):
+            result = last
+            for number in range(1, count + 1):
+                share = number / count
                 result = modal_equilibrium(
                     part,
-                    before + share * (wanted - before),
+                    wanted if number == count else reached + share * (wanted - reached),
                     kept=kept,
                     start=result.alpha,
                     start_keeping_mN=result.keeping_mN,
@@ -133,9 +135,9 @@ def rising_modal_equilibria(
                 if not result.converged:
                     break
             if result.converged:
+                last, reached = result, wanted
                 break
         yield result
-        before = wanted
 
 
 def modal_tangent(

@@ -13,7 +13,9 @@ import scipy.sparse as sparse
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.mesh import MeshError
 from pneumorph.reduction.assemble import assemble_reduced_part, sampled_groups
+from pneumorph.reduction.blocked_force import even_load
 from pneumorph.reduction.ecsw import ecsw
 from pneumorph.reduction.errors import (
     ReducedBend,
@@ -33,6 +35,7 @@ from pneumorph.reduction.learned_fields import (
     pod_metric,
     split_snapshots,
 )
+from pneumorph.reduction.mixed_sheet import scaled_strain
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshot_range import snapshot_range
@@ -89,7 +92,7 @@ class ReductionReport:
     """Pressure [kPa], force of the full and the reduced part [mN]."""
     compliance_error_percent: float | None
     """Largest error of the tip's compliance under small forces over the pressures of `compliance`,
-    by Frobenius' norm; none of a part without cavity or on a soft mount."""
+    by Frobenius' norm; none of a part without cavity or outer end face, or on a soft mount."""
     compliance: dict[str, list[float]]
     """Pressure [kPa], the tip's way along each axis under a force along it [mm/N], of the full and
     the reduced part."""
@@ -130,7 +133,8 @@ def reduce_part(
 
     Raises:
         ValueError: The part has several membranes, or the snapshots belong to another mesh or hold
-            no free bending.
+            no free bending, or the settings ask for what the part has not.
+        MeshError: The part has no outer end face whose answers modes could learn.
     """
     settings = settings or ReductionSettings()
     clock = _Clock(progress)
@@ -146,6 +150,7 @@ def reduce_part(
             "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
             "can be 30 % too stiff in free air"
         )
+    _check_options(part, settings, mount_stiffness)
     training, heldout = split_snapshots(snapshots, settings)
     mirror_nodes = part.mesh.mirror_nodes if settings.symmetric else None
 
@@ -227,7 +232,8 @@ def reduce_part(
     )
     curves = bending(sampled)
     compliance = None
-    if BEND in curves and mount_stiffness is None:  # a soft mount gives way besides
+    # A soft mount gives way besides.
+    if BEND in curves and mount_stiffness is None and _has_end_face(part):
         bent = snapshots.states(directions[BEND][0])
         compliance = reduced_compliance(sampled, part, bent, curves[BEND], settings.rotation)
     blocked = _blocked(sampled, part, snapshots, settings)
@@ -277,6 +283,31 @@ def reduce_part(
         snapshots={"sources": snapshots.sources, "details": snapshots.metadata.get("details")},
     )
     return sampled, report
+
+
+def _check_options(
+    part: PartModel, settings: ReductionSettings, mount_stiffness: np.ndarray | None
+) -> None:
+    """Refuse, before anything is computed, what the part cannot be reduced with."""
+    if settings.stress_limit > 0 and part.membranes:
+        scaled_strain(part.element_groups[1], part.rest_nodes)
+    if settings.answer_share > 0.0:
+        if mount_stiffness is not None or not part.cavities:
+            kind = "on a soft mount" if mount_stiffness is not None else "without a cavity"
+            raise ValueError(
+                f"answer_share is {settings.answer_share}, expected 0 of a part {kind}: how its "
+                "tip answers forces is found with the attachment held, at free bends"
+            )
+        even_load(part.mesh, "outer_end_face")
+
+
+def _has_end_face(part: PartModel) -> bool:
+    """Whether its outer end is a face that forces can be spread over."""
+    try:
+        even_load(part.mesh, "outer_end_face")
+    except MeshError:
+        return False
+    return True
 
 
 def _directions(

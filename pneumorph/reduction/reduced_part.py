@@ -26,6 +26,7 @@ from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
 from pneumorph.reduction.mixed_dilatation import MixedDilatation
+from pneumorph.reduction.mixed_sheet import LAW as SHEET_LAW
 from pneumorph.reduction.mixed_sheet import MixedSheet
 from pneumorph.reduction.sampled_branches import SampledBranches
 from pneumorph.reduction.sampled_elements import SampledElements
@@ -54,6 +55,8 @@ class PartSummary:
     tetrahedron_count: int
     """Sampled integration points of the solid."""
     membrane_count: int
+    stress_count: int
+    """Fields of stress that the membrane is seen by instead of sampled points."""
     """The same of the membrane."""
     mesh_digest: str
     errors: dict[str, float | None]
@@ -215,6 +218,8 @@ class ReducedPart:
                 f"dilatation_1 has {len(self.dilatation_1)} changes of volume, expected none where "
                 "the material's dilatation is pointwise: its points have them already"
             )
+        if len(self.stretch_1) > 0:
+            self._check_sheet()
         _ = self.relaxation  # refuses a series that is none
         centre = self.first_moment / self.mass
         spread = np.linalg.eigvalsh(self.second_moment / self.mass - np.outer(centre, centre))
@@ -222,6 +227,29 @@ class ReducedPart:
             raise ValueError(
                 f"second_moment and first_moment spread the mass by {spread[0]:g} mm^2 along one "
                 "axis, expected no less than zero: some of the mass would be negative"
+            )
+
+    def _check_sheet(self) -> None:
+        """Refuse a membrane seen by fields of stress that has points as well, or laws of whose
+        parts that cannot be.
+
+        Raises:
+            ValueError: It has, or they are.
+        """
+        if len(self.membrane_measure) > 0:
+            raise ValueError(
+                f"the membrane has {len(self.membrane_measure)} sampled points beside "
+                f"{len(self.stretch_1)} stretches, expected none: it would count twice"
+            )
+        if self.membrane_material.law != SHEET_LAW:
+            raise ValueError(
+                f"the membrane's law is {self.membrane_material.law!r}, expected {SHEET_LAW!r} of "
+                "one that is seen by fields of stress"
+            )
+        if self.tetrahedron_material.law == "corotational":
+            raise ValueError(
+                "the solid's law is 'corotational', expected one of large strain, such as 'yeoh', "
+                "beside a membrane that is seen by fields of stress; sample its triangles instead"
             )
 
     def _expected_shapes(self, mode: int) -> dict[str, tuple[int, ...]]:
@@ -430,6 +458,7 @@ class ReducedPart:
             mode_count=self.mode_count,
             tetrahedron_count=len(self.tetrahedron_rest),
             membrane_count=len(self.membrane_rest),
+            stress_count=len(self.stretch_1),
             mesh_digest=self.metadata["mesh_digest"],
             errors={key: report[key] for key in report if "error" in key},
             bend=report.get("bend"),

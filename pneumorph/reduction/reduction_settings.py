@@ -9,6 +9,9 @@ from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Pos
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.ecsw import EcswSettings
 
+STRESS_LIMIT = 32
+"""Stretches of a sheet that the engine takes, `kMaximumStretches`."""
+
 
 @dataclass(frozen=True)
 class ReductionSettings(Checked):
@@ -45,7 +48,8 @@ class ReductionSettings(Checked):
     """Share of the equilibria with a blocked tip; what remains is that of the robots' walks."""
     answer_share: Share = 0.0
     """Share of the outer end face's answers to small forces at some of the free bends, see
-    `tip_answers.py`; the sampled elements do not learn from them."""
+    `tip_answers.py`; the sampled elements do not learn from them. Of parts that are held rigidly
+    and have that face."""
     curve_tolerance: NotNegative = 0.0
     """Relative projection error at which the modes hold free bends and blocked tips, before any is
     spent on other snapshots; 0: by their shares alone."""
@@ -61,6 +65,11 @@ class ReductionSettings(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.stress_limit > STRESS_LIMIT:
+            raise ValueError(
+                f"stress_limit must be at most {STRESS_LIMIT}, as many as the batched simulator "
+                f"takes, got {self.stress_limit}"
+            )
         given = self.bend_share + self.load_share + self.blocked_share + self.answer_share
         if given > 1.0 + 1e-9:  # rounding
             raise ValueError(

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.fem.cavity import Pressure
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.static import static_answers
+from pneumorph.fem.static import UnstableError, static_answers
 from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.blocked_force import even_load
@@ -29,29 +30,44 @@ class TipAnswers:
     """[mm], (answer, node, 3)."""
 
 
+def answers_at(
+    part: PartModel,
+    x: np.ndarray,
+    pressure_kPa: Pressure,
+    rotation: Rotation = "edge",
+    region: str = "outer_end_face",
+) -> np.ndarray:
+    """Displacements under 1 mN, even over the outer end face, along each axis [mm], (node, 3,
+    axis); arguments and errors as of `tip_compliance`."""
+    forces = even_load(part.mesh, region)[:, None, None] * np.eye(3)
+    held = FaceTie.of(part.mesh).nodes
+    return static_answers(part, x, pressure_kPa, held, forces, rotation)
+
+
 def tip_answers(
     part: PartModel,
     displacement: np.ndarray,
     pressure_kPa: np.ndarray,
     rotation: Rotation = "edge",
 ) -> TipAnswers:
-    """Find the answers at equilibria.
+    """Find the answers at equilibria; those that are not stable are left out.
 
     Args:
         part: The part, with a node set ``outer_end_face``.
-        displacement: The equilibria [mm], (state, node, 3).
+        displacement: The equilibria [mm], (state, node, 3), a stable one among them.
         pressure_kPa: Pressure of each cavity, (state, cavity).
         rotation: Where elements take their rotation from.
 
     Raises:
         MeshError: No face of the mesh's skin lies in that node set, or there is none.
     """
-    forces = even_load(part.mesh, "outer_end_face")[:, None, None] * np.eye(3)
-    held = FaceTie.of(part.mesh).nodes
     positions, moved = [], []
     for u, kPa in zip(displacement, pressure_kPa, strict=True):
         x = part.rest_nodes + u
-        answers = static_answers(part, x, kPa, held, forces, rotation)
+        try:
+            answers = answers_at(part, x, kPa, rotation)
+        except UnstableError:
+            continue
         positions += 3 * [x]
         moved += list(np.moveaxis(answers, 2, 0))
     return TipAnswers(np.array(positions), np.array(moved))

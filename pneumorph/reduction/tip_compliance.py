@@ -12,20 +12,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from pneumorph.fem.cavity import Pressure
 from pneumorph.fem.part_model import PartModel
-from pneumorph.fem.static import static_answers
-from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.blocked_force import even_load
 from pneumorph.reduction.modal_equilibrium import modal_tangent
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.tip_answers import answers_at
 
 
 def tip_compliance(
     part: PartModel,
     x: np.ndarray,
-    pressure_kPa: float,
+    pressure_kPa: Pressure,
     rotation: Rotation = "edge",
     region: str = "outer_end_face",
 ) -> np.ndarray:
@@ -34,17 +34,16 @@ def tip_compliance(
     Args:
         part: The part.
         x: Equilibrium of free bending [mm], (node, 3).
-        pressure_kPa: Its pressure.
+        pressure_kPa: Its pressure [kPa], or that of each cavity.
         rotation: Where elements take their rotation from.
         region: Node set of the outer end face.
 
     Raises:
         MeshError: No face of the mesh's skin lies in the region.
+        UnstableError: The equilibrium is not stable.
     """
-    forces = even_load(part.mesh, region)[:, None, None] * np.eye(3)
-    held = FaceTie.of(part.mesh).nodes
-    moved = static_answers(part, x, pressure_kPa, held, forces, rotation)
-    compliance: np.ndarray = np.einsum("nij,nik->jk", forces, moved)
+    moved = answers_at(part, x, pressure_kPa, rotation, region)
+    compliance: np.ndarray = np.einsum("n,nik->ik", even_load(part.mesh, region), moved)
     return compliance
 
 

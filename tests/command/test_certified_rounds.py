@@ -91,11 +91,11 @@ def test_a_leg_that_parts_is_reduced_again_from_its_walks(
     hundredth of what the old ones leave."""
     first, second = certified.rounds
     assert [each.agrees for each in certified.rounds] == [False, False]
-    assert (first.leg["mode_count"], second.leg["mode_count"]) == (4, 8)
+    assert (first.leg.mode_count, second.leg.mode_count) == (4, 8)
     assert (first.made_s, second.made_s > 0.0) == (0.0, True)
     assert [len(pair.full_order) for pair in first.pairs] in ([2, 1], [1, 2])
     folder = learned / "certificate"
-    legs = [ReducedPart.load(each.leg["part"]) for each in certified.rounds]
+    legs = [ReducedPart.load(each.leg.part) for each in certified.rounds]
     walked = [f"walk {pair.design}" for pair in first.pairs for _ in pair.full_order]
     sources = legs[1].metadata["snapshots"]["sources"]
     assert sources == ["bend", *(s for s in sources if s.startswith("load")), *walked]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.synthetic_part import rubber_part, rubber_reduced_part, synthetic_part
@@ -113,6 +115,18 @@ def test_a_part_keeps_its_sheet_in_a_file_and_in_other_sizes_and_materials(tmp_p
     assert heavier.sheet.energy(2.0 * alpha) == pytest.approx(1.5 * part.sheet.energy(alpha))
     larger = resized_part(part, 2.0)
     assert larger.sheet.energy(2.0**2.5 * alpha) == pytest.approx(8.0 * part.sheet.energy(alpha))
+
+
+def test_what_would_be_wrong_with_such_fields_is_refused():
+    part = rubber_reduced_part(stretches=4)
+    with pytest.raises(ValueError, match=r"sampled points beside 4 stretches, expected none"):
+        replace(SAMPLED, stretch_1=part.stretch_1, stretch_2=part.stretch_2)
+    with pytest.raises(ValueError, match=r"the membrane's law is 'corotational'"):
+        replace(part, membrane_material=replace(part.membrane_material, law="corotational"))
+    solid = replace(part.tetrahedron_material, law="corotational", dilatation="pointwise")
+    none = {f"dilatation_{n}": np.zeros((0, *(MODE_COUNT,) * n)) for n in (1, 2, 3)}
+    with pytest.raises(ValueError, match=r"the solid's law is 'corotational'"):
+        replace(part, tetrahedron_material=solid, **none)
 
 
 def test_a_part_without_such_fields_is_what_it_was():

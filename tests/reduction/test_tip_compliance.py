@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import rubber_part, rubber_reduced_part
 
-from pneumorph.fem.static import StaticSettings, static_answers, static_equilibrium
+from pneumorph.fem.static import StaticSettings, UnstableError, static_answers, static_equilibrium
 from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.mesh import MeshError
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.blocked_force import even_load
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
+from pneumorph.reduction.tip_answers import tip_answers
 from pneumorph.reduction.tip_compliance import reduced_tip_compliance, tip_compliance
 
 PRESSURE_KPA = 2.0
@@ -75,6 +76,17 @@ def test_modes_that_are_the_answers_themselves_give_way_as_the_finite_elements_d
     compliance = reduced_tip_compliance(part, MODEL.mesh, rest, np.zeros(1), "polar")
     expected = tip_compliance(MODEL, MODEL.rest_nodes, 0.0, "polar")
     np.testing.assert_allclose(compliance, expected, atol=1e-3 * expected.max())
+
+
+def test_a_state_that_would_buckle_has_no_answers():
+    """Squeezed to four fifths of its length the box would give way sideways."""
+    squeezed = MODEL.rest_nodes * np.array([0.8, 1.0, 1.0])
+    with pytest.raises(UnstableError, match=r"at 0.0 kPa is no stable equilibrium"):
+        tip_compliance(MODEL, squeezed, 0.0, "polar")
+    displacement = np.stack([np.zeros_like(squeezed), squeezed - MODEL.rest_nodes])
+    found = tip_answers(MODEL, displacement, np.zeros((2, 1)), "polar")
+    assert len(found.moved) == 3
+    np.testing.assert_array_equal(found.positions[0], MODEL.rest_nodes)
 
 
 def test_a_face_that_is_not_there_is_refused():

@@ -8,10 +8,16 @@ import numpy as np
 import pytest
 from helpers.crawlers import FRESH, PHYSICS
 from helpers.one_leg import COMMAND, HUB, POSE, motion_of, thrown
-from helpers.synthetic_part import rubber_reduced_part, synthetic_reduced_part
+from helpers.synthetic_part import (
+    rubber_reduced_part,
+    synthetic_part,
+    synthetic_reduced_part,
+    vibration_modes,
+)
 
 from pneumorph.fem.material import Material
 from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
@@ -84,6 +90,20 @@ def test_a_step_with_a_sheet_seen_by_its_stress_equals_the_reference(precision, 
         **OBJECTIVE,
     )
     assert_steps_equal(simulator, 3, TOLERANCE[precision])
+
+
+@pytest.mark.parametrize("damping", ["objective", "published"])
+def test_a_sheet_seen_by_its_stress_is_seen_beside_any_solid(damping):
+    """No pressures, no branches and another law: the stretches alone bring the leg to the kernel
+    that knows them."""
+    model = synthetic_part((4, 4, 4), "st_venant_kirchhoff")
+    number = 3 * model.element_groups[1].element_count
+    fields = np.linalg.qr(np.random.default_rng(8).normal(size=(number, 5)))[0]
+    part = assemble_reduced_part(model, vibration_modes(model, 6), stress_fields=fields)
+    simulator = freshly_thrown(
+        part, motion_of(part, 0.5), element_precision="double", damping=damping
+    )
+    assert_steps_equal(simulator, 3, TOLERANCE["double"])
 
 
 @pytest.mark.parametrize("mode_count", [8, 14, 20, 30])
