@@ -66,6 +66,6 @@ def test_legs_that_do_not_know_are_not_flagged(tmp_path):
     found = simulate(WalkSettings(), paper_robot("published"), folder(tmp_path))
     assert found.range_ratio is None
     assert found.notes == ()
-    assert found.leg["knows_range"] is False
+    assert found.leg.knows_range is False
     unknown = robustness(["L1"], np.ones(1), np.ones((2, 1)), range_ratios=np.full((2, 1), np.nan))
     assert unknown.left_range_share is None
