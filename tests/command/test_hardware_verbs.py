@@ -226,9 +226,10 @@ def test_a_calibration_with_a_modulus_changes_the_robot(
 ) -> None:
     content = json.loads(calibration.read_text())
     (tmp_path / "stiff.json").write_text(json.dumps({**content, "modulus_factor": 1.3}))
-    usual = run_json(f"simulate {SHORT} --calibration {calibration} --out {tmp_path / 'a'}", capsys)
+    walk = f"simulate --physics published {SHORT}"  # whose bends were calibrated
+    usual = run_json(f"{walk} --calibration {calibration} --out {tmp_path / 'a'}", capsys)
     stiff = run_json(
-        f"simulate {SHORT} --calibration {tmp_path / 'stiff.json'} --out {tmp_path / 'b'}", capsys
+        f"{walk} --calibration {tmp_path / 'stiff.json'} --out {tmp_path / 'b'}", capsys
     )
     assert stiff["distance_cm"] != usual["distance_cm"]
     assert stiff["calibration"]["modulus_factor"] == 1.3
