@@ -141,7 +141,7 @@ class PythonElementSums {
     require(false, "no instruction set " + name + " on this machine");
   }
 
-  void add(Doubles positions, std::optional<Doubles> change, bool definite, std::optional<Doubles> relaxing_base,
+  void add(Doubles positions, std::optional<Doubles> change, std::optional<Doubles> relaxing_base,
            double relaxing_gain, Target forces, std::optional<Target> data, double factor) const {
     const size_t nodes = size_t(packs_.node_count);
     require(positions.size() == 3 * nodes && forces.size() == 3 * nodes, "positions and forces must be (node, 3)");
@@ -151,7 +151,7 @@ class PythonElementSums {
     require(!relaxing_base || (relaxing_base->size() == 6 * points && packs_.dimension == 3),
             "relaxing_base must be (6, point), of a solid");
     nb::gil_scoped_release release;
-    add_elements_(packs_, positions.data(), change ? change->data() : nullptr, definite,
+    add_elements_(packs_, positions.data(), change ? change->data() : nullptr,
                   relaxing_base ? relaxing_base->data() : nullptr, relaxing_gain, factor,
                   forces.data(), data ? data->data() : nullptr);
   }
@@ -254,7 +254,7 @@ void bind_element_sums(nb::module_& module) {
       .def("use", &PythonElementSums::use, nb::arg("instruction_set"))
       .def("set_volumes", &PythonElementSums::set_volumes, nb::arg("lame_lambda"), nb::arg("volumes"), nb::arg("pairs"),
            nb::arg("tensor"))
-      .def("add", &PythonElementSums::add, nb::arg("positions"), nb::arg("change").none(), nb::arg("definite"),
+      .def("add", &PythonElementSums::add, nb::arg("positions"), nb::arg("change").none(),
            nb::arg("relaxing_base").none(), nb::arg("relaxing_gain"), nb::arg("forces").noconvert(),
            nb::arg("data").noconvert().none(), nb::arg("factor"));
 }

@@ -100,24 +100,10 @@ inline void solid_law(const ElementPacks& packs, const V F[3][3], V P[3][3], V T
     }
 }
 
-// The positive semi-definite part of symmetric (2, 2) matrices.
-inline void keep_tension(V S[3][3]) {
-  alignas(64) double a[kPack], b[kPack], c[kPack];
-  store(a, S[0][0]), store(b, S[0][1]), store(c, S[1][1]);
-  for (int e = 0; e < kPack; ++e) {
-    const double mean = 0.5 * (a[e] + c[e]), radius = std::hypot(0.5 * (a[e] - c[e]), b[e]);
-    if (mean - radius >= 0.0) continue;
-    const double share = mean + radius > 0.0 ? (mean + radius) / (2.0 * radius) : 0.0;
-    a[e] = share * (a[e] - mean + radius), b[e] = share * b[e], c[e] = share * (c[e] - mean + radius);
-  }
-  S[0][0] = load(a), S[0][1] = S[1][0] = load(b), S[1][1] = load(c);
-}
-
 // Adds P = F S and its derivative, S = base + lambda tr(E) I + 2 mu E with Green's strain E; base may be null. The derivative
-// has the stress that a step dF foresaw, that of E - dF^T dF / 2 (pneumorph/fem/foreseen_stress.py), unless `turned` is null;
-// of a sheet only its tension where `definite` is asked for.
+// has the stress that a step dF foresaw, that of E - dF^T dF / 2 (pneumorph/fem/foreseen_stress.py), unless `turned` is null.
 template <int D>
-inline void add_green_law(double lambda, double mu, const V base[6], const V F[3][3], const V (*turned)[3], bool definite,
+inline void add_green_law(double lambda, double mu, const V base[6], const V F[3][3], const V (*turned)[3],
                           V P[3][3], V T[3][3][3][3], bool with_tangent) {
   constexpr int component[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
   V E[3][3], S[3][3], trace = splat(0.0);
@@ -150,8 +136,6 @@ inline void add_green_law(double lambda, double mu, const V base[6], const V F[3
         if (a == b) S[a][b] -= lambda * trace;
       }
   }
-  if constexpr (D == 2)
-    if (definite) keep_tension(S);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       V left = splat(0.0);
@@ -189,7 +173,7 @@ inline void deformation_gradient(const V x[K][3], const V g[K][D], V F[3][3]) {
 
 template <int K, int D>
 inline void add_point(const ElementPacks& packs, const double* gradients, V measure, const V x[K][3], const V (*step)[3],
-                      bool definite, const V* base, double gain, bool with_tangent, Sums<K>& sums) {
+                      const V* base, double gain, bool with_tangent, Sums<K>& sums) {
   V g[K][D], F[3][3], turned[3][3], P[3][3], T[3][3][3][3];
   for (int n = 0; n < K; ++n)
     for (int a = 0; a < D; ++a) g[n][a] = load(gradients + (n * D + a) * kPack);
@@ -204,12 +188,11 @@ inline void add_point(const ElementPacks& packs, const double* gradients, V meas
       }
     const bool foreseen = D == 2 && step;
     if (foreseen) deformation_gradient<K, D>(step, g, turned);
-    add_green_law<D>(packs.constants[1], packs.constants[0], nullptr, F, foreseen ? turned : nullptr, definite, P, T,
-                     with_tangent);
+    add_green_law<D>(packs.constants[1], packs.constants[0], nullptr, F, foreseen ? turned : nullptr, P, T, with_tangent);
   } else if constexpr (D == 3) {
     solid_law(packs, F, P, T, with_tangent);
   }
-  if (base) add_green_law<D>(0.0, gain, base, F, nullptr, false, P, T, with_tangent);
+  if (base) add_green_law<D>(0.0, gain, base, F, nullptr, P, T, with_tangent);
   for (int i = 0; i < 3; ++i)
     for (int n = 0; n < K; ++n) {
       V total = P[i][0] * g[n][0];
@@ -257,11 +240,10 @@ inline void volume_gradient(const ElementPacks& packs, const V x[K][3], V mixed[
   }
 }
 
-// Mean dilatation: lambda / 2 V (v / V - 1)^2. The derivative has the volume that a step foresaw, unless `step` is null,
-// and no part that may be negative where `definite` is asked for.
+// Mean dilatation: lambda / 2 V (v / V - 1)^2. The derivative has the volume that a step foresaw, unless `step` is null.
 template <int K>
 inline void add_volume(const ElementPacks& packs, const double* volumes, const V x[K][3], const V (*step)[3],
-                       bool definite, bool with_tangent, Sums<K>& sums) {
+                       bool with_tangent, Sums<K>& sums) {
   const int pair_count = int(packs.pairs.size()) / 2;
   V mixed[K * (K - 1) / 2][3], gradient[K][3];
   volume_gradient<K>(packs, x, mixed, gradient);
@@ -289,7 +271,6 @@ inline void add_volume(const ElementPacks& packs, const double* volumes, const V
       for (int m = n; m < K; ++m)
         for (int j = 0; j < 3; ++j) sums.blocks[block_of<K>(n, m)][i][j] += stiff * gradient[m][j];
     }
-  if (definite) return;
   for (int p = 0; p < pair_count; ++p) {
     auto& block = sums.blocks[block_of<K>(packs.pairs[2 * p], packs.pairs[2 * p + 1])];
     for (int k = 0; k < 3; ++k) {
@@ -313,7 +294,7 @@ inline void gather(const double* vectors, const int* nodes, V x[K][3]) {
 }
 
 template <int K, int D>
-void add_packs(const ElementPacks& packs, const double* positions, const double* change, bool definite,
+void add_packs(const ElementPacks& packs, const double* positions, const double* change,
                const double* relaxing_base, double relaxing_gain, double factor, double* forces, double* data) {
   const bool with_tangent = data != nullptr;
   const int points = packs.point_count;
@@ -344,11 +325,11 @@ void add_packs(const ElementPacks& packs, const double* positions, const double*
           base[c] = load(lanes);
         }
       add_point<K, D>(packs, packs.gradients.data() + point * K * D * kPack, load(packs.measures.data() + point * kPack), x,
-                      step, definite, relaxing_base ? base : nullptr, relaxing_gain, with_tangent, sums);
+                      step, relaxing_base ? base : nullptr, relaxing_gain, with_tangent, sums);
     }
     if constexpr (D == 3)
       if (!packs.volumes.empty())
-        add_volume<K>(packs, packs.volumes.data() + pack * kPack, x, step, definite, with_tangent, sums);
+        add_volume<K>(packs, packs.volumes.data() + pack * kPack, x, step, with_tangent, sums);
     for (int n = 0; n < K; ++n)
       for (int i = 0; i < 3; ++i) {
         store(lanes, sums.forces[n][i]);
@@ -377,18 +358,18 @@ void add_packs(const ElementPacks& packs, const double* positions, const double*
   }
 }
 
-void add_elements(const ElementPacks& packs, const double* positions, const double* change, bool definite,
+void add_elements(const ElementPacks& packs, const double* positions, const double* change,
                   const double* relaxing_base, double relaxing_gain, double factor, double* forces, double* data) {
   auto add = packs.dimension == 3 ? (packs.corner_count == 10 ? &add_packs<10, 3> : &add_packs<4, 3>)
                                   : (packs.corner_count == 6 ? &add_packs<6, 2> : &add_packs<3, 2>);
-  add(packs, positions, change, definite, relaxing_base, relaxing_gain, factor, forces, data);
+  add(packs, positions, change, relaxing_base, relaxing_gain, factor, forces, data);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET
 
-void PNEUMORPH_ELEMENTS_NAME(const ElementPacks& packs, const double* positions, const double* change, bool definite,
+void PNEUMORPH_ELEMENTS_NAME(const ElementPacks& packs, const double* positions, const double* change,
                              const double* relaxing_base, double relaxing_gain, double factor, double* forces, double* data) {
-  PNEUMORPH_INSTRUCTION_SET::add_elements(packs, positions, change, definite, relaxing_base, relaxing_gain, factor, forces, data);
+  PNEUMORPH_INSTRUCTION_SET::add_elements(packs, positions, change, relaxing_base, relaxing_gain, factor, forces, data);
 }
 
 }  // namespace pneumorph

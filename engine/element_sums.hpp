@@ -34,16 +34,15 @@ struct ElementPacks {
 // Positions (node, 3); adds forces (node, 3) and, unless null, h^2 or any other factor times -d(force)/dx to `data`.
 // The change (node, 3) that led to these positions, unless null: the tangent has the stress that it foresaw
 // (pneumorph/fem/foreseen_stress.py).
-// Where the tangent is to be definite it lacks what sheets in compression and swollen volumes take from it.
 // Stress that relaxes, unless null: S = base + 2 gain E, base (6: xx xy xz yy yz zz, point), element by element.
-using AddElements = void (*)(const ElementPacks& packs, const double* positions, const double* change, bool definite,
+using AddElements = void (*)(const ElementPacks& packs, const double* positions, const double* change,
                              const double* relaxing_base, double relaxing_gain, double factor, double* forces, double* data);
 
-void add_elements_baseline(const ElementPacks&, const double*, const double*, bool, const double*, double, double, double*,
+void add_elements_baseline(const ElementPacks&, const double*, const double*, const double*, double, double, double*,
                            double*);
-void add_elements_avx2(const ElementPacks&, const double*, const double*, bool, const double*, double, double, double*,
+void add_elements_avx2(const ElementPacks&, const double*, const double*, const double*, double, double, double*,
                            double*);
-void add_elements_avx512(const ElementPacks&, const double*, const double*, bool, const double*, double, double, double*,
+void add_elements_avx512(const ElementPacks&, const double*, const double*, const double*, double, double, double*,
                            double*);
 
 }  // namespace pneumorph

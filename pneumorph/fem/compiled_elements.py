@@ -105,7 +105,6 @@ class CompiledElements:
         data: np.ndarray,
         factor: float,
         change: np.ndarray | None = None,
-        definite: bool = False,
     ) -> np.ndarray:
         """The same, with a factor times -d(force)/dx added to `data` in place.
 
@@ -117,10 +116,8 @@ class CompiledElements:
             factor: What the tangent is multiplied by.
             change: A step that led here [mm], (node, 3): the tangent has the stresses that it
                 foresaw in what is stiff, sheets and volumes (`pneumorph.fem.foreseen_stress`).
-            definite: Leave out what compressed sheets and swollen or shrunk volumes take from the
-                tangent: most often it is positive definite then.
         """
-        return self._add(x, pressure_kPa, relaxing, data, factor, change, definite)
+        return self._add(x, pressure_kPa, relaxing, data, factor, change)
 
     def _add(
         self,
@@ -130,15 +127,14 @@ class CompiledElements:
         data: np.ndarray | None,
         factor: float,
         change: np.ndarray | None = None,
-        definite: bool = False,
     ) -> np.ndarray:
         x, forces = np.ascontiguousarray(x, dtype=float), np.zeros(x.shape)
         step = None if change is None else np.ascontiguousarray(change, dtype=float)
         for number, sums in enumerate(self._sums):
             if number == 0 and relaxing is not None:
-                sums.add(x, step, definite, relaxing.base, relaxing.gain, forces, data, factor)
+                sums.add(x, step, relaxing.base, relaxing.gain, forces, data, factor)
             else:
-                sums.add(x, step, definite, None, 0.0, forces, data, factor)
+                sums.add(x, step, None, 0.0, forces, data, factor)
         pressures = np.broadcast_to(pressure_kPa, (len(self._cavities),))
         for cavity, pressure in zip(self._cavities, pressures, strict=True):
             if pressure != 0.0:
