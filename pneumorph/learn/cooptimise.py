@@ -6,16 +6,19 @@ import json
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pneumorph.base.artefact import reading, write_json
+from pneumorph.base.result import result_to_dict
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.robot_options import current_setting
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, has_checkpoint, load_checkpoint, save_checkpoint
+from pneumorph.learn.coopt_result import CooptResult, KeptPair, SeenPair
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
 from pneumorph.learn.metrics import MetricsLog, read_metrics
@@ -41,7 +44,7 @@ def cooptimise(
     wandb_project: str | None = None,
     progress: Progress | None = None,
     say: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> CooptResult:
     """Run co-optimisation to its end, or go on with a run that was stopped.
 
     The folder receives ``settings.json``, ``metrics.jsonl``, ``tensorboard/``, the two newest
@@ -65,7 +68,7 @@ def cooptimise(
         say: Told where a resumed run goes on and what was lost.
 
     Returns:
-        The summary, as in ``summary.json``.
+        What was found, as in ``summary.json``.
 
     Raises:
         ValueError: The folder holds a run already and ``resume`` is off, or that run had other
@@ -99,7 +102,7 @@ def cooptimise(
     if progress is not None:
         progress(training.timestep, training.timestep, "evaluating the best designs")
     evaluated = training.evaluate()
-    found = _time_spent(training, time.perf_counter() - started)
+    result = _result(training, evaluated, time.perf_counter() - started, remarks)
     save_policy(
         folder / POLICY_FILE,
         training.state.policy,
@@ -107,30 +110,29 @@ def cooptimise(
         timestep=training.timestep,
         time_step_s=time_step_s,
     )
-    seen = pairs = training.best.pairs
+    pairs = training.best.pairs
     if settings.finetuning.timesteps:
         designs = finalists(training, evaluated)
         finetuned = finetune(
             training, designs, folder, folder / FINETUNED_FOLDER, time_step_s, progress
         )
         pairs = finetuned.pairs[: settings.kept_pair_count]
-        found |= {
-            "finetuning_timesteps": finetuned.timesteps,
-            "finetuning_wall_s": finetuned.wall_s,
-        }
-    action_s = settings.task.action_step_count * time_step_s
-    for rank, pair in enumerate(pairs, start=1):
-        comments = {
-            "design": str(training.space[pair.design]),
-            "distance_cm": f"{pair.distance_cm:.3f}",
-            "source": pair.source,
-        }
-        write_gait(
-            folder / GAIT_FOLDER / f"L{rank}.csv", pair.gait(action_s, settings.task), comments
+        result = replace(
+            result,
+            pairs=_kept(training, pairs),
+            finetuning_timesteps=finetuned.timesteps,
+            finetuning_wall_s=finetuned.wall_s,
         )
-    summary = {**_summary(training, pairs, seen, evaluated), **found, "remarks": remarks}
-    write_json(folder / SUMMARY_FILE, summary)
-    return summary
+    action_s = settings.task.action_step_count * time_step_s
+    for pair, kept in zip(pairs, result.pairs, strict=True):
+        comments = {
+            "design": kept.design,
+            "distance_cm": f"{kept.distance_cm:.3f}",
+            "source": kept.source,
+        }
+        write_gait(folder / kept.gait, pair.gait(action_s, settings.task), comments)
+    write_json(folder / SUMMARY_FILE, result_to_dict(result))
+    return result
 
 
 def _restore(
@@ -234,48 +236,43 @@ def _passed(interval: int, before: int, after: int) -> bool:
     return interval > 0 and after // interval > before // interval
 
 
-def _time_spent(training: Training, wall_s: float) -> dict[str, Any]:
-    """Where the wall time of training went."""
-    spent = {f"{stage}_s": training.clock.seconds[stage] for stage in STAGES}
-    return {
-        "wall_s": wall_s,
-        **spent,
-        "other_s": wall_s - sum(spent.values()),
-        "learn_and_log_share": (spent["learn_s"] + spent["log_s"]) / wall_s,
-    }
-
-
-def _summary(
+def _result(
     training: Training,
-    pairs: Sequence[DesignGaitPair],
-    seen: Sequence[DesignGaitPair],
     evaluated: Sequence[DesignGaitPair],
-) -> dict[str, Any]:
-    ranked = [
-        {**_described(training, pair), "gait": f"{GAIT_FOLDER}/L{rank}.csv"}
-        for rank, pair in enumerate(pairs, start=1)
-    ]
-    best = ranked[0] if ranked else dict.fromkeys(("design", "distance_cm", "gait", "source"))
+    wall_s: float,
+    remarks: Sequence[str],
+) -> CooptResult:
+    """What was found where nothing is fine-tuned."""
     policy_best = evaluated[0] if evaluated else None
-    return {
-        **{f"best_{name}": best[name] for name in ("design", "distance_cm", "gait", "source")},
-        "policy_best_design": str(training.space[policy_best.design]) if policy_best else None,
-        "policy_best_distance_cm": policy_best.distance_cm if policy_best else None,
-        "pairs": ranked,
-        "seen_pairs": [_described(training, pair) for pair in seen],
-        "timesteps": training.timestep,
-        "finetuning_timesteps": 0,
-        "update_count": training.update_count,
-        "failed_episode_count": training.failure_count,
-        "seed": training.settings.seed,
-    }
+    return CooptResult(
+        policy_best_design=str(training.space[policy_best.design]) if policy_best else None,
+        policy_best_distance_cm=policy_best.distance_cm if policy_best else None,
+        pairs=_kept(training, training.best.pairs),
+        seen_pairs=tuple(_seen(training, pair) for pair in training.best.pairs),
+        timesteps=training.timestep,
+        finetuning_timesteps=0,
+        update_count=training.update_count,
+        failed_episode_count=training.failure_count,
+        seed=training.settings.seed,
+        wall_s=wall_s,
+        **{f"{stage}_s": training.clock.seconds[stage] for stage in STAGES},
+        finetuning_wall_s=None,
+        remarks=tuple(remarks),
+    )
 
 
-def _described(training: Training, pair: DesignGaitPair) -> dict[str, Any]:
-    return {
-        "design": str(training.space[pair.design]),
-        "distance_cm": pair.distance_cm,
-        "score_cm": pair.score_cm,
-        "source": pair.source,
-        "timestep": pair.timestep,
-    }
+def _kept(training: Training, pairs: Sequence[DesignGaitPair]) -> tuple[KeptPair, ...]:
+    return tuple(
+        KeptPair(**vars(_seen(training, pair)), gait=f"{GAIT_FOLDER}/L{rank}.csv")
+        for rank, pair in enumerate(pairs, start=1)
+    )
+
+
+def _seen(training: Training, pair: DesignGaitPair) -> SeenPair:
+    return SeenPair(
+        str(training.space[pair.design]),
+        pair.distance_cm,
+        pair.score_cm,
+        pair.source,
+        pair.timestep,
+    )

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.learn.coopt_result import KeptPair
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
@@ -102,7 +103,7 @@ class Candidates:
     @classmethod
     def of_training(
         cls,
-        pairs: Sequence[Mapping[str, Any]],
+        pairs: Sequence[KeptPair],
         run: Path,
         settings: CooptSettings,
         baseline: PhaseSweepSettings,
@@ -112,8 +113,7 @@ class Candidates:
         """Those of a training that has just ended, before its summary is written.
 
         Args:
-            pairs: Design, gait's file from the training's folder and distance [cm] of its pairs,
-                the best first.
+            pairs: Its pairs, the best first.
             run: The run's folder.
             settings: What it was trained with.
             baseline: The expert's gaits.
@@ -126,10 +126,10 @@ class Candidates:
         limits = (task.minimum_pressure_kPa, task.maximum_pressure_kPa)
         chosen = [
             Pair(
-                Design.parse(each["design"]),
-                f"{TRAINING_FOLDER}/{each['gait']}",
-                read_gait(run / TRAINING_FOLDER / each["gait"], *limits)[0],
-                each["distance_cm"],
+                Design.parse(each.design),
+                f"{TRAINING_FOLDER}/{each.gait}",
+                read_gait(run / TRAINING_FOLDER / each.gait, *limits)[0],
+                each.distance_cm,
             )
             for each in pairs[: certificate.pair_count]
         ]

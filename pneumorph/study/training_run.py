@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
+from pneumorph.learn.coopt_result import CooptResult, SeenPair
 from pneumorph.learn.cooptimise import cooptimise
 from pneumorph.learn.settings import CooptSettings, quick_settings
 from pneumorph.learn.training import STAGES
@@ -169,10 +169,10 @@ def train(
     start = time.monotonic()
     replayed = _replay_best(spec, learned, settings.task, folder)
     certified = None
-    if certificate is not None and learned["pairs"]:
+    if certificate is not None and learned.pairs:
         drawn_from = None if worlds is None else worlds.randomisation
         found = Candidates.of_training(
-            learned["pairs"], folder.path, settings, baseline, drawn_from, certificate
+            learned.pairs, folder.path, settings, baseline, drawn_from, certificate
         )
         again = Again(reduction or from_walks("published"))
         if settings.finetuning.timesteps:
@@ -183,26 +183,26 @@ def train(
             own = RunFolder(folder.path / CERTIFICATE_FOLDER, "certify", folder.progress)
         certified = certify_candidates(found, certificate, spec, own, again)
     # Learning counts what earlier processes spent on it before this one went on.
-    learned_s = learned["wall_s"] + learned.get("finetuning_wall_s", 0.0)
+    learned_s, best = learned.wall_s + (learned.finetuning_wall_s or 0.0), learned.best
     return TrainingResult(
         **vars(expert),
-        best_design=learned["best_design"],
-        best_distance_cm=learned["best_distance_cm"],
-        best_gait=_under_training(learned["best_gait"]),
+        best_design=None if best is None else best.design,
+        best_distance_cm=None if best is None else best.distance_cm,
+        best_gait=None if best is None else f"{TRAINING_FOLDER}/{best.gait}",
         replayed_distance_cm=replayed,
-        timesteps=learned["timesteps"],
-        finetuning_timesteps=learned["finetuning_timesteps"],
-        update_count=learned["update_count"],
-        failed_episode_count=learned["failed_episode_count"],
+        timesteps=learned.timesteps,
+        finetuning_timesteps=learned.finetuning_timesteps,
+        update_count=learned.update_count,
+        failed_episode_count=learned.failed_episode_count,
         seed=settings.seed,
-        pairs=_pairs(learned["pairs"]),
-        seen_pairs=_pairs(learned["seen_pairs"]),
-        notes=tuple(learned["remarks"]),
+        pairs=tuple(_learned(pair, f"{TRAINING_FOLDER}/{pair.gait}") for pair in learned.pairs),
+        seen_pairs=tuple(_learned(pair) for pair in learned.seen_pairs),
+        notes=learned.remarks,
         **spec.describe(),
         wall_s=swept_s + learned_s + time.monotonic() - start,
-        training_wall_s=learned["wall_s"],
-        **{name: learned[name] for name in _TIMES},
-        finetuning_wall_s=learned.get("finetuning_wall_s"),
+        training_wall_s=learned.wall_s,
+        **{name: getattr(learned, name) for name in _TIMES},
+        finetuning_wall_s=learned.finetuning_wall_s,
         randomisation=drawn.get("randomisation"),
         ranked_by=_ranked_by(settings),
         certificate=certified,
@@ -246,33 +246,29 @@ def _ranked_by(settings: CooptSettings) -> str | None:
 
 
 def _replay_best(
-    spec: RobotSpec, learned: dict[str, Any], task: CrawlingTask, folder: RunFolder
+    spec: RobotSpec, learned: CooptResult, task: CrawlingTask, folder: RunFolder
 ) -> float | None:
     """Walk the best pair's gait file once more, record it, and return its distance in cm."""
-    if learned["best_gait"] is None:
+    if learned.best is None:
         return None
     folder.progress.stage("recording the best pair")
     gait, _ = read_gait(
-        folder.path / TRAINING_FOLDER / learned["best_gait"],
+        folder.path / TRAINING_FOLDER / learned.best.gait,
         task.minimum_pressure_kPa,
         task.maximum_pressure_kPa,
     )
     trajectory = recorded_walk(
         spec,
-        Design.parse(learned["best_design"]),
+        Design.parse(learned.best.design),
         gait,
         settling_steps=task.settling_step_count,
-        description={"gait": learned["best_gait"]},
+        description={"gait": learned.best.gait},
     )
     trajectory.with_skin_only().save(folder / BEST_TRAJECTORY_FILE)
     return trajectory.distance_cm
 
 
-def _pairs(pairs: Sequence[dict[str, Any]]) -> tuple[LearnedPair, ...]:
-    return tuple(
-        LearnedPair(**{**each, "gait": _under_training(each.get("gait"))}) for each in pairs
+def _learned(pair: SeenPair, gait: str | None = None) -> LearnedPair:
+    return LearnedPair(
+        pair.design, pair.distance_cm, pair.source, pair.timestep, gait, pair.score_cm
     )
-
-
-def _under_training(path: str | None) -> str | None:
-    return None if path is None else f"{TRAINING_FOLDER}/{path}"

@@ -5,17 +5,17 @@ import signal
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from helpers.toy_coopt import TIME_STEP_S, make_simulator, toy_settings
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
+from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.cooptimise import cooptimise
 
 _SETTINGS = toy_settings(round_count=7, environment_count=4)
 SETTINGS = replace(_SETTINGS, checkpoint_interval_timesteps=2 * _SETTINGS.timesteps_per_round)
 
 
-def finish(folder: Path, said: list[str] | None = None) -> dict[str, Any]:
+def finish(folder: Path, said: list[str] | None = None) -> CooptResult:
     """Begin the run, or go on with it, to its end."""
     return cooptimise(
         viscous_crawler_robot,

@@ -10,10 +10,12 @@ import pytest
 from helpers.toy_coopt import SPACE, TIME_STEP_S, make_simulator, toy_settings
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.result import result_from_dict
 from pneumorph.base.settings import load_settings
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.checkpoint import NEWEST, load_checkpoint, save_checkpoint
+from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.cooptimise import cooptimise
 from pneumorph.learn.metrics import read_metrics
 from pneumorph.learn.policy_file import load_policy
@@ -28,7 +30,7 @@ class Killed(Exception):
     """Stands for the end of the process."""
 
 
-def run(folder: Path, kill_after_round: int | None = None, **options: Any) -> dict[str, Any]:
+def run(folder: Path, kill_after_round: int | None = None, **options: Any) -> CooptResult:
     def progress(done: int, total: int, message: str) -> None:
         if kill_after_round is not None and done >= (
             kill_after_round * SETTINGS.timesteps_per_round
@@ -47,14 +49,12 @@ def run(folder: Path, kill_after_round: int | None = None, **options: Any) -> di
 
 
 @pytest.fixture(scope="module")
-def straight(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+def straight(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, CooptResult]:
     folder = tmp_path_factory.mktemp("straight")
     return folder, run(folder)
 
 
-def assert_same_run(
-    folder: Path, summary: dict[str, Any], straight: tuple[Path, dict[str, Any]]
-) -> None:
+def assert_same_run(folder: Path, summary: CooptResult, straight: tuple[Path, CooptResult]) -> None:
     expected_folder, expected = straight
     ours, theirs = (load_checkpoint(where) for where in (folder, expected_folder))
     assert ours.arrays.keys() == theirs.arrays.keys()
@@ -65,7 +65,7 @@ def assert_same_run(
     def timeless(values: dict[str, Any]) -> dict[str, Any]:
         return {key: value for key, value in values.items() if key not in {*TIMINGS, "remarks"}}
 
-    assert timeless(summary) == timeless(expected)
+    assert timeless(vars(summary)) == timeless(vars(expected))
     assert [timeless(line) for line in read_metrics(folder)] == [
         timeless(line) for line in read_metrics(expected_folder)
     ]
@@ -73,14 +73,14 @@ def assert_same_run(
 
 @pytest.mark.parametrize("round_number", [1, 4])
 def test_killed_and_resumed_equals_not_stopping(
-    tmp_path: Path, straight: tuple[Path, dict[str, Any]], round_number: int
+    tmp_path: Path, straight: tuple[Path, CooptResult], round_number: int
 ) -> None:
     with pytest.raises(Killed):
         run(tmp_path, kill_after_round=round_number)
     summary = run(tmp_path, resume=True)
     assert_same_run(tmp_path, summary, straight)
     timestep = round_number * SETTINGS.timesteps_per_round
-    assert summary["remarks"] == [f"resumed at timestep {timestep}"]
+    assert summary.remarks == (f"resumed at timestep {timestep}",)
 
 
 def test_checkpoints_come_before_the_round_that_would_go_beyond_the_interval(
@@ -96,7 +96,7 @@ def test_checkpoints_come_before_the_round_that_would_go_beyond_the_interval(
 
 
 def test_a_setting_added_since_had_its_default(
-    tmp_path: Path, straight: tuple[Path, dict[str, Any]]
+    tmp_path: Path, straight: tuple[Path, CooptResult]
 ) -> None:
     with pytest.raises(Killed):
         run(tmp_path, kill_after_round=3)
@@ -107,7 +107,7 @@ def test_a_setting_added_since_had_its_default(
 
 
 def test_truncated_checkpoint_falls_back_to_the_previous_and_says_so(
-    tmp_path: Path, straight: tuple[Path, dict[str, Any]]
+    tmp_path: Path, straight: tuple[Path, CooptResult]
 ) -> None:
     with pytest.raises(Killed):
         run(tmp_path, kill_after_round=4)
@@ -116,44 +116,47 @@ def test_truncated_checkpoint_falls_back_to_the_previous_and_says_so(
     with pytest.warns(UserWarning, match="previous checkpoint is used"):
         summary = run(tmp_path, resume=True)
     assert_same_run(tmp_path, summary, straight)
-    assert "previous checkpoint is used" in summary["remarks"][0]
+    assert "previous checkpoint is used" in summary.remarks[0]
     one_round = SETTINGS.timesteps_per_round
-    assert summary["remarks"][1] == (
+    assert summary.remarks[1] == (
         f"resumed at timestep {3 * one_round}: {one_round} timesteps after the last checkpoint "
         "were lost and are made again"
     )
 
 
-def test_stages_account_for_the_time(straight: tuple[Path, dict[str, Any]]) -> None:
+def test_stages_account_for_the_time(straight: tuple[Path, CooptResult]) -> None:
     _, summary = straight
-    stages = [summary[f"{stage}_s"] for stage in STAGES]
+    stages = [getattr(summary, f"{stage}_s") for stage in STAGES]
     assert min(stages) > 0.0
-    assert 0.0 <= summary["other_s"] < 0.5 * summary["wall_s"]
-    assert sum(stages) + summary["other_s"] == pytest.approx(summary["wall_s"])
-    spent = (summary["learn_s"] + summary["log_s"]) / summary["wall_s"]
-    assert summary["learn_and_log_share"] == pytest.approx(spent)
+    assert 0.0 <= summary.other_s < 0.5 * summary.wall_s
+    assert sum(stages) + summary.other_s == pytest.approx(summary.wall_s)
+    spent = (summary.learn_s + summary.log_s) / summary.wall_s
+    assert summary.learn_and_log_share == pytest.approx(spent)
 
 
-def test_run_folder_holds_what_was_found(straight: tuple[Path, dict[str, Any]]) -> None:
+def test_run_folder_holds_what_was_found(straight: tuple[Path, CooptResult]) -> None:
     folder, summary = straight
-    assert json.loads((folder / "summary.json").read_text()) == summary
+    written = json.loads((folder / "summary.json").read_text())
+    assert result_from_dict(CooptResult, written) == summary
+    # Beside its fields stands what follows from them.
+    derived = {"best_design", "best_distance_cm", "best_gait", "best_source"}
+    assert written.keys() - vars(summary).keys() == derived | {"other_s", "learn_and_log_share"}
+    assert written["best_source"] == written["pairs"][0]["source"]
     assert load_settings(CooptSettings, folder / "settings.json") == SETTINGS
     assert any((folder / "tensorboard").iterdir())
-    assert (
-        summary["timesteps"] == 6 * SETTINGS.timesteps_per_round == len(read_metrics(folder)) * 64
-    )
-    gait, comments = read_gait(folder / summary["best_gait"])
-    assert comments["design"] == summary["best_design"]
+    assert summary.timesteps == 6 * SETTINGS.timesteps_per_round == len(read_metrics(folder)) * 64
+    gait, comments = read_gait(folder / summary.best.gait)
+    assert comments["design"] == summary.best.design
     assert gait.held_kPa.shape == (16, 2)
     np.testing.assert_allclose(gait.duration_s, 16 * 12 * TIME_STEP_S)
-    assert summary["best_distance_cm"] >= summary["policy_best_distance_cm"]
+    assert summary.best.distance_cm >= summary.policy_best_distance_cm
     policy, settings, metadata = load_policy(folder / "policy.npz")
     assert settings == SETTINGS
-    assert metadata["timestep"] == summary["timesteps"]
+    assert metadata["timestep"] == summary.timesteps
     assert policy.mode(np.zeros((1, 4 + SPACE.one_hot.shape[1]), np.float32)).shape == (1, 2)
 
 
-def test_other_settings_are_not_resumed(straight: tuple[Path, dict[str, Any]]) -> None:
+def test_other_settings_are_not_resumed(straight: tuple[Path, CooptResult]) -> None:
     folder, _ = straight
     with pytest.raises(ValueError, match="holds a training run already"):
         run(folder)
@@ -162,7 +165,7 @@ def test_other_settings_are_not_resumed(straight: tuple[Path, dict[str, Any]]) -
 
 
 def test_policy_file_of_other_layers_is_refused(
-    straight: tuple[Path, dict[str, Any]], tmp_path: Path
+    straight: tuple[Path, CooptResult], tmp_path: Path
 ) -> None:
     from pneumorph.base.artefact import load_artefact, save_artefact
 

@@ -220,8 +220,8 @@ def test_a_space_that_none_can_list_trains_and_goes_on_to_the_same_bits(tmp_path
     resumed = cooptimise(
         viscous_crawler_robot, make_simulator, settings, tmp_path / "halves", resume=True
     )
-    assert resumed["pairs"] == straight["pairs"]
-    assert straight["best_distance_cm"] > 0.0
+    assert resumed.pairs == straight.pairs
+    assert straight.best.distance_cm > 0.0
 
 
 def test_the_kind_of_belief_is_that_asked_for() -> None:

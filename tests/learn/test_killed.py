@@ -51,7 +51,7 @@ def test_killed_process_goes_on_to_the_same_bits(
     reached = read_metrics(tmp_path)[-1]["timestep"]
     said: list[str] = []
     summary = finish(tmp_path, said)
-    assert said == summary["remarks"]
+    assert said == list(summary.remarks)
     resumed = re.search(r"resumed at timestep (\d+)", said[-1])
     assert resumed is not None
     lost = reached - int(resumed[1])
@@ -77,6 +77,5 @@ def test_a_run_that_died_before_its_first_checkpoint_says_that_it_begins_again(
         cooptimise(viscous_crawler_robot, make_simulator, rare, tmp_path, progress=die)
     summary = finish(tmp_path)
     one_round = SETTINGS.timesteps_per_round
-    assert summary["remarks"] == [
-        f"began again: {one_round} timesteps after the last checkpoint were lost and are made again"
-    ]
+    lost = f"{one_round} timesteps after the last checkpoint were lost and are made again"
+    assert summary.remarks == (f"began again: {lost}",)
