@@ -55,8 +55,6 @@ class PartSummary:
     tetrahedron_count: int
     """Sampled integration points of the solid."""
     membrane_count: int
-    stress_count: int
-    """Fields of stress that the membrane is seen by instead of sampled points."""
     """The same of the membrane."""
     mesh_digest: str
     errors: dict[str, float | None]
@@ -65,6 +63,9 @@ class PartSummary:
     """Pressures [kPa] with the bend of both models [degrees]; None where it was not measured."""
     knows_range: bool = False
     """Whether it can tell when it leaves the range of its snapshots; older files cannot."""
+    stress_count: int = 0
+    """Fields of stress that the membrane is seen by instead of sampled points; older files have
+    none."""
 
 
 @dataclass(frozen=True)
