@@ -134,24 +134,14 @@ USUAL: PhysicsName = "measured"
 """The physics where none is asked for."""
 
 
-def _physics_of_part(path: str | None) -> PhysicsName | None:
-    """The physics that a reduced leg is of, by whether it relaxes; None without one.
-
-    Raises:
-        FileNotFoundError: No such file.
-        ArtefactError: It is no reduced part.
-    """
-    if path is None:
-        return None
-    return "published" if ReducedPart.load(path).relaxation is None else "measured"
+def _physics_of_part(part: ReducedPart) -> PhysicsName:
+    """The physics that a reduced leg is of, by whether it relaxes."""
+    return "published" if part.relaxation is None else "measured"
 
 
-def _is_polar(path: str | None) -> bool:
+def _is_polar(part: ReducedPart) -> bool:
     """Whether a reduced leg was made with polar rotations, which `objective` damping has."""
-    if path is None:
-        return False
-    settings = ReducedPart.load(path).metadata.get("settings", {})
-    return bool(settings.get("rotation") == "polar")
+    return bool(part.metadata.get("settings", {}).get("rotation") == "polar")
 
 
 def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
@@ -245,7 +235,12 @@ class RobotOptions(Checked):
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
-        """Settings that a choice of physics, leg or part brings with it where they are not set."""
+        """Settings that a choice of physics, leg or part brings with it where they are not set.
+
+        Raises:
+            FileNotFoundError: No such part.
+            ArtefactError: It is no reduced part.
+        """
         if content.get("described") is not None:
             robot = RobotDescription.read(content["described"])
             brought = _all_of(robot.physics.based_on)
@@ -255,8 +250,11 @@ class RobotOptions(Checked):
         brought = {}
         leg: LegName | None = content.get("leg")
         name: PhysicsName | None = content.get("based_on")
+        path = content.get("part")
+        part = ReducedPart.load(path) if path is not None and leg is None else None
         if name is None:
-            own = _physics_of_part(content.get("part")) if leg is None else physics_of(leg)
+            own = None if leg is None else physics_of(leg)
+            own = own if part is None else _physics_of_part(part)
             name = None if own == below.get("based_on") else own
         if name is not None:
             brought = _all_of(name)
@@ -266,7 +264,7 @@ class RobotOptions(Checked):
                 "masses": {"model": masses_of(leg).model},
             }
             brought = laid_over(brought, own_of_leg)
-        if leg is None and _is_polar(content.get("part")):
+        if part is not None and _is_polar(part):
             brought = laid_over(brought, {"physics": {"damping": "objective"}})
         return brought
 

@@ -160,23 +160,16 @@ def static_answers(
     Raises:
         UnstableError: The equilibrium is not stable; small forces say nothing of where it goes.
     """
-    held = np.unique(np.asarray(held_nodes))
-    flat = forces_mN.reshape(x.size, -1)
-    if not part.has_potential(rotation):
-        solver = _Tangent(part, held, rotation)
-        moved = solver.solve(x, pressure_kPa, flat[solver.free], np.zeros_like(x))
-        return moved.reshape(forces_mN.shape)
-    pattern = FrontPattern(part.assembly, held, "tree")
+    tangent = _SymmetricTangent if part.has_potential(rotation) else _Tangent
+    solver = tangent(part, np.unique(np.asarray(held_nodes)), rotation)
+    flat = forces_mN.reshape(x.size, -1)[solver.free]
     try:
-        factor = FrontalCholesky(pattern, part.tangent_data(x, pressure_kPa, rotation))
+        return solver.answers(x, pressure_kPa, flat).reshape(forces_mN.shape)
     except np.linalg.LinAlgError as error:
         raise UnstableError(
             f"the state at {pressure_kPa} kPa is no stable equilibrium, expected one for its "
             "answers to small forces; the part may buckle"
         ) from error
-    moved = np.zeros_like(flat)
-    moved[pattern.unknowns] = factor.solve(flat[pattern.unknowns])
-    return moved.reshape(forces_mN.shape)
 
 
 def _equilibria(
@@ -302,10 +295,11 @@ class _Tangent:
     def solve(
         self, x: np.ndarray, pressure: Pressure, forces: np.ndarray, before: np.ndarray
     ) -> np.ndarray:
-        """Changes of all unknowns, (3 node, column), for forces on the free ones, (free, column).
+        """A step of Newton's method; `before` is the one that led to x, (node, 3)."""
+        return self.answers(x, pressure, forces)
 
-        `before` is the step that led to x, (node, 3).
-        """
+    def answers(self, x: np.ndarray, pressure: Pressure, forces: np.ndarray) -> np.ndarray:
+        """Changes of all unknowns, (3 node, column), by forces on the free ones, (free, column)."""
         from scipy.sparse.linalg import splu
 
         tangent = self._part.tangent(x, pressure, self._rotation)
@@ -339,13 +333,23 @@ class _SymmetricTangent(_Tangent):
             numpy.linalg.LinAlgError: The held nodes leave the part free to move.
         """
         part, rotation = self._part, self._rotation
-        data = part.tangent_data(x, pressure, rotation, change=before)
         try:
-            factor = FrontalCholesky(self._pattern, data)
+            return self._by(part.tangent_data(x, pressure, rotation, change=before), forces)
         except np.linalg.LinAlgError:
-            definite = part.tangent_data(x, pressure, rotation, definite=True)
-            factor = FrontalCholesky(self._pattern, definite)
-        change = np.zeros((x.size, forces.shape[1]))
+            return self._by(part.tangent_data(x, pressure, rotation, definite=True), forces)
+
+    def answers(self, x: np.ndarray, pressure: Pressure, forces: np.ndarray) -> np.ndarray:
+        """As `_Tangent.answers`.
+
+        Raises:
+            numpy.linalg.LinAlgError: The tangent is not definite.
+        """
+        return self._by(self._part.tangent_data(x, pressure, self._rotation), forces)
+
+    def _by(self, data: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """Changes of all unknowns by the tangent of these data."""
+        change = np.zeros((3 * self._part.node_count, forces.shape[1]))
         change[self.free] = forces
+        factor = FrontalCholesky(self._pattern, data)
         change[self._pattern.unknowns] = factor.solve(change[self._pattern.unknowns])
         return change

@@ -120,6 +120,17 @@ def matching(
     return middle
 
 
+def require_finite(values: np.ndarray, name: str) -> None:
+    """Refuse values [cm] that are not finite, by their name.
+
+    Raises:
+        ValueError: One is not.
+    """
+    if not np.isfinite(values).all():
+        place = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise ValueError(f"{name}[{place}] is {values[place]}, expected finite {name} in cm")
+
+
 class DesignDistribution:
     """Which designs to try next, given the newest return of each.
 
@@ -164,9 +175,7 @@ class DesignDistribution:
         Raises:
             ValueError: A return is not finite.
         """
-        if not np.isfinite(returns).all():
-            place = int(np.flatnonzero(~np.isfinite(returns))[0])
-            raise ValueError(f"returns[{place}] is {returns[place]}, expected finite returns in cm")
+        require_finite(returns, "returns")
         for design, value in zip(designs, returns, strict=True):
             self.scores[design] = value
 

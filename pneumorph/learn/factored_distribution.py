@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, Positive
-from pneumorph.learn.design_distribution import EntropySchedule, matching
+from pneumorph.learn.design_distribution import EntropySchedule, matching, require_finite
 from pneumorph.learn.metrics import score_histogram
 from pneumorph.robot.choice_paths import WeighedPaths
 from pneumorph.robot.design_space import DesignSpace
@@ -121,9 +121,7 @@ class FactoredDistribution:
         Raises:
             ValueError: A score is not finite.
         """
-        if not np.isfinite(scores).all():
-            place = int(np.flatnonzero(~np.isfinite(scores))[0])
-            raise ValueError(f"scores[{place}] is {scores[place]}, expected finite scores in cm")
+        require_finite(scores, "scores")
         for design, score, failed in zip(designs, scores, failing, strict=True):
             self.seen[int(design)] = (float(score), bool(failed))
         kept = np.exp(-1.0 / self._settings.remembered_rounds)

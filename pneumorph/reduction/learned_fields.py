@@ -6,13 +6,13 @@ of the weight; so have the tip's answers to small forces.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 import scipy.sparse as sparse
 
 from pneumorph.fem.part_model import PartModel
-from pneumorph.reduction.incremental_pod import IncrementalPod
+from pneumorph.reduction.incremental_pod import MIRROR, IncrementalPod
 from pneumorph.reduction.mirror_pairs import mirror_elements, shared_columns
 from pneumorph.reduction.mixed_dilatation import pressure_fields
 from pneumorph.reduction.mixed_sheet import scaled_strain, stress_fields
@@ -22,6 +22,10 @@ from pneumorph.reduction.snapshots import SnapshotSet
 from pneumorph.reduction.tip_answers import TipAnswers
 
 Progress = Callable[[int, int, str], None]
+
+WeightedChange = tuple[np.ndarray, np.ndarray, float]
+"""Positions (node, 3) before and after a change, and what it is multiplied by to count as it
+should."""
 
 STREAMING_SHARE = 0.1
 """Share of the mode tolerance that decomposing block by block may cost."""
@@ -143,14 +147,9 @@ def learned_modes(
 
 
 def learned_pressures(
-    part: PartModel,
-    snapshots: SnapshotSet,
-    training: np.ndarray,
-    answers: TipAnswers | None,
-    metric: sparse.csr_array,
-    settings: ReductionSettings,
+    part: PartModel, changes: Iterable[WeightedChange], settings: ReductionSettings
 ) -> np.ndarray | None:
-    """Fields of pressure of the training snapshots; None of a part whose points have their own."""
+    """Fields of pressure of the changes; None of a part whose points have their own."""
     group = part.volume_group
     if group is None:
         return None
@@ -159,7 +158,6 @@ def learned_pressures(
         result: np.ndarray = group.volumes(x) / group.rest_volume - 1.0
         return result
 
-    changes = _weighted_changes(part, snapshots, training, answers, metric, settings)
     rows = [weight * (swelling(after) - swelling(before)) for before, after, weight in changes]
     mirror = None
     if settings.symmetric and part.mesh.mirror_nodes is not None:
@@ -170,14 +168,9 @@ def learned_pressures(
 
 
 def learned_stresses(
-    part: PartModel,
-    snapshots: SnapshotSet,
-    training: np.ndarray,
-    answers: TipAnswers | None,
-    metric: sparse.csr_array,
-    settings: ReductionSettings,
+    part: PartModel, changes: Iterable[WeightedChange], settings: ReductionSettings
 ) -> np.ndarray | None:
-    """Fields of stress of the membrane in the training snapshots; None where it is sampled."""
+    """Fields of stress of the membrane in the changes; None where it is sampled."""
     if settings.stress_limit == 0 or not part.membranes:
         return None
     sheet, mirror = part.element_groups[1], part.mesh.mirror_nodes if settings.symmetric else None
@@ -185,36 +178,26 @@ def learned_stresses(
         shared_columns(sheet, mirror)  # refuses a sheet that is not its own image
     strains: list[np.ndarray] = []
     images: list[np.ndarray] = []
-    for before, after, weight in _weighted_changes(
-        part, snapshots, training, answers, metric, settings
-    ):
+    for before, after, weight in changes:
         strains.append(weight * (scaled_strain(sheet, after) - scaled_strain(sheet, before)))
         if mirror is not None:
-            other = [scaled_strain(sheet, _image(x, mirror)) for x in (after, before)]
+            other = [scaled_strain(sheet, x[mirror] * MIRROR) for x in (after, before)]
             images.append(weight * (other[0] - other[1]))
     return stress_fields(
         np.array(strains), None if mirror is None else np.array(images), settings.stress_limit
     )
 
 
-def _image(x: np.ndarray, mirror: np.ndarray) -> np.ndarray:
-    """Positions (node, 3) mirrored at y = 0."""
-    image = np.empty_like(x)
-    image[mirror] = x * np.array([1.0, -1.0, 1.0])
-    return image
-
-
-def _weighted_changes(
+def weighted_changes(
     part: PartModel,
     snapshots: SnapshotSet,
     training: np.ndarray,
     answers: TipAnswers | None,
     metric: sparse.csr_array,
     settings: ReductionSettings,
-) -> Iterator[tuple[np.ndarray, np.ndarray, float]]:
-    """Positions (node, 3) before and after each change that fields are learned from, and what it is
-    multiplied by to count as it should: from rest to each training snapshot, and the tip's answers,
-    half of each before and half after its state."""
+) -> Iterator[WeightedChange]:
+    """The changes that fields are learned from: from rest to each training snapshot, and the tip's
+    answers, half of each before and half after its state."""
     for kind, share in snapshot_kinds(snapshots, settings):
         numbers = np.intersect1d(kind, training)
         if len(numbers) == 0 or share == 0.0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -28,12 +28,14 @@ from pneumorph.reduction.errors import (
 )
 from pneumorph.reduction.learned_fields import (
     Progress,
+    WeightedChange,
     evenly,
     learned_modes,
     learned_pressures,
     learned_stresses,
     pod_metric,
     split_snapshots,
+    weighted_changes,
 )
 from pneumorph.reduction.mixed_sheet import scaled_strain
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -167,8 +169,12 @@ def reduce_part(
     basis = learned_modes(
         part, snapshots, training, answers, metric, mirror_nodes, settings, progress
     )
-    pressures = learned_pressures(part, snapshots, training, answers, metric, settings)
-    stresses = learned_stresses(part, snapshots, training, answers, metric, settings)
+
+    def changes() -> Iterator[WeightedChange]:
+        return weighted_changes(part, snapshots, training, answers, metric, settings)
+
+    pressures = learned_pressures(part, changes(), settings)
+    stresses = learned_stresses(part, changes(), settings)
     every = assemble_reduced_part(
         part,
         basis.modes,
