@@ -133,7 +133,8 @@ void Batch::place_friction(int robot, const std::vector<double>& friction) {
 void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                        const std::vector<std::vector<MountInput>>& mounts,
                        const std::vector<std::vector<double>>& pressure_rates,
-                       const std::vector<std::vector<double>>& frictions, const std::vector<Conditions>& conditions) {
+                       const std::vector<std::vector<double>>& frictions, const std::vector<Conditions>& conditions,
+                       std::vector<GroundInput> grounds, const std::vector<int>& ground_of_robot) {
   const size_t count = mounts.size();
   // Everything is checked first, so that a refused call leaves the old robots as they were.
   for (size_t r = 0; r < count; ++r) {
@@ -148,6 +149,18 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     size_t points = hubs[hub_of_robot[r]].contact_points.size() / 3;
     for (const MountInput& mount : mounts[r]) points += contact_counts_[mount.part];
     check_friction(frictions[r], points);
+    if (ground_of_robot[r] < -1 || ground_of_robot[r] >= int(grounds.size()))
+      throw std::invalid_argument("a robot names ground " + std::to_string(ground_of_robot[r]) + " of " +
+                                  std::to_string(grounds.size()));
+  }
+  ground_inputs_ = std::move(grounds);
+  grounds_.clear();
+  for (const GroundInput& in : ground_inputs_) {
+    Ground ground;
+    for (int i = 0; i < 2; ++i) ground.corner[i] = in.corner[i], ground.count[i] = in.count[i], ground.tiles[i] = in.tiles[i];
+    ground.spacing = in.spacing, ground.steepest = in.steepest, ground.tile_cells = in.tile_cells;
+    ground.nodes = in.nodes.data(), ground.ceilings = in.ceilings.data();
+    grounds_.push_back(ground);
   }
   pressure_rates_ = pressure_rates;
   frictions_.assign(count, {});
@@ -194,6 +207,7 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     robot.mount_count = int(mounts_[r].size());
     robot.contact_count = contacts;
     robot.pressure_rates = pressure_rates_[r].data();
+    robot.ground = ground_of_robot[r] < 0 ? nullptr : &grounds_[ground_of_robot[r]];
     place_friction(int(r), frictions[r]);
     contact_capacity_ = std::max(contact_capacity_, contacts);
     const size_t modal = size_t(robot.mount_count) * padded_;

@@ -24,6 +24,13 @@ struct HubInput {
   std::vector<double> contact_points;
 };
 
+// A ground, as Ground of model.hpp has it.
+struct GroundInput {
+  double corner[2] = {0, 0}, spacing = 1, steepest = 0;
+  int count[2] = {0, 0}, tile_cells = 1, tiles[2] = {0, 0};
+  std::vector<double> nodes, ceilings;
+};
+
 class Batch {
  public:
   Batch(const std::vector<PartInput>& parts, const Settings& settings, bool single_precision,
@@ -31,11 +38,13 @@ class Batch {
   Batch(const Batch&) = delete;  // robots point into its arrays
   Batch& operator=(const Batch&) = delete;
 
-  // Robots at rest: hub at the origin, modes zero, pressures zero.
+  // Robots at rest: hub at the origin, modes zero, pressures zero. `grounds` are held once; that of a robot is its number, or
+  // -1 for a plane.
   void set_robots(const std::vector<HubInput>& hubs, const std::vector<int>& hub_of_robot,
                   const std::vector<std::vector<MountInput>>& mounts,
                   const std::vector<std::vector<double>>& pressure_rates,
-                  const std::vector<std::vector<double>>& frictions, const std::vector<Conditions>& conditions);
+                  const std::vector<std::vector<double>>& frictions, const std::vector<Conditions>& conditions,
+                  std::vector<GroundInput> grounds, const std::vector<int>& ground_of_robot);
   // (contact point, 2) as RobotModel::friction has it.
   void set_friction(int robot, const std::vector<double>& friction);
   void reset(int robot);
@@ -86,6 +95,8 @@ class Batch {
   std::vector<std::vector<Mount>> mounts_;
   std::vector<std::vector<int>> regulators_;
   std::vector<std::vector<double>> hub_points_, pressure_rates_, frictions_;
+  std::vector<GroundInput> ground_inputs_;
+  std::vector<Ground> grounds_;
   std::vector<Conditions> conditions_;   // of each robot
   std::vector<Settings> own_settings_;   // likewise
   std::vector<SnapshotRange> ranges_;  // of each part

@@ -172,7 +172,27 @@ static pneumorph::Conditions read_conditions(const Vector& values) {
   for (int i = 0; i < 3; ++i) own.gravity[i] = from[i];
   own.stiffness_damping = from[3];
   own.modulus_factor = from[4], own.mass_factor = from[5], own.damping_factor = from[6];
+  own.floor_height = from[7];
   return own;
+}
+
+// (corner (2,), spacing, nodes (x, y, 4), steepest slope, cells along a tile, ceilings (x tile, y tile)).
+static pneumorph::GroundInput read_ground(nb::handle item) {
+  auto [corner, spacing, nodes, steepest, tile_cells, ceilings] =
+      nb::cast<std::tuple<Vector, double, Array, double, int, Matrix>>(item);
+  pneumorph::GroundInput in;
+  if (corner.shape(0) != 2 || nodes.ndim() != 3 || nodes.shape(2) != 4 || tile_cells < 1)
+    throw std::invalid_argument("a ground has a corner (2,) and nodes (x, y, 4)");
+  for (size_t i = 0; i < 2; ++i) {
+    in.corner[i] = corner.data()[i], in.count[i] = int(nodes.shape(i)), in.tiles[i] = int(ceilings.shape(i));
+    if (in.count[i] < 2 || in.tiles[i] != (in.count[i] - 2) / tile_cells + 1)
+      throw std::invalid_argument("a ground of " + std::to_string(in.count[i]) + " nodes has " + std::to_string(in.tiles[i]) +
+                                  " tiles of " + std::to_string(tile_cells) + " cells along an axis");
+  }
+  in.spacing = spacing, in.steepest = steepest, in.tile_cells = tile_cells;
+  in.nodes.assign(nodes.data(), nodes.data() + nodes.size());
+  in.ceilings.assign(ceilings.data(), ceilings.data() + ceilings.size());
+  return in;
 }
 
 class PythonBatch {
@@ -182,9 +202,9 @@ class PythonBatch {
 
   // hubs: list of (mass, first_moment (3,), second_moment (3,3), contact_points (p,3)).
   // robots: list of (hub index, [(part, rotation (3,3), translation (3,), [regulators])],
-  // rates of pressure (regulator x rising and falling x cell,), friction (contact point, 2), conditions (7,): gravity,
-  // stiffness damping and factors of modulus, mass and what relaxes).
-  void set_robots(nb::list hubs, nb::list robots) {
+  // rates of pressure (regulator x rising and falling x cell,), friction (contact point, 2), conditions (8,): gravity,
+  // stiffness damping, factors of modulus, mass and what relaxes, floor height; ground index, -1 for a plane).
+  void set_robots(nb::list hubs, nb::list robots, nb::list grounds) {
     std::vector<pneumorph::HubInput> hub_inputs;
     for (nb::handle item : hubs) {
       auto [mass, first, second, points] = nb::cast<std::tuple<double, Vector, Matrix, Matrix>>(item);
@@ -199,8 +219,13 @@ class PythonBatch {
     std::vector<std::vector<pneumorph::MountInput>> mounts;
     std::vector<std::vector<double>> pressure_rates, frictions;
     std::vector<pneumorph::Conditions> conditions;
+    std::vector<pneumorph::GroundInput> ground_inputs;
+    std::vector<int> ground_of_robot;
+    for (nb::handle item : grounds) ground_inputs.push_back(read_ground(item));
     for (nb::handle item : robots) {
-      auto [hub, list, rates, friction, own] = nb::cast<std::tuple<int, nb::list, Vector, Matrix, Vector>>(item);
+      auto [hub, list, rates, friction, own, ground] =
+          nb::cast<std::tuple<int, nb::list, Vector, Matrix, Vector, int>>(item);
+      ground_of_robot.push_back(ground);
       conditions.push_back(read_conditions(own));
       hub_of_robot.push_back(hub);
       pressure_rates.emplace_back(rates.data(), rates.data() + rates.shape(0));
@@ -218,7 +243,8 @@ class PythonBatch {
       }
       mounts.push_back(of_robot);
     }
-    batch_.set_robots(hub_inputs, hub_of_robot, mounts, pressure_rates, frictions, conditions);
+    batch_.set_robots(hub_inputs, hub_of_robot, mounts, pressure_rates, frictions, conditions, std::move(ground_inputs),
+                      ground_of_robot);
   }
 
   // (contact point, 2): coefficient, and the normal impulse of a step at which it is so.
@@ -390,7 +416,7 @@ NB_MODULE(_engine, module) {
   nb::class_<PythonBatch>(module, "Batch")
       .def(nb::init<nb::list, nb::dict, bool, std::string>(), nb::arg("parts"), nb::arg("settings"),
            nb::arg("single_precision"), nb::arg("instruction_set"))
-      .def("set_robots", &PythonBatch::set_robots, nb::arg("hubs"), nb::arg("robots"))
+      .def("set_robots", &PythonBatch::set_robots, nb::arg("hubs"), nb::arg("robots"), nb::arg("grounds"))
       .def("set_friction", &PythonBatch::set_friction, nb::arg("robot"), nb::arg("friction"))
       .def("advance", &PythonBatch::advance, nb::arg("command"), nb::arg("steps"), nb::arg("active"),
            nb::arg("threads"), nb::arg("profile"))

@@ -1,4 +1,4 @@
-// The world of one robot in a batch: what of its material, gravity and damping is its own.
+// The world of one robot in a batch: what of its material, gravity, damping and floor is its own.
 //
 // Parts are shared. Their masses times m, hub included, are the same motion as all forces but weight and inertia over m: the
 // modes stay orthonormal in the parts' own mass, and impulses are over m as well, which Coulomb's law does not notice.
@@ -14,8 +14,9 @@ struct Conditions {
   double modulus_factor = 1;          // of the parts' Young's moduli, not of their mounts'
   double mass_factor = 1;             // of parts and hub
   double damping_factor = 1;          // of the branches that relax
+  double floor_height = 0;            // mm; what a ground's heights are counted from
 
-  static constexpr int kCount = 7;
+  static constexpr int kCount = 8;
 };
 
 // Settings of a robot in its world.
@@ -25,6 +26,7 @@ inline Settings settings_under(const Conditions& conditions, Settings settings) 
   settings.elasticity = conditions.modulus_factor / conditions.mass_factor;
   settings.mount_elasticity = 1 / conditions.mass_factor;
   settings.branch_factor = conditions.damping_factor;
+  settings.floor_height = conditions.floor_height;
   settings.pressure_slope /= conditions.mass_factor;
   settings.pressure_intercept /= conditions.mass_factor;
   return settings;

@@ -90,13 +90,36 @@ void view_mount(const RobotModel& robot, int k, const RobotState& state, const H
   }
 }
 
+// How all points of a part are seen at once, in single precision.
+template <int M>
+struct LaneView {
+  float up[3], lever[3], drop;  // upward axis; motion of a step by the old velocities, but for turning of the deflection
+  alignas(64) float coordinate[M], change[M];
+};
+
+// Least heights over the part's origin of a block of points, now and by that motion.
+template <int M, class Real>
+__attribute__((always_inline)) inline void lowest_of_block(const Part<Real>& part, const LaneView<M>& view, int block, float* lowest) {
+  using L = Lanes<float, kLane * sizeof(float)>;
+  using Floats = L::type;
+  const float* point = part.contact_point_lanes + block * 3 * kLane;
+  const float* modes = part.contact_mode_lanes + long(block) * M * 3 * kLane;
+  const float u0 = view.up[0], u1 = view.up[1], u2 = view.up[2];
+  const Floats x = L::load(point), y = L::load(point + kLane), z = L::load(point + 2 * kLane);
+  Floats lift = u0 * x + u1 * y + u2 * z, approach = view.drop + view.lever[0] * x + view.lever[1] * y + view.lever[2] * z;
+  for (int a = 0; a < M; ++a, modes += 3 * kLane) {
+    const Floats row = u0 * L::load(modes) + u1 * L::load(modes + kLane) + u2 * L::load(modes + 2 * kLane);
+    lift += view.coordinate[a] * row;
+    approach += view.change[a] * row;
+  }
+  L::store(lowest, where_negative(approach, lift + approach, lift));
+}
+
 // Candidates of mounted part k: all points' heights in single precision, those below the margin in double.
 template <int M, class Real>
 int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k, const Settings& settings,
                          const RobotState& state, const HubSystem& hub, const MountView<M>& view,
                          Candidate* candidates, int count, double& deepest) {
-  using L = Lanes<float, kLane * sizeof(float)>;
-  using Floats = L::type;
   const double* alpha = state.modes + k * M;
   const double* rates = state.mode_rates + k * M;
   const double* up = view.world + 6;
@@ -111,22 +134,14 @@ int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k,
   for (int i = 0; i < 3; ++i) speed += up[i] * velocity[i];
   cross(up, velocity + 3, lever);  // up . (W x y) = y . (up x W)
   const double h = settings.time_step;
-  const float u0 = float(up[0]), u1 = float(up[1]), u2 = float(up[2]);
-  const float l0 = float(h * lever[0]), l1 = float(h * lever[1]), l2 = float(h * lever[2]);
-  const float limit = float(settings.contact_margin - height + kHeightSlack), drop = float(h * speed);
-  alignas(64) float coordinate[M], change[M], lowest[kLane];
-  for (int a = 0; a < M; ++a) coordinate[a] = float(alpha[a]), change[a] = float(h * rates[a]);
+  const float limit = float(settings.contact_margin - height + kHeightSlack);
+  LaneView<M> lanes;
+  alignas(64) float lowest[kLane];
+  for (int i = 0; i < 3; ++i) lanes.up[i] = float(up[i]), lanes.lever[i] = float(h * lever[i]);
+  lanes.drop = float(h * speed);
+  for (int a = 0; a < M; ++a) lanes.coordinate[a] = float(alpha[a]), lanes.change[a] = float(h * rates[a]);
   for (int block = 0; block * kLane < part.contact_count; ++block) {
-    const float* point = part.contact_point_lanes + block * 3 * kLane;
-    const float* modes = part.contact_mode_lanes + long(block) * M * 3 * kLane;
-    const Floats x = L::load(point), y = L::load(point + kLane), z = L::load(point + 2 * kLane);
-    Floats lift = u0 * x + u1 * y + u2 * z, approach = drop + l0 * x + l1 * y + l2 * z;
-    for (int a = 0; a < M; ++a, modes += 3 * kLane) {
-      const Floats row = u0 * L::load(modes) + u1 * L::load(modes + kLane) + u2 * L::load(modes + 2 * kLane);
-      lift += coordinate[a] * row;
-      approach += change[a] * row;
-    }
-    L::store(lowest, where_negative(approach, lift + approach, lift));
+    lowest_of_block<M, Real>(part, lanes, block, lowest);
     for (int lane = 0; lane < kLane; ++lane) {
       const int c = block * kLane + lane;
       if (c >= part.contact_count || lowest[lane] >= limit) continue;
@@ -174,17 +189,21 @@ inline double contact_friction(const Settings& settings, const double given[2], 
   return given[0] * std::fmin(std::fmax(factor, settings.friction_least), settings.friction_most);
 }
 
-// The row of a candidate, warm started.
-template <int M, class Real>
+// The row of a candidate, warm started. `turned`: the floor's axes, as rows x, y, z along a body's; those of the world by
+// default, which is what the body's rotation has.
+struct LevelAxes {
+  const double* operator()(const Candidate&, const double rotation[9], double*) const { return rotation; }
+};
+template <int M, class Real, class Axes = LevelAxes>
 void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
-              const RobotState& state, const Workspace<M, Real>& work, ContactRow<M>& row) {
+              const RobotState& state, const Workspace<M, Real>& work, ContactRow<M>& row, const Axes& axes = {}) {
   constexpr int kVectors = M / 8;
   const HubSystem& hub = work.hub;
-  double jacobian[3][6];
+  double jacobian[3][6], turned[9];
   row.mount = at.mount;
   row.contact = at.point;
   if (at.mount < 0) {
-    hub_jacobian(state.rotation, robot.hub_contact_points + 3 * at.point, jacobian);
+    hub_jacobian(axes(at, state.rotation, turned), robot.hub_contact_points + 3 * at.point, jacobian);
     for (int i = 0; i < 3; ++i) {
       for (int v = 0; v < kVectors; ++v) store(&row.response[i][8 * v], DoubleLanes{});
       times_hub_factor(jacobian[i], hub.factor, &row.response[i][M]);
@@ -204,7 +223,7 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
       for (int v = 0; v < kVectors; ++v) dot += load(alpha + 8 * v) * load(modes + i * M + 8 * v);
       arm[i] = part.contact_points[3 * at.point + i] + sum_lanes(dot);
     }
-    hub_jacobian(view.world, arm, jacobian);
+    hub_jacobian(axes(at, view.world, turned), arm, jacobian);
     for (int i = 0; i < 3; ++i) {
       alignas(64) double modal[M], reduced[8];
       DoubleLanes free = {}, hub_row = {}, coupled = {};

@@ -10,11 +10,6 @@ constexpr double kNearGap = 0.0;     // mm; points not pressed before that would
 constexpr int kContactPasses = 10;   // solves with more and more points
 constexpr int kFirstSweeps = 20;     // after Newton's first failure; each next time four times as many
 
-struct FrictionReport {
-  int sweeps = 0, newton_steps = 0;
-  double residual = 0;  // mm/s
-};
-
 template <int M>
 inline double* modal_sum(ContactAccumulator<M>& sum, const ContactRow<M>& row) {
   return sum.modes[row.mount < 0 ? kMaximumMounts : row.mount];
@@ -32,6 +27,49 @@ void sum_impulses(int row_count, Workspace<M, Real>& work) {
       store(work.sum.hub, load(work.sum.hub) + row.impulse[i] * load(&row.response[i][M]));
     }
   }
+}
+
+// Velocities after the step, from the impulses' sums; false if they are not finite or too fast.
+template <int M, class Real>
+bool find_velocities(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+                     Workspace<M, Real>& work) {
+  constexpr int kVectors = M / 8;
+  HubSystem& hub = work.hub;
+  double* velocity = hub.next_velocity;
+  for (int i = 0; i < 6; ++i) {
+    velocity[i] = hub.free_velocity[i];
+    for (int j = i; j < 6; ++j) velocity[i] += hub.factor[6 * j + i] * work.sum.hub[j];
+  }
+  bool sound = true;
+  for (int i = 0; i < 3; ++i)
+    sound = sound && std::fabs(velocity[i]) < settings.speed_limit &&
+            std::fabs(settings.time_step * velocity[3 + i]) < 1.0;
+  for (int k = 0; k < robot.mount_count; ++k) {
+    const LegSystem<M>& leg = work.mounts[k].leg;
+    double part_velocity[6];
+    for (int i = 0; i < 6; ++i) {
+      part_velocity[i] = 0;
+      for (int j = 0; j < 6; ++j) part_velocity[i] += work.views[k].transform[6 * i + j] * velocity[j];
+    }
+    MountView<M>& view = work.views[k];
+    const double* up = view.world + 6;
+    view.next_speed = up[0] * part_velocity[0] + up[1] * part_velocity[1] + up[2] * part_velocity[2];
+    cross(up, part_velocity + 3, view.next_lever);
+    alignas(64) double z[M];
+    for (int v = 0; v < kVectors; ++v) {
+      DoubleLanes value = load(&leg.reduced_right[8 * v]) + load(&work.sum.modes[k][8 * v]);
+      for (int i = 0; i < 6; ++i) value -= part_velocity[i] * load(&leg.reduced_coupling[i][8 * v]);
+      store(&z[8 * v], value);
+    }
+    double energy = 0;  // twice the kinetic energy of the modes: bounds every modal rate
+    for (int a = 0; a < M; ++a) {
+      work.rates[k][a] = inverse_times<M>(leg.inverse_upper, a, z);
+      energy += work.rates[k][a] * work.rates[k][a];
+    }
+    const double mass = parts[robot.mounts[k].part].mass;
+    sound = sound && energy < mass * settings.speed_limit * settings.speed_limit;
+  }
+  return sound;
 }
 
 // Projected Gauss-Seidel sweeps; returns the largest violation that the last of them removed.

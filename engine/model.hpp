@@ -88,6 +88,8 @@ struct Part {
   const double* contact_modes = nullptr;   // (point, 3, mode)
   const float* contact_point_lanes = nullptr;  // (block, 3, lane): to find the few points near the floor
   const float* contact_mode_lanes = nullptr;   // (block, mode, 3, lane)
+  double contact_centre[3] = {0, 0, 0}, contact_half[3] = {0, 0, 0};  // of the box around them at rest
+  const double* contact_reach = nullptr;       // (mode) how far it takes any of them
 };
 
 struct Mount {
@@ -97,6 +99,18 @@ struct Mount {
   const int* regulators = nullptr;                   // (cavity)
   int contact_offset = 0;                            // first impulse of this mount in the state
   long spring_offset = 0;                            // first number of its springs in the state
+};
+
+// Heights over the floor's base: bicubic between nodes, level beyond the edges; see ground.hpp.
+struct Ground {
+  double corner[2] = {0, 0};       // first node, x and y [mm]
+  double spacing = 1;              // mm
+  int count[2] = {0, 0};           // nodes along x and y
+  const double* nodes = nullptr;   // (x, y, 4) H, d H_x, d H_y, d^2 H_xy, d the spacing [mm]
+  double steepest = 0;             // no slope is above this
+  int tile_cells = 1;              // along the side of a tile
+  int tiles[2] = {0, 0};           // along x and y
+  const double* ceilings = nullptr;  // (x, y) heights that the surface of a tile does not pass [mm]
 };
 
 struct RobotModel {
@@ -109,6 +123,7 @@ struct RobotModel {
   const Mount* mounts = nullptr;
   int contact_count = 0;                     // hub and legs together
   const double* friction = nullptr;          // (contact point, 2) mu, and the normal impulse of a step at which it is so [mN s]
+  const Ground* ground = nullptr;            // null: the plane at the floor's height
   const double* pressure_rates = nullptr;    // (regulator, rising and falling, cell) kPa/s, where there are cells
 };
 
@@ -172,6 +187,12 @@ struct StageSeconds {
   double seconds[kStageCount];
 };
 
+// How a step's contacts were solved.
+struct FrictionReport {
+  int sweeps = 0, newton_steps = 0;
+  double residual = 0;  // mm/s
+};
+
 // Mounted part k of measured silicone in a step (rubber.cpp), with `modes` padded modes; false if its system is not definite.
 // One pair per instruction set. In the stepper's eyes seldom called, so that it inlines and fuses there what it does
 // without the call.
@@ -189,6 +210,18 @@ PNEUMORPH_DECLARE_RUBBER(rubber_baseline)
 PNEUMORPH_DECLARE_RUBBER(rubber_avx2)
 PNEUMORPH_DECLARE_RUBBER(rubber_avx512)
 #undef PNEUMORPH_DECLARE_RUBBER
+
+// The contacts of a robot on a ground (uneven.cpp); the points solved for, or -1 if the motion is not sound. `deepest` is the
+// worst penetration at the step's start [mm].
+#define PNEUMORPH_DECLARE_UNEVEN(name)                                                                                  \
+  PNEUMORPH_SELDOM int name(int modes, const Part<float>* parts, const RobotModel& robot, const Settings& settings,   \
+                            const RobotState& state, void* work, void* clock, FrictionReport& report, double& deepest); \
+  PNEUMORPH_SELDOM int name(int modes, const Part<double>* parts, const RobotModel& robot, const Settings& settings,  \
+                            const RobotState& state, void* work, void* clock, FrictionReport& report, double& deepest);
+PNEUMORPH_DECLARE_UNEVEN(uneven_baseline)
+PNEUMORPH_DECLARE_UNEVEN(uneven_avx2)
+PNEUMORPH_DECLARE_UNEVEN(uneven_avx512)
+#undef PNEUMORPH_DECLARE_UNEVEN
 #undef PNEUMORPH_SELDOM
 
 // Bytes of scratch one thread needs, and the stepping of one robot; one pair per instruction set,

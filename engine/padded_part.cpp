@@ -237,6 +237,21 @@ void pad_contacts(std::vector<AlignedArray>& storage, const PartInput& in, int p
       for (int a = 0; a < m; ++a)
         modes[((block * p + a) * 3 + i) * kLane + lane] = float(in.contact_modes[(size_t(c) * 3 + i) * m + a]);
     }
+  double* reach = allocate<double>(storage, p);
+  for (int i = 0; i < 3; ++i) {
+    double low = 0, high = 0;
+    for (int c = 0; c < in.contacts; ++c) {
+      const double value = in.contact_points[3 * c + i];
+      low = c == 0 || value < low ? value : low, high = c == 0 || value > high ? value : high;
+    }
+    part.contact_centre[i] = 0.5 * (low + high), part.contact_half[i] = 0.5 * (high - low);
+  }
+  for (int c = 0; c < in.contacts; ++c)
+    for (int a = 0; a < m; ++a) {
+      const double* of = in.contact_modes + size_t(c) * 3 * m + a;
+      reach[a] = std::fmax(reach[a], std::sqrt(of[0] * of[0] + of[m] * of[m] + of[2 * m] * of[2 * m]));
+    }
+  part.contact_reach = reach;
   part.contact_point_lanes = points;
   part.contact_mode_lanes = modes;
 }

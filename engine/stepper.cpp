@@ -54,49 +54,6 @@ inline bool solve_hub(HubSystem& hub) {
   return true;
 }
 
-// Velocities after the step, from the impulses' sums; false if they are not finite or too fast.
-template <int M, class Real>
-bool find_velocities(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
-                     Workspace<M, Real>& work) {
-  constexpr int kVectors = M / 8;
-  HubSystem& hub = work.hub;
-  double* velocity = hub.next_velocity;
-  for (int i = 0; i < 6; ++i) {
-    velocity[i] = hub.free_velocity[i];
-    for (int j = i; j < 6; ++j) velocity[i] += hub.factor[6 * j + i] * work.sum.hub[j];
-  }
-  bool sound = true;
-  for (int i = 0; i < 3; ++i)
-    sound = sound && std::fabs(velocity[i]) < settings.speed_limit &&
-            std::fabs(settings.time_step * velocity[3 + i]) < 1.0;
-  for (int k = 0; k < robot.mount_count; ++k) {
-    const LegSystem<M>& leg = work.mounts[k].leg;
-    double part_velocity[6];
-    for (int i = 0; i < 6; ++i) {
-      part_velocity[i] = 0;
-      for (int j = 0; j < 6; ++j) part_velocity[i] += work.views[k].transform[6 * i + j] * velocity[j];
-    }
-    MountView<M>& view = work.views[k];
-    const double* up = view.world + 6;
-    view.next_speed = up[0] * part_velocity[0] + up[1] * part_velocity[1] + up[2] * part_velocity[2];
-    cross(up, part_velocity + 3, view.next_lever);
-    alignas(64) double z[M];
-    for (int v = 0; v < kVectors; ++v) {
-      DoubleLanes value = load(&leg.reduced_right[8 * v]) + load(&work.sum.modes[k][8 * v]);
-      for (int i = 0; i < 6; ++i) value -= part_velocity[i] * load(&leg.reduced_coupling[i][8 * v]);
-      store(&z[8 * v], value);
-    }
-    double energy = 0;  // twice the kinetic energy of the modes: bounds every modal rate
-    for (int a = 0; a < M; ++a) {
-      work.rates[k][a] = inverse_times<M>(leg.inverse_upper, a, z);
-      energy += work.rates[k][a] * work.rates[k][a];
-    }
-    const double mass = parts[robot.mounts[k].part].mass;
-    sound = sound && energy < mass * settings.speed_limit * settings.speed_limit;
-  }
-  return sound;
-}
-
 template <int M, class Real>
 void move_on(const RobotModel& robot, const Settings& settings, RobotState& state, const Workspace<M, Real>& work) {
   const double h = settings.time_step;
@@ -160,6 +117,20 @@ int solve_contacts(const Part<Real>* parts, const RobotModel& robot, const Setti
   }
 }
 
+// The contacts of a robot on a plane; the points solved for, or -1 if the motion is not sound.
+template <int M, class Real>
+int level_contacts(const Part<Real>* parts, const RobotModel& robot, const Settings& settings, const RobotState& state,
+                   Workspace<M, Real>& work, FrictionReport& report, double& deepest, Clock& clock) {
+  Candidate* candidates = work.candidates(robot);
+  int candidate_count = find_hub_candidates(robot, settings, state, work.hub, candidates, 0, deepest);
+  for (int k = 0; k < robot.mount_count; ++k) {
+    view_mount<M>(robot, k, state, work.hub, work.mounts[k].leg, work.views[k]);
+    candidate_count = find_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, work.hub,
+                                                    work.views[k], candidates, candidate_count, deepest);
+  }
+  return solve_contacts(parts, robot, settings, state, candidate_count, work, report, clock);
+}
+
 template <int M, class Real>
 Status step_robot(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
                 const double* command, RobotState& state, Workspace<M, Real>& work, StageSeconds* stages) {
@@ -176,15 +147,12 @@ Status step_robot(const Part<Real>* parts, const RobotModel& robot, const Settin
   clock.lap(2);
 
   double deepest = 0;
-  Candidate* candidates = work.candidates(robot);
-  int candidate_count = find_hub_candidates(robot, settings, state, work.hub, candidates, 0, deepest);
-  for (int k = 0; k < robot.mount_count; ++k) {
-    view_mount<M>(robot, k, state, work.hub, work.mounts[k].leg, work.views[k]);
-    candidate_count = find_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, work.hub,
-                                                    work.views[k], candidates, candidate_count, deepest);
-  }
   FrictionReport report;
-  const int row_count = solve_contacts(parts, robot, settings, state, candidate_count, work, report, clock);
+  int row_count;
+  if (robot.ground)
+    row_count = PNEUMORPH_UNEVEN_NAME(M, parts, robot, settings, state, &work, &clock, report, deepest);
+  else
+    row_count = level_contacts(parts, robot, settings, state, work, report, deepest, clock);
   if (row_count < 0) return kDiverged;
 
   move_on(robot, settings, state, work);
@@ -222,7 +190,7 @@ Kernel kernel_for(int contact_capacity) {
   Kernel kernel;
   kernel.advance = &advance<M, Real>;
   kernel.mount_bytes = sizeof(MountMemory<M, Real>);
-  kernel.workspace_bytes = sizeof(Workspace<M, Real>) + (sizeof(ContactRow<M>) + sizeof(Candidate)) * (unsigned long)(contact_capacity) +
+  kernel.workspace_bytes = sizeof(Workspace<M, Real>) + (sizeof(ContactRow<M>) + sizeof(UnevenCandidate)) * (unsigned long)(contact_capacity) +
                            64 + FrictionProblem().place(nullptr, kNewtonPoints);
   return kernel;
 }

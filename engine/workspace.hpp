@@ -20,6 +20,14 @@ struct Candidate {
   bool working;  // has a row
 };
 
+// The same on a ground.
+struct UnevenCandidate : Candidate {
+  double place[3];   // in the world at the start of the step [mm]
+  double way[3];     // by the last solve's motion [mm]
+  double normal[3];  // of the plane that the row sees
+  int row;
+};
+
 // A point the friction is solved for.
 template <int M>
 struct ContactRow {
@@ -72,9 +80,12 @@ struct Workspace {
   ContactRow<M> rows[1];                 // as many as the robot has contact points; behind them as many candidates
 
   Candidate* candidates(const RobotModel& robot) { return reinterpret_cast<Candidate*>(rows + robot.contact_count); }
+  UnevenCandidate* uneven_candidates(const RobotModel& robot) {
+    return reinterpret_cast<UnevenCandidate*>(rows + robot.contact_count);
+  }
   // And behind those the friction's arrays, on a boundary of 64 bytes.
   void place_friction(const RobotModel& robot) {
-    const auto behind = reinterpret_cast<unsigned long long>(candidates(robot) + robot.contact_count);
+    const auto behind = reinterpret_cast<unsigned long long>(uneven_candidates(robot) + robot.contact_count);
     friction.place(reinterpret_cast<char*>((behind + 63) / 64 * 64), kNewtonPoints);
   }
 };

@@ -35,7 +35,6 @@ from pneumorph.fem.full_order_settings import (
     Integrator,
     NewtonMatrix,
 )
-from pneumorph.fem.height_map import HeightMap
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
@@ -59,6 +58,9 @@ def _current_flag(argument: str) -> str:
     flag, equals, value = argument.partition("=")
     if flag == "--leg":
         return f"{flag}{equals}{current_leg(value)}"
+    if flag.startswith(("--full.height-map.", "--full.height_map.")):
+        setting = flag.partition(".")[2].partition(".")[2]
+        return f"--physics.ground.map.{setting}{equals}{value}"
     if flag.startswith("--materials.paper"):
         return argument.replace("paper", "sheet", 1)
     if not argument.startswith(f"--{OLDER_GROUP}."):
@@ -97,8 +99,6 @@ class FullOptions(Checked):
     """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
     contact_sweeps: Count = 2000
     """Most Gauss-Seidel sweeps of a contact solve; the published experiment made 250."""
-    height_map: HeightMap = field(default_factory=HeightMap)
-    """Floor that is no plane."""
     mesh: Path | None = None
     """Mesh of the legs, as `pneumorph mesh` writes it; by default the one that ships."""
 
@@ -201,9 +201,14 @@ class RobotOptions(Checked):
         One group `simulation` held what is physics and stepper now; a run of the hyperelastic leg
         kept the published pressure map in its settings and used the leg's own. The published leg
         was called ``paper``. Every robot had the published masses, and was of the published physics
-        where nothing is said of it; what a robot's file says stood there as if nothing was.
+        where nothing is said of it; what a robot's file says stood there as if nothing was. A map
+        of heights was an option of finite elements.
         """
         now = with_current_leg(content)
+        if isinstance(now.get("full"), Mapping) and "height_map" in now["full"]:
+            full = dict(now["full"])
+            ground = {"ground": {"map": full.pop("height_map")}}
+            now |= {"full": full, "physics": laid_over(ground, now.get("physics", {}))}
         if _is_complete(now):
             usual: dict[str, Any] = {"based_on": "published", "leg": "published", "full": {}}
             now = {**usual, "masses": {"model": "published"}, **now}
@@ -289,7 +294,6 @@ class RobotOptions(Checked):
                 contact_sweeps=full.contact_sweeps,
             ),
             "hub_model": full.hub,
-            "height_map": full.height_map,
             "thread_count": self.threads,
         }
         robot = self.description
@@ -367,12 +371,7 @@ class RobotOptions(Checked):
         for name in usual:
             if usual[name] == asked[name]:
                 continue
-            if isinstance(usual[name], dict):
-                inner = next(key for key in usual[name] if usual[name][key] != asked[name][key])
-                name, ours, theirs = f"{name}.{inner}", asked[name][inner], usual[name][inner]
-            else:
-                ours, theirs = asked[name], usual[name]
             raise ValueError(
-                f"full.{name} is {ours!r}, expected {theirs!r} with --model reduced: it is an "
-                "option of finite elements"
+                f"full.{name} is {asked[name]!r}, expected {usual[name]!r} with --model reduced: "
+                "it is an option of finite elements"
             )

@@ -20,7 +20,6 @@ from pneumorph.catalogue.hub_spec import HubModel, HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.height_map import HeightMap
 from pneumorph.geometry.attachment import mount_pose, same_frame
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.calibration import Calibration, describe_calibration
@@ -90,7 +89,6 @@ class RobotSpec:
         stepper: How reduced robots are computed.
         full_order: How full-order robots are computed.
         hub_model: The hub of full-order robots: of finite elements, or rigid.
-        height_map: Floor of full-order robots that is no plane.
         thread_count: Threads of a simulator; 0 takes every processor.
         calibration: What was measured of the robot and is part of physics and modules already; see
             `calibrated`.
@@ -104,7 +102,6 @@ class RobotSpec:
     stepper: StepperSettings = field(default_factory=StepperSettings)
     full_order: FullOrderSettings = field(default_factory=FullOrderSettings)
     hub_model: HubModel = "soft"
-    height_map: HeightMap = field(default_factory=HeightMap)
     thread_count: int = 0
     calibration: Calibration | None = None
     mounting_angle_deg: float = 0.0
@@ -144,9 +141,9 @@ class RobotSpec:
             watch: Told every recorded frame as it is simulated.
 
         Raises:
-            ValueError: The floor is a height map, which only full robots walk on.
+            FileNotFoundError: No file of the ground.
+            ValueError: It is no grid of heights.
         """
-        self.check_plane()
         return ReducedRobot(self.assembly(design), self.physics, self.stepper, watch)
 
     def full(self, design: Design | str) -> FullRobot:
@@ -160,7 +157,7 @@ class RobotSpec:
             mounts,
             self.physics,
             self.hub.tracked_point,
-            self.height_map.floor(self.physics.floor_height_mm),
+            None,
             self.full_order,
             [each.location for each in design.fittings],
         )
@@ -168,21 +165,8 @@ class RobotSpec:
     def simulator(self, robots: Sequence[Robot | Design | str]) -> BatchedSimulator:
         """Reduced robots side by side, given as designs or as what `assembly` made of them; raises
         as `reduced`."""
-        self.check_plane()
         assembled = [each if isinstance(each, Robot) else self.assembly(each) for each in robots]
         return BatchedSimulator(assembled, self.physics, self.stepper, self.thread_count)
-
-    def check_plane(self) -> None:
-        """Refuse a floor that reduced robots cannot walk on.
-
-        Raises:
-            ValueError: The floor is a height map.
-        """
-        if self.height_map.path is not None:
-            raise ValueError(
-                f"height_map is {self.height_map.path}, expected none for reduced robots: they "
-                "walk on a plane, and only full ones on a floor of heights"
-            )
 
     def scaled(
         self,

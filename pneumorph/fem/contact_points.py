@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.fem.floor import Floor
+from pneumorph.physics.floor import Floor
 
 
 @dataclass(frozen=True, eq=False)

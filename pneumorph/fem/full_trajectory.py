@@ -10,6 +10,7 @@ from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.hub_body import HubState
 from pneumorph.fem.robot_body import RobotBody
 from pneumorph.geometry.robot_shape import stacked
+from pneumorph.physics.floor import ground_note
 from pneumorph.trajectory import Trajectory
 
 
@@ -97,6 +98,7 @@ class Recorder(Generic[HubState]):
                     "halved": self._halved,
                     "mean_iterations": self._iterations / max(self._steps, 1),
                 },
+                **ground_note(robot.floor),
                 **({} if reason is None else {"reason": reason}),
                 **(description or {}),
             },

@@ -10,7 +10,6 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from pneumorph.base.stage_clock import StageClock
-from pneumorph.fem.floor import Floor, PlaneFloor
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.hub_body import Body, HubBody, HubState
@@ -20,6 +19,7 @@ from pneumorph.fem.trial_step import TrialStep
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.pose import Pose
 from pneumorph.geometry.robot_shape import PlacedPart, RobotShape, stacked
+from pneumorph.physics.floor import Floor
 from pneumorph.physics.physics import Physics
 
 _Result = TypeVar("_Result")
@@ -35,7 +35,7 @@ class RobotBody(Generic[HubState]):
         numerics: How its steps are computed.
         tracked_point: Point of the hub's frame whose travel is rewarded [mm], (3,); the frame's
             origin by default.
-        floor: What it stands on; by default the plane of the physics.
+        floor: What it stands on; by default the ground of the physics.
         sites: Number of the site of each leg; None for their own numbers.
 
     Raises:
@@ -56,11 +56,13 @@ class RobotBody(Generic[HubState]):
         self.hub = hub
         self.physics = physics or Physics()
         self.numerics = numerics or FullOrderSettings()
-        self.floor = floor or PlaneFloor(self.physics.floor_height_mm)
         if not mounts:
             raise ValueError("mounts is empty: a robot needs at least one leg")
         self.legs = tuple(MountedLeg(*mount) for mount in mounts)
         self.sites = tuple(range(len(mounts)) if sites is None else sites)
+        standing = [leg.contact_weights @ leg.initial_positions() for leg in self.legs]
+        standing.append(hub.point_positions(hub.initial_state(), hub.contact_points))
+        self.floor = floor or self.physics.floor(np.concatenate(standing))
         for leg in self.legs:
             for regulator in leg.regulators:
                 if not 0 <= regulator < self.physics.regulator_count:

@@ -14,11 +14,13 @@ from pneumorph.base.settings import settings_known_before
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.air import Air
 from pneumorph.physics.commands import RegulatorCount
+from pneumorph.physics.floor import Floor
 from pneumorph.physics.friction import FrictionPressure, check_surfaces
+from pneumorph.physics.ground import Ground
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.regulators import RateLimited, Regulators, air_regulators
 
-_LATER_CHOICES = ("air", "friction_by_surface", "friction_pressure")
+_LATER_CHOICES = ("air", "friction_by_surface", "friction_pressure", "ground")
 """What physics could not be asked for when the first runs and walks were kept."""
 
 UNLIMITED_KPA_PER_S = 1e9
@@ -77,6 +79,8 @@ class Physics(Checked):
     """How every coefficient changes with pressure."""
     floor_height_mm: float = -12.797
     """Height where contact points rest [mm] (floor at -13.297 and contact distance 0.5)."""
+    ground: Ground = field(default_factory=Ground)
+    """What the floor is like where it is no plane."""
     regulator_count: RegulatorCount = 3
     """Number of pressure regulators."""
     pressure_rate_kPa_per_s: Positive = 150.0
@@ -165,6 +169,14 @@ class Physics(Checked):
         relative = normal_impulses / self.reference_impulses(surfaces)
         scaled: np.ndarray = coefficients * law.factor(law.pressure_kPa * relative)
         return scaled
+
+    def floor(self, standing: np.ndarray) -> Floor:
+        """What a robot stands on; raises as `Ground.floor`.
+
+        Args:
+            standing: Where its contact points are at the start [mm], (point, 3).
+        """
+        return self.ground.floor(self.floor_height_mm, standing)
 
     @property
     def gravity_vector(self) -> np.ndarray:

@@ -16,10 +16,11 @@ from PIL import Image, ImageDraw, ImageFont
 
 from pneumorph.base.checked import Bounds, Checked, Count, Positive
 from pneumorph.report.camera import fitted_camera
+from pneumorph.report.ground_surface import SPACING_MM, GroundSurface
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.physics_words import physics_of_walks
 from pneumorph.report.scene import Actor, ColourBy
-from pneumorph.report.style import INK_COLOUR, path_colour
+from pneumorph.report.style import INK_COLOUR, path_colour, red_green_blue
 
 _FINE = 2
 """Drawn so many times as large, then averaged: smooth edges."""
@@ -138,7 +139,26 @@ class FramePainter:
                 ends[:, axis] = place
                 draw.line(self._on_floor(_GRID_MM * ends), _GRID, _FINE)
         draw.line(self._on_floor(_GRID_MM * np.array([[0, low[1]], [0, high[1]]])), _START, 3)
+        for actor in self._actors:
+            if isinstance(actor, Actor) and actor.ground is not None:
+                self._paint_ground(draw, actor.ground, actor.lane_mm)
         return image
+
+    def _paint_ground(
+        self, draw: ImageDraw.ImageDraw, ground: GroundSurface, lane_mm: float
+    ) -> None:
+        """Draw the heights that a robot walks on, shaded, with the floor's lines on them."""
+        lane = np.array([0.0, lane_mm, 0.0])
+        corners = ground.triangles + lane
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        light = _AMBIENT + (1.0 - _AMBIENT) * np.clip(normal @ _LIGHT, 0.0, 1.0)
+        colours = light[:, None] / (_AMBIENT + (1.0 - _AMBIENT) * _LIGHT[2])
+        self._draw_robots(draw, corners, np.clip(colours * red_green_blue(_FLOOR), 0.0, 1.0))
+        points, step = ground.points + lane, round(_GRID_MM / SPACING_MM)
+        for line in (*points[::step], *points.transpose(1, 0, 2)[::step]):
+            seen = _FINE * self._camera.project(line)[:, :2]
+            draw.line([(x, y) for x, y in seen.tolist()], _GRID, _FINE)
 
     def _shade_floor(self, image: Image.Image, corners: np.ndarray) -> None:
         """Darken the floor where triangles keep the light off it."""

@@ -22,7 +22,7 @@ def physics_name(physics: Physics) -> str:
 
 
 def physics_words(physics: Physics) -> str:
-    """Name, damping, friction of each surface, slope and air, such as ``published physics,
+    """Name, damping, friction of each surface, slope, ground and air, such as ``published physics,
     published damping, friction 1.2, pressures by 150 kPa/s``."""
     words = [physics_name(physics)]
     if words[0] != f"{physics.damping} damping":
@@ -33,6 +33,8 @@ def physics_words(physics: Physics) -> str:
         words.append(f"by contact pressure to the power {physics.friction_pressure.exponent:g}")
     if physics.floor_slope_deg != 0.0:
         words.append(f"floor of {physics.floor_slope_deg:g} degrees")
+    if not physics.ground.is_plane:
+        words.append(physics.ground.description)
     if physics.air.law == "rate_limit":
         words.append(f"pressures by {physics.pressure_rate_kPa_per_s:g} kPa/s")
     else:

@@ -12,6 +12,7 @@ from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.robot_shape import PlacedPart, RobotShape
 from pneumorph.geometry.simple_solids import cone_solid
+from pneumorph.report.ground_surface import GroundSurface, ground_surface
 from pneumorph.report.style import DISK_COLOUR, red_green_blue, regulator_colour
 from pneumorph.robot.design import Design
 
@@ -101,6 +102,11 @@ class Actor:
             used, triangles = kept[part]
             shown.append(ShownLeg(np.ascontiguousarray(nodes[:, leg, used]), triangles))
         return tuple(shown)
+
+    @cached_property
+    def ground(self) -> GroundSurface | None:
+        """What it walked on where that is no plane, without the lane."""
+        return ground_surface(self.trajectory)
 
     @property
     def end_s(self) -> float:

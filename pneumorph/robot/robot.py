@@ -132,6 +132,12 @@ class Robot:
         return RobotShape.of(self.hub.mesh, legs)
 
     @cached_property
+    def standing_points(self) -> np.ndarray:
+        """Where all contact points are at the start [mm], the hub's first, (point, 3)."""
+        legs = (mount.pose.apply(mount.part.contact_points) for mount in self.mounts)
+        return np.concatenate([self.hub.contact_points, *legs])
+
+    @cached_property
     def contact_surfaces(self) -> ContactSurfaces:
         """What all contact points lie on, the hub's first and then those of each mount."""
         hub = self.hub.contact_surfaces

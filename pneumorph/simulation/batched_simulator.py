@@ -11,6 +11,8 @@ import numpy as np
 
 import pneumorph._engine as _engine
 from pneumorph.base.machine import processor_count
+from pneumorph.physics.floor import HeightField
+from pneumorph.physics.height_grid import HeightGrid
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.regulators import CELL_COUNT, AirRegulators
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -68,9 +70,10 @@ class BatchedSimulator:
             worlds: The world of each robot, see `set_robots`; None for one that is as it stands.
 
         Raises:
-            ValueError: No robot, another number of worlds, an unknown regulator, or a part of too
-                many modes, of a law that the compiled stepper does not know, or that relaxes under
-                published damping.
+            FileNotFoundError: No file of a ground.
+            ValueError: No robot, another number of worlds, a ground whose file is no grid of
+                heights, an unknown regulator, or a part of too many modes, of a law that the
+                compiled stepper does not know, or that relaxes under published damping.
         """
         self.physics = physics or Physics()
         self.stepper = stepper or StepperSettings()
@@ -82,16 +85,17 @@ class BatchedSimulator:
     def set_robots(self, robots: Sequence[Robot], worlds: Sequence[World] | None = None) -> None:
         """Replace all robots; every one starts from rest. A refused call changes nothing.
 
-        Friction, slope, air, damping and the factors on moduli and masses are each robot's own,
-        without a copy of its parts: (44) of docs/physics.md. A world's lag, mounting angle and
-        reduction are seen to by `RandomisedSimulator`.
+        Friction, slope, ground, air, damping and the factors on moduli and masses are each robot's
+        own, without a copy of its parts or of a ground: (44) of docs/physics.md. A world's lag,
+        mounting angle and reduction are seen to by `RandomisedSimulator`.
 
         Args:
             robots: The robots.
             worlds: The world of each; None for one that is as it stands.
 
         Raises:
-            ValueError: As of the constructor.
+            FileNotFoundError: As of the constructor.
+            ValueError: Likewise.
         """
         if not robots:
             raise ValueError("robots is empty, expected at least one robot")
@@ -113,6 +117,9 @@ class BatchedSimulator:
         frictions = [
             _contact_friction(robot, own) for robot, own in zip(robots, physics, strict=True)
         ]
+        uneven = dict.fromkeys(own.ground for own in physics if not own.ground.is_plane)
+        grounds = {ground: (number, ground.grid()) for number, ground in enumerate(uneven)}
+        heights = [_floor_height(*each) for each in zip(robots, physics, strict=True)]
         batch, parts = self._batch, [*self._parts, *fresh]
         if fresh or batch is None:
             batch = _engine.Batch(
@@ -140,12 +147,14 @@ class BatchedSimulator:
                     ],
                     _pressure_rates(robot, own),
                     friction,
-                    _conditions(own, worlds[number] if worlds else None),
+                    _conditions(own, worlds[number] if worlds else None, heights[number]),
+                    grounds[own.ground][0] if own.ground in grounds else -1,
                 )
                 for number, (robot, friction, own) in enumerate(
                     zip(robots, frictions, physics, strict=True)
                 )
             ],
+            [_ground_arrays(grid) for _, grid in grounds.values()],
         )
         self._batch, self._parts = batch, parts
         self.robots = tuple(robots)
@@ -227,7 +236,8 @@ class BatchedSimulator:
             name: ``position`` [mm], ``rotation``, ``velocity`` [mm/s], ``angular_velocity``
                 [rad/s] of the hub; ``modes``, ``mode_rates`` (robot, mount, mode), padded with
                 zeros; ``regulated`` [real kPa]; ``impulses`` [mN s] (robot, contact point, 3),
-                hub's points first, along z, x, y; ``springs`` (robot, mount, branch, point, 6) of
+                hub's points first, along z, x, y, or the normal and tangents of the ground below
+                the point; ``springs`` (robot, mount, branch, point, 6) of
                 parts that relax, as in `ReducedState`; ``active_contacts`` (points the
                 friction was solved for), ``newton_steps``, ``sweeps``, ``contact_residual`` [mm/s]
                 of the last step; and since `clear_counters` ``step_count``, ``contact_total``,
@@ -402,14 +412,31 @@ def _pressure_rates(robot: Robot, physics: Physics) -> np.ndarray:
     return rates.ravel()
 
 
-def _conditions(physics: Physics, world: World | None) -> np.ndarray:
+def _floor_height(robot: Robot, physics: Physics) -> float:
+    """What a robot's floor is counted from [mm]."""
+    if physics.ground.is_plane:
+        return physics.floor_height_mm
+    floor = physics.floor(robot.standing_points)
+    assert isinstance(floor, HeightField)
+    return floor.base_mm
+
+
+def _ground_arrays(grid: HeightGrid) -> tuple[Any, ...]:
+    """A ground as engine/model.hpp has it."""
+    corner = np.array([grid.x_mm[0], grid.y_mm[0]])
+    tiles = grid.tile_cells, grid.ceilings
+    return corner, grid.spacing_mm, grid.nodes, grid.steepest, *tiles
+
+
+def _conditions(physics: Physics, world: World | None, floor_height_mm: float) -> np.ndarray:
     """What of a robot's world the engine keeps for it alone; see engine/conditions.hpp."""
     factors = (
         (1.0, 1.0, 1.0)
         if world is None
         else (world.modulus_factor, world.mass_factor, world.damping_factor)
     )
-    return np.array([*physics.gravity_vector, physics.stiffness_damping_s, *factors])
+    damping = physics.stiffness_damping_s
+    return np.array([*physics.gravity_vector, damping, *factors, floor_height_mm])
 
 
 def _engine_settings(physics: Physics, stepper: StepperSettings) -> dict[str, Any]:

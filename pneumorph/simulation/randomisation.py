@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked
-from pneumorph.base.settings import settings_known_before
+from pneumorph.base.settings import settings_known_before, settings_to_dict
 from pneumorph.physics.friction import check_surfaces
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.distribution import Distribution
@@ -23,12 +23,13 @@ _LATER_CHOICES = (
     "mounting_angle_deg",
     "reductions",
     "measured",
+    "ground_roughness_mm",
 )
 """What could not be drawn when the first trainings were kept."""
 
 _OWN_GENERATOR = {"filling_factor": 0, "venting_factor": 0}
-_OWN_GENERATOR |= {"damping_factor": 2, "mounting_angle_deg": 2}
-"""Which generator draws what could not be drawn then; surfaces have the one between."""
+_OWN_GENERATOR |= {"damping_factor": 2, "mounting_angle_deg": 2, "ground_roughness_mm": 3}
+"""Which generator draws what could not be drawn then; surfaces have the second."""
 
 _BOUNDS = {
     "modulus_factor": Bounds(above=0.0),
@@ -68,12 +69,23 @@ class World:
     """How much further down legs point than their mounting has it [degrees]."""
     reduction: str = ""
     """File of the reduced part that all legs are; empty for the robot's own."""
+    ground_roughness_mm: float = 0.0
+    """Roughness of a ground of its own [mm]; 0 for that of the physics."""
+    ground_seed: int = 0
+    """Which surface of that roughness it is."""
 
     def applied_to(self, physics: Physics) -> Physics:
         """Physics of this world; what is said of the legs is the robots', the lag the command's."""
         by_surface = {**dict(physics.friction_by_surface), **dict(self.friction_by_surface)}
+        ground = physics.ground
+        if self.ground_roughness_mm > 0.0:
+            rough = replace(
+                ground.rough, roughness_mm=self.ground_roughness_mm, seed=self.ground_seed
+            )
+            ground = replace(ground, rough=rough)
         return replace(
             physics,
+            ground=ground,
             friction=self.friction,
             floor_slope_deg=self.floor_slope_deg,
             friction_by_surface=tuple(by_surface.items()),
@@ -81,10 +93,21 @@ class World:
             stiffness_damping_s=self.damping_factor * physics.stiffness_damping_s,
         )
 
+    def of_full_order(self) -> dict[str, Any]:
+        """All of it that decides how finite elements walk by name, which tells kept walks apart; a
+        ground of its own where it has one."""
+        content = settings_to_dict(replace(self, reduction=""))
+        if self.ground_roughness_mm == 0.0:
+            del content["ground_roughness_mm"], content["ground_seed"]
+        return content
+
     @property
     def numbers(self) -> dict[str, float]:
-        """Its numbers by name, such as ``modulus_factor`` and ``friction sheet``."""
+        """Its numbers by name, such as ``modulus_factor`` and ``friction sheet``; the roughness
+        where it has a ground of its own."""
         own = {name: value for name, value in vars(self).items() if isinstance(value, float)}
+        if self.ground_roughness_mm == 0.0:
+            del own["ground_roughness_mm"]
         return own | {f"friction {name}": value for name, value in self.friction_by_surface}
 
 
@@ -112,6 +135,9 @@ class Randomisation(Checked):
     """The legs' damping over the model's: branches that relax, and stiffness damping."""
     mounting_angle_deg: str = "0"
     """How much further down all legs point than their mounting has it [degrees]."""
+    ground_roughness_mm: str = "0"
+    """Roughness of a surface of each world's own [mm], alike over the ground's
+    `rough.correlation_mm`; 0 for the ground of the physics."""
     reductions: tuple[Path, ...] = ()
     """Files of other reductions of the leg: a world's legs are of one of them or of the robot's
     own, all alike likely."""
@@ -170,7 +196,8 @@ class Randomisation(Checked):
         """
         air, surfaces = rng.spawn(2)
         legs = air.spawn(1)[0]
-        own = {name: (air, surfaces, legs)[place] for name, place in _OWN_GENERATOR.items()}
+        ground = legs.spawn(1)[0]
+        own = {name: (air, surfaces, legs, ground)[place] for name, place in _OWN_GENERATOR.items()}
         known = {name: (value, deviation) for name, value, deviation in self.measured}
 
         def drawn(name: str, text: str, generator: np.random.Generator) -> float:
@@ -190,6 +217,7 @@ class Randomisation(Checked):
             **numbers,
             friction_by_surface=by_surface,
             reduction=reductions[int(legs.integers(len(reductions)))],
+            ground_seed=int(ground.integers(2**31)) if numbers["ground_roughness_mm"] > 0.0 else 0,
         )
 
     def _numbers(self) -> dict[str, str]:

@@ -10,6 +10,7 @@ from tqdm import trange
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.geometry.robot_shape import stacked
+from pneumorph.physics.floor import ground_note
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.snapshot_range import known_ratio
 from pneumorph.robot.robot import Robot
@@ -41,6 +42,7 @@ class ReducedRobot:
         self._watch = watch
         self._simulator = BatchedSimulator([robot], physics, stepper, thread_count=1)
         self.physics = self._simulator.physics
+        self.floor = self.physics.floor(robot.standing_points)
 
     def initial_state(self) -> ReducedState:
         """At rest in the initial pose, no pressure."""
@@ -64,9 +66,7 @@ class ReducedRobot:
             point, 3), zero beyond the points of a part with fewer of them than others.
         """
         hub_count = len(self.robot.hub.contact_points)
-        # the engine's rows are z, x, y
-        force = np.roll(state.impulses[hub_count:], -1, axis=1) / self.physics.time_step_s
-        velocity = []
+        velocity, position = [], []
         for mount, alpha, rate in zip(
             self.robot.mounts, state.modes, state.mode_rates, strict=True
         ):
@@ -74,13 +74,17 @@ class ReducedRobot:
             count = part.mode_count
             arm = mount.pose.apply(part.contact_points + part.contact_modes @ alpha[:count])
             moved = part.contact_modes @ rate[:count] @ mount.pose.rotation.T
+            position.append(state.position + arm @ state.rotation.T)
             velocity.append(
                 state.velocity
                 + np.cross(state.angular_velocity, arm @ state.rotation.T)
                 + moved @ state.rotation.T
             )
         ends = np.cumsum([len(each) for each in velocity])[:-1]
-        moving = np.where(force[:, 2:] > 0.0, np.concatenate(velocity), 0.0)
+        frames = self.floor.frames(np.concatenate(position))
+        impulses = state.impulses[hub_count:]
+        force = np.einsum("pra,pr->pa", frames, impulses) / self.physics.time_step_s
+        moving = np.where(impulses[:, :1] > 0.0, np.concatenate(velocity), 0.0)
         of_force, of_velocity = (
             stacked(np.split(each, ends), fill_last=False) for each in (force, moving)
         )
@@ -130,6 +134,7 @@ class ReducedRobot:
                     "model": "reduced",
                     **({} if self.robot.design is None else {"design": str(self.robot.design)}),
                     "range_ratio": known_ratio(simulator.range_ratio[0]),
+                    **ground_note(self.floor),
                     "settings": {
                         **settings_to_dict(self.physics),
                         **settings_to_dict(simulator.stepper),

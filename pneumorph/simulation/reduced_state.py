@@ -27,8 +27,8 @@ class ReducedState:
     regulated: Float[np.ndarray, " regulator"]
     """Pressure of each regulator [real kPa]."""
     impulses: Float[np.ndarray, "contact_point 3"]
-    """Contact impulses of the last step along z, x, y, the hub's points first [mN s]; warm start
-    of the next."""
+    """Contact impulses of the last step along z, x, y, or the normal and tangents of the ground
+    below a point, the hub's points first [mN s]; warm start of the next."""
     springs: Float[np.ndarray, "mount branch point 6"]
     """Q of (36): strain that the springs of parts that relax have at each sampled tetrahedron's
     point, components 00, 11, 22, 01, 02, 12, padded with zeros; empty where no part relaxes."""

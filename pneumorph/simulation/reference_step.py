@@ -15,6 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import block_diag
 
 from pneumorph.fem.rigid_hub import rotation_of
 from pneumorph.physics.physics import Physics
@@ -40,6 +41,13 @@ from pneumorph.simulation.reference_mass import (
 )
 from pneumorph.simulation.robot_air import regulators_of
 from pneumorph.simulation.stepper_settings import StepperSettings
+
+ROWS = [2, 0, 1]
+"""World axes in the order of the rows of `contact_kinematics`: z, x, y."""
+DEPTH_MM = 0.01
+"""How deep a step may leave a point in the floor before it is solved again [mm]."""
+CONTACT_PASSES = 4
+"""How often it is solved at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,19 +95,32 @@ def reference_step(
     # Points that take part, and what they know of the rest of the robot, (27).
     modes = modes_of(robot, state)
     positions, jacobian = contact_kinematics(robot, state.position, state.rotation, modes)
-    gaps = positions[:, 2] - physics.floor_height_mm
-    coming = gaps + h * np.minimum(jacobian[:, 0] @ velocity, 0.0)
+    floor = physics.floor(robot.standing_points)
+    gaps, speeds = floor.gap(positions), jacobian @ velocity
+    normals = floor.frames(positions)[:, 0, ROWS]
+    coming = gaps + h * np.minimum(np.einsum("pi,pi->p", normals, speeds), 0.0)
     near = coming < margin_mm
     rows = jacobian[near].reshape(-1, len(velocity))
     response = np.linalg.solve(matrix, np.column_stack([right, rows.T]))
     alone, answers = response[:, 0], response[:, 1:]
-    free = rows @ alone + np.kron(gaps[near] / h, [1.0, 0.0, 0.0])
-    # Friction (28) of coefficients (42), and on.
-    friction = physics.contact_friction(robot.contact_surfaces, state.impulses[:, 0])
-    law = FrictionLaw(rows @ answers, free, friction[near])
-    impulses = solve_friction(law, state.impulses[near], friction_tolerance)
-    moved = moved_state(robot, state, alone + answers @ impulses.ravel(), h)
-    placed = np.eye(len(gaps))[:, near] @ impulses
+    # Friction (28) of coefficients (42) on the planes (32) that touch the floor: below where the
+    # points come to lie, if the floor bends on their way.
+    friction = physics.contact_friction(robot.contact_surfaces, state.impulses[:, 0])[near]
+    impulses, way = state.impulses[near], np.zeros((int(near.sum()), 3))
+    for _ in range(CONTACT_PASSES):
+        frames = floor.frames(positions[near] + way)
+        gaps = floor.gap(positions[near] + way) - np.einsum("pi,pi->p", frames[:, 0], way)
+        turn = block_diag(*frames[:, :, ROWS]) if len(frames) else np.zeros((0, 0))
+        free = turn @ rows @ alone + np.kron(gaps / h, [1.0, 0.0, 0.0])
+        law = FrictionLaw(turn @ rows @ answers @ turn.T, free, friction)
+        impulses = solve_friction(law, impulses, friction_tolerance)
+        new = alone + answers @ turn.T @ impulses.ravel()
+        way[:, ROWS] = h * (rows @ new).reshape(-1, 3)
+        if np.min(floor.gap(positions[near] + way), initial=0.0) >= -DEPTH_MM:
+            break
+    # And on.
+    moved = moved_state(robot, state, new, h)
+    placed = np.eye(len(positions))[:, near] @ impulses
     return replace(moved, regulated=regulated, impulses=placed, memory=b"")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.time_integration import StepError
+from pneumorph.physics.ground import Ground
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
 from pneumorph.reduction.leg_recorder import LegRecorder
 from pneumorph.simulation.randomisation import World
@@ -168,19 +169,21 @@ def full_order_walk(
 def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, Any]:
     """What a walk depends on but for its commands. Reductions are none of it, and threads change no
     bit."""
-    full_order = settings_to_dict(spec.full_order)
+    full_order, physics = settings_to_dict(spec.full_order), settings_to_dict(spec.physics)
     del full_order["thread_count"]
+    if spec.physics.ground == Ground():  # as walks were kept before there were others
+        del physics["ground"]
     return {
         "design": str(walker.design),
-        "physics": settings_to_dict(spec.physics),
+        "physics": physics,
         "full_order": full_order,
         "modules": [
             [module.full.ingredients(), module.full.mesh.digest()] for module in spec.modules
         ],
         **spec.full_identity(),
         "hub": [spec.hub_model, *spec.hub.mass_numbers()],
-        "height_map": settings_to_dict(spec.height_map),
+        "height_map": settings_to_dict(spec.physics.ground.map),
         "mounting_angle_deg": spec.mounting_angle_deg,
         "settling_steps": walker.settling_steps,
-        "world": None if world is None else settings_to_dict(replace(world, reduction="")),
+        "world": None if world is None else world.of_full_order(),
     }

@@ -29,13 +29,9 @@ class ModelPair:
         animation: Design and pressures; it may drive more regulators than the robot has.
         spec: The robot.
         floating: Leave out gravity and floor.
-
-    Raises:
-        ValueError: The floor is a height map, which the reduced robot cannot walk on.
     """
 
     def __init__(self, animation: Animation, spec: RobotSpec, floating: bool = False) -> None:
-        spec.check_plane()
         physics = replace(spec.physics, regulator_count=animation.gait.regulator_count)
         if floating:
             physics = replace(physics, gravity_mm_per_s2=0.0, floor_height_mm=-1e4)
@@ -119,7 +115,7 @@ class ModelPair:
                 "integrator": spec.full_order.integrator,
                 "friction_solver": spec.full_order.friction_solver,
                 "contact_sweeps": spec.full_order.contact_sweeps,
-                "height_map": settings_to_dict(spec.height_map),
+                "height_map": settings_to_dict(spec.physics.ground.map),
                 "mesh": None,
             },
             "mesh": leg.mesh.digest(),

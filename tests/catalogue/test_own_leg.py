@@ -10,8 +10,11 @@ import pytest
 
 from pneumorph.base.layers import layered
 from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg, paper_leg_mesh
-from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
-from pneumorph.fem.height_map import HeightMap
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_options import RobotOptions, current_arguments
+from pneumorph.physics.ground import Ground
+from pneumorph.physics.height_map import HeightMap
+from pneumorph.physics.physics import Physics
 from pneumorph.report.plan import paper_plan, plans_of
 from pneumorph.robot.design import Design
 from pneumorph.robot.resized_part import resized_part
@@ -58,20 +61,29 @@ def test_it_is_drawn_as_long_as_it_is(own_leg: Path) -> None:
     assert along[0] == pytest.approx(0.7 * 115.0 * np.cos(np.radians(15.0)), rel=0.1)
 
 
-def test_a_height_map_of_reduced_robots_is_refused_by_its_file(tmp_path: Path) -> None:
-    options = RobotOptions.of(
-        "published", full=FullOptions(height_map=HeightMap(path=tmp_path / "hills.npy"))
-    )
-    with pytest.raises(ValueError, match=r"full\.height_map\.path is '.*hills\.npy', expected Non"):
-        options.refuse_full_options()
+def test_a_height_map_of_an_earlier_version_is_the_grounds(tmp_path: Path) -> None:
+    """It was an option of finite elements."""
+    hills = str(tmp_path / "hills.npy")
+    older = {"full": {"height_map": {"path": hills, "mm_per_pixel": 2.0}, "integrator": "x"}}
+    now = RobotOptions.upgraded(older)
+    assert now["full"] == {"integrator": "x"}
+    flags = ["--full.height-map.path", hills, "--full.height-map.mm-per-pixel=2"]
+    assert current_arguments(flags)[::2] == [
+        "--physics.ground.map.path", "--physics.ground.map.mm-per-pixel=2"
+    ]  # fmt: skip
+    ground = layered(RobotOptions(), [{"full": {"height_map": older["full"]["height_map"]}}])
+    assert ground.physics.ground == Ground(HeightMap(Path(hills), mm_per_pixel=2.0))
+    assert ground.physics.friction == RobotOptions().physics.friction
 
 
 def test_a_height_map_that_is_no_grid_is_named(tmp_path: Path) -> None:
+    physics = Physics(ground=Ground(HeightMap(path=tmp_path / "hills.npy")))
     for heights, why in (
         (np.zeros(9), "shape"),
         (np.zeros((3, 9)), "shape"),
         (np.full((5, 5), np.nan), "finite"),
     ):
         np.save(tmp_path / "hills.npy", heights)
-        with pytest.raises(ValueError, match=rf"height map .*hills\.npy: .*{why}"):
-            HeightMap(path=tmp_path / "hills.npy").floor(0.0)
+        for model in ("reduced", "full"):
+            with pytest.raises(ValueError, match=rf"height map .*hills\.npy: .*{why}"):
+                getattr(paper_robot("published", physics), model)("1.0.0.2.2.0.0.1")

@@ -17,9 +17,7 @@ from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, paper_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec, Site
-from pneumorph.fem.floor import PlaneFloor
 from pneumorph.fem.full_order_settings import Integrator
-from pneumorph.fem.height_map import HeightMap
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub
@@ -28,6 +26,9 @@ from pneumorph.gait.held_gait import HeldGait
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.air import Air
 from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.floor import PlaneFloor
+from pneumorph.physics.ground import Ground
+from pneumorph.physics.height_map import HeightMap
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.assemble import assemble_reduced_part
@@ -295,8 +296,8 @@ def test_the_hub_and_the_floor_of_full_robots_are_asked_for(tmp_path: Path) -> N
     assert isinstance(SPEC.full(DESIGN).hub, RigidHub)
     assert SPEC.full(DESIGN).floor == PlaneFloor(-1e5)
     np.save(tmp_path / "hills.npy", np.full((5, 5), 2.0))
-    hills = HeightMap(tmp_path / "hills.npy")
-    spec = replace(SPEC, hub_model="soft", height_map=hills)
+    hills = replace(FALLING, ground=Ground(HeightMap(tmp_path / "hills.npy")))
+    spec = replace(SPEC, hub_model="soft", physics=hills)
     full = spec.full(DESIGN)
     assert isinstance(full.hub, SoftHub)
     assert full.hub.part.mass_kg == HUB_KG
@@ -325,11 +326,12 @@ def test_another_legs_map_is_named_by_its_leg() -> None:
         paper_robot("measured", Physics())
 
 
-def test_reduced_robots_are_refused_on_a_height_map() -> None:
-    hills = replace(SPEC, height_map=HeightMap(Path("hills.npy")))
-    for make in (hills.reduced, lambda design: hills.simulator([design])):
-        with pytest.raises(ValueError, match=r"height_map is .*hills\.npy, expected none"):
-            make("1.0.0.2.2.0.0.1")
+def test_a_ground_whose_file_is_missing_is_named() -> None:
+    hills = Physics(ground=Ground(HeightMap(Path("no_hills.npy"))))
+    spec = replace(SPEC, physics=replace(hills, damping="objective"))
+    for make in (spec.reduced, spec.full, lambda design: spec.simulator([design])):
+        with pytest.raises(FileNotFoundError, match=r"height map no_hills\.npy does not exist"):
+            make(DESIGN)
 
 
 def test_the_papers_robot_has_the_map_of_its_leg() -> None:

@@ -8,10 +8,10 @@ from helpers.box_mesh import box_mesh
 from helpers.small_robot import small_robot
 
 from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
-from pneumorph.fem.floor import HeightField
 from pneumorph.fem.resumable_rollout import _identity, resumable_rollout
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
+from pneumorph.physics.floor import HeightField
 
 COMMANDS = np.tile([30.0, 10.0], (9, 1))
 

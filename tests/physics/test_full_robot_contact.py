@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 
-from pneumorph.fem.floor import Floor, HeightField
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
@@ -17,6 +16,7 @@ from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
 from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.physics.floor import Floor, HeightField
 from pneumorph.physics.physics import Physics
 
 GRAVITY = 9800.0

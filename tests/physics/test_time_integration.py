@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from helpers.small_robot import small_robot
 
-from pneumorph.fem.floor import HeightField
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.time_integration import StepError
+from pneumorph.physics.floor import HeightField
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 

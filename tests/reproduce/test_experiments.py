@@ -82,7 +82,7 @@ def test_the_published_physics_is_named_in_full() -> None:
     not_of_it = {"part", "threads", "calibration", "described"}
     assert set(named) == {each.name for each in fields(RobotOptions)} - not_of_it
     for group, settings, left_out in (
-        (named["physics"], Physics, set()),
+        (named["physics"], Physics, {"ground"}),  # a plane
         # Nothing else of them counts beside this law and this exponent.
         (named["physics"]["air"], Air, {each.name for each in fields(Air)} - {"law"}),
         (
@@ -94,7 +94,7 @@ def test_the_published_physics_is_named_in_full() -> None:
         (named["stepper"], StepperSettings, set()),
         # Nothing is weighed, and densities are of cast legs.
         (named["masses"], Masses, {"leg_mass_g", "hub_mass_g", "densities"}),
-        (named["full"], FullOptions, {"mesh", "height_map"}),
+        (named["full"], FullOptions, {"mesh"}),
     ):
         assert set(group) == {each.name for each in fields(settings)} - left_out
     published = load_settings(RobotOptions, REPRODUCE / "published.toml")

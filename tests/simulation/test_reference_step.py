@@ -8,16 +8,19 @@ import numpy as np
 import pytest
 from helpers.crawlers import FRESH, GAIT, PART, PHYSICS, crawlers
 from helpers.one_leg import COMMAND, HUB, POSE, motion_of, thrown
+from helpers.steps_with_contact import (
+    FRICTION_TOLERANCE,
+    assert_steps_with_contact_equal,
+    step,
+)
 from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.air import Air
 from pneumorph.robot.robot import Hub, Mount, Robot
-from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
+from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.reduced_state import ReducedState
-from pneumorph.simulation.reference_contact import contact_kinematics
 from pneumorph.simulation.reference_step import (
-    modes_of,
     reference_step,
     step_equations,
     step_system,
@@ -25,18 +28,6 @@ from pneumorph.simulation.reference_step import (
 )
 
 LAWS = ("corotational", "st_venant_kirchhoff", "stable_neo_hookean")
-
-
-def step(
-    simulator: BatchedSimulator, command: np.ndarray, tolerance: float = 1e-10
-) -> tuple[ReducedState, ReducedState]:
-    """The state after one step of the only robot, by the reference and by the engine."""
-    expected = reference_step(
-        simulator.robots[0], simulator.physics, simulator.state(0), command, tolerance
-    )
-    simulator.advance(command[None], 1)
-    assert simulator.status[0] == RobotStatus.RUNNING
-    return expected, simulator.state(0)
 
 
 def assert_free_steps_equal(simulator, count, tolerance):
@@ -162,45 +153,7 @@ def test_air_moves_pressures_as_the_reference_does():
     assert np.max(seen) > 15.0
 
 
-FRICTION_TOLERANCE = 1e-8
 CONTACT = replace(FRESH, contact_tolerance_mm_per_s=FRICTION_TOLERANCE, contact_sweeps=1000)
-
-
-def assert_steps_with_contact_equal(simulator, commands):
-    """Steps from the engine's own states; how many points stuck and how many slid, in all.
-
-    Both solve the contact law to 1e-8 mm/s, each by its own path. The velocities that obey it are
-    unique in these steps, and what is left of the law changes them by about as much; a hundred
-    times that is still a tenth of a millionth of what they move at. Impulses of more points than a
-    body has freedoms are determined in sum only. One in some thirty steps is too degenerate for
-    one of the solvers to come that far, and a processor's rounding may decide which.
-    """
-    robot, solved, stuck, slid = simulator.robots[0], 0, 0, 0
-    allowed = 100.0 * FRICTION_TOLERANCE
-    for command in commands:
-        before = simulator.state(0)
-        try:
-            expected, got = step(simulator, command, FRICTION_TOLERANCE)
-        except ArithmeticError:
-            simulator.advance(command[None], 1)
-            continue
-        if simulator.read("contact_residual")[0] > FRICTION_TOLERANCE:
-            continue
-        solved += 1
-        for name in ("position", "rotation", "velocity", "angular_velocity", "modes", "mode_rates"):
-            assert np.abs(getattr(got, name) - getattr(expected, name)).max() < allowed, name
-        assert np.abs(got.impulses.sum(axis=0) - expected.impulses.sum(axis=0)).max() < allowed
-        assert np.abs(got.regulated - expected.regulated).max() < 1e-12
-        _, jacobian = contact_kinematics(
-            robot, before.position, before.rotation, modes_of(robot, before)
-        )
-        # The law speaks of velocities along the axes that the hub had at the step's start.
-        moved = jacobian @ unknowns_of(robot, replace(got, rotation=before.rotation))
-        slides = np.linalg.norm(moved[:, 1:], axis=1) > allowed
-        pressed = got.impulses[:, 0] > allowed
-        stuck, slid = stuck + np.sum(pressed & ~slides), slid + np.sum(pressed & slides)
-    assert solved > 0.8 * len(commands)
-    return stuck, slid
 
 
 @pytest.mark.parametrize("damping", ["published", "objective"])

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.checked import Checked, NotNegative, Positive
+from pneumorph.report.ground_surface import SPACING_MM
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.leg_modes import LegModes, leg_modes
 from pneumorph.report.scene import Actor
@@ -179,6 +180,7 @@ def _described(actor: Actor) -> dict[str, Any]:
             )
         ],
         "floor_mm": _floor_mm(trajectory.metadata),
+        **_ground(actor),
         "hub_nodes_mm": array(actor.shape.hub_nodes_mm, "<f4"),
         "hub_triangles": array(actor.shape.hub_triangles, "<u4"),
     }
@@ -236,8 +238,25 @@ def _shapes(actor: Actor, leg: int, kept: np.ndarray) -> np.ndarray:
     return np.asarray(own.reshape(len(kept), -1))
 
 
+def _ground(actor: Actor) -> dict[str, Any]:
+    """The heights that a robot walked on; nothing of a plane."""
+    surface = actor.ground
+    if surface is None:
+        return {}
+    return {
+        "ground": {
+            "columns": len(surface.x_mm),
+            "rows": len(surface.y_mm),
+            "corner_mm": [float(surface.x_mm[0]), float(surface.y_mm[0])],
+            "spacing_mm": SPACING_MM,
+            "height_mm": array(surface.height_mm, "<f4"),
+        }
+    }
+
+
 def _floor_mm(metadata: Mapping[str, Any]) -> float | None:
     """Return the height where contact points rest; None where the floor is no plane."""
     height = metadata.get("settings", {}).get("floor_height_mm")
     floor = metadata.get("contact", {}).get("floor", "plane")
-    return float(height) if height is not None and str(floor).startswith("plane") else None
+    plane = str(floor).startswith("plane") and "ground_base_mm" not in metadata
+    return float(height) if height is not None and plane else None

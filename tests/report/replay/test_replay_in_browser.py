@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.physics.ground import Ground, RoughGround
 from pneumorph.report.film import side_by_side
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.page import page_of, player_of, replay_assets, write_replay
@@ -96,6 +98,32 @@ def test_contact_points_are_the_skin_at_the_floor(
     floor = crawl.metadata["settings"]["floor_height_mm"]
     assert len(points) == (nodes[:, 2] <= floor + 0.2).sum() > 0
     assert points[:, 2].max() <= floor + 0.2 + ROUNDING_MM
+
+
+def test_a_ground_is_drawn_and_points_that_touch_it_are_told(
+    crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    """Between the heights that the page has they are bilinear, and so are these."""
+    from scipy.interpolate import RegularGridInterpolator
+
+    ground = settings_to_dict(Ground(rough=RoughGround(6.0, 60.0, seed=4)))
+    settings = {**crawl.metadata["settings"], "ground": ground}
+    metadata = {**crawl.metadata, "settings": settings, "ground_base_mm": -14.0}
+    actor = Actor.of(replace(crawl, metadata=metadata), "on a ground")
+    surface = actor.ground
+    assert surface is not None
+    page = open_page(write_replay(tmp_path / "ground.html", [actor], SETTINGS))
+    page.evaluate(f"{PLAYER}.seek(0)")
+    points = np.array(page.evaluate(f"Array.from({PLAYER}.contactPoints())")).reshape(-1, 3)
+    below = RegularGridInterpolator((surface.x_mm, surface.y_mm), surface.height_mm)
+    nodes = recorded(crawl)[0].reshape(-1, 3)
+    touching = nodes[:, 2] - below(nodes[:, :2]) <= 0.2
+    assert abs(len(points) - touching.sum()) <= 1  # one may be within rounding of the limit
+    assert 10 < len(points) < len(nodes)
+    uneven = picture(page)
+    alone = write_replay(tmp_path / "plane.html", [Actor.of(crawl, "on a plane")], SETTINGS)
+    level = picture(open_page(alone))
+    assert (uneven != level).any(axis=2).mean() > 0.5  # its slopes are shaded
 
 
 def test_dragging_the_time_line_moves_the_robot(

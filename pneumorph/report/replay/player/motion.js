@@ -34,6 +34,9 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
     constructor(robot, bases) {
       this.robot = robot;
       this.simulated = robot.kind === "simulated";
+      // Heights that it walks on; null on a plane.
+      this.ground = robot.ground
+        ? { ...robot.ground, heights: decoded(robot.ground.height_mm, Float32Array) } : null;
       // Of each leg: its modes, where its nodes begin among all, and its first coefficient.
       this.legs = [];
       let nodes = 0, modes = 0;
@@ -152,14 +155,26 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
       return (now - this.parts.tracked[0][0]) / 10;
     }
 
-    // Skin nodes that touch a plane floor, xyz one after the other [mm]; returns their number.
+    // Height of the floor below a place [mm]; null where it is not known.
+    floorBelow(x, y) {
+      const ground = this.ground;
+      if (!ground) return this.robot.floor_mm;
+      const at = [x, y].map((value, axis) => (value - ground.corner_mm[axis]) / ground.spacing_mm);
+      const last = [ground.columns - 2, ground.rows - 2];
+      const [i, j] = at.map((u, axis) => Math.min(Math.max(Math.floor(u), 0), last[axis]));
+      const [s, t] = [at[0] - i, at[1] - j].map((u) => Math.min(Math.max(u, 0), 1));
+      const h = (a, b) => ground.heights[(i + a) * ground.rows + j + b];
+      return (1 - s) * ((1 - t) * h(0, 0) + t * h(0, 1)) + s * ((1 - t) * h(1, 0) + t * h(1, 1));
+    }
+
+    // Skin nodes that touch the floor, xyz one after the other [mm]; returns their number.
     contacts(into) {
       const floor = this.robot.floor_mm;
-      if (!this.simulated || floor === null || !this.time.length) return 0;
-      const limit = floor + TOUCHING_MM, p = this.positions;
+      if (!this.simulated || (floor === null && !this.ground) || !this.time.length) return 0;
+      const p = this.positions;
       let count = 0;
       for (let i = 0; i < p.length; i += 3) {
-        if (p[i + 2] <= limit) {
+        if (p[i + 2] <= (this.ground ? this.floorBelow(p[i], p[i + 1]) : floor) + TOUCHING_MM) {
           into[3 * count] = p[i];
           into[3 * count + 1] = p[i + 1];
           into[3 * count + 2] = p[i + 2];

@@ -82,7 +82,9 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
         }
         if (!motion.simulated) continue;
         let floor = motion.robot.floor_mm;
-        if (floor === null) {
+        if (motion.ground) {
+          floor = motion.ground.heights.reduce((low, z) => Math.min(low, z));
+        } else if (floor === null) {
           motion.show(0);
           floor = motion.positions.reduce((low, z, i) => (i % 3 === 2 && z < low ? z : low), 0);
         }
@@ -110,10 +112,35 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       this.scene.add(new THREE.LineSegments(start, new THREE.LineBasicMaterial({ color: "#8a8f94" })));
     }
 
+    // The heights that a robot walks on, with the grid's lines on them.
+    uneven(ground, group) {
+      const { columns, rows, corner_mm, spacing_mm, heights } = ground, per = GRID_MM / spacing_mm;
+      const place = (i, j, lift) => [corner_mm[0] + i * spacing_mm, corner_mm[1] + j * spacing_mm,
+        heights[i * rows + j] + lift];
+      const points = [], triangles = [], lines = [];
+      for (let i = 0; i < columns; i++) {
+        for (let j = 0; j < rows; j++) {
+          points.push(...place(i, j, 0));
+          const at = i * rows + j;
+          if (i + 1 < columns && j + 1 < rows)
+            triangles.push(at, at + rows, at + rows + 1, at, at + rows + 1, at + 1);
+          if (j + 1 < rows && i % per === 0) lines.push(...place(i, j, 0.3), ...place(i, j + 1, 0.3));
+          if (i + 1 < columns && j % per === 0) lines.push(...place(i, j, 0.3), ...place(i + 1, j, 0.3));
+        }
+      }
+      const surface = new THREE.BufferGeometry(), grid = new THREE.BufferGeometry();
+      surface.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+      surface.setIndex(triangles);
+      grid.setAttribute("position", new THREE.Float32BufferAttribute(lines, 3));
+      group.add(new THREE.Mesh(surface, matt("#f4f5f6")),
+        new THREE.LineSegments(grid, new THREE.LineBasicMaterial({ color: "#c4c8cc" })));
+    }
+
     simulated(motion, index, labels) {
       const robot = motion.robot, group = new THREE.Group();
       group.position.y = robot.lane_mm;
       this.scene.add(group);
+      if (motion.ground) this.uneven(motion.ground, group);
       // Slides every point along the light down to just above the grid.
       const flat = new THREE.Matrix4().set(
         1, 0, -LIGHT.x / LIGHT.z, this.floor * LIGHT.x / LIGHT.z,
@@ -193,7 +220,8 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       actor.lineLength = points.length;
       if (points.length < 2) return;
       const geometry = new THREE.LineGeometry();
-      geometry.setPositions(points.flatMap((p) => [p[0], p[1], this.floor + 0.2]));
+      geometry.setPositions(points.flatMap((p) => [p[0], p[1],
+        (motion.ground ? motion.floorBelow(p[0], p[1]) + 0.4 : this.floor + 0.2)]));
       const material = actor.lineMaterial = actor.lineMaterial || new THREE.LineMaterial(
         { color: pathColour(index, this.motions.length), linewidth: 2.5 });
       actor.line = new THREE.Line2(geometry, material);

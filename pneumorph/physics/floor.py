@@ -130,6 +130,12 @@ class HeightField:
         )
 
 
+def ground_note(floor: Floor) -> dict[str, float]:
+    """What a trajectory's metadata says of a floor of heights beside its settings: what they are
+    counted from [mm]."""
+    return {"ground_base_mm": floor.base_mm} if isinstance(floor, HeightField) else {}
+
+
 def _check(name: str, values: np.ndarray, shape: tuple[int, ...]) -> None:
     if np.shape(values) != shape:
         raise ValueError(

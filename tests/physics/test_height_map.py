@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
-from pneumorph.fem.floor import PlaneFloor
-from pneumorph.fem.height_map import HeightMap, height_field
+from pneumorph.physics.floor import PlaneFloor
+from pneumorph.physics.ground import Ground
+from pneumorph.physics.height_map import HeightMap, height_field
 
 
 def cubic(x, y):
@@ -74,9 +75,10 @@ def test_settings_name_the_map(tmp_path):
     again = settings_from_dict(HeightMap, settings_to_dict(map_of_hills))
     assert again == map_of_hills
     point = np.array([[4.0, 2.0, -1.0 + cubic(4.0, 2.0)]])
-    assert abs(again.floor(-1.0).gap(point)[0]) < 1e-12
-    assert again.floor(-1.0).description == "height map hills.npy"
-    assert HeightMap().floor(-12.797) == PlaneFloor(-12.797)
+    floor = Ground(again).floor(-1.0, point)
+    assert abs(floor.gap(point)[0]) < 1e-12
+    assert floor.description == "height map hills.npy"
+    assert Ground().floor(-12.797, point) == PlaneFloor(-12.797)
 
 
 def test_smoothing_rounds_a_step():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneumorph.fem.contact_points import linearise_contacts
-from pneumorph.fem.floor import HeightField, PlaneFloor
+from pneumorph.physics.floor import HeightField, PlaneFloor
 from pneumorph.physics.physics import Physics
 
 POINTS = np.random.default_rng(1).uniform(-30.0, 30.0, (20, 3))

@@ -9,7 +9,8 @@ import numpy as np
 
 from pneumorph.base.artefact import reading
 from pneumorph.base.checked import Checked, NotNegative, Positive
-from pneumorph.fem.floor import Floor, HeightField, PlaneFloor
+from pneumorph.physics.floor import HeightField
+from pneumorph.physics.height_grid import HeightGrid, checked_heights
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,19 @@ class HeightMap(Checked):
     """Where the middle of the map lies, y [mm]."""
     smoothing_mm: NotNegative = 0.0
     """Standard deviation of a Gaussian that rounds the map's edges and steps [mm]."""
+
+    def smoothed_mm(self) -> np.ndarray:
+        """Read the file and round its edges [mm], (row, column).
+
+        Raises:
+            FileNotFoundError: No such file.
+            ValueError: Not a grey image, or no grid of heights; names the file.
+        """
+        heights = self.heights_mm()
+        try:
+            return smoothed(checked_heights(heights), self.smoothing_mm / self.mm_per_pixel)
+        except ValueError as error:
+            raise ValueError(f"height map {self.path}: {error}") from error
 
     def heights_mm(self) -> np.ndarray:
         """Read the file [mm], (row, column).
@@ -68,28 +82,6 @@ class HeightMap(Checked):
         grey = np.asarray(pixels, dtype=float)
         return self.black_mm + (self.white_mm - self.black_mm) * grey
 
-    def floor(self, base_mm: float) -> Floor:
-        """Return the floor, heights counted from a base [mm]: a plane without a file.
-
-        Raises:
-            FileNotFoundError: No such file.
-            ValueError: Not a grey image or array of heights.
-        """
-        if self.path is None:
-            return PlaneFloor(base_mm)
-        heights = self.heights_mm()
-        try:
-            return height_field(
-                heights,
-                self.mm_per_pixel,
-                (self.centre_x_mm, self.centre_y_mm),
-                self.smoothing_mm,
-                base_mm,
-                "height map " + Path(self.path).name,
-            )
-        except ValueError as error:
-            raise ValueError(f"height map {self.path}: {error}") from error
-
 
 def height_field(
     heights_mm: np.ndarray,
@@ -115,33 +107,16 @@ def height_field(
     Raises:
         ValueError: The array is not of two axes, too small, or not finite.
     """
-    from scipy.interpolate import RectBivariateSpline
+    heights = checked_heights(heights_mm)
+    grid = HeightGrid(smoothed(heights, smoothing_mm / mm_per_pixel), mm_per_pixel, centre_mm)
+    return HeightField(grid.height, grid.gradient, base_mm, description)
+
+
+def smoothed(heights_mm: np.ndarray, deviation: float) -> np.ndarray:
+    """Heights [mm], (row, column), after a Gaussian of this standard deviation [pixel]."""
     from scipy.ndimage import gaussian_filter
 
-    heights = np.array(heights_mm, dtype=float)
-    if heights.ndim != 2 or min(heights.shape) < 4:
-        raise ValueError(
-            f"heights_mm must have shape (row, column) of at least 4 x 4, got {heights.shape}; "
-            "smaller arrays have no bicubic spline"
-        )
-    if not np.all(np.isfinite(heights)):
-        raise ValueError("heights_mm must be finite, got NaN or infinity: holes must be filled")
-    if smoothing_mm > 0.0:
-        heights = gaussian_filter(heights, smoothing_mm / mm_per_pixel, mode="nearest")
-    row_count, column_count = heights.shape
-    x = centre_mm[0] + mm_per_pixel * (np.arange(column_count) - (column_count - 1) / 2.0)
-    y = centre_mm[1] + mm_per_pixel * (np.arange(row_count) - (row_count - 1) / 2.0)
-    spline = RectBivariateSpline(x, y, heights[::-1].T)
-
-    def height(at_x: np.ndarray, at_y: np.ndarray) -> np.ndarray:
-        values: np.ndarray = spline.ev(np.clip(at_x, x[0], x[-1]), np.clip(at_y, y[0], y[-1]))
-        return values
-
-    def gradient(at_x: np.ndarray, at_y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        inner_x, inner_y = np.clip(at_x, x[0], x[-1]), np.clip(at_y, y[0], y[-1])
-        return (
-            np.where(inner_x == at_x, spline.ev(inner_x, inner_y, dx=1), 0.0),
-            np.where(inner_y == at_y, spline.ev(inner_x, inner_y, dy=1), 0.0),
-        )
-
-    return HeightField(height, gradient, base_mm, description)
+    if deviation == 0.0:
+        return heights_mm
+    rounded: np.ndarray = gaussian_filter(heights_mm, deviation, mode="nearest")
+    return rounded

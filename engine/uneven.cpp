@@ -1,0 +1,261 @@
+// Contacts of a robot on a ground of heights, with the law of plane floors: each point sees the plane that touches the ground
+// below it. Where a step ends with a point deeper than kDepth, because the ground bends within its way, the friction is solved
+// again with the planes below where the points came to lie. Equation (32) of docs/physics.md.
+//
+// Compiled once per instruction set in a namespace of its own, as rubber.cpp is, so that nothing here changes what a compiler
+// inlines and fuses for robots on planes.
+#include "contact_solve.hpp"
+#include "ground.hpp"
+
+namespace pneumorph {
+namespace PNEUMORPH_INSTRUCTION_SET {
+
+constexpr double kDepth = 0.01;  // mm, as FullOrderSettings.penetration_tolerance_mm of full robots, and their passes
+constexpr int kMostBends = 3;
+
+// Axes of the plane that touches the ground, along a body's: x and y are its tangents, z its normal. The first tangent is in
+// the world's plane of x and z.
+struct UnevenAxes {
+  const double* operator()(const Candidate& at, const double rotation[9], double* turned) const {
+    const double* n = static_cast<const UnevenCandidate&>(at).normal;
+    const double length = std::sqrt(n[0] * n[0] + n[2] * n[2]);
+    double frame[9] = {n[2] / length, 0, -n[0] / length, 0, 0, 0, n[0], n[1], n[2]};
+    cross(frame + 6, frame, frame + 3);
+    multiply_matrices(frame, rotation, turned);
+    return turned;
+  }
+};
+
+// The hub's motion in the world.
+struct HubMotion {
+  double velocity[3], turning[3];
+  // Velocity of a point that is fixed to the hub.
+  void of(const double place[3], const double position[3], double* out) const {
+    const double arm[3] = {place[0] - position[0], place[1] - position[1], place[2] - position[2]};
+    cross(turning, arm, out);
+    for (int i = 0; i < 3; ++i) out[i] += velocity[i];
+  }
+};
+
+// What modal coordinates, or rates, do to a contact point, along the part's axes.
+template <int M>
+inline void deflection(const double* modes, const double* coefficients, double out[3]) {
+  DoubleLanes sum[3] = {};
+  for (int v = 0; v < M; v += 8)
+    for (int i = 0; i < 3; ++i) sum[i] += load(modes + i * M + v) * load(coefficients + v);
+  for (int i = 0; i < 3; ++i) out[i] = sum_lanes(sum[i]);
+}
+
+inline double dot3(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Gap of a place along the normal below it, which goes to `normal` [mm].
+inline double gap_at(const Ground& ground, const Settings& settings, const double place[3], double normal[3]) {
+  const double height = height_below(ground, place[0], place[1], normal);
+  return normal[2] * (place[2] - settings.floor_height - height);
+}
+
+// Takes a point in, if it comes near at its velocity.
+inline int take_in(const RobotModel& robot, const Settings& settings, const double place[3], const double velocity[3],
+                   int mount, int point, UnevenCandidate* candidates, int count, double& deepest) {
+  UnevenCandidate& at = candidates[count];
+  at.gap = gap_at(*robot.ground, settings, place, at.normal);
+  deepest = std::fmax(deepest, -at.gap);
+  at.lowest = at.gap + std::fmin(0.0, settings.time_step * dot3(at.normal, velocity));
+  if (!(at.lowest < settings.contact_margin)) return count;
+  for (int i = 0; i < 3; ++i) at.place[i] = place[i];
+  at.mount = mount, at.point = point;
+  return count + 1;
+}
+
+inline int find_uneven_hub_candidates(const RobotModel& robot, const Settings& settings, const RobotState& state,
+                                      const HubMotion& motion, double reach, UnevenCandidate* candidates, double& deepest) {
+  int count = 0;
+  for (int c = 0; c < robot.hub_contact_count; ++c) {
+    double place[3], velocity[3];
+    multiply(state.rotation, robot.hub_contact_points + 3 * c, place);
+    for (int i = 0; i < 3; ++i) place[i] += state.position[i];
+    motion.of(place, state.position, velocity);
+    const double lowest = place[2] - settings.floor_height + std::fmin(0.0, settings.time_step * velocity[2]);
+    if (lowest > reach + ceiling_over(*robot.ground, place, place)) continue;
+    count = take_in(robot, settings, place, velocity, -1, c, candidates, count, deepest);
+  }
+  return count;
+}
+
+// All points' heights in single precision against the highest that the ground may be anywhere below the part, then the
+// gaps of those that are lower.
+template <int M, class Real>
+int find_uneven_part_candidates(const Part<Real>& part, const RobotModel& robot, int k, const Settings& settings,
+                                const RobotState& state, const HubMotion& motion, double reach, const MountView<M>& view,
+                                UnevenCandidate* candidates, int count, double& deepest) {
+  const double *alpha = state.modes + k * M, *rates = state.mode_rates + k * M, *world = view.world;
+  const double h = settings.time_step;
+  double origin[3], speed[3], turning[3], lever[3], bent = 0, low[2], high[2];
+  multiply(state.rotation, robot.mounts[k].translation, origin);
+  for (int i = 0; i < 3; ++i) origin[i] += state.position[i];
+  motion.of(origin, state.position, speed);
+  multiply_transposed(world, motion.turning, turning);
+  cross(world + 6, turning, lever);
+  for (int a = 0; a < M; ++a) bent += std::fabs(alpha[a]) * part.contact_reach[a];
+  for (int i = 0; i < 2; ++i) {
+    double centre = origin[i], half = bent;
+    for (int j = 0; j < 3; ++j) {
+      centre += world[3 * i + j] * part.contact_centre[j];
+      half += std::fabs(world[3 * i + j]) * part.contact_half[j];
+    }
+    low[i] = centre - half, high[i] = centre + half;
+  }
+  const double over = ceiling_over(*robot.ground, low, high) + settings.floor_height - origin[2];
+  const float limit = float(reach + over + kHeightSlack);
+  LaneView<M> lanes;
+  alignas(64) float lowest[kLane];
+  for (int i = 0; i < 3; ++i) lanes.up[i] = float(world[6 + i]), lanes.lever[i] = float(h * lever[i]);
+  lanes.drop = float(h * speed[2]);
+  for (int a = 0; a < M; ++a) lanes.coordinate[a] = float(alpha[a]), lanes.change[a] = float(h * rates[a]);
+  for (int block = 0; block * kLane < part.contact_count; ++block) {
+    lowest_of_block<M, Real>(part, lanes, block, lowest);
+    for (int lane = 0; lane < kLane; ++lane) {
+      const int c = block * kLane + lane;
+      if (c >= part.contact_count || lowest[lane] >= limit) continue;
+      const double* modes = part.contact_modes + long(c) * 3 * M;
+      double local[3], place[3], rate[3], moved[3], velocity[3];
+      deflection<M>(modes, alpha, local);
+      for (int i = 0; i < 3; ++i) local[i] += part.contact_points[3 * c + i];
+      multiply(world, local, place);
+      for (int i = 0; i < 3; ++i) place[i] += origin[i];
+      deflection<M>(modes, rates, rate);
+      multiply(world, rate, moved);
+      motion.of(place, state.position, velocity);
+      for (int i = 0; i < 3; ++i) velocity[i] += moved[i];
+      count = take_in(robot, settings, place, velocity, k, c, candidates, count, deepest);
+    }
+  }
+  return count;
+}
+
+// Way of a candidate by the step's motion [mm].
+template <int M, class Real>
+void way_of(const UnevenCandidate& at, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+            const RobotState& state, const HubMotion& motion, const Workspace<M, Real>& work, double way[3]) {
+  motion.of(at.place, state.position, way);
+  if (at.mount >= 0) {
+    double rate[3], moved[3];
+    deflection<M>(parts[robot.mounts[at.mount].part].contact_modes + long(at.point) * 3 * M, work.rates[at.mount], rate);
+    multiply(work.views[at.mount].world, rate, moved);
+    for (int i = 0; i < 3; ++i) way[i] += moved[i];
+  }
+  for (int i = 0; i < 3; ++i) way[i] *= settings.time_step;
+}
+
+// As solve_contacts of the stepper, on one plane for each point; then on the planes below where the points came to lie.
+template <int M, class Real>
+int solve_uneven_contacts(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+                          const RobotState& state, int candidate_count, Workspace<M, Real>& work, FrictionReport& report,
+                          Clock& clock) {
+  UnevenCandidate* candidates = work.uneven_candidates(robot);
+  int row_count = 0, bends = 0;
+  const auto add_row = [&](UnevenCandidate& at) {
+    at.working = true;
+    at.row = row_count++;
+    make_row(at, parts, robot, settings, state, work, work.rows[at.row], UnevenAxes{});
+  };
+  for (int c = 0; c < candidate_count; ++c) {
+    UnevenCandidate& at = candidates[c];
+    const int contact = at.mount < 0 ? at.point : robot.mounts[at.mount].contact_offset + at.point;
+    at.working = false;
+    if (at.lowest < kNearGap || state.impulses[3 * contact] > 0) add_row(at);
+  }
+  clock.lap(3);
+  const double allowed = settings.contact_tolerance * settings.time_step;
+  for (int pass = 0;; ++pass) {
+    solve_friction(settings, row_count, work, report);
+    sum_impulses(row_count, work);
+    const bool sound = find_velocities(parts, robot, settings, work);
+    clock.lap(4);
+    if (!sound) return -1;
+    HubMotion motion;
+    multiply(state.rotation, work.hub.next_velocity, motion.velocity);
+    multiply(state.rotation, work.hub.next_velocity + 3, motion.turning);
+    const int before = row_count;
+    double deepest = 0, passed = 0, place[3];
+    for (int c = 0; c < candidate_count; ++c) {
+      UnevenCandidate& at = candidates[c];
+      double below[3];
+      way_of(at, parts, robot, settings, state, motion, work, at.way);
+      for (int i = 0; i < 3; ++i) place[i] = at.place[i] + at.way[i];
+      deepest = std::fmax(deepest, -gap_at(*robot.ground, settings, place, below));
+      const double gap = at.gap + dot3(at.normal, at.way);
+      if (at.working || gap >= -allowed) continue;
+      passed = std::fmax(passed, -gap);
+      if (pass < kContactPasses) add_row(at);
+    }
+    if (row_count == before) {
+      if (deepest > kDepth && bends < kMostBends && pass < kContactPasses) {
+        ++bends;
+        for (int c = 0; c < candidate_count; ++c) {
+          UnevenCandidate& at = candidates[c];
+          for (int i = 0; i < 3; ++i) place[i] = at.place[i] + at.way[i];
+          const double gap = gap_at(*robot.ground, settings, place, at.normal);
+          at.gap = gap - dot3(at.normal, at.way);
+          if (at.working) {
+            ContactRow<M>& row = work.rows[at.row];
+            const double impulse[3] = {row.impulse[0], row.impulse[1], row.impulse[2]};
+            make_row(at, parts, robot, settings, state, work, row, UnevenAxes{});
+            for (int i = 0; i < 3; ++i) row.impulse[i] = impulse[i];
+          } else if (gap < -allowed) {
+            add_row(at);
+          }
+        }
+      } else {
+        if (passed > allowed) report.residual = std::fmax(report.residual, passed / settings.time_step);
+        clock.lap(3);
+        return row_count;
+      }
+    }
+    clock.lap(3);
+  }
+}
+
+template <int M, class Real>
+int uneven_contacts(const Part<Real>* parts, const RobotModel& robot, const Settings& settings, const RobotState& state,
+                    void* of_stepper, void* of_clock, FrictionReport& report, double& deepest) {
+  // The same structures as the stepper's, of this namespace.
+  auto& work = *static_cast<Workspace<M, Real>*>(of_stepper);
+  auto& clock = *static_cast<Clock*>(of_clock);
+  HubMotion motion;
+  for (int i = 0; i < 3; ++i) motion.velocity[i] = state.velocity[i], motion.turning[i] = state.angular_velocity[i];
+  // A point this far over the highest ground is not near, nor when it comes from the side to where that slopes.
+  const double slope = robot.ground->steepest, speed = std::sqrt(dot3(motion.velocity, motion.velocity));
+  const double reach = settings.contact_margin * std::sqrt(1 + slope * slope) + settings.time_step * speed * slope;
+  UnevenCandidate* candidates = work.uneven_candidates(robot);
+  int count = find_uneven_hub_candidates(robot, settings, state, motion, reach, candidates, deepest);
+  for (int k = 0; k < robot.mount_count; ++k) {
+    view_mount<M>(robot, k, state, work.hub, work.mounts[k].leg, work.views[k]);
+    count = find_uneven_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, motion, reach,
+                                                 work.views[k], candidates, count, deepest);
+  }
+  return solve_uneven_contacts(parts, robot, settings, state, count, work, report, clock);
+}
+
+template <class Real>
+int uneven_contacts_of(int modes, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+                       const RobotState& state, void* work, void* clock, FrictionReport& report, double& deepest) {
+  if (modes == 8) return uneven_contacts<8, Real>(parts, robot, settings, state, work, clock, report, deepest);
+  if (modes == 16) return uneven_contacts<16, Real>(parts, robot, settings, state, work, clock, report, deepest);
+  if (modes == 24) return uneven_contacts<24, Real>(parts, robot, settings, state, work, clock, report, deepest);
+  return uneven_contacts<32, Real>(parts, robot, settings, state, work, clock, report, deepest);
+}
+
+}  // namespace PNEUMORPH_INSTRUCTION_SET
+
+int PNEUMORPH_UNEVEN_NAME(int modes, const Part<float>* parts, const RobotModel& robot, const Settings& settings,
+                          const RobotState& state, void* work, void* clock, FrictionReport& report, double& deepest) {
+  return PNEUMORPH_INSTRUCTION_SET::uneven_contacts_of(modes, parts, robot, settings, state, work, clock, report, deepest);
+}
+
+int PNEUMORPH_UNEVEN_NAME(int modes, const Part<double>* parts, const RobotModel& robot, const Settings& settings,
+                          const RobotState& state, void* work, void* clock, FrictionReport& report, double& deepest) {
+  return PNEUMORPH_INSTRUCTION_SET::uneven_contacts_of(modes, parts, robot, settings, state, work, clock, report, deepest);
+}
+
+}  // namespace pneumorph

@@ -1,0 +1,192 @@
+"""What robots walk on: a plane, or heights that are read, drawn and built."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from jaxtyping import Float
+
+from pneumorph.base.checked import Bounds, Checked, CountOrNone, NotNegative, Positive
+from pneumorph.physics.floor import Floor, HeightField, PlaneFloor
+from pneumorph.physics.height_grid import HeightGrid, nodes_along
+from pneumorph.physics.height_map import HeightMap
+
+MOST_CELLS = 4e6
+"""Cells of a ground that is made."""
+
+
+@dataclass(frozen=True)
+class RoughGround(Checked):
+    """A random surface: Gaussian heights h whose correlation is Gaussian,
+    <h(r) h(r + d)> = roughness^2 exp(-d^2 / correlation^2)."""
+
+    roughness_mm: NotNegative = 0.0
+    """Standard deviation of the heights [mm]."""
+    correlation_mm: Positive = 40.0
+    """Distance over which heights are alike: at this distance their correlation is 1/e [mm]. Slopes
+    along any direction have the standard deviation roughness sqrt(2) / correlation."""
+    seed: CountOrNone = 0
+    """Which surface of its kind it is."""
+
+    def heights_mm(self, shape: tuple[int, int], spacing_mm: float) -> np.ndarray:
+        """Heights on a grid that goes round at its edges [mm], (row, column).
+
+        Raises:
+            ValueError: The grid is too small for the correlation.
+        """
+        from scipy.ndimage import gaussian_filter
+
+        if 2.0 * self.correlation_mm > spacing_mm * min(shape):
+            raise ValueError(
+                f"rough.correlation_mm is {self.correlation_mm:g}, expected at most half of the "
+                f"ground's shorter side, {spacing_mm * min(shape):g} mm"
+            )
+        # White noise through a Gaussian of deviation s is correlated as one of s sqrt(2).
+        deviation = 0.5 * self.correlation_mm / spacing_mm
+        noise = np.random.default_rng(self.seed).standard_normal(shape)
+        impulse = np.zeros(shape)
+        impulse[0, 0] = 1.0
+        gain = np.linalg.norm(gaussian_filter(impulse, deviation, mode="wrap"))
+        rough: np.ndarray = gaussian_filter(noise, deviation, mode="wrap")
+        return self.roughness_mm / gain * rough
+
+
+@dataclass(frozen=True)
+class Steps(Checked):
+    """Steps or ramps across the way of a robot that walks forward (x)."""
+
+    rise_mm: float = 0.0
+    """How much higher each step is, negative for down [mm]."""
+    start_mm: float = 150.0
+    """Where the first begins, x [mm]."""
+    run_mm: Positive = 20.0
+    """Over what length each rises [mm]; a long one is a ramp."""
+    tread_mm: NotNegative = 100.0
+    """How far it is level behind each [mm]."""
+    count: Annotated[int, Bounds(least=1, most=1000)] = 1
+    """How many there are."""
+
+    def height(self, x: np.ndarray) -> np.ndarray:
+        """Heights at places along x [mm]: a cubic that begins and ends level for each step."""
+        starts = self.start_mm + (self.run_mm + self.tread_mm) * np.arange(self.count)
+        share = np.clip((x[..., None] - starts) / self.run_mm, 0.0, 1.0)
+        height: np.ndarray = self.rise_mm * np.sum(share**2 * (3.0 - 2.0 * share), axis=-1)
+        return height
+
+
+@dataclass(frozen=True)
+class Ground(Checked):
+    """What the floor is like: a plane, unless there is a map, roughness or steps. Their heights add
+    up, counted from the floor's height.
+
+    Raises:
+        ValueError: A number is out of range, or the grid is too coarse for what is on it.
+    """
+
+    map: HeightMap = field(default_factory=HeightMap)
+    """Heights from a file, whose grid is the ground's."""
+    rough: RoughGround = field(default_factory=RoughGround)
+    """Random heights."""
+    steps: Steps = field(default_factory=Steps)
+    """Steps or ramps."""
+    length_mm: Positive = 2000.0
+    """How far a ground without a map reaches along x, the origin in its middle [mm]; beyond, ground
+    goes on level at the height of its edge."""
+    width_mm: Positive = 1200.0
+    """How far it reaches along y [mm]."""
+    spacing_mm: Positive = 5.0
+    """Distance between its nodes [mm]."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        spacing, of_it = self.spacing_mm, "spacing_mm"
+        if self.map.path is not None:
+            spacing, of_it = self.map.mm_per_pixel, "map.mm_per_pixel"
+        elif not self.is_plane:
+            sides = self.length_mm / spacing, self.width_mm / spacing
+            if min(sides) < 4.0 or sides[0] * sides[1] > MOST_CELLS:
+                raise ValueError(
+                    f"the ground of {self.length_mm:g} x {self.width_mm:g} mm has {sides[0]:.0f} x "
+                    f"{sides[1]:.0f} cells of spacing_mm {spacing:g}, expected at least 4 along "
+                    f"each side and at most {MOST_CELLS:g} in all"
+                )
+        for needed, name, least in (
+            (self.rough.roughness_mm > 0.0, "rough.correlation_mm", 4.0),
+            (self.steps.rise_mm != 0.0, "steps.run_mm", 2.0),
+        ):
+            group, number = name.split(".")
+            value = getattr(getattr(self, group), number)
+            if needed and value < least * spacing:
+                raise ValueError(
+                    f"{name} is {value:g}, expected at least {least:g} times {of_it}, {spacing:g}: "
+                    "a coarser grid does not show it"
+                )
+
+    @property
+    def is_plane(self) -> bool:
+        """Whether there is nothing on it."""
+        bare = self.rough.roughness_mm == 0.0 and self.steps.rise_mm == 0.0
+        return self.map.path is None and bare
+
+    @property
+    def description(self) -> str:
+        """What is on it, in words."""
+        path, rough, steps = self.map.path, self.rough, self.steps
+        words = [] if path is None else [f"height map {Path(path).name}"]
+        if rough.roughness_mm > 0.0:
+            words.append(
+                f"roughness of {rough.roughness_mm:g} mm over {rough.correlation_mm:g} mm, seed "
+                f"{rough.seed}"
+            )
+        if steps.rise_mm != 0.0:
+            words.append(f"{steps.count} steps of {steps.rise_mm:g} mm from {steps.start_mm:g} mm")
+        return " with ".join(words) or "plane"
+
+    def grid(self) -> HeightGrid:
+        """Its heights over the floor's height; the same object for the same ground.
+
+        Raises:
+            FileNotFoundError: No such map.
+            ValueError: The map is no grey image, or no grid of heights; names the file.
+        """
+        path = self.map.path
+        changed_ns = Path(path).stat().st_mtime_ns if path and Path(path).exists() else 0
+        return _grid_of(self, changed_ns)
+
+    def floor(self, height_mm: float, standing: Float[np.ndarray, "point 3"]) -> Floor:
+        """What a robot stands on; raises as `grid`.
+
+        Robots start in the same pose on any ground: one that would be above a point there is
+        lowered until it touches.
+
+        Args:
+            height_mm: Where the heights are counted from [mm].
+            standing: Where the robot's contact points are at the start [mm].
+        """
+        if self.is_plane:
+            return PlaneFloor(height_mm)
+        grid = self.grid()
+        x, y, z = standing.T
+        above = float(np.max(height_mm + grid.height(x, y) - z, initial=0.0))
+        return HeightField(grid.height, grid.gradient, height_mm - above, self.description)
+
+
+@lru_cache(maxsize=32)
+def _grid_of(ground: Ground, changed_ns: int) -> HeightGrid:
+    """The grid of a ground whose file was changed then [ns]."""
+    if ground.map.path is not None:
+        heights, spacing = ground.map.smoothed_mm(), ground.map.mm_per_pixel
+        centre = ground.map.centre_x_mm, ground.map.centre_y_mm
+    else:
+        spacing, centre = ground.spacing_mm, (0.0, 0.0)
+        counts = [1 + round(side / spacing) for side in (ground.width_mm, ground.length_mm)]
+        heights = np.zeros((counts[0], counts[1]))
+    if ground.rough.roughness_mm > 0.0:
+        rows, columns = heights.shape
+        heights = heights + ground.rough.heights_mm((rows, columns), spacing)
+    x = centre[0] + nodes_along(heights.shape[1], spacing)
+    return HeightGrid(heights + ground.steps.height(x), spacing, centre)
