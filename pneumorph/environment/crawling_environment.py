@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 from pneumorph.environment.crawling_simulator import (
     RUNNING,
     CrawlingSimulator,
+    LeaningSimulator,
     LoadedSimulator,
     RedrawingSimulator,
     RobotBuilder,
@@ -173,7 +174,7 @@ class CrawlingEnvironment(VectorEnv):
 
         start_mm = np.array(self._simulator.forward_position_mm, dtype=np.float64)
         aside = self._aside()
-        slide_mm, hub_load_share = self._advance(command_kPa, start_mm)
+        samples = self._advance(command_kPa, start_mm)
         status = np.array(self._simulator.status, dtype=np.uint8)
         failed = status != RUNNING
         span = self.task.maximum_pressure_kPa - self.task.minimum_pressure_kPa
@@ -183,9 +184,8 @@ class CrawlingEnvironment(VectorEnv):
             travel_mm,
             failed,
             self.task.reward,
-            slide_mm,
-            hub_load_share,
-            np.abs(command_kPa - self._last_command_kPa).sum(axis=1) / span,
+            pressure_change=np.abs(command_kPa - self._last_command_kPa).sum(axis=1) / span,
+            **samples,
         )
         terms, told = self._terms(terms_of, aside)
         told |= reward_terms(travel_mm, failed)  # whatever the goal is
@@ -215,24 +215,27 @@ class CrawlingEnvironment(VectorEnv):
             self._begin(ended)
         return self._observation(), reward, terminated, truncated, info
 
-    def _advance(
-        self, command_kPa: np.ndarray, start_mm: np.ndarray
-    ) -> tuple[np.ndarray | None, np.ndarray | None]:
-        """Hold an action; furthest slide back [mm] and mean share of the weight on the hub, both
-        (robot,), where the reward asks for them."""
+    def _advance(self, command_kPa: np.ndarray, start_mm: np.ndarray) -> dict[str, np.ndarray]:
+        """Hold an action; of what `reward_terms` takes, each (robot,), what the reward asks to be
+        looked at within it: furthest slide back, mean share of the weight on the hub, mean
+        tilt beyond what is free."""
         steps, weights = self.task.action_step_count, self.task.reward
         if not weights.needs_samples:
             self._simulator.advance(command_kPa, steps)
-            return None, None
-        furthest, slide, loads = start_mm, np.zeros(self.num_envs), []
+            return {}
+        furthest, slide = start_mm, np.zeros(self.num_envs)
+        means: dict[str, list[np.ndarray]] = {}
         for begin in range(0, steps, SAMPLE_STEPS):
             self._simulator.advance(command_kPa, min(SAMPLE_STEPS, steps - begin))
             now = np.nan_to_num(self._simulator.forward_position_mm)
             furthest = np.maximum(furthest, now)
             slide = np.maximum(slide, furthest - now)
             if weights.hub_load > 0.0:
-                loads.append(self._loaded.hub_load_share)
-        return slide, np.mean(loads, axis=0) if loads else None
+                means.setdefault("hub_load_share", []).append(self._loaded.hub_load_share)
+            if weights.tilt > 0.0:
+                beyond = np.maximum(self._leaning.tilt_deg - weights.free_tilt_deg, 0.0)
+                means.setdefault("tilt_deg", []).append(beyond)
+        return {"slide_mm": slide} | {name: np.mean(at, axis=0) for name, at in means.items()}
 
     def _aside(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Places to the left [mm] and headings [degrees], both (robot,), where they count."""
@@ -257,9 +260,9 @@ class CrawlingEnvironment(VectorEnv):
         left_mm = after[0] - before[0]
         # Of two directions the turn that is less than half a circle.
         turn_deg = (after[1] - before[1] + 180.0) % 360.0 - 180.0
-        image = terms_of(-left_mm, -turn_deg)
+        image = terms_of(left_mm=-left_mm, turn_deg=-turn_deg)
         told = {"mirrored_reward_cm": np.sum(list(image.values()), axis=0)}
-        return terms_of(left_mm, turn_deg), told
+        return terms_of(left_mm=left_mm, turn_deg=turn_deg), told
 
     @property
     def _loaded(self) -> LoadedSimulator:
@@ -267,6 +270,15 @@ class CrawlingEnvironment(VectorEnv):
             raise ValueError(
                 f"reward.hub_load is {self.task.reward.hub_load:g}, expected 0 for a simulator "
                 f"that does not know what its robots stand on, {type(self._simulator).__name__}"
+            )
+        return self._simulator
+
+    @property
+    def _leaning(self) -> LeaningSimulator:
+        if not isinstance(self._simulator, LeaningSimulator):
+            raise ValueError(
+                f"reward.tilt is {self.task.reward.tilt:g}, expected 0 for a simulator that does "
+                f"not know how its robots lean, {type(self._simulator).__name__}"
             )
         return self._simulator
 

@@ -78,6 +78,15 @@ class LoadedSimulator(Protocol):
 
 
 @runtime_checkable
+class LeaningSimulator(Protocol):
+    """A simulator that knows whether its robots stand upright."""
+
+    @property
+    def tilt_deg(self) -> np.ndarray:
+        """Angle between each hub's upward axis and the floor's normal [degrees], shape (robot,)."""
+
+
+@runtime_checkable
 class TurningSimulator(Protocol):
     """A simulator that knows where its robots are besides forwards."""
 

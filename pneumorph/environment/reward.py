@@ -32,6 +32,12 @@ class RewardWeights(Checked):
     pressure_change: NotNegative = 0.0
     """Of how much commands change from one action to the next, summed over the regulators [cm for
     one of them over its whole range]: against gaits that need much air."""
+    tilt: NotNegative = 0.0
+    """Of how far the hub leans beyond `free_tilt_deg`, in the mean over an action [cm per degree]:
+    against robots that fall over, which goes far once."""
+    free_tilt_deg: NotNegative = 30.0
+    """Up to where it leans for nothing [degrees]; a robot on its side leans by 50 and more, the
+    paper's expert by 10 at most."""
     goal: Literal["forward", "heading", "turn_left", "turn_right"] = "forward"
     """What is rewarded: travel along the forward axis or along a heading, both as the robot stood
     at the start, or turning to a side."""
@@ -43,7 +49,7 @@ class RewardWeights(Checked):
     @property
     def needs_samples(self) -> bool:
         """Whether robots must be looked at within an action."""
-        return self.backsliding > 0.0 or self.hub_load > 0.0
+        return self.backsliding > 0.0 or self.hub_load > 0.0 or self.tilt > 0.0
 
     @property
     def direction(self) -> tuple[float, float, float]:
@@ -75,6 +81,7 @@ class RewardWeights(Checked):
             "backsliding": self.backsliding,
             "share of weight on the hub": self.hub_load,
             "change of pressure": self.pressure_change,
+            "degrees of tilt": self.tilt,
         }
         less = " and ".join(f"{weight:g} x {name}" for name, weight in weights.items() if weight)
         if less:
@@ -91,14 +98,15 @@ def reward_terms(
     pressure_change: np.ndarray | None = None,
     left_mm: np.ndarray | None = None,
     turn_deg: np.ndarray | None = None,
+    tilt_deg: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Terms whose sum is the reward of one action.
 
     ``forward_travel_cm`` is the paper's reward: the distance travelled forward in cm. In its place
     come ``heading_travel_cm`` and ``turn_cm`` where these are the goal. The travel
     of a robot whose simulation failed during the action means nothing and counts as zero, so a
-    numerical blow-up never pays; nor does it cost. ``backsliding_cm``, ``hub_load_cm`` and
-    ``pressure_change_cm`` are there where they have a weight, and not positive.
+    numerical blow-up never pays; nor does it cost. ``backsliding_cm``, ``hub_load_cm``,
+    ``pressure_change_cm`` and ``tilt_cm`` are there where they have a weight, and not positive.
 
     Args:
         travel_mm: Forward travel over the action [mm], shape (robot,).
@@ -110,6 +118,8 @@ def reward_terms(
             shape (robot,), where it counts.
         left_mm: Travel to the left [mm], shape (robot,), where it counts.
         turn_deg: Turn to the left [degrees], shape (robot,), where it counts.
+        tilt_deg: Mean over the action of the hub's tilt beyond what is free [degrees], shape
+            (robot,), where it counts.
 
     Returns:
         Each term, shape (robot,); always finite.
@@ -133,6 +143,7 @@ def reward_terms(
         "backsliding_cm": (weights.backsliding / MILLIMETRES_PER_CENTIMETRE, slide_mm),
         "hub_load_cm": (weights.hub_load, hub_load_share),
         "pressure_change_cm": (weights.pressure_change, pressure_change),
+        "tilt_cm": (weights.tilt, tilt_deg),
     }
     for name, (weight, amount) in costs.items():
         if weight > 0.0 and amount is not None:

@@ -31,14 +31,16 @@ def linearise_contacts(
 ) -> Contacts:
     """Take the floor's plane at each point, where the points are now within a step.
 
-    A point that has moved by d since the step began and has the gap g and the normal n would have
-    had the gap g - n . d there: that is what the step's velocities are added to.
+    Near the trial a point of velocity v has the gap g + h n . (v - v_trial), with the gap g and the
+    normal n where it is now: g - h n . v_trial is what the step's velocities are added to. A point
+    of a body that turns has not moved by h v_trial but along an arc; at the end of the iterations,
+    where v is v_trial, the gap is that of its true place.
 
     Args:
         floor: What the points stand on.
         points: Numbers of the points of each body that take part.
         positions: World positions of all points of each body now [mm], each (point, 3).
-        moved: How far they have moved since the step began [mm], each (point, 3).
+        moved: h v_trial of them [mm], each (point, 3).
     """
     frames, gaps = [], []
     for chosen, position, way in zip(points, positions, moved, strict=True):

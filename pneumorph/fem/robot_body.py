@@ -144,6 +144,15 @@ class RobotBody(Generic[HubState]):
         legs = (leg.contact_weights @ x for leg, x in zip(self.legs, state.positions, strict=True))
         return (*legs, self.hub.point_positions(state.hub, self.hub.contact_points))
 
+    def contact_velocities(
+        self, state: FullRobotState[HubState] | TrialStep[HubState]
+    ) -> tuple[np.ndarray, ...]:
+        """Velocities of the contact points of each leg, and last the hub's [mm/s], each
+        (point, 3)."""
+        legs = (leg.contact_weights @ v for leg, v in zip(self.legs, state.velocities, strict=True))
+        hub_map = self.hub.point_map(state.hub, self.hub.contact_points)
+        return (*legs, (hub_map @ state.hub.velocity).reshape(-1, 3))
+
     def leg_contacts(self, state: FullRobotState[HubState]) -> tuple[np.ndarray, np.ndarray]:
         """Forces on the legs' contact points and the velocities of those that carry one.
 
@@ -204,13 +213,10 @@ class RobotBody(Generic[HubState]):
 
     def points_near(self, state: FullRobotState[HubState], time_step_s: float) -> list[np.ndarray]:
         """Points of each body that could reach the floor within a step of this length [s]."""
-        velocities = [
-            leg.contact_weights @ v for leg, v in zip(self.legs, state.velocities, strict=True)
-        ]
-        hub_map = self.hub.point_map(state.hub, self.hub.contact_points)
-        velocities.append((hub_map @ state.hub.velocity).reshape(-1, 3))
         near = []
-        for position, velocity in zip(self.contact_positions(state), velocities, strict=True):
+        for position, velocity in zip(
+            self.contact_positions(state), self.contact_velocities(state), strict=True
+        ):
             normal = self.floor.frames(position)[:, 0]
             speed = np.einsum("pa,pa->p", normal, velocity)
             coming = self.floor.gap(position) + time_step_s * np.minimum(speed, 0.0)

@@ -92,8 +92,8 @@ class StepProblem(Generic[HubState]):
 
     def contacts(self, points: Sequence[np.ndarray], trial: TrialStep[HubState]) -> Contacts:
         """The floor, linearised where a trial puts the contact points that take part."""
-        start, now = (self._robot.contact_positions(each) for each in (self._start, trial))
-        moved = [after - before for after, before in zip(now, start, strict=True)]
+        step, now = self._physics.time_step_s, self._robot.contact_positions(trial)
+        moved = [step * velocity for velocity in self._robot.contact_velocities(trial)]
         return linearise_contacts(self._robot.floor, points, now, moved)
 
     def linearly_implicit(self) -> Equations:

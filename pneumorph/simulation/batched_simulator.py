@@ -311,6 +311,12 @@ class BatchedSimulator:
         return np.degrees(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
 
     @property
+    def tilt_deg(self) -> np.ndarray:
+        """Angle between each hub's upward axis and the floor's normal [degrees], (robot,)."""
+        upward: np.ndarray = self.read("rotation")[:, 2, 2]
+        return np.degrees(np.arccos(np.clip(upward, -1.0, 1.0)))
+
+    @property
     def status(self) -> np.ndarray:
         """`RobotStatus` of each robot, (robot,) uint8."""
         return self.read("status").astype(np.uint8)

@@ -117,6 +117,11 @@ class RandomisedSimulator:
         return self._lagging.hub_load_share
 
     @property
+    def tilt_deg(self) -> np.ndarray:
+        """As `BatchedSimulator.tilt_deg` has it, (robot,)."""
+        return self._lagging.tilt_deg
+
+    @property
     def _lagging(self) -> LaggingSimulator:
         assert self._simulator is not None, "made by the first draw"
         return self._simulator
@@ -238,6 +243,11 @@ class LaggingSimulator:
     def hub_load_share(self) -> np.ndarray:
         """As `BatchedSimulator.hub_load_share` has it, (robot,)."""
         return self.simulator.hub_load_share
+
+    @property
+    def tilt_deg(self) -> np.ndarray:
+        """As `BatchedSimulator.tilt_deg` has it, (robot,)."""
+        return self.simulator.tilt_deg
 
 
 def simulator_in_worlds(

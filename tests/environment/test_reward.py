@@ -41,6 +41,7 @@ class _Scripted:
 
     PLACES_MM = (0.0, 4.0, 1.0, 6.0, 5.0, 2.0, 7.0)
     SHARES = (0.0, 0.2, 0.4, 0.6, 0.0, 1.0, 0.5)
+    TILTS = (0.0, 10.0, 20.0, 60.0, 50.0, 40.0, 0.0)
 
     @property
     def forward_position_mm(self) -> np.ndarray:
@@ -49,6 +50,10 @@ class _Scripted:
     @property
     def hub_load_share(self) -> np.ndarray:
         return np.full(self.count, self.SHARES[self.steps // 10])
+
+    @property
+    def tilt_deg(self) -> np.ndarray:
+        return np.full(self.count, self.TILTS[self.steps // 10])
 
     @property
     def status(self) -> np.ndarray:
@@ -68,7 +73,8 @@ def _stepped(weights: RewardWeights) -> tuple[np.ndarray, list[dict]]:
 
 def test_what_is_taken_off_has_a_weight_and_a_name() -> None:
     """The furthest slide of the first action is 4 to 1 mm, of the second 6 to 2; the hub bears 0.4
-    and 0.5 on average; one regulator changes by its whole range, then two by half of it."""
+    and 0.5 on average and leans by 30 degrees twice; one regulator changes by its whole range, then
+    two by half of it."""
     travel = np.array([0.6, 0.1])
     reward, infos = _stepped(RewardWeights(backsliding=2.0))
     np.testing.assert_allclose(reward, travel - 2.0 * np.array([0.3, 0.4]), atol=1e-12)
@@ -79,8 +85,13 @@ def test_what_is_taken_off_has_a_weight_and_a_name() -> None:
     reward, infos = _stepped(RewardWeights(pressure_change=0.01))
     np.testing.assert_allclose(reward, travel - 0.01 * np.array([1.0, 1.0]))
     assert "hub_load_cm" not in infos[0]
-    reward, _ = _stepped(RewardWeights(1.0, 0.1, 0.01))
-    np.testing.assert_allclose(reward, [0.6 - 0.3 - 0.04 - 0.01, 0.1 - 0.4 - 0.05 - 0.01])
+    reward, infos = _stepped(RewardWeights(tilt=0.02, free_tilt_deg=15.0))  # 0, 5, 45 and 35, 25, 0
+    np.testing.assert_allclose(reward, travel - 0.02 * np.array([50.0, 60.0]) / 3.0)
+    np.testing.assert_allclose(infos[1]["tilt_cm"], [-0.4])
+    reward, _ = _stepped(RewardWeights(1.0, 0.1, 0.01, 0.001, 0.0))
+    np.testing.assert_allclose(
+        reward, [0.6 - 0.3 - 0.04 - 0.01 - 0.03, 0.1 - 0.4 - 0.05 - 0.01 - 0.03]
+    )
     assert _stepped(RewardWeights())[0] == pytest.approx(travel)
 
 
@@ -91,13 +102,14 @@ def test_a_failure_costs_nothing_either() -> None:
     np.testing.assert_array_equal(sum(found.values()), [0.0])
 
 
-def test_a_simulator_that_knows_no_load_is_refused() -> None:
-    task = CrawlingTask(regulator_count=2, reward=RewardWeights(hub_load=1.0))
+@pytest.mark.parametrize("term", ["hub_load", "tilt"])
+def test_a_simulator_that_does_not_know_what_a_term_needs_is_refused(term: str) -> None:
+    task = CrawlingTask(regulator_count=2, reward=RewardWeights(**{term: 1.0}))
     environment = CrawlingEnvironment(
         [Design.parse("1.2.0.0")], viscous_crawler_robot, ViscousCrawler, task
     )
     environment.reset()
-    with pytest.raises(ValueError, match=r"hub_load is 1, expected 0 .* ViscousCrawler"):
+    with pytest.raises(ValueError, match=rf"{term} is 1, expected 0 .* ViscousCrawler"):
         environment.step(np.zeros((1, 2)))
 
 
@@ -117,3 +129,16 @@ def test_the_share_on_the_hub() -> None:
     simulator.set_robots([alone, standing], [heavy, heavy])
     simulator.advance(np.zeros((2, 2)), 100)
     np.testing.assert_array_equal(simulator.hub_load_share, [1.0, 0.0])
+
+
+def test_the_tilt_is_the_hub_s_from_the_floor_s_normal() -> None:
+    angle = np.radians(25.0)
+    about_y = np.array(
+        [[np.cos(angle), 0.0, np.sin(angle)], [0.0, 1.0, 0.0], [-np.sin(angle), 0.0, np.cos(angle)]]
+    )
+    points = np.zeros((1, 3))
+    hub = Hub(0.1, np.zeros(3), 10.0 * np.eye(3), np.zeros(3), points)
+    simulator = BatchedSimulator([Robot(hub, ())], PHYSICS, STEPPER, 1)
+    assert simulator.tilt_deg == pytest.approx([0.0])
+    simulator.write(0, "rotation", about_y)
+    assert simulator.tilt_deg == pytest.approx([25.0])
