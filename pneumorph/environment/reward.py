@@ -81,7 +81,7 @@ class RewardWeights(Checked):
             "backsliding": self.backsliding,
             "share of weight on the hub": self.hub_load,
             "change of pressure": self.pressure_change,
-            "degrees of tilt": self.tilt,
+            f"degrees of tilt beyond {self.free_tilt_deg:g}": self.tilt,
         }
         less = " and ".join(f"{weight:g} x {name}" for name, weight in weights.items() if weight)
         if less:

@@ -24,6 +24,7 @@ def test_measured_robots_are_trained_in_the_worlds_that_may_be() -> None:
     assert measured.certified_world_count > usual.certified_world_count == 0
     assert measured.randomisation == measured_worlds()
     assert measured.coopt.objective == ROBUST_OBJECTIVE
+    assert measured.coopt.task.reward.tilt > usual.coopt.task.reward.tilt == 0.0
     assert measured.coopt.total_timesteps == usual.coopt.total_timesteps
     # The published physics is as it was, and what is asked for is had.
     assert layered(usual, [{"robot": {"based_on": "published"}}]) == usual
