@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from pneumorph import command
 from pneumorph.cli import VERBS, run
 
 
@@ -15,6 +16,14 @@ def test_help_names_every_verb_in_the_order_of_the_flow(capsys: pytest.CaptureFi
     shown = capsys.readouterr().out
     places = [shown.index(f"\n  {verb}") for verb in VERBS]
     assert places == sorted(places)
+
+
+def test_verbs_are_short() -> None:
+    """They parse, call and print; what they do is the library's, for everyone to call."""
+    files = Path(command.__file__).parent.glob("*.py")
+    lengths = {each.name: len(each.read_text().splitlines()) for each in files}
+    assert len(lengths) > len(VERBS)
+    assert {name: count for name, count in lengths.items() if count >= 80} == {}
 
 
 def test_no_verb_is_bad_usage(capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,8 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.attachment import face_of_mesh
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.reduction.reduced_part import PartSummary, ReducedPart
+from pneumorph.reduction.part_summary import PartSummary
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
 
 

@@ -17,8 +17,9 @@ from pneumorph.catalogue.masses import Masses, MassModel, cast_leg_mass_kg
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.leg_model import leg_model
 from pneumorph.fem.material import LegMaterials, Material
-from pneumorph.fem.part_model import PartModel, leg_model
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.silicones import BEAM_RELAXATION, silicone
 from pneumorph.geometry.attachment import attachment_frame, face_of_mesh
 from pneumorph.geometry.face_tie import tied_over_face

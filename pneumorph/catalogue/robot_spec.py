@@ -20,12 +20,13 @@ from pneumorph.catalogue.hub_spec import HubModel, HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.geometry.attachment import mount_pose, same_frame
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.calibration import Calibration, describe_calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.regulators import Regulators
-from pneumorph.reduction.reduced_part import PartsSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.mounting_angle import tilted
@@ -257,7 +258,7 @@ class RobotSpec:
         for site in self.sites:
             for module in site.modules:
                 part, pose = module.full, site.pose_of(module)
-                content.update(f"{part.mesh.digest()}{part.ingredients()}".encode())
+                content.update(f"{part.mesh.digest()}{ingredients(part)}".encode())
                 content.update(pose.rotation.tobytes() + pose.translation.tobytes())
         return {"robot": content.hexdigest()}
 

@@ -1,17 +1,15 @@
 """Simulate any design with any gait, reduced or full.
 
-The robot is the paper's, or what --robot describes (docs/own_robot.md).
+The robot is the paper's, or what --robot describes (docs/own_robot.md), as its materials were
+measured; --physics published is the paper's simulation. The gait is a CSV file, as coopt writes
+them and a spreadsheet can, a coopt run (its best pair), a policy (RUN/training/policy.npz with
+--design), or else the expert's gait at --expert.phase-deg. The design is --design, or the one that
+the file names, or the expert's.
 
-The gait is a CSV file, as coopt writes them and a spreadsheet can, a coopt run (its best pair), a
-policy (RUN/training/policy.npz with --design), or else the expert's gait at --expert.phase-deg. The
-design is --design, or the one that the file names, or the expert's.
-
-It is as its materials were measured; --physics published is the paper's simulation. A full robot
-(--model full) takes half an hour for 20 s, ten minutes with --physics published, and an hour or two
-with the hyperelastic leg. Its way is saved every minute: the same command with the same --out goes
-on where it was stopped. Presets: paper, the paper's robot in either physics, and hyperelastic, legs
-of the silicone's own stiffness with a pressure map of their own, the mass that is cast and
-objective damping.
+A full robot (--model full) takes half an hour for 20 s, ten minutes with --physics published, and
+an hour or two with the hyperelastic leg. Its way is saved every minute: the same command with the
+same --out goes on where it was stopped. Presets: paper, the paper's robot in either physics, and
+hyperelastic, legs of the silicone's own stiffness with their pressure map, cast mass and damping.
 
 With --live the robot can be watched in the browser while it is simulated: the address is printed,
 and the page keeps what it has seen. Writes trajectory.npz, replay.html and, with --film, film.mp4.
@@ -21,10 +19,8 @@ Example: pneumorph simulate --gait runs/quick/training/gaits/L1.csv --film --out
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
-from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from pneumorph.base.layers import layered
@@ -32,10 +28,10 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.film import FilmSettings
-from pneumorph.report.replay.live_replay import LiveReplay, LiveSettings
-from pneumorph.report.shown_walk import show_walk
-from pneumorph.study.gait_source import find_gait, robot_of_source
-from pneumorph.study.simulated_walk import SimulatedWalk, WalkSettings, simulate
+from pneumorph.report.replay.live_replay import LiveSettings
+from pneumorph.report.shown_walk import simulate_and_show
+from pneumorph.study.gait_source import robot_of_source
+from pneumorph.study.simulated_walk import SimulatedWalk, WalkSettings
 
 
 @dataclass(frozen=True)
@@ -62,21 +58,12 @@ class SimulateOptions:
 
 def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
     """Simulate one robot and show it."""
-    start, settings, spec = time.monotonic(), options.walk, options.robot.spec()
-    if settings.model == "reduced":
+    spec = options.robot.spec()
+    if options.walk.model == "reduced":
         options.robot.refuse_full_options()
-    with ExitStack() as stack:
-        live = None
-        if options.live:
-            design = find_gait(settings.gait, settings.design, settings.expert).design
-            live = stack.enter_context(LiveReplay(str(design), options.live_settings))
-            folder.progress.say(f"live at {live.address}")
-        found = simulate(settings, spec, folder, live)
-        found = show_walk(found, folder, options.film_settings if options.film else None)
-        if live is not None:
-            folder.progress.say(f"the live page can still be opened: {live.address}")
-            found = replace(found, live_page_read=live.finish())
-    return replace(found, wall_s=time.monotonic() - start)
+    film = options.film_settings if options.film else None
+    live = options.live_settings if options.live else None
+    return simulate_and_show(options.walk, spec, folder, film=film, live=live)
 
 
 _HYPERELASTIC = {

@@ -13,13 +13,13 @@ from pneumorph.catalogue.paper_leg import paper_leg, paper_leg_mesh
 from pneumorph.exchange.sofa_reduction import read_sofa_reduction, reduced_part_of
 from pneumorph.exchange.sofa_scene import export_sofa_scene
 from pneumorph.exchange.sorotraj import read_sorotraj, write_sorotraj
-from pneumorph.fem.part_model import leg_model
+from pneumorph.fem.leg_model import leg_model
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import PartSummary
+from pneumorph.reduction.part_summary import PartSummary
 
 SHIPPED = "shipped"
 """Stands for the leg that ships, in place of a file."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csc_array
+from scipy.sparse import coo_array, csc_array
 
 
 class Assembly:
@@ -92,3 +92,21 @@ class Assembly:
     def matrix(self, data: np.ndarray) -> csc_array:
         """The sparse matrix with these data, (3 node, 3 node)."""
         return csc_array((data, self.indices, self.indptr), shape=(self.size, self.size))
+
+
+def matrix_of_blocks(node_count: int, blocks: Sequence[tuple[np.ndarray, np.ndarray]]) -> coo_array:
+    """Sum of whole element matrices, symmetric or not; no pattern is kept for later.
+
+    Args:
+        node_count: Number of nodes; the matrix has three unknowns for each.
+        blocks: Node indices of each group's elements (element, k) with their matrices, (element,
+            3 k, 3 k).
+    """
+    rows, columns, values = [], [], []
+    for connectivity, matrices in blocks:
+        unknowns = (3 * connectivity[:, :, None] + np.arange(3)).reshape(len(connectivity), -1)
+        rows.append(np.repeat(unknowns, unknowns.shape[1], axis=1).ravel())
+        columns.append(np.tile(unknowns, (1, unknowns.shape[1])).ravel())
+        values.append(matrices.ravel())
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return coo_array(entries, shape=(3 * node_count, 3 * node_count))

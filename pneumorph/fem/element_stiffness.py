@@ -10,9 +10,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pneumorph.fem.corotational import Corotational
 from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.rotation import element_rotation
 from pneumorph.physics.physics import Rotation
+
+
+def stiffness_entries(group: ElementGroup, x: np.ndarray, rotation: Rotation) -> np.ndarray:
+    """Upper triangles of a group's share of `PartModel.stiffness` [mN/mm], (pair, element)."""
+    if isinstance(group.law, Corotational):
+        return rotated_stiffness_entries(group, x, rotation)
+    return tangent_entries(group, x, definite=True)
 
 
 def rotated_stiffness_entries(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
+from pneumorph.fem.assembly import matrix_of_blocks
 from pneumorph.fem.element_stiffness import full_matrices, rotated_stiffness_entries
 from pneumorph.fem.part_model import PartModel
 
@@ -68,18 +69,16 @@ def free_body_displacements(part: PartModel, forces: np.ndarray) -> np.ndarray:
     return result
 
 
-def _stiffness(part: PartModel) -> coo_array:
+def _stiffness(part: PartModel) -> csr_array:
     """Stiffness at rest, by rows (3 node, 3 node) [mN/mm]; no pattern is kept for later."""
-    rows, columns, values = [], [], []
-    for group in part.element_groups:
-        matrices = full_matrices(rotated_stiffness_entries(group, part.rest_nodes, "polar"))
-        dofs = (3 * group.connectivity[:, :, None] + np.arange(3)).reshape(len(matrices), -1)
-        rows.append(np.repeat(dofs, dofs.shape[1], axis=1).ravel())
-        columns.append(np.tile(dofs, (1, dofs.shape[1])).ravel())
-        values.append(matrices.ravel())
-    size = 3 * part.node_count
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return coo_array(entries, shape=(size, size)).tocsr()
+    blocks = [
+        (
+            group.connectivity,
+            full_matrices(rotated_stiffness_entries(group, part.rest_nodes, "polar")),
+        )
+        for group in part.element_groups
+    ]
+    return matrix_of_blocks(part.node_count, blocks).tocsr()
 
 
 def _six_unknowns(nodes: np.ndarray) -> np.ndarray:

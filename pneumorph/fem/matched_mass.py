@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pneumorph.fem.part_model import node_mass
+from pneumorph.fem.node_mass import node_mass
 from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.mesh import Mesh
 

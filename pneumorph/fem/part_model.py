@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import csc_array
 
-from pneumorph.base.settings import settings_to_dict
-from pneumorph.fem.assembly import Assembly
+from pneumorph.fem.assembly import Assembly, matrix_of_blocks
 from pneumorph.fem.cavity import Cavity, Pressure
 from pneumorph.fem.compiled_elements import CompiledElements
 from pneumorph.fem.corotational import Corotational
@@ -20,27 +19,21 @@ from pneumorph.fem.element_group import ElementGroup
 from pneumorph.fem.element_stiffness import (
     full_matrices,
     objective_stiffness_entries,
-    rotated_stiffness_entries,
+    stiffness_entries,
     tangent_entries,
     tangent_matrices,
 )
 from pneumorph.fem.foreseen_stress import foreseen_stress_entries
-from pneumorph.fem.material import (
-    DiskMaterials,
-    LegMaterials,
-    MassLumping,
-    Material,
-    Membrane,
-)
+from pneumorph.fem.material import MassLumping, Material, Membrane
 from pneumorph.fem.maxwell_group import MaxwellGroup, ViscousState
 from pneumorph.fem.membrane import membrane_group
+from pneumorph.fem.node_mass import given_node_mass, node_mass
 from pneumorph.fem.node_turns import NodeTurns
 from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.solid import solid_groups
 from pneumorph.fem.volume_group import VolumeGroup
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
-from pneumorph.geometry.region_names import cavity_regions, first_name
 from pneumorph.physics.physics import Rotation
 
 
@@ -83,11 +76,11 @@ class PartModel:
         self.material = material
         self.mass_kg = mass_kg
         self.membranes = tuple(membranes)
-        self._mass_lumping = mass_lumping
+        self.mass_lumping = mass_lumping
         self.node_mass: np.ndarray = (
             node_mass(mesh, mass_kg, mass_lumping)
             if isinstance(mass_lumping, str)
-            else _given(mass_lumping, mesh, mass_kg)
+            else given_node_mass(mass_lumping, mesh, mass_kg)
         )
         """Lumped mass [kg], (node,)."""
         tetrahedra, volumes = solid_groups(mesh.nodes, mesh.connectivity, material)
@@ -169,40 +162,6 @@ class PartModel:
         """Number of nodes."""
         return len(self.mesh.nodes)
 
-    def ingredients(self) -> dict[str, Any]:
-        """What it is made of, JSON-serialisable: ``material``, ``membranes``, ``mass_kg``."""
-        return {
-            "material": self.material.ingredients(),
-            "membranes": [
-                {**asdict(membrane), "material": membrane.material.ingredients()}
-                for membrane in self._first_membranes
-            ],
-            "mass_kg": self.mass_kg,
-            **self.lumping(),
-            **self._relaxation(),
-        }
-
-    def _relaxation(self) -> dict[str, Any]:
-        if self.branches is None:
-            return {}
-        return {"relaxation": settings_to_dict(self.branches.series)}
-
-    def lumping(self) -> dict[str, Any]:
-        """``mass_lumping`` unless it is even: what earlier versions kept does not say so."""
-        chosen = self._mass_lumping
-        if isinstance(chosen, str):
-            return {} if chosen == "even" else {"mass_lumping": chosen}
-        return {"mass_lumping": chosen.tolist()}
-
-    def materials_text(self) -> list[str]:
-        """What it is made of as text, for digests of what was computed with it."""
-        relaxation = [] if self.branches is None else [repr(self.branches.series)]
-        return [repr(self.material), repr(self._first_membranes), *relaxation]
-
-    @property
-    def _first_membranes(self) -> tuple[Membrane, ...]:
-        return tuple(replace(each, surface=first_name(each.surface)) for each in self.membranes)
-
     @cached_property
     def assembly(self) -> Assembly:
         """Fixed sparsity of the part's matrices."""
@@ -274,7 +233,7 @@ class PartModel:
 
     def stiffness_data(self, x: np.ndarray, rotation: Rotation = "edge") -> np.ndarray:
         """Data of `stiffness`, in the pattern of `assembly`."""
-        entries = [_stiffness_entries(group, x, rotation) for group in self.element_groups]
+        entries = [stiffness_entries(group, x, rotation) for group in self.element_groups]
         return self.assembly.symmetric_data(entries + self._volume_entries(x, definite=True))
 
     def stiffness(self, x: np.ndarray, rotation: Rotation = "edge") -> csc_array:
@@ -289,7 +248,7 @@ class PartModel:
     def shape_stiffness(self, x: np.ndarray, rotation: Rotation = "edge") -> csc_array:
         """The solid's share of `stiffness`, without what wholes of elements and membranes resist
         [mN/mm], (3 node, 3 node)."""
-        solid = _stiffness_entries(self.element_groups[0], x, rotation)
+        solid = stiffness_entries(self.element_groups[0], x, rotation)
         return self.assembly.matrix(self.assembly.symmetric_data([solid]))
 
     def objective_stiffness_data(self, x: np.ndarray) -> np.ndarray:
@@ -353,17 +312,7 @@ class PartModel:
         for pressure, cavity in zip(self.pressures_kPa(pressure_kPa), self.cavities, strict=True):
             if pressure != 0.0:
                 blocks.append((cavity.triangles, -pressure * cavity.hessian_blocks(x)))
-        rows, columns, values = [], [], []
-        for connectivity, matrices in blocks:
-            unknowns = (3 * connectivity[:, :, None] + np.arange(3)).reshape(len(connectivity), -1)
-            rows.append(np.repeat(unknowns, unknowns.shape[1], axis=1).ravel())
-            columns.append(np.tile(unknowns, (1, unknowns.shape[1])).ravel())
-            values.append(matrices.ravel())
-        size = 3 * self.node_count
-        return coo_array(
-            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))),
-            shape=(size, size),
-        ).tocsc()
+        return matrix_of_blocks(self.node_count, blocks).tocsc()
 
     def _volume_entries(
         self, x: np.ndarray, definite: bool = False, change: np.ndarray | None = None
@@ -425,72 +374,3 @@ class PartModel:
     def _require_cavity(self) -> None:
         if not self.cavities:
             raise MeshError("the part has no cavity; name its surface region when making it")
-
-
-def _stiffness_entries(group: ElementGroup, x: np.ndarray, rotation: Rotation) -> np.ndarray:
-    """Upper triangles of a group's share of `PartModel.stiffness`."""
-    if isinstance(group.law, Corotational):
-        return rotated_stiffness_entries(group, x, rotation)
-    return tangent_entries(group, x, definite=True)
-
-
-def node_mass(mesh: Mesh, mass_kg: float, lumping: MassLumping) -> np.ndarray:
-    """Share a mass among nodes [kg], (node,).
-
-    Args:
-        mesh: The part.
-        mass_kg: Total mass [kg].
-        lumping: ``even`` or ``volume``.
-
-    Raises:
-        ValueError: No such lumping.
-    """
-    count = len(mesh.nodes)
-    if lumping == "even":
-        return np.full(count, mass_kg / count)
-    if lumping != "volume":
-        raise ValueError(f'mass_lumping must be "even" or "volume", got {lumping!r}')
-    # Proportional to the diagonal of the consistent mass matrix, element by element: 1/10 for
-    # linear tetrahedra; 6/420 at corners and 32/420 at midside nodes of straight quadratic ones.
-    share = np.array([1 / 4] * 4 if mesh.edge_nodes is None else [3 / 108] * 4 + [16 / 108] * 6)
-    mass = np.bincount(
-        mesh.connectivity.ravel(), np.outer(mesh.volumes, share).ravel(), minlength=count
-    )
-    result: np.ndarray = mass * (mass_kg / mass.sum())
-    return result
-
-
-def _given(masses: np.ndarray, mesh: Mesh, mass_kg: float) -> np.ndarray:
-    count = len(mesh.nodes)
-    if masses.shape != (count,) or not masses.min() > 0.0:
-        raise ValueError(
-            f"mass_lumping has shape {masses.shape} and a least mass of {masses.min():g} kg, "
-            f"expected one positive mass for each of {count} nodes"
-        )
-    if not np.isclose(masses.sum(), mass_kg, rtol=1e-9, atol=0.0):
-        raise ValueError(
-            f"mass_lumping adds up to {masses.sum():g} kg, expected mass_kg, {mass_kg:g}"
-        )
-    return masses
-
-
-def leg_model(mesh: Mesh, materials: LegMaterials | None = None) -> PartModel:
-    """The leg of the paper, or one like it: silicone with a sheet and cavities, all surface regions
-    whose names begin with ``cavity``."""
-    materials = materials or LegMaterials()
-    sheet = Membrane("sheet", materials.sheet, materials.sheet_thickness_mm)
-    return PartModel(
-        mesh,
-        materials.silicone,
-        materials.mass_kg,
-        (sheet,),
-        cavity_regions(mesh) or "cavity",
-        materials.mass_lumping,
-        materials.relaxation,
-    )
-
-
-def disk_model(mesh: Mesh, materials: DiskMaterials | None = None) -> PartModel:
-    """The disk of the paper: a solid without cavity."""
-    materials = materials or DiskMaterials()
-    return PartModel(mesh, materials.body, materials.mass_kg)

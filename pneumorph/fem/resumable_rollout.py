@@ -16,6 +16,7 @@ from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.base.result import result_from_dict
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.part_ingredients import materials_text
 from pneumorph.fem.rollout_report import ContactReport, StepReport
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
@@ -184,7 +185,7 @@ def _identity(
             [
                 leg.part.mesh.digest(),
                 leg.regulators[0] if len(leg.regulators) == 1 else leg.regulators,
-                *leg.part.materials_text(),
+                *materials_text(leg.part),
             ]
             for leg in robot.legs
         ],

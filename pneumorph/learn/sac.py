@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Checked, Count, NotNegative, Positive, Share
 from pneumorph.learn.networks import Policy, TwinCritic
 
@@ -77,6 +79,31 @@ class SacState(eqx.Module):
     critic_optimiser: optax.OptState
     temperature_optimiser: optax.OptState
     key: jax.Array
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays by their numbers, for a checkpoint."""
+        leaves = jax.tree.leaves(eqx.filter(self, eqx.is_array))
+        return {str(number): np.asarray(leaf) for number, leaf in enumerate(leaves)}
+
+    def restored(self, arrays: Mapping[str, np.ndarray]) -> SacState:
+        """This state with the arrays that `arrays` gave.
+
+        Raises:
+            ArtefactError: One is missing, or of another shape.
+        """
+        dynamic, static = eqx.partition(self, eqx.is_array)
+        old, structure = jax.tree.flatten(dynamic)
+        new = [arrays.get(str(number)) for number in range(len(old))]
+        for number, (ours, theirs) in enumerate(zip(old, new, strict=True)):
+            if theirs is None or ours.shape != theirs.shape:
+                raise ArtefactError(
+                    f"array sac/{number} of the checkpoint has shape "
+                    f"{None if theirs is None else theirs.shape}, expected {ours.shape}; its "
+                    "networks were made with other settings"
+                )
+        # A copy in JAX's own memory: the learner reuses the memory it is given.
+        leaves = [jnp.array(leaf) for leaf in new]
+        return eqx.combine(jax.tree.unflatten(structure, leaves), static)
 
 
 @dataclass(frozen=True)

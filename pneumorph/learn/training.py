@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from pneumorph.base.artefact import ArtefactError, reading
@@ -22,8 +20,8 @@ from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.factored_distribution import FactoredDistribution
 from pneumorph.learn.mirror import MirrorImage
-from pneumorph.learn.objective import RoundLevel
 from pneumorph.learn.replay_buffer import ReplayBuffer
+from pneumorph.learn.round_scores import RoundScores
 from pneumorph.learn.sac import Sac
 from pneumorph.learn.settings import CooptSettings
 
@@ -82,10 +80,10 @@ class Training:
         )
         symmetric = settings.task.reward.is_symmetric
         self.best = BestPairs(self.space, settings.kept_pair_count, symmetric)
-        self._level = RoundLevel(settings.objective.centring_rounds)
         self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
         # What a design gets is what its image gets: not so where it turns to a side.
         self._twins = self._mirror if settings.mirrored_scores else None
+        self._scores = RoundScores(settings.objective, self._twins)
         self._rng = np.random.default_rng(settings.seed)
         self.timestep = 0
         self.update_count = 0
@@ -115,42 +113,10 @@ class Training:
         returns, failed, losses = self.walk_and_learn(
             np.repeat(designs, objective.worlds_per_design), self.settings.updates_per_vector_step
         )
-        # Travel before a failure is no reason to come back to a design.
-        counted = np.where(failed, np.minimum(returns, 0.0), returns)
-        by_world = counted.reshape(len(designs), -1)
-        fallen = failed.reshape(by_world.shape)
-        walks: list[Any] = [by_world, fallen]
-        if objective.is_robust:
-            designs, walks = self._joined(designs, walks)
-        scores = np.array([objective.of(each) for each in walks[0]])
-        failing, lost = (
-            np.array([has(each) for each in walks[1]], dtype=bool) for has in (np.any, np.all)
-        )
-        # How hard a round is for all, those say that came to the end of their walks.
-        scores = self._level.centred(scores, ~failing)
-        # A hard round's shift is no merit of a design that failed in each of its worlds.
-        scores = np.where(lost, np.minimum(scores, 0.0), scores)
-        self._update_distribution(designs, scores, failing)
+        found = self._scores.of(designs, returns, failed)
+        self._update_distribution(found.designs, found.scores_cm, found.failing)
         self.failure_count += int(failed.sum())
-        return self._metrics(returns, failed, losses) | self._score_metrics(by_world)
-
-    def _joined(
-        self, designs: np.ndarray, walks: Sequence[np.ndarray]
-    ) -> tuple[np.ndarray, list[list[np.ndarray]]]:
-        """Each design of a round once with all its walks: one that was drawn twice, or whose mirror
-        image was drawn as well and counts for it, has twice as many.
-
-        Args:
-            designs: Those drawn, (design,).
-            walks: What is known of their walks, each (design, world).
-
-        Returns:
-            The designs, and the same of each, (walk,).
-        """
-        images = designs if self._twins is None else self._twins.designs(designs)
-        once, which = np.unique(np.minimum(designs, images), return_inverse=True)
-        places = [np.flatnonzero(which == number) for number in range(len(once))]
-        return once, [[np.ravel(np.take(each, at, axis=0)) for at in places] for each in walks]
+        return self._metrics(returns, failed, losses) | found.metrics
 
     def walk_and_learn(
         self, designs: np.ndarray, update_count: int
@@ -312,17 +278,6 @@ class Training:
         observation = np.concatenate([start, features.astype(np.float32)], axis=1)
         return self.learner.values(self.state, observation).astype(float)
 
-    def _score_metrics(self, by_world: np.ndarray) -> dict[str, Any]:
-        """What is said of a round's scores where designs walk in several worlds."""
-        objective = self.settings.objective
-        if not objective.is_robust:
-            return {}
-        errors = objective.standard_error(by_world)
-        return {
-            "round_score_cm": float(objective.of(by_world).mean()),
-            "score_standard_error_cm": float(np.sqrt(np.mean(errors**2))),
-        }
-
     def _metrics(
         self, returns: np.ndarray, failed: np.ndarray, losses: list[dict[str, jax.Array]]
     ) -> dict[str, Any]:
@@ -374,9 +329,8 @@ class Training:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """All arrays of the state, for a checkpoint."""
-        leaves = jax.tree.leaves(eqx.filter(self.state, eqx.is_array))
         return {
-            **{f"sac/{number}": np.asarray(leaf) for number, leaf in enumerate(leaves)},
+            **{f"sac/{name}": value for name, value in self.state.arrays().items()},
             **{f"buffer/{name}": value for name, value in self.buffer.arrays().items()},
             **{f"best/{name}": value for name, value in self.best.arrays().items()},
             **{f"distribution/{name}": value for name, value in self.distribution.arrays().items()},
@@ -389,7 +343,7 @@ class Training:
             "update_count": self.update_count,
             "failure_count": self.failure_count,
             "seconds": dict(self.clock.seconds),
-            "round_level": self._level.state(),
+            "round_level": self._scores.level.state(),
             "random_state": json.dumps(self._rng.bit_generator.state),
         }
 
@@ -409,19 +363,7 @@ class Training:
             ArtefactError: The networks of the checkpoint have other shapes.
             KeyError, TypeError, ValueError: Something is missing or of another type.
         """
-        dynamic, static = eqx.partition(self.state, eqx.is_array)
-        old, structure = jax.tree.flatten(dynamic)
-        new = [arrays.get(f"sac/{number}") for number in range(len(old))]
-        for number, (ours, theirs) in enumerate(zip(old, new, strict=True)):
-            if theirs is None or ours.shape != theirs.shape:
-                raise ArtefactError(
-                    f"array sac/{number} of the checkpoint has shape "
-                    f"{None if theirs is None else theirs.shape}, expected {ours.shape}; its "
-                    "networks were made with other settings"
-                )
-        # A copy in JAX's own memory: the learner reuses the memory it is given.
-        leaves = [jnp.array(leaf) for leaf in new]
-        self.state = eqx.combine(jax.tree.unflatten(structure, leaves), static)
+        self.state = self.state.restored(_below(arrays, "sac/"))
         self.buffer.restore(_below(arrays, "buffer/"))
         self.best.restore(_below(arrays, "best/"))
         self.distribution.restore(_below(arrays, "distribution/"))
@@ -429,7 +371,7 @@ class Training:
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])
         if "round_level" in metadata:  # not in checkpoints of an earlier version
-            self._level.restore(metadata["round_level"])
+            self._scores.level.restore(metadata["round_level"])
         self.clock.clear()
         self.clock.seconds.update(metadata["seconds"])
         try:

@@ -17,6 +17,7 @@ from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.fem.hub_body import HubBody
+from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.pose import Pose
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, blocked_snapshots
@@ -187,7 +188,7 @@ def _origin(problem: _Problem, name: str) -> dict[str, Any]:
     chosen = _settings_of(settings, name)
     return {
         "settings": {"task": name, **settings_to_dict(chosen)},
-        "part": part.ingredients(),
+        "part": ingredients(part),
         **({"acting": problem.acting.described()} if walks else {}),
     }
 

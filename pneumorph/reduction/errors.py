@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sparse
 
 from pneumorph.fem.bend import end_face_bend_deg, end_face_turn_deg
 from pneumorph.fem.part_model import PartModel
@@ -16,6 +17,7 @@ from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.blocked_force import blocked_forces
 from pneumorph.reduction.modal_equilibrium import rising_modal_equilibria
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.reduction.snapshots import SnapshotSet
 from pneumorph.reduction.tip_compliance import reduced_tip_compliance, tip_compliance
 
 
@@ -232,6 +234,30 @@ def node_errors_mm(displacement: np.ndarray, modes: np.ndarray, alpha: np.ndarra
     rebuilt = (modes.reshape(-1, modes.shape[2]) @ alpha.T).T.reshape(displacement.shape)
     distance: np.ndarray = np.linalg.norm(displacement - rebuilt, axis=2).mean(axis=1)
     return distance
+
+
+def nearest_states(
+    displacement: np.ndarray, modes: np.ndarray, metric: sparse.csr_array
+) -> np.ndarray:
+    """Modal coordinates nearest to displacements (snapshot, node, 3) in the metric."""
+    basis = modes.reshape(-1, modes.shape[2])
+    weighted = metric @ basis
+    right = displacement.reshape(len(displacement), -1) @ weighted
+    return np.linalg.solve(basis.T @ weighted, right.T).T
+
+
+def nearest_of_all(
+    snapshots: SnapshotSet, modes: np.ndarray, metric: sparse.csr_array
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean distance of the nodes from the nearest modal state [mm], of every snapshot, (snapshot,),
+    and the modal coordinates of these states, (snapshot, mode)."""
+    errors, states = [], []
+    for block in snapshots.blocks(np.arange(len(snapshots))):
+        displacement = block.astype(np.float64)
+        alpha = nearest_states(displacement, modes, metric)
+        errors.append(node_errors_mm(displacement, modes, alpha))
+        states.append(alpha)
+    return np.concatenate(errors), np.concatenate(states)
 
 
 def force_errors(

@@ -158,12 +158,12 @@ def learned_pressures(
         result: np.ndarray = group.volumes(x) / group.rest_volume - 1.0
         return result
 
-    rows = [weight * (swelling(after) - swelling(before)) for before, after, weight in changes]
+    rows = (weight * (swelling(after) - swelling(before)) for before, after, weight in changes)
     mirror = None
     if settings.symmetric and part.mesh.mirror_nodes is not None:
         mirror = mirror_elements(group, part.mesh.mirror_nodes)
     return pressure_fields(
-        group, np.array(rows), settings.pressure_tolerance, settings.pressure_limit, mirror
+        group, rows, settings.pressure_tolerance, settings.pressure_limit, mirror
     )
 
 
@@ -176,16 +176,16 @@ def learned_stresses(
     sheet, mirror = part.element_groups[1], part.mesh.mirror_nodes if settings.symmetric else None
     if mirror is not None:
         shared_columns(sheet, mirror)  # refuses a sheet that is not its own image
-    strains: list[np.ndarray] = []
-    images: list[np.ndarray] = []
-    for before, after, weight in changes:
-        strains.append(weight * (scaled_strain(sheet, after) - scaled_strain(sheet, before)))
-        if mirror is not None:
-            other = [scaled_strain(sheet, x[mirror] * MIRROR) for x in (after, before)]
-            images.append(weight * (other[0] - other[1]))
-    return stress_fields(
-        np.array(strains), None if mirror is None else np.array(images), settings.stress_limit
-    )
+
+    def strain(before: np.ndarray, after: np.ndarray, weight: float) -> np.ndarray:
+        return weight * (scaled_strain(sheet, after) - scaled_strain(sheet, before))
+
+    def image(before: np.ndarray, after: np.ndarray, weight: float) -> np.ndarray | None:
+        if mirror is None:
+            return None
+        return strain(before[mirror] * MIRROR, after[mirror] * MIRROR, weight)
+
+    return stress_fields(((strain(*each), image(*each)) for each in changes), settings.stress_limit)
 
 
 def weighted_changes(

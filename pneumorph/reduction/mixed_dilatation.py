@@ -22,11 +22,13 @@ With as many fields as elements it is the finite elements' energy.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from pneumorph.fem.volume_group import VolumeGroup
+from pneumorph.reduction.leading_vectors import leading_vectors, mirrored_halves
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +83,7 @@ class MixedDilatation:
 
 def pressure_fields(
     group: VolumeGroup,
-    swelling: np.ndarray,
+    swelling: Iterable[np.ndarray],
     tolerance: float,
     limit: int,
     mirror: np.ndarray | None = None,
@@ -90,7 +92,7 @@ def pressure_fields(
 
     Args:
         group: The elements.
-        swelling: theta = v/V - 1 of each snapshot, scaled as it is to count, (snapshot, element).
+        swelling: theta = v/V - 1 of each snapshot, scaled as it is to count, (element,).
         tolerance: Relative root mean square of what the fields may leave.
         limit: At most so many fields.
         mirror: Mirror image of each element, (element,): every field is then exactly symmetric or
@@ -103,42 +105,11 @@ def pressure_fields(
         ValueError: No volume changes in any snapshot.
     """
     root = np.sqrt(group.rest_volume)
-    weighted = swelling * root
-    halves = [weighted]
-    if mirror is not None:
-        image = weighted[:, mirror]
-        halves = [0.5 * (weighted + image), 0.5 * (weighted - image)]
+    halves = (
+        mirrored_halves(weighted, None if mirror is None else weighted[mirror])
+        for weighted in (each * root for each in swelling)
+    )
     return leading_vectors(halves, tolerance, limit, "swelling") / root[:, None]
-
-
-def leading_vectors(
-    halves: list[np.ndarray], tolerance: float, limit: int, what: str
-) -> np.ndarray:
-    """The orthonormal vectors that hold the rows of all halves best, each within one of them.
-
-    Args:
-        halves: Rows of snapshots, in subspaces orthogonal to each other, each (snapshot, number).
-        tolerance: Relative root mean square of what the vectors may leave.
-        limit: At most so many.
-        what: What the rows are, for the message.
-
-    Returns:
-        (number, vector), the most important first.
-
-    Raises:
-        ValueError: All rows are zero.
-    """
-    found = [np.linalg.svd(half, full_matrices=False)[1:] for half in halves]
-    values = np.concatenate([value for value, _ in found])
-    vectors = np.concatenate([vector for _, vector in found])
-    total = float(np.sum(values**2))
-    if total == 0.0:
-        raise ValueError(f"{what} is zero in every snapshot; nothing was put under pressure")
-    order = np.argsort(-values, kind="stable")
-    left = np.sqrt(np.maximum(1.0 - np.cumsum(values[order] ** 2) / total, 0.0))
-    wanted = int(np.argmax(left <= tolerance)) + 1 if left.min() <= tolerance else len(order)
-    fields: np.ndarray = vectors[order[: min(wanted, limit)]].T
-    return fields
 
 
 def every_element(group: VolumeGroup) -> np.ndarray:

@@ -23,12 +23,13 @@ With as many fields as the points have components of strain it is the finite ele
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from pneumorph.fem.element_group import ElementGroup
-from pneumorph.reduction.mixed_dilatation import leading_vectors
+from pneumorph.reduction.leading_vectors import leading_vectors, mirrored_halves
 
 LAW = "st_venant_kirchhoff"
 """The law that is quadratic in Green's strain, and so the only one this holds for."""
@@ -105,13 +106,15 @@ def scaled_strain(group: ElementGroup, x: np.ndarray) -> np.ndarray:
     return _scaled(group, 0.5 * strain)
 
 
-def stress_fields(strains: np.ndarray, images: np.ndarray | None, limit: int) -> np.ndarray:
+def stress_fields(
+    strains: Iterable[tuple[np.ndarray, np.ndarray | None]], limit: int
+) -> np.ndarray:
     """The fields of stress that hold the snapshots' own best: their POD in the work of stress.
 
     Args:
-        strains: `scaled_strain` of each snapshot, scaled as it is to count, (snapshot, 3 point).
-        images: The same of the mirrored snapshots: every field is then exactly symmetric or
-            antisymmetric, so that mirrored parts move alike. None where there is no mirror.
+        strains: `scaled_strain` of each snapshot, scaled as it is to count, (3 point,), and the
+            same of the mirrored snapshot: every field is then exactly symmetric or antisymmetric,
+            so that mirrored parts move alike. None instead where there is no mirror.
         limit: At most so many fields.
 
     Returns:
@@ -120,9 +123,7 @@ def stress_fields(strains: np.ndarray, images: np.ndarray | None, limit: int) ->
     Raises:
         ValueError: The sheet is stretched in no snapshot.
     """
-    halves = [strains]
-    if images is not None:
-        halves = [0.5 * (strains + images), 0.5 * (strains - images)]
+    halves = (mirrored_halves(*each) for each in strains)
     return leading_vectors(halves, _ROUNDING, limit, "strains")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from pneumorph.reduction.reduced_part import PartSummary
+from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.report import page
 from pneumorph.report.page import Section

@@ -10,7 +10,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings, sweep_phases
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import PartsSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.study.recorded_walk import recorded_walk
 

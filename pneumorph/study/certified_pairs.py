@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import PartsSummary, PartSummary
+from pneumorph.reduction.part_summary import PartsSummary, PartSummary
 from pneumorph.study.analysis import AnalysedLeg
 from pneumorph.study.certified_walks import FullOrderWalk
 from pneumorph.study.measure_next import ExpectedNarrowing

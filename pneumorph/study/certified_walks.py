@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.fem.time_integration import StepError
 from pneumorph.physics.ground import Ground
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
@@ -178,7 +179,7 @@ def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, 
         "physics": physics,
         "full_order": full_order,
         "modules": [
-            [module.full.ingredients(), module.full.mesh.digest()] for module in spec.modules
+            [ingredients(module.full), module.full.mesh.digest()] for module in spec.modules
         ],
         **spec.full_identity(),
         "hub": [spec.hub_model, *spec.hub.mass_numbers()],

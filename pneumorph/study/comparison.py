@@ -18,7 +18,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import PartsSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.study.animations import Animation, animations
 from pneumorph.study.bend_error import BendComparison, bend_of_report, compare_bend
 from pneumorph.study.full_benchmark import FullBenchmark, bench_full

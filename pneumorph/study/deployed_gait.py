@@ -38,7 +38,7 @@ from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.reduction.reduced_part import PartsSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.gait_source import find_gait, recalibrated
 from pneumorph.study.recorded_walk import Model

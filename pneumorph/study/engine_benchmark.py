@@ -13,7 +13,7 @@ from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import PartsSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 
 

@@ -17,7 +17,7 @@ from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.walk import walk
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import PartsSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import known_ratio, range_note
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.finished_run import FinishedRun, Pair, furthest

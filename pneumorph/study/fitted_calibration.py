@@ -30,7 +30,7 @@ from pneumorph.hardware.parameter_fit import ParameterFit, ParameterFitSettings,
 from pneumorph.hardware.trial import LOG_FILE, read_trial, trial_folders
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.reduction.reduced_part import PartSummary
+from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.path_simulator import path_simulator

@@ -21,6 +21,7 @@ from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.catalogue.paper_robot import DISK_MASS_KG
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.open_loop_gait import sample_commands
@@ -118,7 +119,7 @@ class GaitWalks:
         leg, hub = self.spec.module.full, self.spec.hub.mass_numbers()
         depends_on = {
             "mesh_digest": leg.mesh.digest(),
-            "part": leg.ingredients(),
+            "part": ingredients(leg),
             "hub": self.spec.hub_model,
             "physics": self.robot(walk).settings,
             "record_every": self.settings.record_every,

@@ -12,6 +12,7 @@ import numpy as np
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_robot import DISK_MASS_KG
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.part_ingredients import lumping, materials_text
 from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.physics.open_loop_gait import commands_of
 from pneumorph.simulation.rollout import rollout
@@ -119,10 +120,10 @@ class ModelPair:
                 "mesh": None,
             },
             "mesh": leg.mesh.digest(),
-            "leg": [*leg.materials_text(), float(leg.node_mass.sum())],
+            "leg": [*materials_text(leg), float(leg.node_mass.sum())],
             "record_every": record_every,
             # Ways that ship are of the published hub and of even masses, and do not say so.
             **({} if hub == [DISK_MASS_KG] else {"hub_mass": hub}),
-            **leg.lumping(),
+            **lumping(leg),
             **spec.full_identity(),
         }

@@ -16,8 +16,9 @@ from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
-from pneumorph.reduction.reduce import ReductionReport, reduce_part
-from pneumorph.reduction.reduced_part import PartSummary
+from pneumorph.reduction.part_summary import PartSummary
+from pneumorph.reduction.reduce import reduce_part
+from pneumorph.reduction.reduction_report import ReductionReport
 from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.walk_snapshots import WalkPhysics

@@ -16,7 +16,7 @@ from pneumorph.fem.rollout_report import ContactReport, StepReport
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import PartsSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import MINIMUM_LEGS
 from pneumorph.study.gait_source import find_gait

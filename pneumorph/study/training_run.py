@@ -20,7 +20,7 @@ from pneumorph.learn.settings import CooptSettings, quick_settings
 from pneumorph.learn.training import STAGES
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import PartsSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.baseline import BestPhase, swept
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings

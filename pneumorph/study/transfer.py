@@ -20,7 +20,7 @@ from pneumorph.hardware.trial import Trial, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import TrialComparison, compare_trials, pressure_tracking
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
-from pneumorph.reduction.reduced_part import PartsSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.deployed_gait import SCHEDULE_FILE
 from pneumorph.study.recorded_walk import Model, recorded_walk

@@ -22,8 +22,8 @@ from pneumorph.base.result import finite
 from pneumorph.base.run_folder import made_once
 from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.fem.bend_curve import BendCurve, bend_curve
+from pneumorph.fem.leg_model import leg_model
 from pneumorph.fem.material import LegMaterials, Material
-from pneumorph.fem.part_model import leg_model
 from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
 from pneumorph.geometry.quadratic import quadratic_mesh

@@ -19,7 +19,7 @@ import tyro
 from pneumorph.base.artefact import write_json
 from pneumorph.base.run_folder import made_once
 from pneumorph.catalogue.paper_leg import MEASURED_MATERIALS
-from pneumorph.fem.part_model import leg_model
+from pneumorph.fem.leg_model import leg_model
 from pneumorph.geometry.face_tie import tied_over_face
 from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet

@@ -20,8 +20,9 @@ from scipy.interpolate import PchipInterpolator, griddata
 from pneumorph.base.artefact import load_artefact, read_json, save_artefact, write_json
 from pneumorph.base.run_folder import made_once
 from pneumorph.fem.bend import end_face_bend_deg
+from pneumorph.fem.leg_model import leg_model
 from pneumorph.fem.material import LegMaterials, Material
-from pneumorph.fem.part_model import PartModel, leg_model
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.silicones import BEAM_RELAXATION, TEST_RATE_PER_S, TEST_STRAIN, silicone
 from pneumorph.fem.static import StaticSettings, static_equilibrium
 from pneumorph.geometry.mesh import Mesh

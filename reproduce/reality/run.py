@@ -32,6 +32,7 @@ from pneumorph.catalogue.paper_leg import (
 )
 from pneumorph.catalogue.paper_robot import friction_coefficients, paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.part_ingredients import materials_text
 from pneumorph.fem.prony import PronySeries
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
@@ -129,7 +130,7 @@ def walk(robot: str, step: str, out: Path) -> SimulatedWalk:
         "walk": settings,
         "step": step,
         "physics": spec.physics,
-        "leg": spec.module.full.materials_text(),
+        "leg": materials_text(spec.module.full),
         "full": settings_to_dict(spec.full_order),
     }
     return study_once(place, SimulatedWalk, asked, lambda: simulate(settings, spec, place))

@@ -13,7 +13,8 @@ from pneumorph.catalogue.paper_leg import leg_kind, paper_leg_mesh
 from pneumorph.catalogue.paper_robot import disk_rim_points, paper_disk_mesh, paper_hub
 from pneumorph.fem.full_order_settings import FrictionSolver, FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.part_model import PartModel, leg_model
+from pneumorph.fem.leg_model import leg_model
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.corner_order import EVEN_ORDERS, largest_face_first
 from pneumorph.geometry.disk import DiskShape

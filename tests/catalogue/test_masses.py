@@ -21,8 +21,9 @@ from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg, paper_leg
 from pneumorph.catalogue.paper_robot import paper_hub, paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.leg_model import leg_model
 from pneumorph.fem.material import LegMaterials, MassLumping
-from pneumorph.fem.part_model import leg_model
+from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.geometry.mass_properties import MassProperties
@@ -85,7 +86,7 @@ def test_a_cast_leg_by_volume_has_the_inertia_of_its_shape() -> None:
 
     def lumped(lumping: MassLumping) -> MassProperties:
         leg = leg_model(mesh, LegMaterials(mass_kg=0.0468, mass_lumping=lumping))
-        assert leg.ingredients().get("mass_lumping", "even") == lumping
+        assert ingredients(leg).get("mass_lumping", "even") == lumping
         mass = leg.node_mass
         moments = mass @ mesh.nodes, mesh.nodes.T @ (mass[:, None] * mesh.nodes)
         return MassProperties.of_moments(float(mass.sum()), *moments)

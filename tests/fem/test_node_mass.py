@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 
-from pneumorph.fem.part_model import node_mass
+from pneumorph.fem.node_mass import node_mass
 from pneumorph.geometry.quadratic import quadratic_mesh
 
 

@@ -7,6 +7,7 @@ import pytest
 from helpers.small_robot import small_leg, small_robot
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.fem.part_ingredients import materials_text
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
@@ -51,10 +52,10 @@ def test_branches_of_no_weight_change_nothing(integrator):
 def test_how_a_solid_relaxes_is_part_of_what_it_is():
     """Walks are kept by what they were made with."""
     elastic, relaxing, other = (
-        relaxing_leg(each).materials_text() for each in (None, SERIES, PronySeries((0.1,), (0.65,)))
+        materials_text(relaxing_leg(each)) for each in (None, SERIES, PronySeries((0.1,), (0.65,)))
     )
     assert len({tuple(elastic), tuple(relaxing), tuple(other)}) == 3
-    assert elastic == relaxing_leg(PronySeries()).materials_text() == relaxing[:-1]
+    assert elastic == materials_text(relaxing_leg(PronySeries())) == relaxing[:-1]
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)

@@ -11,6 +11,7 @@ from pneumorph.base.artefact import load_artefact
 from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.fem.material import LegMaterials, Material, Membrane
+from pneumorph.fem.part_ingredients import ingredients, materials_text
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.mesh import Mesh
 
@@ -44,9 +45,9 @@ def test_what_a_leg_is_made_of_is_described_as_it_was() -> None:
         PartModel(paper_leg_mesh(), materials.silicone, 0.105, (each,), cavity="cavity")
         for each in (Membrane("sheet", Material(9.0, 0.4)), Membrane("paper", Material(9.0, 0.4)))
     ]
-    assert described[0].ingredients() == described[1].ingredients()
-    assert described[0].ingredients()["membranes"][0]["surface"] == "paper"
-    assert described[0].materials_text() == [
+    assert ingredients(described[0]) == ingredients(described[1])
+    assert ingredients(described[0])["membranes"][0]["surface"] == "paper"
+    assert materials_text(described[0]) == [
         repr(materials.silicone),
         "(Membrane(surface='paper', material=" + repr(Material(9.0, 0.4)) + ", thickness_mm=1.0),)",
     ]

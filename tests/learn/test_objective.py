@@ -14,7 +14,8 @@ from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawle
 from pneumorph.learn.design_gait_pair import BestPairs
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.finetuning import finalists
-from pneumorph.learn.objective import Objective, RoundLevel, mean_of_worst
+from pneumorph.learn.objective import Objective, mean_of_worst
+from pneumorph.learn.round_scores import RoundLevel
 from pneumorph.learn.training import Training
 from pneumorph.robot.design import Design
 
@@ -226,7 +227,7 @@ def test_a_hard_round_is_no_merit_of_a_design_that_failed_everywhere(
 ) -> None:
     """Of a round far below the level before it, the others alone are shifted up."""
     trained = training(replace(ROBUST, centring_rounds=8))
-    trained._level.centred(np.array([1000.0]))
+    trained._scores.level.centred(np.array([1000.0]))
     returns, failed = np.ones(16), np.arange(16) < 4
     monkeypatch.setattr(trained, "walk_and_learn", lambda *_: (returns, failed, []))
     monkeypatch.setattr(trained.distribution, "sample", lambda *_: np.arange(4))

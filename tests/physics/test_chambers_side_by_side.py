@@ -18,7 +18,8 @@ from pneumorph.geometry.face_tie import FaceTie
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.reduction.reduce import ReductionSettings, reduce_part
+from pneumorph.reduction.reduce import reduce_part
+from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import (
     StaticSnapshotSettings,

@@ -5,7 +5,7 @@ import pytest
 from helpers.small_robot import small_robot
 
 from pneumorph.fem.full_robot import FullRobot
-from pneumorph.fem.part_model import leg_model
+from pneumorph.fem.leg_model import leg_model
 from pneumorph.fem.rigid_hub import RigidHub, rotation_of
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.physics.physics import Physics

@@ -5,7 +5,8 @@ import pytest
 
 from pneumorph.catalogue.paper_leg import hyperelastic_leg_mesh, paper_leg, pressure_map
 from pneumorph.fem.bend import end_face_bend_deg
-from pneumorph.fem.part_model import PartModel, leg_model
+from pneumorph.fem.leg_model import leg_model
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticSettings, static_equilibrium
 from pneumorph.geometry.pose import rotation_about
 from pneumorph.reduction.held_bend import held_bends

@@ -9,8 +9,8 @@ import pytest
 from helpers.small_robot import small_leg
 
 from pneumorph.catalogue.paper_robot import disk_rim_points, paper_disk_mesh
-from pneumorph.fem.material import DiskMaterials, Material
-from pneumorph.fem.part_model import disk_model
+from pneumorph.fem.material import Material
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.soft_hub import SoftHub, SoftHubState
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.reduction.ecsw import EcswSettings
@@ -21,7 +21,7 @@ from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
 
 # The published shape, a hundred times softer than the published disk so that small legs bend it.
-DISK = disk_model(paper_disk_mesh(), DiskMaterials(body=Material(50.0, 0.3), mass_kg=0.075))
+DISK = PartModel(paper_disk_mesh(), Material(50.0, 0.3), mass_kg=0.075)
 HUB = SoftHub(DISK, disk_rim_points(DISK.mesh))
 LEG_PLACES = [
     Pose(rotation_about("z", yaw), rotation_about("z", yaw) @ np.array([45.0, -6.0, 18.0]))

@@ -26,6 +26,10 @@ def some_state(seed: int = 0) -> np.ndarray:
     return 0.5 * np.random.default_rng(seed).normal(size=MODE_COUNT)
 
 
+def alone(strains: np.ndarray) -> list[tuple[np.ndarray, None]]:
+    return [(each, None) for each in strains]
+
+
 def mirrored(x: np.ndarray) -> np.ndarray:
     image = np.empty_like(x)
     image[MIRROR] = x * np.array([1.0, -1.0, 1.0])
@@ -68,7 +72,7 @@ def test_force_is_the_derivative_of_the_energy():
 def test_fields_hold_the_snapshots_they_are_of_and_no_more_than_asked_for():
     states = [some_state(seed) for seed in range(4)]
     strains = np.array([scaled_strain(SHEET, SAMPLED.positions(state)) for state in states])
-    found = stress_fields(strains, None, 10)
+    found = stress_fields(alone(strains), 10)
     np.testing.assert_allclose(found.T @ found, np.eye(4), atol=1e-12)
     mixed = mixed_sheet(SHEET, SAMPLED.rest_nodes, MODES, found)
     for state in states:
@@ -77,9 +81,9 @@ def test_fields_hold_the_snapshots_they_are_of_and_no_more_than_asked_for():
     # A projection: of a state that is none of them it has less than all of the energy.
     other = some_state(9)
     assert mixed.energy(other) < 0.99 * SHEET.energy(SAMPLED.positions(other))
-    assert stress_fields(strains, None, 2).shape[1] == 2
+    assert stress_fields(alone(strains), 2).shape[1] == 2
     with pytest.raises(ValueError, match="strains is zero in every snapshot"):
-        stress_fields(0.0 * strains, None, 4)
+        stress_fields(alone(0.0 * strains), 4)
 
 
 def test_fields_are_symmetric_or_antisymmetric_where_the_part_has_a_mirror():
@@ -89,11 +93,12 @@ def test_fields_are_symmetric_or_antisymmetric_where_the_part_has_a_mirror():
     images = np.array([scaled_strain(SHEET, mirrored(x)) for x in states])
     other = SAMPLED.positions(some_state(9))
     own, image = scaled_strain(SHEET, other), scaled_strain(SHEET, mirrored(other))
-    paired, alone = stress_fields(strains, images, 10), stress_fields(strains, None, 10)
+    paired = stress_fields(zip(strains, images, strict=True), 10)
+    unpaired = stress_fields(alone(strains), 10)
     assert paired.shape[1] == 6
     np.testing.assert_allclose(np.abs(image @ paired), np.abs(own @ paired), rtol=1e-9)
-    apart = np.abs(np.abs(image @ alone) - np.abs(own @ alone))
-    assert apart.max() > 1e-3 * np.abs(own @ alone).max()
+    apart = np.abs(np.abs(image @ unpaired) - np.abs(own @ unpaired))
+    assert apart.max() > 1e-3 * np.abs(own @ unpaired).max()
 
 
 def test_a_sheet_of_another_law_is_refused():

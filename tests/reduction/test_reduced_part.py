@@ -14,7 +14,8 @@ from pneumorph.base.artefact import ArtefactError, save_artefact
 from pneumorph.fem.material import Material
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
-from pneumorph.reduction.reduced_part import FORMAT_VERSION, ReducedPart
+from pneumorph.reduction.part_file import FORMAT_VERSION
+from pneumorph.reduction.reduced_part import ReducedPart
 
 PART = synthetic_part()
 MODE_COUNT = 8

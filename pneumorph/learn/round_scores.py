@@ -1,0 +1,129 @@
+"""What the walks of a round say of its designs: their scores."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pneumorph.learn.mirror import MirrorImage
+from pneumorph.learn.objective import Objective
+
+
+@dataclass(frozen=True)
+class ScoredRound:
+    """Scores of a round's designs, each once where designs walk in several worlds."""
+
+    designs: np.ndarray
+    """Their indices, (design,)."""
+    scores_cm: np.ndarray
+    """(design,)"""
+    failing: np.ndarray
+    """Whether any of a design's simulations failed, (design,)."""
+    metrics: dict[str, float]
+    """Mean score and standard error, where designs walk in several worlds."""
+
+
+class RoundScores:
+    """Scores of designs from their walks, by an objective, from round to round.
+
+    Args:
+        objective: What of the distances in several worlds counts.
+        twins: Images of designs that count for them; None for none.
+    """
+
+    def __init__(self, objective: Objective, twins: MirrorImage | None) -> None:
+        self._objective = objective
+        self._twins = twins
+        self.level = RoundLevel(objective.centring_rounds)
+
+    def of(self, designs: np.ndarray, returns_cm: np.ndarray, failed: np.ndarray) -> ScoredRound:
+        """Scores of one round.
+
+        Args:
+            designs: Indices of those drawn, (design,).
+            returns_cm: Return of each robot [cm], the worlds of each design together,
+                (design * world,).
+            failed: Whether its simulation failed, (design * world,).
+        """
+        # Travel before a failure is no reason to come back to a design.
+        counted = np.where(failed, np.minimum(returns_cm, 0.0), returns_cm)
+        by_world = counted.reshape(len(designs), -1)
+        distances, fallen = list(by_world), list(failed.reshape(by_world.shape))
+        if self._objective.is_robust:
+            designs, places = self._joined(designs)
+            distances, fallen = (
+                [np.concatenate([each[place] for place in at]) for at in places]
+                for each in (distances, fallen)
+            )
+        scores = np.array([self._objective.of(each) for each in distances])
+        failing, lost = (np.array([has(each) for each in fallen]) for has in (np.any, np.all))
+        # How hard a round is for all, those say that came to the end of their walks.
+        scores = self.level.centred(scores, ~failing)
+        # A hard round's shift is no merit of a design that failed in each of its worlds.
+        scores = np.where(lost, np.minimum(scores, 0.0), scores)
+        return ScoredRound(designs, scores, failing, self._metrics(by_world))
+
+    def _joined(self, designs: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Each design of a round once, and where it was drawn: one that was drawn twice, or whose
+        mirror image was drawn as well and counts for it, has twice as many walks."""
+        images = designs if self._twins is None else self._twins.designs(designs)
+        once, which = np.unique(np.minimum(designs, images), return_inverse=True)
+        return once, [np.flatnonzero(which == number) for number in range(len(once))]
+
+    def _metrics(self, by_world: np.ndarray) -> dict[str, float]:
+        if not self._objective.is_robust:
+            return {}
+        errors = self._objective.standard_error(by_world)
+        return {
+            "round_score_cm": float(self._objective.of(by_world).mean()),
+            "score_standard_error_cm": float(np.sqrt(np.mean(errors**2))),
+        }
+
+
+class RoundLevel:
+    """The level that rounds' scores are centred about: the smoothed mean of those that count.
+
+    Attributes:
+        level_cm: Mean over about as many rounds as asked for [cm]; None before the first.
+    """
+
+    def __init__(self, round_count: int) -> None:
+        """Start without a level.
+
+        Args:
+            round_count: Rounds to smooth over; 0 leaves scores as they are.
+        """
+        self._round_count = round_count
+        self._seen = 0
+        self.level_cm: float | None = None
+
+    def centred(self, scores_cm: np.ndarray, counts: np.ndarray | None = None) -> np.ndarray:
+        """Scores of a round shifted to the level, which takes up those that count.
+
+        Args:
+            scores_cm: The scores [cm], (design,).
+            counts: Which designs say how hard the round was, (design,) bool; None for all. Where
+                none does, scores are left as they are.
+        """
+        said = scores_cm if counts is None else scores_cm[counts]
+        if self._round_count == 0 or said.size == 0:
+            return scores_cm
+        mean = float(said.mean())
+        self._seen += 1
+        # A plain mean until there are as many rounds as wanted.
+        share = 1.0 / min(self._seen, self._round_count)
+        old = mean if self.level_cm is None else self.level_cm
+        self.level_cm = old + share * (mean - old)
+        shifted: np.ndarray = scores_cm - mean + self.level_cm
+        return shifted
+
+    def state(self) -> dict[str, float | int | None]:
+        """What `restore` takes, for a checkpoint."""
+        return {"seen": self._seen, "level_cm": self.level_cm}
+
+    def restore(self, state: dict[str, float | int | None]) -> None:
+        """Take over what `state` gave."""
+        self._seen = int(state["seen"] or 0)
+        level = state["level_cm"]
+        self.level_cm = None if level is None else float(level)

@@ -1,0 +1,36 @@
+"""What summaries say of a reduced part: its size, provenance and measured errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class PartSummary:
+    """Size, provenance and measured errors of a reduced part."""
+
+    part: str
+    """What it is called: its file, or a name."""
+    mode_count: int
+    tetrahedron_count: int
+    """Sampled integration points of the solid."""
+    membrane_count: int
+    """The same of the membrane."""
+    mesh_digest: str
+    errors: dict[str, float | None]
+    """By the names that the report of the reduction gives them; None where it measured none."""
+    bend: dict[str, list[float]] | None
+    """Pressures [kPa] with the bend of both models [degrees]; None where it was not measured."""
+    knows_range: bool = False
+    """Whether it can tell when it leaves the range of its snapshots; older files cannot."""
+    stress_count: int = 0
+    """Fields of stress that the membrane is seen by instead of sampled points; older files have
+    none."""
+
+
+@dataclass(frozen=True)
+class PartsSummary(PartSummary):
+    """Of the parts that a robot has: the first, and the other kinds beside it."""
+
+    others: dict[str, PartSummary] = field(default_factory=dict)
+    """By what they are called."""
