@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+
+import numpy as np
 
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.attachment import face_of_mesh
@@ -93,6 +96,15 @@ class Module:
         part = self.make_reduced()
         factors = (self.modulus_factor, self.mass_factor, self.damping_factor)
         return part if factors == (1.0, 1.0, 1.0) else scaled_part(part, *factors)
+
+    @cached_property
+    def bending_digest(self) -> str:
+        """Hash of what decides how it bends, in hexadecimal: its shape at rest and its materials as
+        it was made; other reductions of it have the same."""
+        part = self.make_reduced()
+        content = hashlib.sha256(np.ascontiguousarray(part.rest_nodes).tobytes())
+        content.update(f"{part.tetrahedron_material!r}{part.membrane_material!r}".encode())
+        return content.hexdigest()
 
     @cached_property
     def full(self) -> PartModel:

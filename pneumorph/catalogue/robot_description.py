@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -186,7 +187,7 @@ class RobotDescription(Checked):
         """What acts on the robot."""
         return self.physics.physics
 
-    @property
+    @cached_property
     def space(self) -> DesignSpace:
         """The designs that may be built.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -313,7 +314,7 @@ class RobotOptions(Checked):
             )
         return spec.calibrated(Calibration.load(self.calibration))
 
-    @property
+    @cached_property
     def description(self) -> RobotDescription | None:
         """The robot's description; None for the paper's robot.
 

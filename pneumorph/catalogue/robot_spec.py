@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.calibration_check import check_calibration
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -187,7 +188,12 @@ class RobotSpec:
         return replace(self, hub=self.hub.scaled(mass_factor), sites=sites)
 
     def calibrated(self, calibration: Calibration) -> RobotSpec:
-        """The robot as measured: its physics and the stiffness of its modules."""
+        """The robot as measured: its physics and the stiffness of its modules.
+
+        Raises:
+            ValueError: The calibration is of another leg.
+        """
+        check_calibration(calibration, self.modules)
         return replace(
             self.scaled(calibration.modulus_factor or 1.0),
             physics=calibration.applied_to(self.physics),

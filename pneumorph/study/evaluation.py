@@ -147,7 +147,7 @@ def evaluate(
         best_distance_cm=best.distance_cm,
         reported_distance_cm=best.reported_distance_cm,
         **spec.describe(reduced=settings.model == "reduced"),
-        notes=tuple(_notes(evaluated)) if settings.model == "reduced" else (),
+        notes=tuple(_notes(evaluated, run)) if settings.model == "reduced" else (),
         pairs=tuple(evaluated),
         robustness=worlds,
         wall_s=time.monotonic() - start,
@@ -187,14 +187,24 @@ def _in_worlds(
     )
 
 
-def _notes(pairs: Sequence[EvaluatedPair]) -> list[str]:
+def _notes(pairs: Sequence[EvaluatedPair], run: FinishedRun) -> list[str]:
     """Remarks where a reduced robot did not repeat what its run reported, or left its range."""
     notes = []
+    if run.has_drawn_worlds:
+        notes.append(
+            "the run reported distances in worlds drawn at random, these are of the one that the "
+            "physics say: they need not agree (--randomize walks in drawn worlds)"
+        )
     for pair in pairs:
         now, then = pair.distance_cm, pair.reported_distance_cm
         if now is None:
-            notes.append(f"{pair.design} diverged; physics, leg or machine differ")
-        elif then is not None and not abs(now - then) < REPEATS_WITHIN_CM:
+            differ = "worlds" if run.has_drawn_worlds else "physics"
+            notes.append(f"{pair.design} diverged; {differ}, leg or machine differ")
+        elif (
+            then is not None
+            and not run.has_drawn_worlds
+            and not abs(now - then) < REPEATS_WITHIN_CM
+        ):
             notes.append(
                 f"{pair.design} walked {now:.2f} cm, the run reported {then:.2f} cm: physics, leg "
                 "or machine differ"

@@ -219,6 +219,11 @@ class FinishedRun:
         return FinishedRun.read(folder) if (folder / SUMMARY).exists() else None
 
     @property
+    def has_drawn_worlds(self) -> bool:
+        """Whether its robots walked in worlds drawn at random."""
+        return bool(self.settings.get("randomize"))
+
+    @property
     def _learner(self) -> str:
         """Where task and space are in the settings; a search of an earlier version has them at the
         top."""
@@ -234,7 +239,7 @@ class FinishedRun:
         return {
             name: self.of_settings(name, dict)
             for name in groups
-            if name != "randomisation" or self.settings.get("randomize")
+            if name != "randomisation" or self.has_drawn_worlds
         }
 
     def handed_on(self, settings: Mapping[str, Any], said: str = "leg and physics") -> TakenOver:

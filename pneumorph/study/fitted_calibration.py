@@ -183,11 +183,14 @@ def _with_line(
 ) -> tuple[Calibration, PressurePairs]:
     if settings.pairs is not None:
         measured, pairs = settings.pairs, read_pairs(settings.pairs)
+        said = _provenance(measured, spec)
     else:
         assert settings.bends is not None
         measured = settings.bends
         pairs = _pairs_of_bends(settings, spec, folder)
         _write_pairs(folder / PAIRS_FILE, pairs)
+        bent = {"name": spec.module.name, "digest": spec.module.bending_digest}
+        said = {**_provenance(measured, spec), "bent": bent}
     line: LineFit = fit_line(pairs.real_kPa, pairs.simulated_kPa)
     fitted = replace(
         calibration,
@@ -205,7 +208,7 @@ def _with_line(
                 "point_count": line.point_count,
             },
         },
-        source={**calibration.source, "pressure": _provenance(measured, spec)},
+        source={**calibration.source, "pressure": said},
     )
     return fitted, pairs
 

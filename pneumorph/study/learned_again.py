@@ -43,7 +43,7 @@ class Trained:
         if "coopt" not in run.settings or not has_checkpoint(folder):
             return None
         settings, worlds = run.structured("coopt", CooptSettings), None
-        if run.settings.get("randomize"):
+        if run.has_drawn_worlds:
             worlds = TrainingWorlds.of_objective(
                 run.structured("randomisation", Randomisation),
                 settings.objective,

@@ -40,6 +40,7 @@ def test_the_papers_robot_is_its_file() -> None:
     described = RobotDescription.read(paper_robot_file())
     ours, usual = described.spec(thread_count=1), paper_robot("published", thread_count=1)
     assert described.space == DesignSpace()
+    assert described.space is described.space  # found once: it may be of many designs
     assert (ours.physics, ours.full_order, ours.hub_model) == (
         usual.physics, usual.full_order, usual.hub_model
     )  # fmt: skip

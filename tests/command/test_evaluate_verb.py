@@ -131,3 +131,17 @@ def test_randomize_draws_from_the_runs_own_worlds(
     # Worlds that a run was not trained in are nobody's: the usual ones are drawn.
     plain = write(tmp_path / "plain", randomisation=WORLDS)
     assert drawn(plain)["distributions"] == usual
+
+
+def test_distances_of_drawn_worlds_need_not_repeat(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Both runs report 10 cm of a pair that goes elsewhere: of the one that walked in its physics
+    alone something must differ, the other's distance was of other worlds."""
+    notes = {}
+    for name, drawn in (("plain", False), ("drawn", True)):
+        folder = write(tmp_path / name, randomize=drawn, randomisation=WORLDS)
+        notes[name] = run_json(f"evaluate {folder} --out {tmp_path / 'e'}", capsys)["notes"]
+    assert any("physics, leg or machine differ" in note for note in notes["plain"])
+    assert not any("differ" in note for note in notes["drawn"])
+    assert any("in worlds drawn at random" in note for note in notes["drawn"])

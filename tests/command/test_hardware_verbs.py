@@ -19,6 +19,7 @@ from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.parameter_fit import ParameterFitSettings
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
+from pneumorph.physics.pressure import PressureMap
 from pneumorph.study.deployed_gait import DeploymentSettings
 
 SHORT = "--expert.duration-s 1 --expert.period-s 1"
@@ -211,14 +212,22 @@ def test_the_legs_own_map_as_calibration_leaves_the_experts_gait_alone(
 def test_a_gait_that_a_calibration_would_cut_to_another_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The published leg's gait for a robot with the hyperelastic leg's line: a mixed-up leg."""
-    file = Calibration(pressure_map("hyperelastic")).save(tmp_path / "calibration.json")
+    """A leg that needs nearly half the slope takes nearly twice the pressure."""
+    file = Calibration(PressureMap(2.0, -20.0)).save(tmp_path / "calibration.json")
     refused = _refused(
         f"deploy --physics published --dry-run {SHORT} --calibration {file} --out {tmp_path / 'd'}",
         capsys,
     )
-    assert re.search(r"asks for 224\.2 kPa, expected at most 1\.5 times the limit", refused)
+    assert re.search(r"asks for 147\.6 kPa, expected at most 1\.5 times the limit", refused)
     assert not (tmp_path / "d" / "schedule.csv").exists()
+
+
+def test_the_papers_line_is_refused_for_the_measured_leg(
+    calibration: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    refused = _refused(f"simulate {SHORT} --calibration {calibration} --out {tmp_path}", capsys)
+    assert "the measured leg that ships with 347 kPa" in refused
+    assert "such as the published leg" in refused
 
 
 def test_a_calibration_with_a_modulus_changes_the_robot(

@@ -1,0 +1,60 @@
+"""Calibrations know the leg that they are of."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from helpers.synthetic_part import synthetic_part, synthetic_reduced_part
+
+from pneumorph.catalogue.calibration_check import check_calibration
+from pneumorph.catalogue.module import Module
+from pneumorph.fem.material import Material
+from pneumorph.physics.calibration import Calibration
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.reduction.reduced_part import ReducedPart
+
+PART = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
+FILE = Path("measured.json")
+
+
+def module(name: str, part: ReducedPart = PART, line: PressureMap | None = None) -> Module:
+    full = synthetic_part((4, 4, 4))
+    return Module(name, lambda: part, lambda *_: full, pressure_map=line)
+
+
+def fitted_to(bent: Module) -> Calibration:
+    said = {"bent": {"name": bent.name, "digest": bent.bending_digest}}
+    return Calibration(source={"pressure": said}, path=FILE)
+
+
+def test_a_line_of_another_legs_bends_is_refused_by_both_names() -> None:
+    """Another reduction of the leg, or the leg under another modulus, is the same leg; one of
+    another material or mesh is not."""
+    own = module("own leg")
+    stiffer = replace(PART, tetrahedron_material=Material(1300.0, 0.49))
+    finer = synthetic_reduced_part(mode_count=4, cells=(6, 4, 4))
+    again = replace(PART, membrane_weight=2.0 * PART.membrane_weight)
+    for same in (own, own.scaled(1.3), module("own leg, reduced again", again)):
+        check_calibration(fitted_to(same), [own])
+    for other in (stiffer, finer):
+        with pytest.raises(ValueError, match="json was fitted to the bends of other leg, expected"):
+            check_calibration(fitted_to(module("other leg", other)), [own])
+    # One of several modules was bent.
+    check_calibration(fitted_to(own), [module("other leg", stiffer), own])
+
+
+def test_a_line_without_a_leg_is_refused_where_it_asks_for_other_pressures() -> None:
+    """At 90 kPa of the real leg the published one takes 347 kPa, the measured one 90."""
+    measured = module("the measured leg", line=PressureMap(1.0, 0.0))
+    with pytest.raises(ValueError, match=r"leg with 347 kPa for 90 kPa .* some 90 kPa.* published"):
+        check_calibration(Calibration(PressureMap(), path=FILE), [measured])
+    published = module("the published leg", line=PressureMap())
+    with pytest.raises(ValueError, match=r"with 90 kPa .* expected some 347 kPa.* the measured"):
+        check_calibration(Calibration(PressureMap(1.0, 0.0)), [published])
+    # A real leg twice as soft, or as stiff, as the simulated one is still one.
+    for slope in (0.5, 2.0):
+        check_calibration(Calibration(PressureMap(slope, 0.0)), [measured])
+    # Nothing is known of a part of one's own.
+    check_calibration(Calibration(PressureMap()), [module("own leg")])
