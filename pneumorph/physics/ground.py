@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -145,6 +146,13 @@ class Ground(Checked):
         if steps.rise_mm != 0.0:
             words.append(f"{steps.count} steps of {steps.rise_mm:g} mm from {steps.start_mm:g} mm")
         return " with ".join(words) or "plane"
+
+    def file_identity(self) -> dict[str, str]:
+        """What tells a map from another of the same name, for what is kept of walks on it; nothing
+        without one. Raises as `grid`."""
+        if self.map.path is None:
+            return {}
+        return {"map_digest": hashlib.sha256(self.map.smoothed_mm().tobytes()).hexdigest()}
 
     def grid(self) -> HeightGrid:
         """Its heights over the floor's height; the same object for the same ground.

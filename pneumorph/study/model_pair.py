@@ -125,5 +125,6 @@ class ModelPair:
             # Ways that ship are of the published hub and of even masses, and do not say so.
             **({} if hub == [DISK_MASS_KG] else {"hub_mass": hub}),
             **lumping(leg),
+            **spec.physics.ground.file_identity(),
             **spec.full_identity(),
         }

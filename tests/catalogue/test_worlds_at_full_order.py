@@ -24,6 +24,8 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.physics.air import Air
+from pneumorph.physics.floor import HeightField
+from pneumorph.physics.ground import Ground, RoughGround
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.randomisation import World
 
@@ -119,6 +121,20 @@ def test_a_robot_slides_down_a_slope_as_coulomb_has_it(change) -> None:
     slope = np.radians(25.0)
     floor = weight * np.cos(slope) + gained[2]
     assert gained[0] == pytest.approx(weight * np.sin(slope) - 0.3 * floor, rel=1e-6)
+
+
+def test_a_ground_of_the_worlds_own_is_that_surface_for_finite_elements() -> None:
+    own = BOXES.in_world(replace(AS_IS, ground_roughness_mm=2.0, ground_seed=5))
+    floor = own.full(DESIGN).floor
+    assert floor.description == "roughness of 2 mm over 40 mm, seed 5"
+    points = np.random.default_rng(0).uniform(-200.0, 200.0, (50, 3))
+    ground = Ground(rough=RoughGround(2.0, 40.0, 5)).grid()
+    assert isinstance(floor, HeightField)
+    expected = points[:, 2] - floor.base_mm - ground.height(*points[:, :2].T)
+    np.testing.assert_allclose(
+        floor.gap(points) / floor.frames(points)[:, 0, 2], expected, atol=1e-12
+    )
+    assert np.ptp(expected - points[:, 2]) > 4.0
 
 
 @pytest.mark.parametrize("name", ["filling_factor", "venting_factor"])

@@ -120,10 +120,14 @@ def test_a_file_that_has_changed_is_read_again(tmp_path: Path) -> None:
     import os
 
     ground, file = Ground(HeightMap(tmp_path / "hills.npy")), tmp_path / "hills.npy"
+    told: set[str] = set()
     for number, height in enumerate((1.0, 2.0)):
         np.save(file, np.full((5, 5), height))
         os.utime(file, ns=(number, number))
         assert ground.grid().height(np.zeros(1), np.zeros(1)) == pytest.approx(height)
+        told.add(ground.file_identity()["map_digest"])
+    assert len(told) == 2
+    assert ROUGH.file_identity() == {}
 
 
 @pytest.mark.parametrize(
