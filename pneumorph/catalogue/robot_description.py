@@ -184,8 +184,13 @@ class RobotDescription(Checked):
 
     @property
     def acting(self) -> Physics:
-        """What acts on the robot."""
-        return self.physics.physics
+        """What acts on the robot; the file of a ground starts from the folder."""
+        physics = self.physics.physics
+        ground = physics.ground
+        if ground.map.path is None:
+            return physics
+        placed = replace(ground.map, path=self.folder / ground.map.path)
+        return replace(physics, ground=replace(ground, map=placed))
 
     @cached_property
     def space(self) -> DesignSpace:

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.layers import layered
 from pneumorph.catalogue.paper_robot import PAPER_FACE, paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription, paper_robot_file
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.geometry.attachment import same_frame
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.rollout import rollout
@@ -33,6 +35,23 @@ def edited(tmp_path: Path) -> Edited:
         return path
 
     return edit
+
+
+def test_a_ground_is_read_beside_the_robots_file(edited: Edited, tmp_path: Path) -> None:
+    (tmp_path / "maps").mkdir()
+    np.save(tmp_path / "maps" / "hills.npy", np.full((6, 6), 3.0))
+    table = '[physics.ground.map]\npath = "maps/hills.npy"\n\n[physics.ground.rough]\n'
+    path = edited("[hub] #", f"{table}roughness_mm = 0.0\n\n[hub] #")
+    described = RobotDescription.read(path)
+    ground = described.acting.ground
+    assert ground.map.path == tmp_path / "maps" / "hills.npy"
+    assert described.spec().physics.ground == ground
+    options = layered(RobotOptions(), [{"described": str(path)}])
+    assert options.physics.ground == ground
+    with pytest.raises(ValueError, match=r"edited\.toml: .*roughness_mm must be at least 0"):
+        RobotDescription.read(
+            edited("[hub] #", "[physics.ground.rough]\nroughness_mm = -1.0\n\n[hub] #")
+        )
 
 
 def test_the_papers_robot_is_its_file() -> None:
