@@ -1,6 +1,6 @@
 """A small co-optimisation problem: viscous crawlers on four locations and two regulators."""
 
-from functools import partial
+from functools import cache, partial
 from itertools import product
 
 import numpy as np
@@ -45,6 +45,7 @@ def toy_settings(round_count: int, seed: int = 0, environment_count: int = 16) -
     )
 
 
+@cache
 def best_distances_cm(action_count: int = TASK.action_count) -> np.ndarray:
     """Furthest travel of each design over all gaits of the pressures 0, 45 and 90 kPa.
 

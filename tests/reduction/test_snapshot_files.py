@@ -108,14 +108,14 @@ def test_memory_of_a_reduction_does_not_grow_with_the_snapshots(tmp_path: Path) 
     digest = part.mesh.digest()
     bend = bend_snapshots(part, StaticSnapshotSettings(bend_pressure_kPa=30.0, bend_count=1))
     paths = [bend.save(tmp_path / "bend.npz")]
-    for number in range(6):
+    for number in range(4):
         states = moving_states(1000, number)
         states[:, part.mesh.node_set("attachment")] = 0.0
         walk = snapshots_of(states, f"walk {number}", digest)
         paths.append(walk.save(tmp_path / f"walk_{number}.npz"))
-    peak_memory_mb(paths[:2])  # imports and caches
+    peak_memory_mb(paths[:1])  # imports and caches
     few, many = peak_memory_mb(paths[:2]), peak_memory_mb(paths)
-    # Held whole, 5000 more snapshots in double precision are 15 MB; numbers, pressures and errors
+    # Held whole, 3000 more snapshots in double precision are 9 MB; numbers, pressures and errors
     # of each, some hundred bytes, are below 1 MB.
-    assert 5000 * part.node_count * 24 / 2**20 > 15.0
+    assert 3000 * part.node_count * 24 / 2**20 > 9.0
     assert many - few < 2.0
