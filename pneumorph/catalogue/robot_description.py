@@ -178,11 +178,6 @@ class RobotDescription(Checked):
         return found
 
     @property
-    def site_count(self) -> int:
-        """Number of places."""
-        return len(self.sites) if self.ring is None else self.ring.location_count
-
-    @property
     def acting(self) -> Physics:
         """What acts on the robot; the file of a ground starts from the folder."""
         physics = self.physics.physics
