@@ -82,6 +82,18 @@ class HubBody(Protocol[HubState]):
             definite: Make A positive definite at the price of a slower convergence.
         """
 
+    def turning_matrix(
+        self, state: HubState, points: np.ndarray, impulses: np.ndarray
+    ) -> np.ndarray | None:
+        """How moments of impulses on its points change as it turns: -d(map^T impulses) / d(turn),
+        (unknown, unknown), symmetric; None where its points go straight.
+
+        Args:
+            state: Where it is.
+            points: Points of it [mm], (point, 3).
+            impulses: What acts on them, world axes [mN s], (point, 3).
+        """
+
     def residual_size(self, residual: np.ndarray) -> float:
         """Norm of unbalanced impulses on the unknowns, (unknown,) [mN s]."""
 

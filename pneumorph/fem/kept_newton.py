@@ -156,6 +156,7 @@ class _Evaluated(Generic[HubState]):
     hub: tuple[np.ndarray, np.ndarray]
     residuals: list[np.ndarray]
     contacts: Contacts
+    turning: np.ndarray | None
     unbalanced: float
 
 
@@ -169,7 +170,8 @@ def _evaluated(
     assemble = robot.clock.timed("assembly", robot.each_leg)
     residuals = assemble(lambda number: problem.implicit_residual(number, trial))
     unbalanced = problem.unbalanced(hub, residuals, trial, contacts)
-    return _Evaluated(trial, hub, residuals, contacts, unbalanced)
+    turning = problem.turning(residuals, trial, contacts)
+    return _Evaluated(trial, hub, residuals, contacts, turning, unbalanced)
 
 
 def _renew(
@@ -225,7 +227,7 @@ def _target(
         return leg.condense(velocity, residual, active, frames, impulses[number])
 
     shares = robot.clock.timed("elimination", robot.each_leg)(share)
-    return problem.joined(now.hub, shares, trial, contacts)
+    return problem.joined(now.hub, shares, trial, contacts, now.turning)
 
 
 def _moves(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -116,6 +116,17 @@ class RigidHub:
         """The same as `system`: no stiffness, and the spin is taken at the start."""
         return self.system(start, physics)
 
+    def turning_matrix(
+        self, state: RigidHubState, points: np.ndarray, impulses: np.ndarray
+    ) -> np.ndarray:
+        """The symmetric part of -d(sum r x p) / d(turn) = sum (r . p) 1 - r p^T, in (6, 6): what
+        pulls outwards resists a turn. The rest is the moment of all, which inertia takes up."""
+        arms = (points - self.rest_centre) @ state.rotation.T
+        virial = arms.T @ impulses
+        matrix = np.zeros((6, 6))
+        matrix[3:, 3:] = np.trace(virial) * np.eye(3) - 0.5 * (virial + virial.T)
+        return matrix
+
     def residual_size(self, residual: np.ndarray) -> float:
         """Norm of an unbalanced impulse and moment, (6,), with the radius of gyration [mN s]."""
         radius = np.sqrt(np.trace(self.inertia) / (2.0 * self.mass_kg))

@@ -102,6 +102,9 @@ class SoftHub:
             )
         )
 
+    def turning_matrix(self, state: SoftHubState, points: np.ndarray, impulses: np.ndarray) -> None:
+        """None: its points go with its nodes, which go straight."""
+
     def residual_size(self, residual: np.ndarray) -> float:
         """Norm of unbalanced impulses [mN s] of the unknowns, (3 node,)."""
         return float(np.linalg.norm(residual))

@@ -219,6 +219,32 @@ class StepProblem(Generic[HubState]):
             squares += float(np.vdot(of_leg, of_leg))
         return float(np.sqrt(squares + hub.residual_size(of_hub) ** 2))
 
+    def turning(
+        self,
+        residuals: Sequence[np.ndarray],
+        trial: TrialStep[HubState],
+        contacts: Contacts,
+    ) -> np.ndarray | None:
+        """What the hub's turning within the step adds to the tangent of its equations, (unknown,
+        unknown): what legs and floor impress on it turns its arms; None where they do not turn.
+
+        Args:
+            residuals: r of each leg at the trial [mN s], each (3 node,).
+            trial: The trial.
+            contacts: The floor, linearised at the trial.
+        """
+        hub = self._robot.hub
+        impulses = self._world_impulses(trial, contacts)
+        points, pushes = [hub.contact_points[contacts.points[-1]]], [impulses[-1]]
+        for leg, residual, active, impulse in zip(
+            self._robot.legs, residuals, contacts.points, impulses, strict=False
+        ):
+            of_leg = residual.reshape(-1, 3) - leg.contact_weights[active].T @ impulse
+            points.append(leg.attachment_in_hub)
+            pushes.append(-leg.at_attachment(of_leg.ravel()).reshape(-1, 3))
+        found = hub.turning_matrix(trial.hub, np.concatenate(points), np.concatenate(pushes))
+        return None if found is None else self._physics.time_step_s * found
+
     def applied(self) -> float:
         """Norm of the impulses at work at the start [mN s]: what a rest of them is small beside.
 
@@ -238,9 +264,19 @@ class StepProblem(Generic[HubState]):
         return float(np.sqrt(squares))
 
     def solve(
-        self, equations: Equations, trial: TrialStep[HubState], contacts: Contacts
+        self,
+        equations: Equations,
+        trial: TrialStep[HubState],
+        contacts: Contacts,
+        turning: np.ndarray | None = None,
     ) -> TrialStep[HubState]:
         """The trial that obeys equations linearised at another, and the contact law.
+
+        Args:
+            equations: The equations.
+            trial: Where they were linearised.
+            contacts: The floor, linearised there.
+            turning: As `turning` gives it there; None to leave it out.
 
         Raises:
             numpy.linalg.LinAlgError: A matrix is not positive definite.
@@ -251,7 +287,7 @@ class StepProblem(Generic[HubState]):
                 self._robot.legs, equations.legs, contacts.points, contacts.frames, strict=False
             )
         ]
-        return self.joined(equations.hub, condensed, trial, contacts)
+        return self.joined(equations.hub, condensed, trial, contacts, turning)
 
     def joined(
         self,
@@ -259,6 +295,7 @@ class StepProblem(Generic[HubState]):
         condensed: Sequence[LegShare],
         trial: TrialStep[HubState],
         contacts: Contacts,
+        turning: np.ndarray | None = None,
     ) -> TrialStep[HubState]:
         """The next trial by the legs' shares, joined by the hub and the contact law.
 
@@ -267,6 +304,8 @@ class StepProblem(Generic[HubState]):
             condensed: Each leg's share.
             trial: The last trial.
             contacts: The floor, linearised at the trial.
+            turning: As `turning` gives it; without, and where it leaves the hub's matrix
+                indefinite, iterations are linear.
 
         Raises:
             numpy.linalg.LinAlgError: The hub's matrix is not positive definite.
@@ -279,6 +318,9 @@ class StepProblem(Generic[HubState]):
             matrix += tie.T @ share.attachment_matrix @ tie
             right += tie.T @ share.attachment_right
             ties.append(tie)
+        if turning is not None and _definite(matrix + turning):
+            matrix += turning
+            right += turning @ trial.hub.velocity
         hub_points = contacts.frames[-1] @ hub.point_map(
             trial.hub, hub.contact_points[active[-1]]
         ).reshape(-1, 3, hub.unknown_count)
@@ -409,3 +451,11 @@ class StepProblem(Generic[HubState]):
     def _pressure_of(self, leg: MountedLeg) -> np.ndarray:
         """Pressure of each of a leg's cavities [simulated kPa], (cavity,)."""
         return leg.part.pressures_kPa(leg.pressure_of(self._pressure))
+
+
+def _definite(matrix: np.ndarray) -> bool:
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return False
+    return True

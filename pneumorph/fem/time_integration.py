@@ -93,11 +93,11 @@ def implicit_euler_step(
     now = _evaluated(problem, problem.standing(), points)
     for iteration in range(1, robot.numerics.newton_iterations + 1):
         try:
-            target = problem.solve(now.equations, now.trial, now.contacts)
+            target = problem.solve(now.equations, now.trial, now.contacts, now.turning)
         except np.linalg.LinAlgError:
             # Compression or pressure has made a tangent indefinite.
             equations = problem.implicit_euler(now.trial, definite=True)
-            target = problem.solve(equations, now.trial, now.contacts)
+            target = problem.solve(equations, now.trial, now.contacts, now.turning)
         for halving in range(LINE_SEARCH_HALVINGS + 1):
             share = 0.5**halving
             new = _evaluated(problem, problem.between(now.trial, target, share), points)
@@ -125,6 +125,7 @@ class _Evaluated(Generic[HubState]):
     trial: TrialStep[HubState]
     equations: Equations
     contacts: Contacts
+    turning: np.ndarray | None
     unbalanced: float
 
 
@@ -134,7 +135,8 @@ def _evaluated(
     equations, contacts = problem.implicit_euler(trial), problem.contacts(points, trial)
     residuals = problem.residuals(equations, trial)
     unbalanced = problem.unbalanced(equations.hub, residuals, trial, contacts)
-    return _Evaluated(trial, equations, contacts, unbalanced)
+    turning = problem.turning(residuals, trial, contacts)
+    return _Evaluated(trial, equations, contacts, turning, unbalanced)
 
 
 def with_points_below(

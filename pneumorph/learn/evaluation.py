@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -143,7 +143,81 @@ def _walk_in_worlds(
     objective: Objective,
 ) -> list[DesignGaitPair]:
     """Pairs whose score is the objective over the worlds of an evaluation; see `walk_batch`."""
-    side_by_side, count = objective.worlds_per_design, objective.evaluation_worlds
+    walked = walk_in_worlds(
+        environment, space, batch, act, objective, evaluation_seeds(objective), report
+    ).first(objective.evaluation_worlds)
+    scores = objective.of(walked.return_cm)
+    return [
+        DesignGaitPair(
+            int(design),
+            walked.command_kPa[place],
+            float(walked.distance_cm[place].mean()),
+            float(scores[place]),
+            "policy",
+            timestep,
+        )
+        for place, design in enumerate(batch)
+        if not walked.failed[place].all()
+    ]
+
+
+def evaluation_seeds(objective: Objective) -> list[int]:
+    """Seeds of the rounds whose worlds gaits are ranked in."""
+    rounds = -(-objective.evaluation_worlds // objective.worlds_per_design)
+    return [EVALUATION_SEED + number for number in range(rounds)]
+
+
+@dataclass(frozen=True, eq=False)
+class InWorlds:
+    """How designs fared in several worlds each.
+
+    Attributes:
+        return_cm: Sum of the rewards [cm], (design, world); where the simulation failed zero, or
+            less if it was negative.
+        distance_cm: Forward travel [cm], (design, world); where it failed likewise.
+        failed: Whether the simulation failed, (design, world) bool.
+        command_kPa: Real pressures in the first world where it did not [kPa],
+            (design, action, regulator).
+    """
+
+    return_cm: np.ndarray
+    distance_cm: np.ndarray
+    failed: np.ndarray
+    command_kPa: np.ndarray
+
+    def first(self, count: int) -> InWorlds:
+        """In the first worlds alone, so many."""
+        few = slice(count)
+        return replace(
+            self,
+            return_cm=self.return_cm[:, few],
+            distance_cm=self.distance_cm[:, few],
+            failed=self.failed[:, few],
+        )
+
+
+def walk_in_worlds(
+    environment: CrawlingEnvironment,
+    space: DesignSpace,
+    batch: np.ndarray,
+    act: Callable[[np.ndarray], np.ndarray],
+    objective: Objective,
+    seeds: Sequence[int | None],
+    report: Callable[[int], None] | None = None,
+) -> InWorlds:
+    """Walk designs in `Objective.worlds_per_design` worlds for each seed.
+
+    Args:
+        environment: Where to walk; its designs are replaced.
+        space: The design space.
+        batch: Indices of the designs, (n,), no more than have room with all their worlds.
+        act: Turns observations (robot, observation) into actions (robot, regulator), the worlds of
+            each design together; the last design's missing companions repeat the first.
+        objective: How many worlds.
+        seeds: What each round's worlds are drawn by; None goes on with the environment's own.
+        report: Told the number of actions done in the first round.
+    """
+    side_by_side = objective.worlds_per_design
     designs = filled_batch(batch, environment.num_envs // side_by_side)
     walked = [
         walk_episode(
@@ -152,39 +226,31 @@ def _walk_in_worlds(
             np.repeat(designs, side_by_side),
             act,
             report if number == 0 else None,
-            EVALUATION_SEED + number,
+            seed,
         )
-        for number in range(-(-count // side_by_side))
+        for number, seed in enumerate(seeds)
     ]
 
     def by_world(values: list[np.ndarray]) -> np.ndarray:
         """Of each round's robots, (design, world)."""
         shaped = np.reshape(values, (len(walked), len(designs), side_by_side))
-        return np.moveaxis(shaped, 1, 0).reshape(len(designs), -1)
+        return np.moveaxis(shaped, 1, 0).reshape(len(designs), -1)[: len(batch)]
 
     fallen = by_world([each.failed for each in walked])
     # A robot that fails begins its episode anew: its gait is that of the first world without.
     rounds, places = np.divmod(np.argmin(fallen, axis=1), side_by_side)
     returns, distances = (
-        np.where(fallen, np.minimum(each, 0.0), each)[:, :count]
+        np.where(fallen, np.minimum(each, 0.0), each)
         for each in (
             by_world([each.return_cm for each in walked]),
             by_world([each.distance_cm for each in walked]),
         )
     )
-    scores = objective.of(returns)
-    return [
-        DesignGaitPair(
-            int(design),
-            walked[rounds[place]].command_kPa[:, place * side_by_side + places[place]],
-            float(distances[place].mean()),
-            float(scores[place]),
-            "policy",
-            timestep,
-        )
-        for place, design in enumerate(batch)
-        if not fallen[place].all()
+    commands = [
+        walked[of_round].command_kPa[:, design * side_by_side + place]
+        for design, (of_round, place) in enumerate(zip(rounds, places, strict=True))
     ]
+    return InWorlds(returns, distances, fallen, np.array(commands))
 
 
 def filled_batch(batch: np.ndarray, count: int) -> np.ndarray:

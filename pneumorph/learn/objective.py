@@ -112,6 +112,20 @@ class Objective(Checked):
         return error
 
 
+def check_worlds_fit(environment_count: int, objective: Objective) -> None:
+    """Refuse robots side by side that leave designs without some of their worlds.
+
+    Raises:
+        ValueError: They are no multiple of the worlds of each design.
+    """
+    if environment_count % objective.worlds_per_design:
+        raise ValueError(
+            f"environment_count is {environment_count}, expected a multiple of "
+            f"worlds_per_design, {objective.worlds_per_design}: every design of a round "
+            "walks in each of its worlds"
+        )
+
+
 @cache
 def _deviation_of_normals(count: int) -> float:
     """Expected sample deviation of so many standard normals, c4 of statistical quality control:

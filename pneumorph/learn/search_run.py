@@ -3,13 +3,18 @@
 Every generation's distances are a line of ``search.jsonl``, beside them what they were ranked by
 where the reward takes something off. A resumed search is asked and told again what it was before,
 without walking: no state of the searcher needs saving.
+
+Where an objective asks for several worlds, all candidates of a generation walk in the same ones,
+drawn anew for each generation and centred by it, as a training's rounds are. The best of so few
+worlds is often the luckiest: at the end the best walk again, in the worlds of an evaluation.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +24,21 @@ from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
-from pneumorph.learn.evaluation import filled_batch, walk_episode
+from pneumorph.learn.evaluation import (
+    InWorlds,
+    evaluation_seeds,
+    filled_batch,
+    walk_in_worlds,
+)
+from pneumorph.learn.objective import Objective
+from pneumorph.learn.round_scores import RoundLevel
 from pneumorph.learn.searcher import Candidates, Searcher
 from pneumorph.robot.design_space import DesignSpace
 
 LOG_FILE = "search.jsonl"
 CURVE_FILE = "learning_curve.json"  # what a finished search found, for its page
+_KEPT_OF_DESIGN = 8
+"""Gaits of a design that are kept for an evaluation, where candidates walk in drawn worlds."""
 FAILED_CM = -1e3
 """What a search is told of a robot whose simulation failed [cm]: worse than any walk."""
 
@@ -34,10 +48,11 @@ class SearchResult:
     """What a search found.
 
     Attributes:
-        best: The pair of highest score of each design that walked, by its index.
+        best: The pair of highest score of each design that walked, by its index; where the
+            objective asks for several worlds, of those that walked in an evaluation's.
         timesteps: Actions made until the end of each generation, shape (generation,).
-        best_distance_cm: Distance of the best pair until then [cm], shape (generation,); NaN before
-            any robot came to the end of its walk.
+        best_distance_cm: Distance of the best pair until then [cm], shape (generation,), in the
+            worlds of its generation; NaN before any robot came to the end of its walk.
         late_gain_cm: What the last quarter of the budget added to each design's best score [cm],
             by its index: where it is much, the search was too short to call its best the best.
         resumed_timesteps: Actions that an earlier process had made.
@@ -68,6 +83,8 @@ def run_search(
     timesteps: int,
     folder: Path | str,
     *,
+    objective: Objective | None = None,
+    finalist_count: int = 24,
     description: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> SearchResult:
@@ -79,6 +96,9 @@ def run_search(
         space: The design space.
         timesteps: Actions of all robots together; the last generation may exceed them.
         folder: Receives ``search.jsonl``; a search that is there already goes on.
+        objective: What counts where candidates walk in several worlds; None for one world.
+        finalist_count: How many pairs then walk in the worlds of an evaluation: the best of each
+            design, the second ones and so on, until there are so many.
         description: What a resumed search must have in common with its beginning; JSON values.
         progress: Told (timesteps done, timesteps in all, message).
 
@@ -86,11 +106,15 @@ def run_search(
         ValueError: The folder holds a search of another description, or one whose generations do
             not fit.
     """
+    objective = objective or Objective()
+    level = RoundLevel(objective.centring_rounds)
     path = Path(folder) / LOG_FILE
     header = {"description": json.loads(json.dumps(description or {}))}
     known = _read_or_begin(path, header)
     task = environment.task
-    best: dict[int, DesignGaitPair] = {}
+    walks_each = task.action_count * objective.worlds_per_design
+    kept_of_design = _KEPT_OF_DESIGN if objective.is_robust else 1
+    found: dict[int, list[DesignGaitPair]] = {}
     earlier_cm: dict[int, float] = {}
     reached: list[tuple[int, float]] = []
     done, resumed, furthest = 0, 0, np.nan
@@ -105,54 +129,78 @@ def run_search(
                         f"{path} has a generation of {len(distance_cm)} distances, expected "
                         f"{len(candidates)}; it was made by another version of this search"
                     )
-                resumed += len(candidates) * task.action_count
+                resumed += len(candidates) * walks_each
             else:
                 if progress is not None:
                     # Before the walk: the time left counts from the first that is made now.
                     far = "" if np.isnan(furthest) else f", best {furthest:.1f} cm"
                     progress(done, timesteps, f"searching{far}")
-                score_cm, distance_cm = _walked(candidates, environment, space)
+                score_cm, distance_cm = _walked(candidates, environment, space, objective, done)
                 same = np.array_equal(score_cm, distance_cm)
                 line = distance_cm.tolist() if same else [score_cm.tolist(), distance_cm.tolist()]
                 stream.write(json.dumps(line) + "\n")
                 stream.flush()
+            ended = score_cm > FAILED_CM
+            score_cm = np.where(ended, level.centred(score_cm, ended), FAILED_CM)
             searcher.tell(score_cm)
-            done += len(candidates) * task.action_count
-            _note(candidates, score_cm, distance_cm, environment, done, best)
+            done += len(candidates) * walks_each
+            _note(candidates, score_cm, distance_cm, environment, done, found, kept_of_design)
             if done <= 0.75 * timesteps:
-                earlier_cm = {design: pair.score_cm for design, pair in best.items()}
-            if best:
-                furthest = max(best.values(), key=lambda pair: pair.score_cm).distance_cm
+                earlier_cm = {design: pairs[0].score_cm for design, pairs in found.items()}
+            if found:
+                furthest = max(
+                    (pairs[0] for pairs in found.values()), key=lambda pair: pair.score_cm
+                ).distance_cm
             reached.append((done, furthest))
     if progress is not None:
         progress(timesteps, timesteps, "searching")
     curve = np.array(reached).reshape(-1, 2)
     late_gain_cm = {
-        design: pair.score_cm - earlier_cm[design]
-        for design, pair in best.items()
+        design: pairs[0].score_cm - earlier_cm[design]
+        for design, pairs in found.items()
         if design in earlier_cm
     }
+    best = {design: pairs[0] for design, pairs in found.items()}
+    if objective.is_robust:
+        pairs = _finalists(found, finalist_count)
+        best = _best_in_evaluation(pairs, environment, space, objective, progress)
     return SearchResult(best, curve[:, 0].astype(int), curve[:, 1], late_gain_cm, resumed)
 
 
 def _walked(
-    candidates: Candidates, environment: CrawlingEnvironment, space: DesignSpace
+    candidates: Candidates,
+    environment: CrawlingEnvironment,
+    space: DesignSpace,
+    objective: Objective,
+    timestep: int,
 ) -> np.ndarray:
-    """Return and distance of every candidate [cm], (2, candidate), in batches of the environment's
-    size."""
-    count = environment.num_envs
+    """Score and distance of every candidate [cm], (2, candidate), in batches for which the
+    environment has room."""
+    count = environment.num_envs // objective.worlds_per_design
     found = []
     for begin in range(0, len(candidates), count):
-        rows = filled_batch(np.arange(begin, min(begin + count, len(candidates))), count)
-        actions = iter(np.moveaxis(candidates.action[rows], 1, 0))
-        walked = walk_episode(
-            environment,
-            space,
-            candidates.design[rows],
-            lambda _, actions=actions: next(actions),  # type: ignore[misc]
-        )
-        found.append(np.where(walked.failed, FAILED_CM, [walked.return_cm, walked.distance_cm]))
-    return np.concatenate(found, axis=1)[:, : len(candidates)]
+        batch = slice(begin, begin + count)
+        design, action = candidates.design[batch], candidates.action[batch]
+        seed = timestep if objective.is_robust else None
+        walked = _walked_open_loop(environment, space, design, action, objective, [seed])
+        far = np.stack([objective.of(walked.return_cm), walked.distance_cm.mean(axis=1)])
+        found.append(np.where(walked.failed.all(axis=1), FAILED_CM, far))
+    return np.concatenate(found, axis=1)
+
+
+def _walked_open_loop(
+    environment: CrawlingEnvironment,
+    space: DesignSpace,
+    design: np.ndarray,
+    action: np.ndarray,
+    objective: Objective,
+    seeds: Sequence[int | None],
+) -> InWorlds:
+    """Walk designs (design,) with a gait each, (design, action, regulator)."""
+    worlds = objective.worlds_per_design
+    filled = action[filled_batch(np.arange(len(design)), environment.num_envs // worlds)]
+    actions = cycle(np.moveaxis(np.repeat(filled, worlds, axis=0), 1, 0))
+    return walk_in_worlds(environment, space, design, lambda _: next(actions), objective, seeds)
 
 
 def _note(
@@ -161,17 +209,62 @@ def _note(
     distance_cm: np.ndarray,
     environment: CrawlingEnvironment,
     timestep: int,
-    best: dict[int, DesignGaitPair],
+    found: dict[int, list[DesignGaitPair]],
+    count: int,
 ) -> None:
-    """Keep the gait of highest score of each design."""
+    """Keep the gaits of highest score of each design, so many."""
     for place, design in enumerate(candidates.design):
         score = float(score_cm[place])
-        known = best.get(int(design))
-        if score > FAILED_CM and (known is None or score > known.score_cm):
+        known = found.setdefault(int(design), []) if score > FAILED_CM else []
+        if score > FAILED_CM and (len(known) < count or score > known[-1].score_cm):
             held_kPa = environment.task.pressure_kPa(candidates.action[place])
-            best[int(design)] = DesignGaitPair(
+            pair = DesignGaitPair(
                 int(design), held_kPa, float(distance_cm[place]), score, "search", timestep
             )
+            # Of equals the first that was found stays ahead.
+            known.append(pair)
+            known.sort(key=lambda each: -each.score_cm)
+            del known[count:]
+
+
+def _finalists(found: Mapping[int, Sequence[DesignGaitPair]], count: int) -> list[DesignGaitPair]:
+    ranked = [(rank, pair) for pairs in found.values() for rank, pair in enumerate(pairs)]
+    ranked.sort(key=lambda each: (each[0], -each[1].score_cm))
+    return [pair for _, pair in ranked[:count]]
+
+
+def _best_in_evaluation(
+    pairs: Sequence[DesignGaitPair],
+    environment: CrawlingEnvironment,
+    space: DesignSpace,
+    objective: Objective,
+    progress: Progress | None,
+) -> dict[int, DesignGaitPair]:
+    """Each design's best of these, by the objective over the worlds of an evaluation."""
+    count = environment.num_envs // objective.worlds_per_design
+    best: dict[int, DesignGaitPair] = {}
+    for begin in range(0, len(pairs), count):
+        if progress is not None:
+            progress(begin, len(pairs), "walking the best once more")
+        batch = pairs[begin : begin + count]
+        walked = _walked_open_loop(
+            environment,
+            space,
+            np.array([pair.design for pair in batch]),
+            environment.task.action(np.array([pair.held_kPa for pair in batch])),
+            objective,
+            evaluation_seeds(objective),
+        ).first(objective.evaluation_worlds)
+        scores = objective.of(walked.return_cm)
+        for place, pair in enumerate(batch):
+            known = best.get(pair.design)
+            if walked.failed[place].all() or (known and known.score_cm >= scores[place]):
+                continue
+            distance_cm = float(walked.distance_cm[place].mean())
+            best[pair.design] = replace(
+                pair, distance_cm=distance_cm, score_cm=float(scores[place])
+            )
+    return best
 
 
 def _read_or_begin(path: Path, header: dict[str, Any]) -> list[list[Any]]:

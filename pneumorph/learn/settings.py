@@ -10,7 +10,7 @@ from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.design_distribution import EntropySchedule
 from pneumorph.learn.factored_distribution import FactoredSettings
-from pneumorph.learn.objective import Objective
+from pneumorph.learn.objective import Objective, check_worlds_fit
 from pneumorph.learn.sac import SacSettings
 from pneumorph.robot.design_space import DesignSpace
 
@@ -105,12 +105,7 @@ class CooptSettings(Checked):
                 'mirror_transitions is true and space.mirror is "none", expected it false: a '
                 "robot's image is none of this space"
             )
-        if self.environment_count % self.objective.worlds_per_design:
-            raise ValueError(
-                f"environment_count is {self.environment_count}, expected a multiple of "
-                f"worlds_per_design, {self.objective.worlds_per_design}: every design of a round "
-                "walks in each of its worlds"
-            )
+        check_worlds_fit(self.environment_count, self.objective)
 
     @property
     def is_factored(self) -> bool:

@@ -14,6 +14,7 @@ from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -23,6 +24,7 @@ from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.gait_search import GaitSearch, GaitSearchSettings
 from pneumorph.learn.genetic_algorithm import GeneticAlgorithm, GeneticSettings
+from pneumorph.learn.objective import Objective, check_worlds_fit
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
 from pneumorph.learn.sac import Sac
@@ -30,6 +32,7 @@ from pneumorph.learn.search_run import CURVE_FILE, SearchResult, run_search
 from pneumorph.learn.searcher import Searcher
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.robot.design_space import DesignSpace
+from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search_findings import (
     DesignsBestGait,
@@ -38,6 +41,7 @@ from pneumorph.study.search_findings import (
     SearchCurve,
     SearchFindings,
 )
+from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
 
 _GAITS_OF_EACH_DESIGN = 960
 _TIMESTEPS = 1_000_000
@@ -67,6 +71,16 @@ class SearchSettings(Checked):
     genetic: GeneticSettings = field(default_factory=GeneticSettings)
     space: DesignSpace = field(default_factory=DesignSpace)
     task: CrawlingTask = field(default_factory=CrawlingTask)
+    objective: Objective = field(default_factory=Objective)
+    """What of distances in several worlds counts; where it asks for one world, that is the world as
+    it stands."""
+    finalist_count: Count = 24
+    """Pairs that walk in the worlds of an evaluation at the end, where candidates walked in
+    several: of each searched design one at least."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_worlds_fit(self.environment_count, self.objective)
 
 
 def search(
@@ -74,6 +88,7 @@ def search(
     robot: RobotSpec,
     folder: RunFolder,
     learned: FinishedRun | None = None,
+    randomisation: Randomisation | None = None,
 ) -> SearchFindings:
     """Search, and return the best of each design or of all.
 
@@ -83,7 +98,9 @@ def search(
         folder: Receives ``search.jsonl``, ``learning_curve.json`` and the best gaits; a search that
             is there already goes on.
         learned: A coopt run whose best designs are searched as well and whose policy stands beside;
-            task and space of the settings must be its own.
+            task, space and objective of the settings must be its own.
+        randomisation: What worlds are drawn from where the objective asks for several; None for
+            those of the measured physics.
 
     Raises:
         ArtefactError: The run is damaged.
@@ -93,10 +110,14 @@ def search(
     start = time.monotonic()
     task, space = settings.task, settings.space
     robot.check_space(space)
+    objective, worlds = settings.objective, None
+    if objective.is_robust:
+        drawn = measured_worlds() if randomisation is None else randomisation
+        worlds = TrainingWorlds(drawn, objective.worlds_per_design)
     environment = CrawlingEnvironment(
         space.some(settings.environment_count),
         robot.assembly,
-        robot.simulator,
+        simulator_factory(robot, worlds, settings.seed),
         task,
         space.module_count,
         space.cavity_count,
@@ -104,10 +125,11 @@ def search(
     gaits = settings.method == "gaits"
     designs = _designs(settings, learned) if gaits else {}
     # Before the search, which takes hours: a run that lost its policy ends here.
-    policy_cm = _policy_distances(environment, space, learned, list(designs), folder)
+    policy_cm = _policy_distances(environment, space, learned, list(designs), folder, objective)
     timesteps = settings.timesteps or _TIMESTEPS
     if gaits and settings.timesteps is None:
-        timesteps = len(designs) * _GAITS_OF_EACH_DESIGN * task.action_count
+        gaits_walked = len(designs) * _GAITS_OF_EACH_DESIGN * objective.worlds_per_design
+        timesteps = gaits_walked * task.action_count
     folder.progress.stage(f"searching ({settings.method})")
     asked = settings_to_dict(settings)
     same = ("method", "seed", "gaits", "random", "genetic", "space", "task")
@@ -117,11 +139,14 @@ def search(
         space,
         timesteps,
         folder.path,
+        objective=objective,
+        finalist_count=max(settings.finalist_count, len(designs)),
         description={
             **{name: asked[name] for name in same},
             "designs": [str(space[design]) for design in designs],
             "simulation": robot.settings,
             "leg": robot.reduction_digest(),
+            **({} if worlds is None else {"objective": asked["objective"], **worlds.as_dict()}),
         },
         progress=folder.progress,
     )
@@ -132,7 +157,7 @@ def search(
     rows: tuple[DesignsBestGait, ...] | None = None
     if gaits:
         rows = _rows(designs, found, gait_files, policy_cm, learned)
-        best: FoundPair | None = max(rows, key=_far)
+        best: FoundPair | None = max(rows, key=_score)
     else:
         ranked = found.ranked(space, task.reward.is_symmetric)[: settings.kept_pair_count]
         pairs = tuple(gait_files.write(pair.design, pair) for pair in ranked)
@@ -191,6 +216,7 @@ def _policy_distances(
     learned: FinishedRun | None,
     designs: list[int],
     folder: RunFolder,
+    objective: Objective,
 ) -> dict[int, float]:
     """How far the run's one policy carries each design without noise [cm]."""
     if learned is None or not designs:
@@ -203,7 +229,13 @@ def _policy_distances(
         settings.sac,
     )
     pairs = evaluate_policy(
-        environment, space, policy, learner, np.array(designs), progress=folder.progress
+        environment,
+        space,
+        policy,
+        learner,
+        np.array(designs),
+        progress=folder.progress,
+        objective=objective,
     )
     return {pair.design: pair.distance_cm for pair in pairs}
 
@@ -227,7 +259,7 @@ class _GaitFiles:
             "source": pair.source,
         }
         write_gait(self.folder / file, pair.gait(self.action_s, self.task), comments)
-        return FoundPair(name, pair.distance_cm, file, pair.timestep)
+        return FoundPair(name, pair.distance_cm, file, pair.timestep, pair.score_cm)
 
 
 def _rows(
@@ -254,8 +286,8 @@ def _rows(
     return tuple(rows)
 
 
-def _far(pair: FoundPair) -> float:
-    return -np.inf if pair.distance_cm is None else pair.distance_cm
+def _score(pair: FoundPair) -> float:
+    return -np.inf if pair.score_cm is None else pair.score_cm
 
 
 def _gaps(rows: Sequence[DesignsBestGait]) -> dict[str, PolicyGap]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 
 from pneumorph.base.artefact import read_json, reading
@@ -22,12 +22,15 @@ class FoundPair:
     """File of the gait, from the run's folder."""
     timestep: int | None
     """When it was found."""
+    score_cm: float | None = None
+    """What it was ranked by; in runs of an earlier version None."""
 
 
 @dataclass(frozen=True)
 class DesignsBestGait(FoundPair):
     """The best gait of one design, beside what was learned for it."""
 
+    _: KW_ONLY
     why: str
     """Why the design is among them: the expert's, L1, asked for, drawn at random."""
     late_gain_cm: float | None
@@ -54,6 +57,7 @@ class SearchFindings:
     method: str
     best_design: str | None
     best_distance_cm: float | None
+    """In one world; the mean over those of an evaluation where there are several."""
     timesteps: int
     simulated_s: float
     """Simulated time of all robots [s]."""

@@ -10,18 +10,18 @@ from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
-from pneumorph.base.settings import laid_over, settings_to_dict
-from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
-from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, quick_settings
+from pneumorph.learn.settings import CooptSettings, quick_settings
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
 from pneumorph.study.reduction_options import from_walks
 from pneumorph.study.study_once import study_once
 from pneumorph.study.training_run import TrainingResult, train
 from pneumorph.study.training_worlds import TrainingWorlds
+from pneumorph.study.usual_aim import other_physics, usual_aim, usual_worlds
 
 
 @dataclass(frozen=True)
@@ -57,35 +57,18 @@ class TrainingOptions(Checked):
         were measured are trained in the worlds that they may turn out to live in, those of the
         published physics in one, and a robot's file says what its designs, regulators and baseline
         are."""
-        asked = _physics_of(content)
-        other = asked is not None and asked != _physics_of(below)
-        return laid_over(_of_physics(asked) if other else {}, _of_description(content))
-
-
-def _physics_of(content: Mapping[str, Any]) -> Any:
-    """The physics by name that settings ask for; None where nothing is asked."""
-    robot = described_robot(content)
-    return content.get("robot", {}).get("based_on") if robot is None else robot.physics.based_on
-
-
-_TILT_CM_PER_DEGREE = 0.05
-"""Legs as soft as they are stand a robot up, and falling over goes 10 cm once: what a search finds
-first and seldom leaves. On its side a robot leans by 50 degrees and more, which costs 1 cm in each
-action: as much as good ones gain in it."""
+        other = other_physics(content, below)
+        return laid_over({} if other is None else _of_physics(other), _of_description(content))
 
 
 def _of_physics(name: Any) -> dict[str, Any]:
     measured = name == "measured"
-    usual = CooptSettings()
+    designs = 24 if measured else CooptSettings().evaluated_design_count
     return {
         "randomize": measured,
         "certified_world_count": 144 if measured else 0,
-        "randomisation": settings_to_dict(measured_worlds() if measured else Randomisation()),
-        "coopt": {
-            "objective": settings_to_dict(ROBUST_OBJECTIVE if measured else usual.objective),
-            "evaluated_design_count": 24 if measured else usual.evaluated_design_count,
-            "task": {"reward": {"tilt": _TILT_CM_PER_DEGREE if measured else 0.0}},
-        },
+        "randomisation": usual_worlds(name),
+        "coopt": {**usual_aim(name), "evaluated_design_count": designs},
     }
 
 

@@ -241,3 +241,26 @@ def test_contact_forces_and_weight_change_the_momentum(soft):
     )
     assert force[..., 2].max() > 0.0
     assert not np.any(velocity[force[..., 2] == 0.0])
+
+
+def test_what_pulls_on_a_hub_resists_its_turn():
+    """The moments of impulses that keep their directions while the arms turn, by central
+    differences: of turns of 1e-5 radian they are exact to 1e-9. The matrix is the symmetric part."""
+    rng = np.random.default_rng(3)
+    hub = small_robot().hub
+    start = hub.advance(hub.initial_state(), rng.normal(size=6), 0.3)
+    points, impulses = rng.normal(0.0, 10.0, (2, 7, 3))
+
+    def moments(turn):
+        moved = hub.advance(start, np.array([0.0, 0.0, 0.0, *turn]), 1.0)
+        return hub.point_map(moved, points).T @ impulses.ravel()
+
+    found = hub.turning_matrix(start, points, impulses)
+    step = 1e-5
+    changes = [(moments(step * e) - moments(-step * e)) / (2.0 * step) for e in np.eye(3)]
+    exact = -np.array(changes).T[3:]
+    np.testing.assert_allclose(found[3:, 3:], 0.5 * (exact + exact.T), atol=1e-6)
+    assert not found[:3].any()
+    assert not found[:, :3].any()
+    outwards = hub.point_positions(start, points) - start.centre
+    assert np.linalg.eigvalsh(hub.turning_matrix(start, points, outwards)[3:, 3:]).min() > 0.0

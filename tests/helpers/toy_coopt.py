@@ -1,5 +1,6 @@
 """A small co-optimisation problem: viscous crawlers on four locations and two regulators."""
 
+from collections.abc import Sequence
 from functools import cache, partial
 from itertools import product
 
@@ -10,6 +11,7 @@ from pneumorph.environment.viscous_crawler import ViscousCrawler
 from pneumorph.learn.design_distribution import EntropySchedule
 from pneumorph.learn.sac import SacSettings
 from pneumorph.learn.settings import CooptSettings, FinetuningSettings
+from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 
 TIME_STEP_S = 0.05
@@ -66,3 +68,20 @@ def best_distances_cm(action_count: int = TASK.action_count) -> np.ndarray:
             value = (travel_cm + value).max(axis=1)
         best.append(value[0])  # from the deflated robot
     return np.array(best)
+
+
+class CrawlersInWorlds(ViscousCrawler):
+    """Crawlers on floors whose grip is drawn: robot i stands in world i modulo four."""
+
+    def __init__(self, robots: Sequence[Design]) -> None:
+        self.walked: list[tuple[Design, ...]] = []
+        super().__init__(robots, TIME_STEP_S)
+        self.redraw(0)
+
+    def redraw(self, number: int) -> None:
+        grips = np.random.default_rng([9, number]).uniform(1.0, 8.0, 4)
+        self._grip = np.resize(grips, len(self._forward_mm))[:, None]  # type: ignore[assignment]
+
+    def set_robots(self, robots: Sequence[Design]) -> None:
+        self.walked.append(tuple(robots))
+        super().set_robots(robots)

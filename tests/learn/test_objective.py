@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.toy_coopt import SPACE, TIME_STEP_S, toy_settings
+from helpers.toy_coopt import SPACE, CrawlersInWorlds, toy_settings
 
 from pneumorph.environment.reward import RewardWeights
-from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
+from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.learn.design_gait_pair import BestPairs
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.finetuning import finalists
 from pneumorph.learn.objective import Objective, mean_of_worst
 from pneumorph.learn.round_scores import RoundLevel
 from pneumorph.learn.training import Training
-from pneumorph.robot.design import Design
 
 DISTANCES = np.array([[4.0, 1.0, 3.0, 2.0], [5.0, 5.0, 5.0, 5.0]])
 
@@ -105,29 +103,12 @@ def test_designs_that_failed_do_not_say_how_hard_a_round_was() -> None:
     assert level.state() == before
 
 
-class _InWorlds(ViscousCrawler):
-    """Crawlers on floors whose grip is drawn: robot i stands in world i modulo four."""
-
-    def __init__(self, robots: Sequence[Design]) -> None:
-        self.walked: list[tuple[Design, ...]] = []
-        super().__init__(robots, TIME_STEP_S)
-        self.redraw(0)
-
-    def redraw(self, number: int) -> None:
-        grips = np.random.default_rng([9, number]).uniform(1.0, 8.0, 4)
-        self._grip = np.resize(grips, len(self._forward_mm))[:, None]  # type: ignore[assignment]
-
-    def set_robots(self, robots: Sequence[Design]) -> None:
-        self.walked.append(tuple(robots))
-        super().set_robots(robots)
-
-
 ROBUST = Objective("worst_share", 0.0, 0.5, worlds_per_design=4, evaluation_worlds=8)
 
 
 def training(objective: Objective = ROBUST, rounds: int = 4) -> Training:
     settings = replace(toy_settings(rounds), objective=objective, mirror_transitions=False)
-    return Training(viscous_crawler_robot, _InWorlds, settings)
+    return Training(viscous_crawler_robot, CrawlersInWorlds, settings)
 
 
 def test_a_rounds_designs_walk_in_the_same_worlds() -> None:
@@ -145,7 +126,7 @@ def test_a_rounds_designs_walk_in_the_same_worlds() -> None:
     assert trained.best.pairs == []
     assert (
         "round_score_cm"
-        not in Training(viscous_crawler_robot, _InWorlds, toy_settings(4)).run_round()
+        not in Training(viscous_crawler_robot, CrawlersInWorlds, toy_settings(4)).run_round()
     )
 
 
@@ -159,7 +140,7 @@ def test_gaits_are_ranked_by_the_objective_over_worlds_of_their_own() -> None:
     for pair in (pairs[0], pairs[-1]):
         distances = []
         for number in range(2):
-            simulator = _InWorlds([SPACE[pair.design]] * 4)
+            simulator = CrawlersInWorlds([SPACE[pair.design]] * 4)
             simulator.redraw(EVALUATION_SEED + number)
             for held in pair.held_kPa:
                 simulator.advance(np.tile(held, (4, 1)), task.action_step_count)
@@ -177,7 +158,7 @@ def test_a_design_that_is_drawn_twice_counts_with_all_its_walks(
     """Its score is the objective of eight walks, of each design that was drawn: and where a mirror
     image counts for a design, of those of its image too."""
     settings = replace(toy_settings(4), objective=ROBUST, mirror_transitions=mirrored)
-    trained = Training(viscous_crawler_robot, _InWorlds, settings)
+    trained = Training(viscous_crawler_robot, CrawlersInWorlds, settings)
     pair = next(i for i, image in enumerate(SPACE.mirror_index) if image != i)
     image, other = (
         int(SPACE.mirror_index[pair]),
@@ -194,7 +175,7 @@ def test_a_design_that_is_drawn_twice_counts_with_all_its_walks(
         assert trained.distribution.scores[design] == pytest.approx(expected)
 
 
-class _Failing(_InWorlds):
+class _Failing(CrawlersInWorlds):
     """Robots fail in marked worlds as their second action ends, and then begin anew."""
 
     failing_worlds: tuple[int, ...] = (0, 2)
@@ -214,7 +195,7 @@ class _Failing(_InWorlds):
 def test_a_gait_is_that_of_a_world_where_its_robot_did_not_fail() -> None:
     """Worlds that differ do not change a gait; a robot that fails begins it anew."""
     settings = replace(toy_settings(1), objective=ROBUST, mirror_transitions=False)
-    whole = Training(viscous_crawler_robot, _InWorlds, settings).evaluate()
+    whole = Training(viscous_crawler_robot, CrawlersInWorlds, settings).evaluate()
     failing = Training(viscous_crawler_robot, _Failing, settings).evaluate()
     gaits = {pair.design: pair.held_kPa for pair in whole}
     assert len(failing) == len(gaits)
@@ -260,7 +241,9 @@ def test_a_training_reports_distances_beside_what_ranked_its_pairs() -> None:
     settings = toy_settings(1)
     task = replace(settings.task, reward=RewardWeights(pressure_change=0.05))
     trained = Training(
-        viscous_crawler_robot, _InWorlds, replace(settings, task=task, mirror_transitions=False)
+        viscous_crawler_robot,
+        CrawlersInWorlds,
+        replace(settings, task=task, mirror_transitions=False),
     )
     trained.run_round()
     trained.evaluate()

@@ -5,19 +5,28 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, best_distances_cm, make_simulator
+from helpers.toy_coopt import (
+    SPACE,
+    TASK,
+    TIME_STEP_S,
+    CrawlersInWorlds,
+    best_distances_cm,
+    make_simulator,
+)
 
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.reward import RewardWeights
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.gait.walk import walk
+from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.gait_search import GaitSearch, GaitSearchSettings
 from pneumorph.learn.genetic_algorithm import (
     GeneticAlgorithm,
     GeneticSettings,
     canonical_candidate,
 )
+from pneumorph.learn.objective import Objective
 from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
 from pneumorph.learn.search_run import FAILED_CM, LOG_FILE, SearchResult, run_search
 from pneumorph.learn.searcher import Searcher
@@ -193,3 +202,77 @@ def test_a_pair_keeps_its_distance_where_the_reward_takes_something_off(tmp_path
     ranked = found[0].ranked(SPACE)
     assert ranked[0].score_cm == max(pair.score_cm for pair in found[0].best.values())
     assert found[0].best_distance_cm[-1] == ranked[0].distance_cm
+
+
+ROBUST = Objective("mean_minus_deviations", worlds_per_design=4, evaluation_worlds=8)
+
+
+def in_worlds() -> CrawlingEnvironment:
+    return environment(CrawlersInWorlds)
+
+
+@pytest.mark.parametrize("method", ["gaits", "random", "genetic"])
+def test_candidates_walk_in_worlds_of_their_generation(tmp_path: Path, method: str) -> None:
+    """Every pair that is kept has the objective of its distances in the worlds of an evaluation,
+    which are the same for all and none of a generation's; budgets count each world."""
+    timesteps = 3 * 30 * 4 * TASK.action_count
+    found = run_search(searcher(method), in_worlds(), SPACE, timesteps, tmp_path, objective=ROBUST)
+    generation = 4 * TASK.action_count * (30 if method == "gaits" else 20)
+    assert found.timesteps[0] == generation
+    assert len(found.best) == 3 if method == "gaits" else len(found.best) <= 24
+    for pair in found.best.values():
+        walked = []
+        for number in range(2):
+            crawlers = CrawlersInWorlds([SPACE[pair.design]] * 4)
+            crawlers.redraw(EVALUATION_SEED + number)
+            for held in pair.held_kPa:
+                crawlers.advance(np.tile(held, (4, 1)), TASK.action_step_count)
+            walked.append(crawlers.forward_position_mm / 10.0)
+        distances = np.concatenate(walked)
+        assert pair.score_cm == pytest.approx(ROBUST.of(distances), abs=1e-9)
+        assert pair.distance_cm == pytest.approx(distances.mean(), abs=1e-9)
+
+
+def test_a_search_in_worlds_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+    timesteps = 6 * 20 * 4 * TASK.action_count
+    centred = replace(ROBUST, centring_rounds=3)
+    folders = [tmp_path / name for name in ("straight", "stopped")]
+    straight = run_search(
+        searcher("genetic"), in_worlds(), SPACE, timesteps, folders[0], objective=centred
+    )
+    for share in (0.5, 1.0):
+        resumed = run_search(
+            searcher("genetic"),
+            in_worlds(),
+            SPACE,
+            int(share * timesteps),
+            folders[1],
+            objective=centred,
+        )
+    assert resumed.resumed_timesteps == timesteps // 2
+    assert [pair.score_cm for pair in resumed.ranked(SPACE)] == [
+        pair.score_cm for pair in straight.ranked(SPACE)
+    ]
+    assert (folders[0] / LOG_FILE).read_text() == (folders[1] / LOG_FILE).read_text()
+
+
+def test_the_luckiest_walk_is_no_reason_to_be_the_best(tmp_path: Path) -> None:
+    """Each design's best gaits of single rounds walk again, the first of each design first: with
+    one finalist for each of three designs, and with more, no score is lower."""
+    timesteps = 6 * 30 * 4 * TASK.action_count
+    one, many = (
+        run_search(
+            searcher("gaits"),
+            in_worlds(),
+            SPACE,
+            timesteps,
+            tmp_path / str(count),
+            objective=ROBUST,
+            finalist_count=count,
+        )
+        for count in (3, 24)
+    )
+    assert sorted(one.best) == sorted(many.best) == [3, 11, 20]
+    gains = [many.best[design].score_cm - one.best[design].score_cm for design in one.best]
+    assert min(gains) >= 0.0
+    assert max(gains) > 0.0

@@ -1,0 +1,46 @@
+"""What robots of a physics are asked for where nothing else is said: worlds, objective, reward."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.robot_options import described_robot
+from pneumorph.learn.objective import Objective
+from pneumorph.learn.settings import ROBUST_OBJECTIVE
+from pneumorph.simulation.randomisation import Randomisation
+
+TILT_CM_PER_DEGREE = 0.05
+"""Legs as soft as they are stand a robot up, and falling over goes 10 cm once: what a search finds
+first and seldom leaves. On its side a robot leans by 50 degrees and more, which costs 1 cm in each
+action: as much as good ones gain in it."""
+
+
+def asked_physics(content: Mapping[str, Any]) -> Any:
+    """The physics by name that settings ask for; None where nothing is asked."""
+    robot = described_robot(content)
+    return content.get("robot", {}).get("based_on") if robot is None else robot.physics.based_on
+
+
+def other_physics(content: Mapping[str, Any], below: Mapping[str, Any]) -> Any:
+    """The physics that settings ask for, if it is another than those below them have, else None."""
+    asked = asked_physics(content)
+    return None if asked == asked_physics(below) else asked
+
+
+def usual_worlds(physics: Any) -> dict[str, Any]:
+    """Settings of what worlds are drawn from: those that robots as their materials were measured
+    may turn out to live in; the published physics is one."""
+    return settings_to_dict(measured_worlds() if physics == "measured" else Randomisation())
+
+
+def usual_aim(physics: Any) -> dict[str, Any]:
+    """Settings of objective and task: what a sixth of the worlds falls short of, less what falling
+    over costs; the distance alone in the published physics."""
+    measured = physics == "measured"
+    return {
+        "objective": settings_to_dict(ROBUST_OBJECTIVE if measured else Objective()),
+        "task": {"reward": {"tilt": TILT_CM_PER_DEGREE if measured else 0.0}},
+    }
