@@ -360,7 +360,7 @@ def test_a_verb_says_what_it_takes_over_and_what_flags_change(
     asked(f"evaluate {folder} --afresh")
     assert "leg and physics" not in capsys.readouterr().err
     asked(f"search --run {folder}")
-    assert "leg, physics, task and designs of" in capsys.readouterr().err
+    assert "leg, physics, worlds, task and designs of" in capsys.readouterr().err
 
 
 def test_settings_of_a_group_may_stand_beside_it_as_its_flags_do(

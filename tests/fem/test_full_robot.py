@@ -245,7 +245,8 @@ def test_contact_forces_and_weight_change_the_momentum(soft):
 
 def test_what_pulls_on_a_hub_resists_its_turn():
     """The moments of impulses that keep their directions while the arms turn, by central
-    differences: of turns of 1e-5 radian they are exact to 1e-9. The matrix is the symmetric part."""
+    differences: of turns of 1e-5 radian they are exact to 1e-9. The matrix is their symmetric
+    part."""
     rng = np.random.default_rng(3)
     hub = small_robot().hub
     start = hub.advance(hub.initial_state(), rng.normal(size=6), 0.3)
