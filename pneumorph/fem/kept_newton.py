@@ -119,7 +119,7 @@ def kept_newton_step(
     contraction = Contraction(bool(earlier))
     for iteration in range(1, numerics.newton_iterations + 1):
         furthest = kept.furthest_turn if now is first else _WITHIN_A_STEP * FURTHEST_TURN
-        fresh = _renew(robot, problem, kept, now.trial, changes, furthest)
+        fresh = _renew(robot, problem, kept, now, changes, furthest)
         if fresh:
             earlier -= fresh
             contraction = Contraction(bool(earlier))
@@ -178,11 +178,12 @@ def _renew(
     robot: RobotBody[HubState],
     problem: StepProblem[HubState],
     kept: KeptFactors[HubState],
-    trial: TrialStep[HubState],
+    now: _Evaluated[HubState],
     changes: Sequence[np.ndarray],
     furthest_turn: float,
 ) -> set[int]:
     """Turn factors to a trial, make those anew that have turned too far; numbers of their legs."""
+    trial = now.trial
 
     def renewed(number: int) -> bool:
         leg, x, factor = robot.legs[number], trial.positions[number], kept.legs[number]
@@ -191,8 +192,12 @@ def _renew(
             if factor.turn <= furthest_turn:
                 return False
         kept.legs[number] = None
-        for changed in (changes[number], None):  # what was foreseen may be too compressed
+        # What was foreseen may be too compressed, and a corner that the floor presses may give way
+        # where it is not held.
+        for changed, held in ((changes[number], False), (None, False), (None, True)):
             data = problem.implicit_matrix(number, trial, changed)
+            if held:
+                problem.hold_pressed(number, data, trial, now.contacts)
             try:
                 kept.legs[number] = KeptLeg(leg, data, x)
                 return True

@@ -261,6 +261,23 @@ class MountedLeg:
         own = self._spread.T @ columns[self.tied_unknowns]
         return columns[pattern.unknowns], own
 
+    def add_stiffness(self, data: np.ndarray, point: int, stiffness: np.ndarray) -> None:
+        """Add that of a contact point, (3, 3), to a matrix in the assembly's pattern, in place.
+
+        Args:
+            data: The matrix, (entry,).
+            point: The contact point's number.
+            stiffness: What its motion meets, in the matrix's units, (3, 3).
+        """
+        weights, assembly = self.contact_weights[[point]].tocoo(), self.part.assembly
+        axes = np.arange(3)
+        for node, weight in zip(weights.col, weights.data, strict=True):
+            for other, share in zip(weights.col, weights.data, strict=True):
+                for axis in axes:
+                    begin, end = assembly.indptr[3 * node + axis : 3 * node + axis + 2]
+                    place = np.searchsorted(assembly.indices[begin:end], 3 * other + axes)
+                    data[begin + place] += weight * share * stiffness[axis]
+
     def fill_contacts(
         self, pattern: FrontPattern, columns: np.ndarray, active: np.ndarray, frames: np.ndarray
     ) -> np.ndarray:

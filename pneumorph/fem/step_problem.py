@@ -23,6 +23,11 @@ from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.trial_step import TrialStep
 from pneumorph.physics.physics import Physics
 
+HELD = 1.0
+"""Times the largest entry of its diagonal a leg is held where the floor presses it."""
+STICKING = 0.999
+"""Share of the most that friction can do up to which a point counts as sticking."""
+
 
 @dataclass(frozen=True, eq=False)
 class Equations:
@@ -173,6 +178,35 @@ class StepProblem(Generic[HubState]):
             self._start.memories[number],
             change,
         )
+
+    def hold_pressed(
+        self, number: int, data: np.ndarray, trial: TrialStep[HubState], contacts: Contacts
+    ) -> None:
+        """Add to A of a leg, in place, what keeps the points near the trial that the floor presses:
+        along the normal, and all ways where they stick. At the end of a step they are held there
+        anyway, so its iterations converge as with A.
+
+        Args:
+            number: The leg's.
+            data: A in the pattern of the part's assembly [kg], (entry,).
+            trial: The trial.
+            contacts: The floor, linearised at the trial.
+        """
+        leg, points = self._robot.legs[number], contacts.points[number]
+        first = sum(len(each) for each in contacts.points[:number])
+        chosen = self._robot.contact_numbers(contacts.points)[first : first + len(points)]
+        stiffness = HELD * float(data[leg.part.assembly.diagonal].max())
+        for point, frame, impulse, friction in zip(
+            points,
+            contacts.frames[number],
+            trial.impulses[chosen],
+            self._friction[chosen],
+            strict=True,
+        ):
+            if impulse[0] > 0.0:
+                sticks = np.hypot(impulse[1], impulse[2]) < STICKING * friction * impulse[0]
+                axes = frame if sticks else frame[:1]
+                leg.add_stiffness(data, point, stiffness * axes.T @ axes)
 
     def implicit_residual(self, number: int, trial: TrialStep[HubState]) -> np.ndarray:
         """r of a leg in the implicit Euler step at a trial [mN s], (3 node,)."""
