@@ -15,48 +15,11 @@ Example: pneumorph search --method genetic --timesteps 1000000 --out runs/geneti
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Annotated, Any
-
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
-from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.robot_options import USUAL, RobotOptions, described_robot
-from pneumorph.command.verb import Verb, flat
-from pneumorph.learn.objective import Objective
-from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.finished_run import FinishedRun, TakenOver
-from pneumorph.study.search import SearchFindings, SearchSettings, search
-from pneumorph.study.usual_aim import other_physics, usual_aim, usual_worlds
-
-
-@dataclass(frozen=True)
-class SearchOptions:
-    """What is searched, and which robots walk."""
-
-    run: Path | None = None
-    """A coopt run, whose robots, task and space are taken over."""
-    search: Annotated[SearchSettings, flat] = field(
-        default_factory=lambda: settings_from_dict(SearchSettings, usual_aim(USUAL))
-    )
-    robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
-    randomisation: Randomisation = field(default_factory=measured_worlds)
-    """What worlds are drawn from, where --objective.worlds-per-design asks for several."""
-
-    @classmethod
-    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
-        """Worlds, objective and reward that the physics brings, as for a training; the designs and
-        the regulators that a robot's file brings."""
-        robot, physics = described_robot(content), other_physics(content, below)
-        of_physics = (
-            {}
-            if physics is None
-            else {"search": usual_aim(physics), "randomisation": usual_worlds(physics)}
-        )
-        of_robot = {} if robot is None else {"search": robot.training_settings()}
-        return laid_over(of_physics, of_robot)
+from pneumorph.command.verb import Verb
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.search import SearchFindings, search
+from pneumorph.study.search_options import SearchOptions
 
 
 def run(options: SearchOptions, folder: RunFolder) -> SearchFindings:
@@ -65,21 +28,4 @@ def run(options: SearchOptions, folder: RunFolder) -> SearchFindings:
     return search(options.search, options.robot.spec(), folder, learned, options.randomisation)
 
 
-def taken_over(options: SearchOptions) -> TakenOver | None:
-    """Robots, task, space, objective and worlds of the run."""
-    if options.run is None:
-        return None
-    learned = FinishedRun.read(options.run)
-    ranked_by = learned.objective or Objective()
-    asked = {
-        "task": settings_to_dict(learned.task),
-        "space": settings_to_dict(learned.space),
-        "objective": settings_to_dict(ranked_by),
-    }
-    return learned.handed_on(
-        {**learned.taken_over("robot", "randomisation"), "search": asked},
-        "leg, physics, worlds, task and designs",
-    )
-
-
-VERB = Verb(SearchOptions, run, taken_over=taken_over)
+VERB = Verb(SearchOptions, run, taken_over=lambda options: options.taken_over)

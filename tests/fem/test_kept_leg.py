@@ -116,3 +116,15 @@ def test_an_iteration_solves_the_linear_equations(leg):
     told = share.attachment_matrix @ attached.ravel() - share.attachment_right
     told -= share.contact_attachment.T @ after.ravel()
     assert_close(told, wanted, SINGLE)
+
+
+def test_a_stiffness_at_a_contact_point_is_what_its_nodes_meet(leg):
+    """W^T S W with the weights W of the point's nodes; nothing else of the matrix changes."""
+    root = np.random.default_rng(5).standard_normal((3, 3))
+    stiffness = root @ root.T
+    data = np.zeros(len(leg.part.assembly.indices))
+    leg.add_stiffness(data, 2, stiffness)
+    weights = leg.contact_weights[[2]].toarray()
+    expected = np.kron(weights.T @ weights, stiffness)
+    found = leg.part.assembly.matrix(data).toarray()
+    np.testing.assert_allclose(found, expected, atol=1e-14)

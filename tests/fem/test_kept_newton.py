@@ -176,3 +176,39 @@ def test_what_decides_nothing_is_no_part_of_kept_settings():
     assert (
         "displacement_tolerance_mm" in FullOrderSettings(displacement_tolerance_mm=1e-5).described()
     )
+
+
+def test_points_that_the_floor_presses_may_be_held(leg, monkeypatch):
+    """Where a matrix is indefinite without, its pressed points are held: it is the same step, to
+    the tolerance of the first test, and where all that is pressed sticks it takes no more than
+    twice the iterations."""
+    usual, held = (robot(leg, newton_tolerance=1e-10) for _ in range(2))
+    start, other = rested(usual), rested(held)
+    assert start.impulses[:, 0].max() > 0.0
+    problem = kept_newton.StepProblem
+    calls = []
+
+    class Buckling(kept_newton.KeptLeg):
+        def __init__(self, mounted, data, x):
+            if not calls or calls[-1] is not data:
+                raise np.linalg.LinAlgError("not held")
+            super().__init__(mounted, data, x)
+
+    def hold(self, number, data, trial, contacts, original=problem.hold_pressed):
+        before = data.copy()
+        original(self, number, data, trial, contacts)
+        assert (data != before).any()
+        calls.append(data)
+
+    monkeypatch.setattr(kept_newton, "KeptLeg", Buckling)
+    monkeypatch.setattr(problem, "hold_pressed", hold)
+    held.kept.forget(range(len(held.legs)))
+    usual.kept.forget(range(len(usual.legs)))
+    command = np.array([24.0, 4.0])
+    end = held.step(other, command)
+    assert calls
+    monkeypatch.undo()
+    expected = usual.step(start, command)
+    assert end.iterations <= 2 * expected.iterations
+    for x, y in zip(end.positions, expected.positions, strict=True):
+        np.testing.assert_allclose(x, y, atol=1e-6)

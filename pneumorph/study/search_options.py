@@ -1,0 +1,65 @@
+"""Everything that decides a search, as the settings of its run hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+from pneumorph.base.flags import flat
+from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
+from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.robot_options import USUAL, RobotOptions, described_robot
+from pneumorph.learn.objective import Objective
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.finished_run import FinishedRun, TakenOver
+from pneumorph.study.search import SearchSettings
+from pneumorph.study.usual_aim import other_physics, usual_aim, usual_worlds
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """What is searched, and which robots walk."""
+
+    run: Path | None = None
+    """A coopt run, whose robots, task and space are taken over."""
+    search: Annotated[SearchSettings, flat] = field(
+        default_factory=lambda: settings_from_dict(SearchSettings, usual_aim(USUAL))
+    )
+    robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+    randomisation: Randomisation = field(default_factory=measured_worlds)
+    """What worlds are drawn from, where --objective.worlds-per-design asks for several."""
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """Worlds, objective and reward that the physics brings, as for a training; the designs and
+        the regulators that a robot's file brings."""
+        robot, physics = described_robot(content), other_physics(content, below)
+        of_physics = (
+            {}
+            if physics is None
+            else {"search": usual_aim(physics), "randomisation": usual_worlds(physics)}
+        )
+        of_robot = {} if robot is None else {"search": robot.training_settings()}
+        return laid_over(of_physics, of_robot)
+
+    @property
+    def taken_over(self) -> TakenOver | None:
+        """Robots, task, space, objective and worlds of the run; None without one.
+
+        Raises:
+            ArtefactError: The run is damaged.
+        """
+        if self.run is None:
+            return None
+        learned = FinishedRun.read(self.run)
+        asked = {
+            "task": settings_to_dict(learned.task),
+            "space": settings_to_dict(learned.space),
+            "objective": settings_to_dict(learned.objective or Objective()),
+        }
+        return learned.handed_on(
+            {**learned.taken_over("robot", "randomisation"), "search": asked},
+            "leg, physics, worlds, task and designs",
+        )
