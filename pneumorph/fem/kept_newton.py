@@ -28,11 +28,13 @@ import numpy as np
 from pneumorph.fem.contact_points import Contacts
 from pneumorph.fem.contraction import Contraction
 from pneumorph.fem.full_robot_state import FullRobotState
+from pneumorph.fem.held_points import hold_pressed
 from pneumorph.fem.hub_body import HubState
 from pneumorph.fem.kept_leg import KeptLeg, KeptShare
 from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.step_problem import StepProblem
 from pneumorph.fem.time_integration import StepError, with_points_below
+from pneumorph.fem.trial_balance import trial_balance
 from pneumorph.fem.trial_step import TrialStep
 from pneumorph.physics.physics import Physics
 
@@ -169,9 +171,8 @@ def _evaluated(
     hub, contacts = problem.implicit_hub(trial), problem.contacts(points, trial)
     assemble = robot.clock.timed("assembly", robot.each_leg)
     residuals = assemble(lambda number: problem.implicit_residual(number, trial))
-    unbalanced = problem.unbalanced(hub, residuals, trial, contacts)
-    turning = problem.turning(residuals, trial, contacts)
-    return _Evaluated(trial, hub, residuals, contacts, turning, unbalanced)
+    balance = trial_balance(robot, hub, residuals, trial, contacts)
+    return _Evaluated(trial, hub, residuals, contacts, balance.turning, balance.unbalanced)
 
 
 def _renew(
@@ -183,7 +184,7 @@ def _renew(
     furthest_turn: float,
 ) -> set[int]:
     """Turn factors to a trial, make those anew that have turned too far; numbers of their legs."""
-    trial = now.trial
+    trial, pressed = now.trial, robot.contact_numbers_by_body(now.contacts.points)
 
     def renewed(number: int) -> bool:
         leg, x, factor = robot.legs[number], trial.positions[number], kept.legs[number]
@@ -197,7 +198,14 @@ def _renew(
         for changed, held in ((changes[number], False), (None, False), (None, True)):
             data = problem.implicit_matrix(number, trial, changed)
             if held:
-                problem.hold_pressed(number, data, trial, now.contacts)
+                hold_pressed(
+                    leg,
+                    data,
+                    now.contacts.points[number],
+                    now.contacts.frames[number],
+                    trial.impulses[pressed[number]],
+                    problem.friction[pressed[number]],
+                )
             try:
                 kept.legs[number] = KeptLeg(leg, data, x)
                 return True
@@ -220,16 +228,15 @@ def _target(
 ) -> TrialStep[HubState]:
     """The next trial by the kept factors."""
     trial, contacts = now.trial, now.contacts
-    numbers = robot.contact_numbers(contacts.points)
-    ends = np.cumsum([len(points) for points in contacts.points])
-    impulses = np.split(trial.impulses[numbers], ends[:-1])
+    numbers = robot.contact_numbers_by_body(contacts.points)
 
     def share(number: int) -> KeptShare:
         active, frames, leg = contacts.points[number], contacts.frames[number], legs[number]
         assert leg is not None, "factors are made before they are used"
         leg.add_points(active)
         velocity, residual = trial.velocities[number], now.residuals[number]
-        return leg.condense(velocity, residual, active, frames, impulses[number])
+        impulses = trial.impulses[numbers[number]]
+        return leg.condense(velocity, residual, active, frames, impulses)
 
     shares = robot.clock.timed("elimination", robot.each_leg)(share)
     return problem.joined(now.hub, shares, trial, contacts, now.turning)

@@ -206,10 +206,11 @@ class RobotBody(Generic[HubState]):
 
     def contact_numbers(self, points: Sequence[np.ndarray]) -> np.ndarray:
         """Numbers among all contact points of the given ones of each body, (contact,)."""
-        numbers: np.ndarray = np.concatenate(
-            [start + each for start, each in zip(self._contact_starts, points, strict=True)]
-        )
-        return numbers
+        return np.concatenate(self.contact_numbers_by_body(points))
+
+    def contact_numbers_by_body(self, points: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """The same for each body, each (contact of the body,)."""
+        return [start + each for start, each in zip(self._contact_starts, points, strict=True)]
 
     def points_near(self, state: FullRobotState[HubState], time_step_s: float) -> list[np.ndarray]:
         """Points of each body that could reach the floor within a step of this length [s]."""

@@ -23,11 +23,6 @@ from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.trial_step import TrialStep
 from pneumorph.physics.physics import Physics
 
-HELD = 1.0
-"""Times the largest entry of its diagonal a leg is held where the floor presses it."""
-STICKING = 0.999
-"""Share of the most that friction can do up to which a point counts as sticking."""
-
 
 @dataclass(frozen=True, eq=False)
 class Equations:
@@ -47,6 +42,9 @@ class StepProblem(Generic[HubState]):
         start: Where it is.
         regulated_kPa: Pressure of each regulator at the end of the step [real kPa], (regulator,).
         physics: What acts on it; the time step may be a fraction of the robot's.
+
+    Attributes:
+        friction: Coefficient at each of the robot's contact points, (contact,).
     """
 
     def __init__(
@@ -59,7 +57,9 @@ class StepProblem(Generic[HubState]):
         self._robot, self._start, self._physics = robot, start, physics
         self._regulated = regulated_kPa
         self._pressure = physics.pressure_map.simulated(regulated_kPa)
-        self._friction = physics.contact_friction(robot.contact_surfaces, start.impulses[:, 0])
+        self.friction: np.ndarray = physics.contact_friction(
+            robot.contact_surfaces, start.impulses[:, 0]
+        )
 
     def standing(self) -> TrialStep[HubState]:
         """The trial in which nothing moves and contacts press as they did before."""
@@ -179,35 +179,6 @@ class StepProblem(Generic[HubState]):
             change,
         )
 
-    def hold_pressed(
-        self, number: int, data: np.ndarray, trial: TrialStep[HubState], contacts: Contacts
-    ) -> None:
-        """Add to A of a leg, in place, what keeps the points near the trial that the floor presses:
-        along the normal, and all ways where they stick. At the end of a step they are held there
-        anyway, so its iterations converge as with A.
-
-        Args:
-            number: The leg's.
-            data: A in the pattern of the part's assembly [kg], (entry,).
-            trial: The trial.
-            contacts: The floor, linearised at the trial.
-        """
-        leg, points = self._robot.legs[number], contacts.points[number]
-        first = sum(len(each) for each in contacts.points[:number])
-        chosen = self._robot.contact_numbers(contacts.points)[first : first + len(points)]
-        stiffness = HELD * float(data[leg.part.assembly.diagonal].max())
-        for point, frame, impulse, friction in zip(
-            points,
-            contacts.frames[number],
-            trial.impulses[chosen],
-            self._friction[chosen],
-            strict=True,
-        ):
-            if impulse[0] > 0.0:
-                sticks = np.hypot(impulse[1], impulse[2]) < STICKING * friction * impulse[0]
-                axes = frame if sticks else frame[:1]
-                leg.add_stiffness(data, point, stiffness * axes.T @ axes)
-
     def implicit_residual(self, number: int, trial: TrialStep[HubState]) -> np.ndarray:
         """r of a leg in the implicit Euler step at a trial [mN s], (3 node,)."""
         leg, start = self._robot.legs[number], self._start
@@ -220,64 +191,6 @@ class StepProblem(Generic[HubState]):
             self._physics,
             start.memories[number],
         )
-
-    def unbalanced(
-        self,
-        hub_equations: tuple[np.ndarray, np.ndarray],
-        residuals: Sequence[np.ndarray],
-        trial: TrialStep[HubState],
-        contacts: Contacts,
-    ) -> float:
-        """Norm of the impulses that a trial leaves unbalanced [mN s].
-
-        Args:
-            hub_equations: A and b of the hub, linearised at the trial.
-            residuals: r of each leg there [mN s], each (3 node,).
-            trial: The trial.
-            contacts: The floor, linearised at the trial.
-        """
-        robot, hub = self._robot, self._robot.hub
-        matrix, right = hub_equations
-        of_hub = matrix @ trial.hub.velocity - right
-        impulses = self._world_impulses(trial, contacts)
-        points = hub.contact_points[contacts.points[-1]]
-        of_hub -= hub.point_map(trial.hub, points).T @ impulses[-1].ravel()
-        squares = 0.0
-        for leg, residual, active, impulse in zip(
-            robot.legs, residuals, contacts.points, impulses, strict=False
-        ):
-            of_leg = residual.reshape(-1, 3) - leg.contact_weights[active].T @ impulse
-            tie = hub.point_map(trial.hub, leg.attachment_in_hub)
-            of_hub += tie.T @ leg.at_attachment(of_leg.ravel())
-            of_leg[leg.tie.nodes] = 0.0
-            squares += float(np.vdot(of_leg, of_leg))
-        return float(np.sqrt(squares + hub.residual_size(of_hub) ** 2))
-
-    def turning(
-        self,
-        residuals: Sequence[np.ndarray],
-        trial: TrialStep[HubState],
-        contacts: Contacts,
-    ) -> np.ndarray | None:
-        """What the hub's turning within the step adds to the tangent of its equations, (unknown,
-        unknown): what legs and floor impress on it turns its arms; None where they do not turn.
-
-        Args:
-            residuals: r of each leg at the trial [mN s], each (3 node,).
-            trial: The trial.
-            contacts: The floor, linearised at the trial.
-        """
-        hub = self._robot.hub
-        impulses = self._world_impulses(trial, contacts)
-        points, pushes = [hub.contact_points[contacts.points[-1]]], [impulses[-1]]
-        for leg, residual, active, impulse in zip(
-            self._robot.legs, residuals, contacts.points, impulses, strict=False
-        ):
-            of_leg = residual.reshape(-1, 3) - leg.contact_weights[active].T @ impulse
-            points.append(leg.attachment_in_hub)
-            pushes.append(-leg.at_attachment(of_leg.ravel()).reshape(-1, 3))
-        found = hub.turning_matrix(trial.hub, np.concatenate(points), np.concatenate(pushes))
-        return None if found is None else self._physics.time_step_s * found
 
     def applied(self) -> float:
         """Norm of the impulses at work at the start [mN s]: what a rest of them is small beside.
@@ -310,7 +223,7 @@ class StepProblem(Generic[HubState]):
             equations: The equations.
             trial: Where they were linearised.
             contacts: The floor, linearised there.
-            turning: As `turning` gives it there; None to leave it out.
+            turning: `TrialBalance.turning` there; None to leave it out.
 
         Raises:
             numpy.linalg.LinAlgError: A matrix is not positive definite.
@@ -338,7 +251,7 @@ class StepProblem(Generic[HubState]):
             condensed: Each leg's share.
             trial: The last trial.
             contacts: The floor, linearised at the trial.
-            turning: As `turning` gives it; without, and where it leaves the hub's matrix
+            turning: `TrialBalance.turning`; without, and where it leaves the hub's matrix
                 indefinite, iterations are linear.
 
         Raises:
@@ -352,9 +265,11 @@ class StepProblem(Generic[HubState]):
             matrix += tie.T @ share.attachment_matrix @ tie
             right += tie.T @ share.attachment_right
             ties.append(tie)
-        if turning is not None and _definite(matrix + turning):
-            matrix += turning
-            right += turning @ trial.hub.velocity
+        if turning is not None:
+            tangent = self._physics.time_step_s * turning
+            if _definite(matrix + tangent):
+                matrix += tangent
+                right += tangent @ trial.hub.velocity
         hub_points = contacts.frames[-1] @ hub.point_map(
             trial.hub, hub.contact_points[active[-1]]
         ).reshape(-1, 3, hub.unknown_count)
@@ -372,7 +287,7 @@ class StepProblem(Generic[HubState]):
             np.concatenate([*(s.contact_right for s in condensed), np.zeros(3 * len(hub_points))]),
             contacts.gaps,
             trial.impulses[numbers],
-            self._friction[numbers],
+            self.friction[numbers],
             self._physics.time_step_s,
             robot.numerics,
         )
@@ -470,17 +385,6 @@ class StepProblem(Generic[HubState]):
             contact_velocities,
             contact_residual,
         )
-
-    def _world_impulses(self, trial: TrialStep[HubState], contacts: Contacts) -> list[np.ndarray]:
-        """Impulses on the points of each body along the world's axes, each (contact, 3)."""
-        numbers = np.split(
-            self._robot.contact_numbers(contacts.points),
-            np.cumsum([len(points) for points in contacts.points])[:-1],
-        )
-        return [
-            np.einsum("pra,pr->pa", frames, trial.impulses[chosen])
-            for frames, chosen in zip(contacts.frames, numbers, strict=True)
-        ]
 
     def _pressure_of(self, leg: MountedLeg) -> np.ndarray:
         """Pressure of each of a leg's cavities [simulated kPa], (cavity,)."""

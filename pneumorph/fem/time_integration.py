@@ -13,6 +13,7 @@ from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.hub_body import HubState
 from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.step_problem import Equations, StepProblem
+from pneumorph.fem.trial_balance import trial_balance
 from pneumorph.fem.trial_step import TrialStep
 from pneumorph.physics.physics import Physics
 
@@ -90,7 +91,7 @@ def implicit_euler_step(
     problem = StepProblem(robot, start, regulated_kPa, physics)
     enough = robot.numerics.newton_tolerance * problem.applied()
     points = robot.points_near(start, physics.time_step_s)
-    now = _evaluated(problem, problem.standing(), points)
+    now = _evaluated(robot, problem, problem.standing(), points)
     for iteration in range(1, robot.numerics.newton_iterations + 1):
         try:
             target = problem.solve(now.equations, now.trial, now.contacts, now.turning)
@@ -100,7 +101,7 @@ def implicit_euler_step(
             target = problem.solve(equations, now.trial, now.contacts, now.turning)
         for halving in range(LINE_SEARCH_HALVINGS + 1):
             share = 0.5**halving
-            new = _evaluated(problem, problem.between(now.trial, target, share), points)
+            new = _evaluated(robot, problem, problem.between(now.trial, target, share), points)
             if new.unbalanced <= max((1.0 - SUFFICIENT_DECREASE * share) * now.unbalanced, enough):
                 break
         else:
@@ -130,13 +131,15 @@ class _Evaluated(Generic[HubState]):
 
 
 def _evaluated(
-    problem: StepProblem[HubState], trial: TrialStep[HubState], points: Sequence[np.ndarray]
+    robot: RobotBody[HubState],
+    problem: StepProblem[HubState],
+    trial: TrialStep[HubState],
+    points: Sequence[np.ndarray],
 ) -> _Evaluated[HubState]:
     equations, contacts = problem.implicit_euler(trial), problem.contacts(points, trial)
     residuals = problem.residuals(equations, trial)
-    unbalanced = problem.unbalanced(equations.hub, residuals, trial, contacts)
-    turning = problem.turning(residuals, trial, contacts)
-    return _Evaluated(trial, equations, contacts, turning, unbalanced)
+    balance = trial_balance(robot, equations.hub, residuals, trial, contacts)
+    return _Evaluated(trial, equations, contacts, balance.turning, balance.unbalanced)
 
 
 def with_points_below(

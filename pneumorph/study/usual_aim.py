@@ -18,16 +18,10 @@ first and seldom leaves. On its side a robot leans by 50 degrees and more, which
 action: as much as good ones gain in it."""
 
 
-def asked_physics(content: Mapping[str, Any]) -> Any:
-    """The physics by name that settings ask for; None where nothing is asked."""
-    robot = described_robot(content)
-    return content.get("robot", {}).get("based_on") if robot is None else robot.physics.based_on
-
-
 def other_physics(content: Mapping[str, Any], below: Mapping[str, Any]) -> Any:
     """The physics that settings ask for, if it is another than those below them have, else None."""
-    asked = asked_physics(content)
-    return None if asked == asked_physics(below) else asked
+    asked = _asked_physics(content)
+    return None if asked == _asked_physics(below) else asked
 
 
 def usual_worlds(physics: Any) -> dict[str, Any]:
@@ -44,3 +38,9 @@ def usual_aim(physics: Any) -> dict[str, Any]:
         "objective": settings_to_dict(ROBUST_OBJECTIVE if measured else Objective()),
         "task": {"reward": {"tilt": TILT_CM_PER_DEGREE if measured else 0.0}},
     }
+
+
+def _asked_physics(content: Mapping[str, Any]) -> Any:
+    """The physics by name that settings ask for; None where nothing is asked."""
+    robot = described_robot(content)
+    return content.get("robot", {}).get("based_on") if robot is None else robot.physics.based_on

@@ -185,7 +185,6 @@ def test_points_that_the_floor_presses_may_be_held(leg, monkeypatch):
     usual, held = (robot(leg, newton_tolerance=1e-10) for _ in range(2))
     start, other = rested(usual), rested(held)
     assert start.impulses[:, 0].max() > 0.0
-    problem = kept_newton.StepProblem
     calls = []
 
     class Buckling(kept_newton.KeptLeg):
@@ -194,14 +193,14 @@ def test_points_that_the_floor_presses_may_be_held(leg, monkeypatch):
                 raise np.linalg.LinAlgError("not held")
             super().__init__(mounted, data, x)
 
-    def hold(self, number, data, trial, contacts, original=problem.hold_pressed):
+    def hold(leg, data, *pressed, original=kept_newton.hold_pressed):
         before = data.copy()
-        original(self, number, data, trial, contacts)
+        original(leg, data, *pressed)
         assert (data != before).any()
         calls.append(data)
 
     monkeypatch.setattr(kept_newton, "KeptLeg", Buckling)
-    monkeypatch.setattr(problem, "hold_pressed", hold)
+    monkeypatch.setattr(kept_newton, "hold_pressed", hold)
     held.kept.forget(range(len(held.legs)))
     usual.kept.forget(range(len(usual.legs)))
     command = np.array([24.0, 4.0])
