@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
+from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.geometry.robot_shape import RobotShape
 
 FORMAT_VERSION = 2
@@ -18,7 +19,7 @@ _WITHOUT_SHAPE = 1
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(ShownInNotebooks):
     """Recorded motion of one robot. Axes: frame, leg, node, regulator.
 
     The hub's frame is the robot's frame at rest: a point r of it is at hub_position +
@@ -98,6 +99,13 @@ class Trajectory:
                     f"shape.skin_part has {len(self.shape.skin_part)} entries, expected one for "
                     f"each of the {triangles} skin triangles"
                 )
+
+    def __repr__(self) -> str:
+        whose = self.metadata.get("design") or "robot"
+        return (
+            f"Trajectory({whose}: {self.status}, {self.time_s[-1]:g} s in {len(self.time_s)} "
+            f"frames, {self.forward_distance_cm:.2f} cm forward)"
+        )
 
     @property
     def forward_distance_cm(self) -> float:

@@ -45,6 +45,10 @@ class HubSpec:
     contact_points: np.ndarray
     surface: str = ""
 
+    def __repr__(self) -> str:
+        points = len(self.contact_points)
+        return f"HubSpec({1e3 * self.mass_kg:.4g} g, {points} contact points, {self.mesh!r})"
+
     @property
     def mass_kg(self) -> float:
         """Its mass [kg]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +19,15 @@ from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
 
 
+def _unknown_face() -> None:
+    return None
+
+
 @dataclass(frozen=True, eq=False)
 class Module:
     """A part, such as a leg, in both models; each is made when it is first asked for.
+
+    Where the functions that make it can be pickled, so can robots that have it.
 
     Attributes:
         name: What it is called in summaries.
@@ -43,24 +49,21 @@ class Module:
     mass_factor: float = 1.0
     damping_factor: float = 1.0
     pressure_map: PressureMap | None = None
-    find_face: Callable[[], Pose | None] = lambda: None
+    find_face: Callable[[], Pose | None] = _unknown_face
+
+    def __repr__(self) -> str:
+        return f"Module({self.name})"
 
     @classmethod
     def of_full(cls, name: str, part: PartModel) -> Module:
         """A module that is known as finite elements alone."""
 
-        def missing() -> ReducedPart:
-            raise ValueError(f"{name} has not been reduced; it walks as finite elements only")
-
-        def as_it_is(modulus_factor: float, mass_factor: float) -> PartModel:
-            if modulus_factor != 1.0 or mass_factor != 1.0:
-                raise ValueError(
-                    f"{name} is asked for with modulus_factor {modulus_factor:g} and mass_factor "
-                    f"{mass_factor:g}, expected 1: it is known as the finite elements that it is"
-                )
-            return part
-
-        return cls(name, missing, as_it_is, find_face=lambda: face_of_mesh(part.mesh))
+        return cls(
+            name,
+            partial(_not_reduced, name),
+            partial(_as_it_is, name, part),
+            find_face=partial(face_of_mesh, part.mesh),
+        )
 
     def reduced_again(self, part: Path) -> Module:
         """The same module with another reduction of its finite elements as they are now.
@@ -69,17 +72,20 @@ class Module:
             part: File of the reduced part.
         """
 
-        def full(modulus_factor: float, mass_factor: float) -> PartModel:
-            factors = self.modulus_factor * modulus_factor, self.mass_factor * mass_factor
-            return self.make_full(*factors).damped(self.damping_factor)
-
         return Module(
             str(part),
-            lambda: ReducedPart.load(part),
-            full,
+            partial(ReducedPart.load, part),
+            self._full_now,
             pressure_map=self.pressure_map,
-            find_face=lambda: self.face,
+            find_face=self._face_now,
         )
+
+    def _full_now(self, modulus_factor: float, mass_factor: float) -> PartModel:
+        factors = self.modulus_factor * modulus_factor, self.mass_factor * mass_factor
+        return self.make_full(*factors).damped(self.damping_factor)
+
+    def _face_now(self) -> Pose | None:
+        return self.face
 
     @cached_property
     def face(self) -> Pose | None:
@@ -138,3 +144,16 @@ class Module:
     def describe(self) -> PartSummary:
         """Size, provenance and measured errors of the reduced part, for a summary."""
         return self.reduced.describe(self.name)
+
+
+def _not_reduced(name: str) -> ReducedPart:
+    raise ValueError(f"{name} has not been reduced; it walks as finite elements only")
+
+
+def _as_it_is(name: str, part: PartModel, modulus_factor: float, mass_factor: float) -> PartModel:
+    if modulus_factor != 1.0 or mass_factor != 1.0:
+        raise ValueError(
+            f"{name} is asked for with modulus_factor {modulus_factor:g} and mass_factor "
+            f"{mass_factor:g}, expected 1: it is known as the finite elements that it is"
+        )
+    return part

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -234,70 +234,90 @@ def paper_leg(
     Raises:
         ValueError: No such leg.
     """
-    shipped_mesh = leg_kind(name).mesh
-
-    def shape() -> Mesh:
-        return Mesh.load(mesh) if isinstance(mesh, Path) else mesh or shipped_mesh()
-
-    def mass_kg() -> float | None:
-        """What is asked for; None leaves it as it is."""
-        if masses is None or (masses.leg_mass_g is None and masses.model == "published"):
-            return None
-        if masses.leg_mass_g is not None:
-            return 1e-3 * masses.leg_mass_g / size_factor**3  # before it is resized
-        if part is not None and mesh is None:
-            _check_shape(reduced_as_made(), shipped_mesh())
-        return cast_leg_mass_kg(shape(), masses.densities)
-
-    @cache
-    def reduced_as_made() -> ReducedPart:
-        if part is None:
-            return load_default_leg(name)
-        return part if isinstance(part, ReducedPart) else ReducedPart.load(part)
-
-    def reduced() -> ReducedPart:
-        made, weight = reduced_as_made(), mass_kg()
-        if weight is not None:
-            made = scaled_part(made, 1.0, weight / made.mass)
-        if size_factor != 1.0:
-            made = resized_part(made, size_factor)
-        return made
-
-    def recorded_materials() -> LegMaterials:
-        usual = leg_kind(name).materials
-        recorded = (
-            None
-            if part is None or name != "published"
-            else reduced_as_made().metadata.get("materials")
-        )
-        return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
-
-    def full(modulus_factor: float, mass_factor: float) -> PartModel:
-        if part is not None and mesh is None:
-            _check_full(reduced_as_made(), shipped_mesh())
-        made_of, weight = materials or recorded_materials(), mass_kg()
-        if weight is not None:
-            made_of = replace(made_of, mass_kg=weight)
-        if size_factor != 1.0:
-            made_of = replace(
-                made_of,
-                sheet_thickness_mm=made_of.sheet_thickness_mm * size_factor,
-                mass_kg=made_of.mass_kg * size_factor**3,
-            )
-        resized = shape() if size_factor == 1.0 else shape().scaled(size_factor)
-        return leg_model(resized, scaled_materials(made_of, modulus_factor, mass_factor))
-
-    def face() -> Pose | None:
-        if part is None or mesh is not None:
-            found: Pose | None = face_of_mesh(shape())
-        else:
-            found = attachment_of(reduced_as_made(), shipped_mesh())
-        return None if found is None else Pose(found.rotation, size_factor * found.translation)
-
+    made = _Leg(name, part, mesh, materials, masses, size_factor)
     if label is None:
         unnamed = part is None or isinstance(part, ReducedPart)
         label = f"the {name} leg that ships" if unnamed else str(part)
-    return Module(label, reduced, full, pressure_map=pressure_map(name), find_face=face)
+    return Module(
+        label, made.reduced, made.full, pressure_map=pressure_map(name), find_face=made.face
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Leg:
+    """How a leg is made; fields as the arguments of `paper_leg`. Unlike functions inside that one,
+    its methods go into other processes with a robot."""
+
+    name: LegName
+    part: ReducedPart | Path | None
+    mesh: Mesh | Path | None
+    materials: LegMaterials | None
+    masses: Masses | None
+    size_factor: float
+
+    def reduced(self) -> ReducedPart:
+        made, weight = self._reduced_as_made, self._mass_kg()
+        if weight is not None:
+            made = scaled_part(made, 1.0, weight / made.mass)
+        if self.size_factor != 1.0:
+            made = resized_part(made, self.size_factor)
+        return made
+
+    def full(self, modulus_factor: float, mass_factor: float) -> PartModel:
+        size = self.size_factor
+        if self.part is not None and self.mesh is None:
+            _check_full(self._reduced_as_made, self._shipped_mesh())
+        made_of, weight = self.materials or self._recorded_materials(), self._mass_kg()
+        if weight is not None:
+            made_of = replace(made_of, mass_kg=weight)
+        if size != 1.0:
+            made_of = replace(
+                made_of,
+                sheet_thickness_mm=made_of.sheet_thickness_mm * size,
+                mass_kg=made_of.mass_kg * size**3,
+            )
+        resized = self._shape() if size == 1.0 else self._shape().scaled(size)
+        return leg_model(resized, scaled_materials(made_of, modulus_factor, mass_factor))
+
+    def face(self) -> Pose | None:
+        if self.part is None or self.mesh is not None:
+            found: Pose | None = face_of_mesh(self._shape())
+        else:
+            found = attachment_of(self._reduced_as_made, self._shipped_mesh())
+        if found is None:
+            return None
+        return Pose(found.rotation, self.size_factor * found.translation)
+
+    def _shipped_mesh(self) -> Mesh:
+        return leg_kind(self.name).mesh()
+
+    def _shape(self) -> Mesh:
+        mesh = self.mesh
+        return Mesh.load(mesh) if isinstance(mesh, Path) else mesh or self._shipped_mesh()
+
+    def _mass_kg(self) -> float | None:
+        """What is asked for; None leaves it as it is."""
+        masses = self.masses
+        if masses is None or (masses.leg_mass_g is None and masses.model == "published"):
+            return None
+        if masses.leg_mass_g is not None:
+            return 1e-3 * masses.leg_mass_g / self.size_factor**3  # before it is resized
+        if self.part is not None and self.mesh is None:
+            _check_shape(self._reduced_as_made, self._shipped_mesh())
+        return cast_leg_mass_kg(self._shape(), masses.densities)
+
+    @cached_property
+    def _reduced_as_made(self) -> ReducedPart:
+        if self.part is None:
+            return load_default_leg(self.name)
+        return self.part if isinstance(self.part, ReducedPart) else ReducedPart.load(self.part)
+
+    def _recorded_materials(self) -> LegMaterials:
+        usual = leg_kind(self.name).materials
+        if self.part is None or self.name != "published":
+            return usual
+        recorded = self._reduced_as_made.metadata.get("materials")
+        return usual if recorded is None else settings_from_dict(LegMaterials, recorded)
 
 
 def _check_full(part: ReducedPart, mesh: Mesh) -> None:

@@ -64,6 +64,10 @@ class Site:
             raise ValueError(f"site {self.name} has no modules, expected at least one")
         object.__setattr__(self, "modules", modules)
 
+    def __repr__(self) -> str:
+        names = " or ".join(module.name for module in self.modules)
+        return f"Site({self.name + ': ' if self.name else ''}{names})"
+
     def pose_of(self, module: Module) -> Pose:
         """Where a module's frame is in the robot's when it is mounted here.
 
@@ -116,6 +120,14 @@ class RobotSpec:
             raise ValueError(
                 f"thread_count is {self.thread_count}, expected 0 for every processor, or more"
             )
+
+    def __repr__(self) -> str:
+        name = self.name or "the paper's"
+        modules = ", ".join(module.name for module in self.modules)
+        return (
+            f"RobotSpec({name}: {len(self.sites)} sites, "
+            f"{self.physics.regulator_count} regulators, modules {modules})"
+        )
 
     def assembly(self, design: Design | str) -> Robot:
         """The rigid hub of a design with its reduced modules.

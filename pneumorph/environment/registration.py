@@ -45,10 +45,11 @@ def make_env(
         num_envs: How many robots; None for as many as there are designs.
         design: The design of every robot, or one for each; None for the expert's.
         robot: What the robots are; None for the paper's.
-        task: Actions, episode and pressures; None for the paper's.
+        task: Actions, episode and pressures; None for the paper's with the robot's regulators.
 
     Raises:
-        ValueError: No robot, or another number of designs than robots.
+        ValueError: No robot, another number of designs than robots, or a task of other regulators
+            than the robot has.
     """
     from pneumorph.environment.crawling_environment import CrawlingEnvironment
 
@@ -66,7 +67,10 @@ def make_env(
         )
     robot = robot or _paper_robot()
     chosen = designs * count if len(designs) == 1 else designs
-    return CrawlingEnvironment(chosen, robot.assembly, robot.simulator, task)
+    told = _told(robot, chosen)
+    return CrawlingEnvironment(
+        chosen, robot.assembly, robot.simulator, _task_of(robot, task), **told
+    )
 
 
 def make_single_env(
@@ -77,8 +81,34 @@ def make_single_env(
     """One crawling robot; arguments as of `make_env`."""
     from pneumorph.environment.single_crawling_environment import SingleCrawlingEnvironment
 
-    robot = robot or _paper_robot()
-    return SingleCrawlingEnvironment(_parsed(design), robot.assembly, robot.simulator, task)
+    robot, chosen = robot or _paper_robot(), _parsed(design)
+    told = _told(robot, [chosen])
+    return SingleCrawlingEnvironment(
+        chosen, robot.assembly, robot.simulator, _task_of(robot, task), **told
+    )
+
+
+def _task_of(robot: RobotSpec, task: CrawlingTask | None) -> CrawlingTask:
+    """The task, which has the robot's regulators where none is given."""
+    from pneumorph.environment.crawling_task import CrawlingTask
+
+    count = robot.physics.regulator_count
+    if task is not None and task.regulator_count != count:
+        raise ValueError(
+            f"the task has {task.regulator_count} regulators and the robot {count}, expected the "
+            f"same number: CrawlingTask(regulator_count={count})"
+        )
+    return task or CrawlingTask(regulator_count=count)
+
+
+def _told(robot: RobotSpec, designs: Sequence[Design]) -> dict[str, int]:
+    """What observations tell designs apart by, see `Design.one_hot`: a policy of a space that has
+    all these designs' modules is told the same."""
+    cavities = (len(each.regulators) for design in designs for each in design.fittings)
+    return {
+        "module_count": max(len(site.modules) for site in robot.sites),
+        "cavity_count": max(cavities, default=1),
+    }
 
 
 def _parsed(design: Design | str | None) -> Design:

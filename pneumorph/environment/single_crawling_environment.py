@@ -28,9 +28,13 @@ class SingleCrawlingEnvironment(gymnasium.Env):
         build_robot: RobotBuilder,
         make_simulator: SimulatorFactory,
         task: CrawlingTask | None = None,
+        module_count: int = 1,
+        cavity_count: int = 1,
     ) -> None:
         """Build the robot; arguments as of `CrawlingEnvironment`."""
-        self._batch = CrawlingEnvironment([design], build_robot, make_simulator, task)
+        self._batch = CrawlingEnvironment(
+            [design], build_robot, make_simulator, task, module_count, cavity_count
+        )
         self.observation_space = self._batch.single_observation_space
         self.action_space = self._batch.single_action_space
 

@@ -142,7 +142,7 @@ class FullRobot(RobotBody[HubState]):
         Raises:
             ValueError: The commands have a wrong shape or are not finite.
         """
-        from tqdm import trange
+        from tqdm.auto import trange
 
         from pneumorph.fem.full_trajectory import Recorder
 

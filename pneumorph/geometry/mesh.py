@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
+from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.geometry.contact_surfaces import ContactSurfaces, surfaces_at
 from pneumorph.geometry.region_names import current_name, first_name, with_current_names
 from pneumorph.geometry.surface import boundary_triangles, surface_area
@@ -31,7 +32,7 @@ class MeshError(ValueError):
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(ShownInNotebooks):
     """Nodes, tetrahedra and named regions of a part, in the part's own frame.
 
     Args:
@@ -77,6 +78,15 @@ class Mesh:
         for name, whole in (("mirror_nodes", (count,)), ("edge_nodes", (len(self.tetrahedra), 6))):
             if getattr(self, name) is not None:
                 put(name, _indices(name, getattr(self, name), whole, count))
+
+    def __repr__(self) -> str:
+        order = "linear" if self.edge_nodes is None else "quadratic"
+        size = np.ptp(self.nodes, axis=0) if len(self.nodes) else np.zeros(3)
+        regions = ", ".join([*self.surfaces, *self.node_sets]) or "none"
+        return (
+            f"Mesh({len(self.nodes)} nodes, {len(self.tetrahedra)} {order} tetrahedra, "
+            f"{size[0]:.3g} x {size[1]:.3g} x {size[2]:.3g} mm, regions {regions})"
+        )
 
     @property
     def connectivity(self) -> np.ndarray:

@@ -39,6 +39,13 @@ class HasDigest(Protocol):
 class ReducedPart(ReducedArrays):
     """Forces, stiffnesses and volumes of one part, of its `ReducedArrays` [mm, kg, s, kPa]."""
 
+    def __repr__(self) -> str:
+        sampled = len(self.tetrahedron_index) + len(self.membrane_index)
+        return (
+            f"ReducedPart({len(self.rest_nodes)} nodes, {self.mode_count} modes, {sampled} sampled "
+            f"points, {self.cavity_count} cavities, {1e3 * self.mass:.4g} g)"
+        )
+
     @property
     def mode_count(self) -> int:
         return int(self.modes.shape[2])

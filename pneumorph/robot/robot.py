@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.pose import Pose
@@ -39,6 +40,9 @@ class Hub:
     contact_points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     contact_surfaces: ContactSurfaces | None = None
     mesh: Mesh | None = None
+
+    def __repr__(self) -> str:
+        return f"Hub({1e3 * self.mass:.4g} g, {len(self.contact_points)} contact points)"
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mass) and self.mass > 0.0):
@@ -109,12 +113,17 @@ class Mount:
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(ShownInNotebooks):
     """A hub, what is mounted on it, and the design it was built from."""
 
     hub: Hub
     mounts: tuple[Mount, ...]
     design: Design | None = None
+
+    def __repr__(self) -> str:
+        whose = "" if self.design is None else f"{self.design}: "
+        mass = self.hub.mass + sum(mount.part.mass for mount in self.mounts)
+        return f"Robot({whose}{len(self.mounts)} parts on a hub, {1e3 * mass:.4g} g)"
 
     @cached_property
     def shape(self) -> tuple[RobotShape, np.ndarray | None]:

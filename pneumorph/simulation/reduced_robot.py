@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from tqdm import trange
+from tqdm.auto import trange
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.geometry.robot_shape import stacked

@@ -1,0 +1,83 @@
+"""What a notebook shows of walks, robots and meshes, in a browser without a network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.box_mesh import box_mesh
+
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.robot.robot import Robot
+from pneumorph.trajectory import Trajectory
+
+DESIGN = "1.0.0.2.2.0.0.1"
+ROUNDING_MM = 1e-4
+"""Single precision of positions within a robot's reach of 200 mm: 2e-5 mm, added up."""
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return paper_robot("published").assembly(DESIGN)
+
+
+def test_a_notebook_may_show_walks_and_robots_side_by_side(
+    robot: Robot,
+    make_trajectory: Callable[..., Trajectory],
+    tmp_path: Path,
+    open_page: Callable[[Path], Any],
+) -> None:
+    """Cells share one page: an error of a script there fails the fixture that opens it. Each player
+    is alone in its frame, and the robot at rest is where its mounts have it."""
+    walk = make_trajectory()
+    shown = [walk._repr_html_(), robot._repr_html_(), walk._repr_html_()]
+    assert None not in shown
+    path = tmp_path / "notebook.html"
+    path.write_text("<meta charset='utf-8'>" + "".join(map(str, shown)))
+    page = open_page(path)
+    page.wait_for_load_state("networkidle")
+    frames = page.frames[1:]
+    assert len(frames) == 3
+    for frame in frames:
+        frame.wait_for_function("pneumorphReplay.players.length === 1")
+    durations = [frame.evaluate("pneumorphReplay.players[0].duration") for frame in frames]
+    assert durations == [walk.time_s[-1], 0.0, walk.time_s[-1]]
+    flat = frames[1].evaluate("Array.from(pneumorphReplay.players[0].nodePositions(0))")
+    used = np.unique(robot.mounts[0].part.skin)
+    legs = [mount.pose.apply(mount.part.rest_nodes)[used] for mount in robot.mounts]
+    assert np.abs(np.array(flat).reshape(-1, 3) - np.concatenate(legs)).max() < ROUNDING_MM
+    assert not frames[1].is_visible(".pr-time")  # nothing moves
+    assert frames[0].is_visible(".pr-time")
+
+
+def test_a_mesh_is_a_picture_of_its_regions() -> None:
+    mesh = box_mesh((40.0, 12.0, 9.0), (2, 1, 1), hollow=False)
+    shown = mesh._repr_html_()
+    assert shown is not None
+    assert shown.startswith("<figure><img")
+    assert repr(mesh) in shown
+
+
+def test_what_cannot_be_drawn_is_text(
+    robot: Robot, make_trajectory: Callable[..., Trajectory]
+) -> None:
+    walk = make_trajectory()
+    assert replace(walk, node_positions_mm=None)._repr_html_() is None
+    assert replace(walk, metadata={})._repr_html_() is None  # of nobody knows what
+    assert Robot(robot.hub, ())._repr_html_() is None
+
+
+def test_values_that_hold_arrays_are_told_in_a_line(
+    robot: Robot, make_trajectory: Callable[..., Trajectory]
+) -> None:
+    spec, part = paper_robot("published"), robot.mounts[0].part
+    values = [make_trajectory(), robot, robot.hub, part, spec, spec.hub, spec.module, spec.sites[0]]
+    for value in [*values, spec.hub.mesh]:
+        assert len(repr(value)) < 150, type(value)
+    assert repr(values[0]) == f"Trajectory({DESIGN}: completed, 2 s in 21 frames, 1.00 cm forward)"
+    assert repr(robot) == f"Robot({DESIGN}: 4 parts on a hub, 495 g)"
+    assert repr(part).startswith(f"ReducedPart(2548 nodes, {part.mode_count} modes, ")
