@@ -27,6 +27,9 @@ _HOMES = {
     "ReducedPart": "pneumorph.reduction.reduced_part",
     "RobotSpec": "pneumorph.catalogue.robot_spec",
     "Trajectory": "pneumorph.trajectory",
+    "TaskWrapper": "pneumorph.environment.training_environment",
+    "TrainingEnvironment": "pneumorph.environment.training_environment",
+    "cooptimise": "pneumorph.study.training_options",
     "evaluate": "pneumorph.study.evaluation",
     "make_env": "pneumorph.environment.registration",
     "paper_robot": "pneumorph.catalogue.paper_robot",
@@ -47,7 +50,10 @@ __all__ = [
     "Physics",
     "ReducedPart",
     "RobotSpec",
+    "TaskWrapper",
+    "TrainingEnvironment",
     "Trajectory",
+    "cooptimise",
     "evaluate",
     "make_env",
     "paper_robot",
@@ -61,6 +67,7 @@ if TYPE_CHECKING:
     from pneumorph.catalogue.robot_spec import RobotSpec
     from pneumorph.environment.crawling_task import CrawlingTask
     from pneumorph.environment.registration import make_env
+    from pneumorph.environment.training_environment import TaskWrapper, TrainingEnvironment
     from pneumorph.gait.expert_gait import ExpertGait
     from pneumorph.gait.held_gait import HeldGait
     from pneumorph.geometry.mesh import Mesh
@@ -72,6 +79,7 @@ if TYPE_CHECKING:
     from pneumorph.simulation.rollout import rollout
     from pneumorph.study.evaluation import evaluate
     from pneumorph.study.reduction import reduce
+    from pneumorph.study.training_options import cooptimise
     from pneumorph.study.training_run import train
     from pneumorph.trajectory import Trajectory
 

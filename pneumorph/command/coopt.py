@@ -28,20 +28,6 @@ Example: pneumorph coopt --preset quick --seed 1 --out runs/quick-1
 from __future__ import annotations
 
 from pneumorph.command.verb import Verb
-from pneumorph.learn.settings import fast_settings, paper_settings
-from pneumorph.study.training_options import (
-    TrainingOptions,
-    measured_training,
-    quick_training,
-    train_as_asked,
-)
+from pneumorph.study.training_options import PRESETS, TrainingOptions, train_as_asked
 
-VERB = Verb(
-    TrainingOptions,
-    train_as_asked,
-    {
-        "quick": quick_training,
-        "fast": lambda: measured_training(fast_settings()),
-        "paper": lambda: measured_training(paper_settings()),
-    },
-)
+VERB = Verb(TrainingOptions, train_as_asked, PRESETS)

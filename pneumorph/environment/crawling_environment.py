@@ -113,6 +113,16 @@ class CrawlingEnvironment(VectorEnv):
         self._was_reset = False
 
     @property
+    def is_symmetric(self) -> bool:
+        """Whether a robot and its mirror image, doing the same, are rewarded alike."""
+        return self.task.reward.is_symmetric
+
+    @property
+    def simulator(self) -> CrawlingSimulator:
+        """What the robots are simulated by; after a step at the step's end, also of an episode."""
+        return self._simulator
+
+    @property
     def designs(self) -> tuple[Design, ...]:
         """Design of each robot."""
         return self._designs

@@ -14,7 +14,7 @@ from pneumorph.base.artefact import reading, write_json
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.robot_options import current_setting
-from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
+from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, has_checkpoint, load_checkpoint, save_checkpoint
@@ -33,8 +33,7 @@ GAIT_FOLDER = "gaits"
 
 
 def cooptimise(
-    build_robot: RobotBuilder,
-    make_simulator: SimulatorFactory,
+    make_environment: EnvironmentFactory,
     settings: CooptSettings,
     folder: Path | str,
     *,
@@ -55,8 +54,7 @@ def cooptimise(
     fine-tuned, the best that were seen in training or in an evaluation.
 
     Args:
-        build_robot: Turns a design into a robot of the simulator.
-        make_simulator: Makes the simulator of a list of robots.
+        make_environment: Makes the environment that the designs live in: `crawling`, or one's own.
         settings: All options; a resumed run must have those it began with.
         folder: The run folder.
         time_step_s: The simulator's time step [s].
@@ -80,7 +78,7 @@ def cooptimise(
             f"{folder} holds a training run already, expected an empty folder; resume it, or "
             "choose another folder"
         )
-    training = Training(build_robot, make_simulator, settings)
+    training = Training(make_environment, settings)
     earlier_s = 0.0
     remarks: list[str] = []
     if has_checkpoint(folder):

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pneumorph.environment.crawling_environment import CrawlingEnvironment
-from pneumorph.environment.crawling_simulator import RUNNING
+from pneumorph.environment.training_environment import ToldStep, TrainingEnvironment
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.networks import Policy
@@ -38,7 +37,7 @@ class Episode:
 
 
 def evaluate_policy(
-    environment: CrawlingEnvironment,
+    environment: TrainingEnvironment,
     space: DesignSpace,
     policy: Policy,
     learner: Sac,
@@ -88,7 +87,7 @@ def evaluate_policy(
 
 
 def walk_batch(
-    environment: CrawlingEnvironment,
+    environment: TrainingEnvironment,
     space: DesignSpace,
     batch: np.ndarray,
     act: Callable[[np.ndarray], np.ndarray],
@@ -134,7 +133,7 @@ def walk_batch(
 
 
 def _walk_in_worlds(
-    environment: CrawlingEnvironment,
+    environment: TrainingEnvironment,
     space: DesignSpace,
     batch: np.ndarray,
     act: Callable[[np.ndarray], np.ndarray],
@@ -197,7 +196,7 @@ class InWorlds:
 
 
 def walk_in_worlds(
-    environment: CrawlingEnvironment,
+    environment: TrainingEnvironment,
     space: DesignSpace,
     batch: np.ndarray,
     act: Callable[[np.ndarray], np.ndarray],
@@ -259,7 +258,7 @@ def filled_batch(batch: np.ndarray, count: int) -> np.ndarray:
 
 
 def walk_episode(
-    environment: CrawlingEnvironment,
+    environment: TrainingEnvironment,
     space: DesignSpace,
     designs: np.ndarray,
     act: Callable[[np.ndarray], np.ndarray],
@@ -283,11 +282,13 @@ def walk_episode(
     return_cm, distance_cm = np.zeros((2, len(designs)))
     failed = np.zeros(len(designs), dtype=bool)
     for number in range(environment.task.action_count):
-        observation, reward, _, _, info = environment.step(act(observation))
-        failed |= info["status"] != RUNNING
+        action = act(observation)
+        observation, reward, _, _, info = environment.step(action)
+        told = ToldStep.of(info, action, reward, environment.task)
+        failed |= told.failed
         return_cm += np.where(failed, 0.0, reward)
-        distance_cm += np.where(failed, 0.0, info["forward_travel_cm"])
-        commands.append(info["command_kPa"])
+        distance_cm += np.where(failed, 0.0, told.distance_cm)
+        commands.append(told.command_kPa)
         if report is not None:
             report(number + 1)
     return Episode(np.array(commands), return_cm, distance_cm, failed)

@@ -100,7 +100,7 @@ def finalists(training: Training, evaluated: Sequence[DesignGaitPair]) -> list[i
     """Designs of the pairs of highest score, seen in training or evaluated; one of images."""
     settings = training.settings
     ranking = BestPairs(
-        training.space, settings.finetuning.finalist_count, settings.task.reward.is_symmetric
+        training.space, settings.finetuning.finalist_count, training.environment.is_symmetric
     )
     ranking.offer([*training.best.pairs, *evaluated])
     return [pair.design for pair in ranking.pairs]

@@ -30,7 +30,15 @@ def save_policy(path: Path | str, policy: Policy, settings: CooptSettings, **met
         arrays[f"layer_{number}_weight"] = np.asarray(layer.weight)
         arrays[f"layer_{number}_bias"] = np.asarray(layer.bias)
     return save_artefact(
-        path, KIND, VERSION, arrays, {**metadata, "settings": settings_to_dict(settings)}
+        path,
+        KIND,
+        VERSION,
+        arrays,
+        {
+            **metadata,
+            "observation_size": int(policy.network.layers[0].weight.shape[1]),
+            "settings": settings_to_dict(settings),
+        },
     )
 
 
@@ -44,7 +52,9 @@ def load_policy(path: Path | str) -> tuple[Policy, CooptSettings, dict[str, Any]
     arrays, metadata = load_artefact(path, KIND, VERSION)
     with reading(path, KIND):
         settings = settings_from_dict(CooptSettings, metadata["settings"])
-    observation_size = settings.task.state_size + settings.space.feature_count
+        # Earlier versions knew no environments but those of the settings.
+        usual = settings.task.state_size + settings.space.feature_count
+        observation_size = int(metadata.get("observation_size", usual))
     policy = Policy(
         observation_size,
         settings.task.regulator_count,

@@ -11,12 +11,12 @@ import numpy as np
 
 from pneumorph.base.artefact import ArtefactError, reading
 from pneumorph.base.stage_clock import StageClock
-from pneumorph.environment.crawling_environment import CrawlingEnvironment
-from pneumorph.environment.crawling_simulator import RUNNING, RobotBuilder, SimulatorFactory
+from pneumorph.environment.training_environment import EnvironmentFactory, ToldStep
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, Checkpoint
 from pneumorph.learn.design_distribution import DesignDistribution
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
+from pneumorph.learn.environments import state_size
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.factored_distribution import FactoredDistribution
 from pneumorph.learn.mirror import MirrorImage
@@ -37,28 +37,22 @@ class Training:
     give is all there is: no simulator state needs saving for a run to go on to the same bits.
     """
 
-    def __init__(
-        self, build_robot: RobotBuilder, make_simulator: SimulatorFactory, settings: CooptSettings
-    ) -> None:
+    def __init__(self, make_environment: EnvironmentFactory, settings: CooptSettings) -> None:
         """Initialise policy, values and a uniform design distribution (algorithm 1, line 1).
 
         Args:
-            build_robot: Turns a design into a robot of the simulator.
-            make_simulator: Makes the simulator of a list of robots.
+            make_environment: Makes the environment that the designs live in, such as `crawling`.
             settings: Everything else.
+
+        Raises:
+            ValueError: The environment has other robots, actions or designs than the settings, or
+                mirror images of its states are not known.
         """
         self.settings = settings
         self.space = settings.space
         count = settings.environment_count
-        self.environment = CrawlingEnvironment(
-            self.space.some(count),
-            build_robot,
-            make_simulator,
-            settings.task,
-            self.space.module_count,
-            self.space.cavity_count,
-        )
-        self._state_size = settings.task.state_size
+        self.environment = make_environment(self.space.some(count))
+        self._state_size = state_size(self.environment, settings)
         self.learner = Sac(
             self._state_size + self.space.feature_count,
             settings.task.regulator_count,
@@ -78,7 +72,7 @@ class Training:
             if settings.is_factored
             else DesignDistribution(len(self.space), settings.schedule)
         )
-        symmetric = settings.task.reward.is_symmetric
+        symmetric = self.environment.is_symmetric
         self.best = BestPairs(self.space, settings.kept_pair_count, symmetric)
         self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
         # What a design gets is what its image gets: not so where it turns to a side.
@@ -143,12 +137,15 @@ class Training:
             # Line 4: control the designs, and add the transitions to the replay buffer.
             action = self._act(observation)
             next_observation, reward, terminated, truncated, info = self._step(action)
-            self._store(designs, observation, action, reward, next_observation, terminated, info)
+            told = ToldStep.of(info, action, reward, self.settings.task)
+            self._store(
+                designs, observation, action, reward, next_observation, terminated, info, told
+            )
             returns += np.where(ended, 0.0, reward)
-            distances += np.where(ended, 0.0, info["forward_travel_cm"])
-            failed |= ~ended & (info["status"] != RUNNING)
+            distances += np.where(ended, 0.0, told.distance_cm)
+            failed |= ~ended & told.failed
             ended |= terminated | truncated
-            commands.append(info["command_kPa"])
+            commands.append(told.command_kPa)
             observation = next_observation
             self.timestep += len(designs)
             # Line 5.
@@ -175,6 +172,7 @@ class Training:
         next_observation: np.ndarray,
         terminated: np.ndarray,
         info: Mapping[str, Any],
+        told: ToldStep,
     ) -> None:
         state, next_state = observation[:, : self._state_size], next_observation.copy()
         # Where an episode ended the observation is the next one's first already.
@@ -194,7 +192,7 @@ class Training:
                 state=self._mirror.actions(designs, state),
                 design=self._mirror.designs(designs),
                 action=self._mirror.actions(designs, action),
-                reward=info.get("mirrored_reward_cm", reward),
+                reward=told.mirrored_reward_cm,
                 next_state=self._mirror.actions(designs, next_state),
                 terminal=terminated,
             )

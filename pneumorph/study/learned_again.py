@@ -11,6 +11,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.cooptimise import GAIT_FOLDER
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finetune
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import Training
@@ -38,9 +39,11 @@ class Trained:
 
     @classmethod
     def of_run(cls, run: FinishedRun) -> Trained | None:
-        """That of a finished run; None where it fine-tuned nothing, or has lost its checkpoint."""
+        """That of a finished run; None where it fine-tuned nothing, has lost its checkpoint, or had
+        a task of its own, which no file holds."""
         folder = run.folder / TRAINING_FOLDER
-        if "coopt" not in run.settings or not has_checkpoint(folder):
+        own = run.summary.get("own_task") is not None
+        if "coopt" not in run.settings or own or not has_checkpoint(folder):
             return None
         settings, worlds = run.structured("coopt", CooptSettings), None
         if run.has_drawn_worlds:
@@ -82,7 +85,7 @@ def learned_again(
 
     def make() -> LearnedAgain:
         factory = simulator_factory(spec, worlds, settings.seed)
-        training = Training(spec.assembly, factory, settings)
+        training = Training(crawling(spec.assembly, factory, settings), settings)
         found = finetune(
             training,
             [settings.space.index(design) for design in designs],

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.flags import flat
@@ -14,12 +15,17 @@ from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
-from pneumorph.learn.settings import CooptSettings, quick_settings
+from pneumorph.learn.settings import (
+    CooptSettings,
+    fast_settings,
+    paper_settings,
+    quick_settings,
+)
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
 from pneumorph.study.reduction_options import from_walks
-from pneumorph.study.study_once import study_once
-from pneumorph.study.training_run import TrainingResult, train
+from pneumorph.study.study_once import study_folder, study_once
+from pneumorph.study.training_run import OwnTask, TrainingResult, task_name, train
 from pneumorph.study.training_worlds import TrainingWorlds
 from pneumorph.study.usual_aim import other_physics, usual_aim, usual_worlds
 
@@ -110,7 +116,52 @@ def _of_description(content: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def train_once(options: TrainingOptions, folder: RunFolder, threads: int = 0) -> TrainingResult:
+PRESETS: dict[str, Callable[[], TrainingOptions]] = {
+    "quick": quick_training,
+    "fast": lambda: measured_training(fast_settings()),
+    "paper": lambda: measured_training(paper_settings()),
+}
+"""Ready options by name."""
+
+
+def cooptimise(
+    folder: Path | str,
+    robot: Path | str | None = None,
+    *,
+    preset: Literal["quick", "fast", "paper"] = "quick",
+    changes: Mapping[str, Any] | None = None,
+    own_task: OwnTask | None = None,
+) -> TrainingResult:
+    """Learn design and gait together, in a folder that every verb reads.
+
+    As ``pneumorph coopt --preset PRESET --robot FILE --settings CHANGES --out FOLDER`` does; a
+    stopped training goes on, and one that has ended is read.
+
+    Args:
+        folder: The run folder.
+        robot: File that describes the robot; None for the paper's.
+        preset: Ready settings to start from.
+        changes: Settings laid over them, nested by name as in ``settings.json``:
+            ``{"coopt": {"total_timesteps": 5000}}``.
+        own_task: Turns the environment of the robots into one of another task, such as a
+            `TaskWrapper`; None for the task of the settings.
+
+    Raises:
+        FileNotFoundError: No such file of a robot.
+        ValueError: No such preset or setting, the folder holds another run, or the environment is
+            none for the settings.
+        ArtefactError: The file describes no robot, or the folder is damaged.
+    """
+    if preset not in PRESETS:
+        raise ValueError(f"preset is {preset!r}, expected {' or '.join(PRESETS)}")
+    named = {} if robot is None else {"robot": {"described": str(robot)}}
+    options = layered(PRESETS[preset](), [laid_over(named, changes or {})])
+    return train_once(options, study_folder(Path(folder), "coopt"), own_task=own_task)
+
+
+def train_once(
+    options: TrainingOptions, folder: RunFolder, threads: int = 0, own_task: OwnTask | None = None
+) -> TrainingResult:
     """Train as the options say, or go on with it; a finished run of the same options is read.
 
     Args:
@@ -118,25 +169,36 @@ def train_once(options: TrainingOptions, folder: RunFolder, threads: int = 0) ->
         folder: Where it is.
         threads: The engine's, where the options leave their number open: it does not change what
             comes out.
+        own_task: As `train` takes it.
 
     Raises:
-        ValueError: The folder holds another run, or another process writes into it.
+        ValueError: The folder holds another run or one of another task, or another process writes
+            into it.
         ArtefactError: The folder is damaged.
     """
     options = replace(options, resume=True)
     robot = replace(options.robot, threads=options.robot.threads or threads)
-    return study_once(
+    found = study_once(
         folder,
         TrainingResult,
         options,
-        lambda: train_as_asked(replace(options, robot=robot), folder),
+        lambda: train_as_asked(replace(options, robot=robot), folder, own_task),
         begun=has_checkpoint(folder.path / TRAINING_FOLDER),
         free=("resume",),  # of a run that was begun alone
     )
+    wanted = None if own_task is None else task_name(own_task)
+    if found.own_task != wanted:
+        raise ValueError(
+            f"{folder.path} holds a training with own_task {found.own_task}, expected {wanted}; "
+            "choose another folder"
+        )
+    return found
 
 
-def train_as_asked(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
-    """Train as the options say; raises as `train`."""
+def train_as_asked(
+    options: TrainingOptions, folder: RunFolder, own_task: OwnTask | None = None
+) -> TrainingResult:
+    """Train as the options say; arguments and what is raised as of `train`."""
     worlds = TrainingWorlds.of_objective(
         options.randomisation, options.coopt.objective, options.world_count
     )
@@ -160,4 +222,5 @@ def train_as_asked(options: TrainingOptions, folder: RunFolder) -> TrainingResul
         reduction=from_walks(options.robot.leg_name),
         resume=options.resume,
         wandb_project=options.wandb_project,
+        own_task=own_task,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,13 @@ from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.training_environment import TrainingEnvironment
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.coopt_result import CooptResult, SeenPair
 from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.settings import CooptSettings, quick_settings
 from pneumorph.learn.training import STAGES
 from pneumorph.physics.calibration import UsedCalibration
@@ -35,6 +38,9 @@ from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduction import ReduceSettings
 from pneumorph.study.reduction_options import from_walks
 from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
+
+OwnTask = Callable[[TrainingEnvironment], TrainingEnvironment]
+"""Turns the usual environment of robots into one of another task."""
 
 BEST_TRAJECTORY_FILE = "best_trajectory.npz"
 _TIMES = (*(f"{stage}_s" for stage in STAGES), "other_s", "learn_and_log_share")
@@ -101,6 +107,8 @@ class TrainingResult(BestPhase):
     ranked_by: str | None = None
     """What the scores of the pairs are, where designs walked in several worlds each or something is
     taken off for how they walk; None for the distance in one world."""
+    own_task: str | None = None
+    """What its environment was called, where the task was none of the package's."""
     certificate: Certificate | None = None
     """What is to be expected of the pairs in unseen worlds, where that was asked for."""
 
@@ -122,6 +130,7 @@ def train(
     reduction: ReduceSettings | None = None,
     resume: bool = False,
     wandb_project: str | None = None,
+    own_task: OwnTask | None = None,
 ) -> TrainingResult:
     """Sweep the baseline, train, replay the best pair, and return what was found.
 
@@ -136,10 +145,13 @@ def train(
             published one's way.
         resume: Go on from the newest checkpoint in the folder.
         wandb_project: Project of Weights & Biases to log to besides TensorBoard.
+        own_task: Turns the environment of the robots into one of another task, such as a
+            `TaskWrapper`; None for the task of the settings.
 
     Raises:
         ValueError: The folder holds a training already, task and robot have different numbers of
-            regulators, or designs walk in another number of worlds than are drawn.
+            regulators, designs walk in another number of worlds than are drawn, or the environment
+            is none for these settings.
     """
     start = time.monotonic()
     settings, spec = settings or quick_settings(), robot or paper_robot()
@@ -150,9 +162,15 @@ def train(
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
+    usual = crawling(spec.assembly, simulator_factory(spec, worlds, settings.seed), settings)
+
+    def make_environment(designs: Sequence[Design]) -> TrainingEnvironment:
+        environment = usual(designs)
+        return environment if own_task is None else own_task(environment)
+
+    name = None if own_task is None else task_name(own_task)
     learned = cooptimise(
-        spec.assembly,
-        simulator_factory(spec, worlds, settings.seed),
+        make_environment,
         settings,
         folder.path / TRAINING_FOLDER,
         time_step_s=spec.physics.time_step_s,
@@ -160,6 +178,7 @@ def train(
             "simulation": spec.settings,
             "leg": spec.reduction_digest(),
             **drawn,
+            **({} if name is None else {"environment": name}),
         },
         resume=resume,
         wandb_project=wandb_project,
@@ -175,7 +194,7 @@ def train(
             learned.pairs, folder.path, settings, baseline, drawn_from, certificate
         )
         again = Again(reduction or from_walks("published"))
-        if settings.finetuning.timesteps:
+        if settings.finetuning.timesteps and name is None:
             trained = Trained(folder.path / TRAINING_FOLDER, settings, worlds)
             again = replace(again, trained=trained)
         own = folder
@@ -204,7 +223,8 @@ def train(
         **{name: getattr(learned, name) for name in _TIMES},
         finetuning_wall_s=learned.finetuning_wall_s,
         randomisation=drawn.get("randomisation"),
-        ranked_by=_ranked_by(settings),
+        ranked_by=_ranked_by(settings, name),
+        own_task=name,
         certificate=certified,
     )
 
@@ -238,9 +258,16 @@ def _check(
         )
 
 
-def _ranked_by(settings: CooptSettings) -> str | None:
+def task_name(own_task: OwnTask) -> str:
+    """What a task of one's own is called."""
+    return str(getattr(own_task, "__qualname__", type(own_task).__qualname__))
+
+
+def _ranked_by(settings: CooptSettings, own_task: str | None = None) -> str | None:
     said = [settings.objective.said] if settings.objective.is_robust else []
-    if settings.task.reward.said:
+    if own_task is not None:
+        said.append(f"reward of {own_task}")
+    elif settings.task.reward.said:
         said.append(settings.task.reward.said)
     return ", ".join(said) or None
 

@@ -13,6 +13,7 @@ from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.reward import RewardWeights
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.training import Training
 from pneumorph.robot.design import Design
@@ -128,8 +129,11 @@ def test_what_turns_to_a_side_is_not_what_its_image_does() -> None:
     assert settings.mirror_transitions
     assert not settings.mirrored_scores
     training = Training(
-        viscous_crawler_robot,
-        lambda robots: Lopsided(robots, time_step_s=TIME_STEP_S),
+        crawling(
+            viscous_crawler_robot,
+            lambda robots: Lopsided(robots, time_step_s=TIME_STEP_S),
+            settings,
+        ),
         settings,
     )
     chosen = int(np.flatnonzero(SPACE.mirror_index != np.arange(len(SPACE)))[0])

@@ -22,10 +22,13 @@ from pneumorph.learn.checkpoint import (
     save_checkpoint,
 )
 from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.training import Training
 
 SETTINGS = toy_settings(round_count=2)
-new_training = partial(Training, lambda design: design, make_simulator, SETTINGS)
+new_training = partial(
+    Training, crawling(lambda design: design, make_simulator, SETTINGS), SETTINGS
+)
 
 
 def whole(timestep: int = 0) -> dict[str, Any]:
@@ -173,7 +176,12 @@ def test_a_training_does_not_go_on_from_damaged_metadata(
 ) -> None:
     save_checkpoint(tmp_path, new_training().arrays(), METADATA | changed)
     with pytest.raises(ArtefactError, match=rf"checkpoint\.npz .*{what}"):
-        cooptimise(lambda design: design, make_simulator, SETTINGS, tmp_path, resume=True)
+        cooptimise(
+            crawling(lambda design: design, make_simulator, SETTINGS),
+            SETTINGS,
+            tmp_path,
+            resume=True,
+        )
 
 
 TRAINING = new_training()

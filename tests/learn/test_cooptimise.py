@@ -17,6 +17,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.checkpoint import NEWEST, load_checkpoint, save_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.learn.settings import CooptSettings
@@ -37,10 +38,10 @@ def run(folder: Path, kill_after_round: int | None = None, **options: Any) -> Co
         ):
             raise Killed
 
+    settings = options.pop("settings", SETTINGS)
     return cooptimise(
-        viscous_crawler_robot,
-        make_simulator,
-        options.pop("settings", SETTINGS),
+        crawling(viscous_crawler_robot, make_simulator, settings),
+        settings,
         folder,
         time_step_s=TIME_STEP_S,
         progress=progress,

@@ -14,6 +14,7 @@ from scipy.stats import chi2
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.learn.cooptimise import cooptimise
 from pneumorph.learn.design_distribution import DesignDistribution, EntropySchedule
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.factored_distribution import FactoredDistribution, FactoredSettings
 from pneumorph.learn.training import Training
 from pneumorph.robot.design_space import DesignSpace
@@ -204,7 +205,9 @@ def test_a_space_that_none_can_list_trains_and_goes_on_to_the_same_bits(tmp_path
         evaluated_design_count=16,
     )
     assert settings.is_factored
-    straight = cooptimise(viscous_crawler_robot, make_simulator, settings, tmp_path / "straight")
+    straight = cooptimise(
+        crawling(viscous_crawler_robot, make_simulator, settings), settings, tmp_path / "straight"
+    )
 
     class Stopped(RuntimeError):
         """As a kill would."""
@@ -215,10 +218,16 @@ def test_a_space_that_none_can_list_trains_and_goes_on_to_the_same_bits(tmp_path
 
     with pytest.raises(Stopped):
         cooptimise(
-            viscous_crawler_robot, make_simulator, settings, tmp_path / "halves", progress=stop
+            crawling(viscous_crawler_robot, make_simulator, settings),
+            settings,
+            tmp_path / "halves",
+            progress=stop,
         )
     resumed = cooptimise(
-        viscous_crawler_robot, make_simulator, settings, tmp_path / "halves", resume=True
+        crawling(viscous_crawler_robot, make_simulator, settings),
+        settings,
+        tmp_path / "halves",
+        resume=True,
     )
     assert resumed.pairs == straight.pairs
     assert straight.best.distance_cm > 0.0
@@ -228,10 +237,10 @@ def test_the_kind_of_belief_is_that_asked_for() -> None:
     toy = toy_settings(round_count=2)
     assert not toy.is_factored
     factored = replace(toy, distribution="factored")
-    training = Training(viscous_crawler_robot, make_simulator, factored)
+    training = Training(crawling(viscous_crawler_robot, make_simulator, factored), factored)
     metrics = training.run_round()
     assert isinstance(training.distribution, FactoredDistribution)
     assert sum(metrics["score_histogram"]) == pytest.approx(1.0)
-    again = Training(viscous_crawler_robot, make_simulator, factored)
+    again = Training(crawling(viscous_crawler_robot, make_simulator, factored), factored)
     again.restore(training.arrays(), training.metadata())
     assert again.run_round()["return_mean_cm"] == training.run_round()["return_mean_cm"]

@@ -20,6 +20,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.walk import walk
 from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.learn.settings import FinetuningSettings
 from pneumorph.robot.design import Design
@@ -38,8 +39,7 @@ class Killed(Exception):
 def run(folder: Path, finetune: bool = True, **options: Any) -> CooptResult:
     settings = SETTINGS if finetune else replace(SETTINGS, finetuning=FinetuningSettings(3, 0))
     return cooptimise(
-        viscous_crawler_robot,
-        make_simulator,
+        crawling(viscous_crawler_robot, make_simulator, settings),
         settings,
         folder,
         time_step_s=TIME_STEP_S,

@@ -11,6 +11,7 @@ from helpers.toy_coopt import SPACE, CrawlersInWorlds, toy_settings
 from pneumorph.environment.reward import RewardWeights
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.learn.design_gait_pair import BestPairs
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.finetuning import finalists
 from pneumorph.learn.objective import Objective, mean_of_worst
@@ -108,7 +109,7 @@ ROBUST = Objective("worst_share", 0.0, 0.5, worlds_per_design=4, evaluation_worl
 
 def training(objective: Objective = ROBUST, rounds: int = 4) -> Training:
     settings = replace(toy_settings(rounds), objective=objective, mirror_transitions=False)
-    return Training(viscous_crawler_robot, CrawlersInWorlds, settings)
+    return Training(crawling(viscous_crawler_robot, CrawlersInWorlds, settings), settings)
 
 
 def test_a_rounds_designs_walk_in_the_same_worlds() -> None:
@@ -126,7 +127,9 @@ def test_a_rounds_designs_walk_in_the_same_worlds() -> None:
     assert trained.best.pairs == []
     assert (
         "round_score_cm"
-        not in Training(viscous_crawler_robot, CrawlersInWorlds, toy_settings(4)).run_round()
+        not in Training(
+            crawling(viscous_crawler_robot, CrawlersInWorlds, toy_settings(4)), toy_settings(4)
+        ).run_round()
     )
 
 
@@ -158,7 +161,7 @@ def test_a_design_that_is_drawn_twice_counts_with_all_its_walks(
     """Its score is the objective of eight walks, of each design that was drawn: and where a mirror
     image counts for a design, of those of its image too."""
     settings = replace(toy_settings(4), objective=ROBUST, mirror_transitions=mirrored)
-    trained = Training(viscous_crawler_robot, CrawlersInWorlds, settings)
+    trained = Training(crawling(viscous_crawler_robot, CrawlersInWorlds, settings), settings)
     pair = next(i for i, image in enumerate(SPACE.mirror_index) if image != i)
     image, other = (
         int(SPACE.mirror_index[pair]),
@@ -195,8 +198,10 @@ class _Failing(CrawlersInWorlds):
 def test_a_gait_is_that_of_a_world_where_its_robot_did_not_fail() -> None:
     """Worlds that differ do not change a gait; a robot that fails begins it anew."""
     settings = replace(toy_settings(1), objective=ROBUST, mirror_transitions=False)
-    whole = Training(viscous_crawler_robot, CrawlersInWorlds, settings).evaluate()
-    failing = Training(viscous_crawler_robot, _Failing, settings).evaluate()
+    whole = Training(
+        crawling(viscous_crawler_robot, CrawlersInWorlds, settings), settings
+    ).evaluate()
+    failing = Training(crawling(viscous_crawler_robot, _Failing, settings), settings).evaluate()
     gaits = {pair.design: pair.held_kPa for pair in whole}
     assert len(failing) == len(gaits)
     for pair in failing:
@@ -241,8 +246,11 @@ def test_a_training_reports_distances_beside_what_ranked_its_pairs() -> None:
     settings = toy_settings(1)
     task = replace(settings.task, reward=RewardWeights(pressure_change=0.05))
     trained = Training(
-        viscous_crawler_robot,
-        CrawlersInWorlds,
+        crawling(
+            viscous_crawler_robot,
+            CrawlersInWorlds,
+            replace(settings, task=task, mirror_transitions=False),
+        ),
         replace(settings, task=task, mirror_transitions=False),
     )
     trained.run_round()

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from helpers.toy_coopt import make_simulator, toy_settings
 
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.training import Training
 from pneumorph.robot.design import Design
 
@@ -39,7 +40,10 @@ def _training(settings_rounds: int) -> tuple[Training, list[_Redrawn]]:
         made.append(_Redrawn(robots))
         return made[-1]
 
-    return Training(lambda design: design, make, toy_settings(settings_rounds)), made
+    return Training(
+        crawling(lambda design: design, make, toy_settings(settings_rounds)),
+        toy_settings(settings_rounds),
+    ), made
 
 
 def test_resumed_training_sees_the_same_worlds() -> None:

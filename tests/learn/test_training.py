@@ -9,6 +9,7 @@ from helpers.toy_coopt import SPACE, TASK, best_distances_cm, make_simulator, to
 
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.gait.walk import walk
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import Training
 
@@ -16,7 +17,7 @@ from pneumorph.learn.training import Training
 @cache
 def training_of(seed: int, expected_scores: bool = False) -> tuple[Training, list[dict]]:
     settings = replace(toy_settings(40, seed), expected_scores=expected_scores)
-    training = Training(viscous_crawler_robot, make_simulator, settings)
+    training = Training(crawling(viscous_crawler_robot, make_simulator, settings), settings)
     metrics = []
     while not training.is_finished:
         metrics.append(training.run_round())
@@ -100,7 +101,10 @@ def test_best_pair_walks_its_distance_again(trained: tuple[Training, list[dict]]
 def test_stored_transitions_shift_the_memory_even_at_an_episodes_end(terminal: bool) -> None:
     settings = toy_settings(round_count=2)
     task = replace(TASK, time_limit_is_terminal=terminal)
-    training = Training(viscous_crawler_robot, make_simulator, replace(settings, task=task))
+    training = Training(
+        crawling(viscous_crawler_robot, make_simulator, replace(settings, task=task)),
+        replace(settings, task=task),
+    )
     training.run_round()
     stored = training.buffer.arrays()
     np.testing.assert_array_equal(
@@ -115,7 +119,7 @@ def test_what_is_expected_of_a_design_does_not_forgive_its_failure(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     settings = replace(toy_settings(round_count=40), expected_scores=True)
-    training = Training(viscous_crawler_robot, make_simulator, settings)
+    training = Training(crawling(viscous_crawler_robot, make_simulator, settings), settings)
     training.timestep = settings.schedule.decay_start_timestep
     everything = np.full(len(SPACE), 50.0)
     monkeypatch.setattr(training, "expected_returns", lambda *_: everything.copy())
@@ -127,7 +131,7 @@ def test_what_is_expected_of_a_design_does_not_forgive_its_failure(
         assert training.distribution.scores[[failing, image]].max() <= 0.0
         assert training.distribution.scores[other] == 50.0
     # Walking again it is a design like any other, and a restored training knows as much.
-    again = Training(viscous_crawler_robot, make_simulator, settings)
+    again = Training(crawling(viscous_crawler_robot, make_simulator, settings), settings)
     again.restore(training.arrays(), training.metadata())
     np.testing.assert_array_equal(again.distribution.failing, training.distribution.failing)
     training._update_distribution(np.array([failing]), np.array([2.0]), np.array([False]))
@@ -145,7 +149,7 @@ def test_a_failing_design_neither_stops_training_nor_wins(expected_scores: bool)
             self._forward_mm[command_kPa[:, 0] > 80.0] += 1e6
 
     settings = replace(toy_settings(round_count=3), expected_scores=expected_scores)
-    training = Training(viscous_crawler_robot, Fragile, settings)
+    training = Training(crawling(viscous_crawler_robot, Fragile, settings), settings)
     metrics = [training.run_round() for _ in range(3)]
     assert sum(line["failed_count"] for line in metrics) == training.failure_count > 0
     assert all(np.isfinite(line["return_mean_cm"]) for line in metrics)
@@ -155,7 +159,9 @@ def test_a_failing_design_neither_stops_training_nor_wins(expected_scores: bool)
 
 def test_the_critic_knows_designs_better_than_their_newest_returns() -> None:
     """After uniform rounds, beside what the policy makes of every design now."""
-    training = Training(viscous_crawler_robot, make_simulator, toy_settings(40))
+    training = Training(
+        crawling(viscous_crawler_robot, make_simulator, toy_settings(40)), toy_settings(40)
+    )
     while training.timestep < training.settings.schedule.decay_start_timestep:
         training.run_round()
     newest = training.distribution.scores.copy()

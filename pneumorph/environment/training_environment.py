@@ -1,0 +1,134 @@
+"""What a training asks of an environment, and what a task of one's own is made from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from gymnasium import Space
+from gymnasium.vector import VectorEnv, VectorWrapper
+
+from pneumorph.environment.crawling_simulator import RUNNING, CrawlingSimulator
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.robot.design import Design
+
+
+class TrainingEnvironment(Protocol):
+    """Robots side by side, each with its own design: a Gymnasium `VectorEnv` with a `task`.
+
+    An observation is a state of any length, zeros at the start of an episode, and then the design
+    as `Design.one_hot` has it. An action is a number in [-1, 1] for each regulator. Episodes last
+    `CrawlingTask.action_count` actions; a robot that ends earlier begins anew in the same step
+    (``AutoresetMode.SAME_STEP``), with its last observation in ``info["final_obs"]``.
+
+    Of ``info`` a training reads, where they are there, each (robot,): ``status``, 0 unless the
+    simulation failed; ``forward_travel_cm``, what of the way is told as a pair's distance, by
+    default the reward; ``command_kPa`` (robot, regulator), the pressures of gait files, by default
+    what `CrawlingTask.pressure_kPa` makes of the actions; ``mirrored_reward_cm``, what the robot's
+    mirror image would have got, by default the reward.
+    """
+
+    @property
+    def num_envs(self) -> int:
+        """Number of robots."""
+
+    @property
+    def task(self) -> CrawlingTask:
+        """Length of an episode, and what an action is."""
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether a robot and its mirror image, doing the same, are rewarded alike."""
+
+    @property
+    def single_observation_space(self) -> Space[Any]:
+        """Of one robot."""
+
+    @property
+    def single_action_space(self) -> Space[Any]:
+        """Of one robot."""
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Start an episode of every robot, with ``options["designs"]``, one `Design` for each; the
+        seed is for what is drawn."""
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Hold an action (robot, regulator); observation, reward [cm], terminated, truncated and
+        info, a row for each robot."""
+
+
+EnvironmentFactory = Callable[[Sequence[Design]], TrainingEnvironment]
+"""Makes an environment with a robot of each of these designs."""
+
+
+class TaskWrapper(VectorWrapper):
+    """A `CrawlingEnvironment` with another reward or other observations: override `step`."""
+
+    def __init__(self, environment: TrainingEnvironment) -> None:
+        """Take the robots and their task from an environment."""
+        if not isinstance(environment, VectorEnv):
+            raise ValueError(
+                f"environment is a {type(environment).__name__}, expected a Gymnasium VectorEnv"
+            )
+        super().__init__(environment)
+
+    @property
+    def task(self) -> CrawlingTask:
+        """Length of an episode, and what an action is."""
+        task: CrawlingTask = self.env.task  # type: ignore[attr-defined]
+        return task
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether a robot and its mirror image, doing the same, are rewarded alike; override it
+        where a reward depends on the side."""
+        return bool(self.env.is_symmetric)  # type: ignore[attr-defined]
+
+    @property
+    def simulator(self) -> CrawlingSimulator:
+        """What the robots are simulated by, after a step at the step's end."""
+        simulator: CrawlingSimulator = self.env.simulator  # type: ignore[attr-defined]
+        return simulator
+
+
+@dataclass(frozen=True, eq=False)
+class ToldStep:
+    """What a training reads of a step, for each robot.
+
+    Attributes:
+        failed: Whether its simulation failed, (robot,) bool.
+        distance_cm: What counts as its way [cm], (robot,).
+        mirrored_reward_cm: What its mirror image would have got [cm], (robot,).
+        command_kPa: Real pressures [kPa], (robot, regulator).
+    """
+
+    failed: np.ndarray
+    distance_cm: np.ndarray
+    mirrored_reward_cm: np.ndarray
+    command_kPa: np.ndarray
+
+    @classmethod
+    def of(
+        cls, info: Mapping[str, Any], actions: np.ndarray, reward: np.ndarray, task: CrawlingTask
+    ) -> ToldStep:
+        """Read a step's info; see `TrainingEnvironment` for what need not be there.
+
+        Args:
+            info: Of the step.
+            actions: What was asked for, (robot, regulator).
+            reward: What it brought [cm], (robot,).
+            task: What an action is.
+        """
+        command = info.get("command_kPa")
+        return cls(
+            failed=np.asarray(info.get("status", np.zeros(len(reward)))) != RUNNING,
+            distance_cm=info.get("forward_travel_cm", reward),
+            mirrored_reward_cm=info.get("mirrored_reward_cm", reward),
+            command_kPa=task.pressure_kPa(actions) if command is None else command,
+        )

@@ -1,0 +1,86 @@
+"""Environments that a training makes or is given, and whether they are what it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
+from pneumorph.environment.training_environment import EnvironmentFactory, TrainingEnvironment
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.robot.design import Design
+
+
+def crawling(
+    build_robot: RobotBuilder, make_simulator: SimulatorFactory, settings: CooptSettings
+) -> EnvironmentFactory:
+    """The environments of a training whose robots crawl.
+
+    Args:
+        build_robot: Turns a design into a robot of the simulator.
+        make_simulator: Makes the simulator of a list of robots.
+        settings: Of the training.
+    """
+    space = settings.space
+
+    def make(designs: Sequence[Design]) -> CrawlingEnvironment:
+        return CrawlingEnvironment(
+            designs,
+            build_robot,
+            make_simulator,
+            settings.task,
+            space.module_count,
+            space.cavity_count,
+        )
+
+    return make
+
+
+def state_size(environment: TrainingEnvironment, settings: CooptSettings) -> int:
+    """Numbers of an observation before the design's.
+
+    Args:
+        environment: What a training was given.
+        settings: Of the training.
+
+    Raises:
+        ValueError: The environment has other robots, actions or designs than the settings, or
+            mirror images of its states are not known.
+    """
+    observed = environment.single_observation_space.shape
+    acted = environment.single_action_space.shape
+    task, features = settings.task, settings.space.feature_count
+    name = type(environment).__name__
+    if environment.num_envs != settings.environment_count:
+        raise ValueError(
+            f"{name} has {environment.num_envs} robots, expected environment_count = "
+            f"{settings.environment_count}: one of each design that it is given"
+        )
+    if environment.task != task:
+        raise ValueError(
+            f"the task of {name} is {environment.task}, expected that of the settings, {task}"
+        )
+    if acted != (task.regulator_count,):
+        raise ValueError(
+            f"{name} has actions of shape {acted}, expected ({task.regulator_count},): one number "
+            "for each regulator"
+        )
+    if observed is None or len(observed) != 1 or observed[0] < features:
+        raise ValueError(
+            f"{name} has observations of shape {observed}, expected a state and then the "
+            f"{features} numbers of a design of the space, see Design.one_hot"
+        )
+    size = observed[0] - features
+    if settings.mirror_transitions and environment.is_symmetric != task.reward.is_symmetric:
+        raise ValueError(
+            f"mirror_transitions is true and is_symmetric of {name} is {environment.is_symmetric}, "
+            "expected mirror_transitions = false: its rewards of mirror images are not those of "
+            "task.reward"
+        )
+    if settings.mirror_transitions and size != task.state_size:
+        raise ValueError(
+            f"mirror_transitions is true and the states of {name} have {size} numbers, expected "
+            f"false, or the {task.state_size} of the remembered actions, whose mirror images are "
+            "known"
+        )
+    return size

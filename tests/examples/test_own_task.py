@@ -1,0 +1,94 @@
+"""A task of one's own: what it rewards, and a run of it that verbs take."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import own_task
+import pytest
+
+import pneumorph as pn
+from pneumorph.cli import run
+from pneumorph.environment.registration import make_env
+from pneumorph.environment.training_environment import TrainingEnvironment
+
+PLATE = Path(__file__).parents[2] / "examples/plate.toml"
+TASK = {"action_count": 4, "action_step_count": 100}  # as long as a period of the expert
+TINY = {
+    "coopt": {
+        "environment_count": 4,
+        "total_timesteps": 32,
+        "learning_start_timestep": 16,
+        "updates": 1,
+        "evaluated_design_count": 2,
+        "kept_pair_count": 2,
+        "task": TASK,
+        "sac": {"hidden_sizes": [16, 16], "batch_size": 8},
+        "schedule": {"decay_start_timestep": 16, "decay_end_timestep": 32},
+    },
+    "baseline": {"first_phase_deg": 60, "last_phase_deg": 60, "gait": {"duration_s": 4}},
+}
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of the plate, made from Python."""
+    out = tmp_path_factory.mktemp("straight") / "run"
+    own_task.main(["--robot", str(PLATE), "--out", str(out)], **TINY)
+    return out
+
+
+def test_turning_costs_what_it_says() -> None:
+    """The same commands with and without the task: rewards differ by a tenth of the headings'
+    changes, which the simulator tells. A robot with two legs on one side turns."""
+    task = pn.CrawlingTask(**TASK)
+    robot = pn.paper_robot("published")
+    usual, own = (make_env(design="1.1.2.0.0.0.0.0", robot=robot, task=task) for _ in range(2))
+    wrapped: TrainingEnvironment = own_task.Straight(own)
+    actions = [np.full((1, 3), value, np.float32) for value in (0.8, -0.5, 0.9)]
+    usual.reset()
+    wrapped.reset()
+    heading = 0.0
+    for action in actions:
+        plain, straight = usual.step(action), wrapped.step(action)
+        now = float(usual.simulator.heading_deg[0])
+        assert plain[1] - straight[1] == pytest.approx(0.1 * abs(now - heading), abs=1e-12)
+        np.testing.assert_array_equal(plain[0], straight[0])
+        heading = now
+    assert abs(heading) > 0.1  # it turned
+
+
+def test_a_run_from_python_is_a_run_of_coopt(trained: Path) -> None:
+    summary = json.loads((trained / "summary.json").read_text())
+    assert summary["verb"] == "coopt"
+    assert summary["own_task"] == "Straight"
+    assert summary["ranked_by"] == "reward of Straight"
+    assert any(pair["score_cm"] < pair["distance_cm"] for pair in summary["pairs"])
+    # A finished run is read, and is of one task alone.
+    again = own_task.main(["--robot", str(PLATE), "--out", str(trained)], **TINY)
+    assert [pair.design for pair in again.pairs] == [pair["design"] for pair in summary["pairs"]]
+    with pytest.raises(ValueError, match="own_task Straight, expected None"):
+        pn.cooptimise(trained, PLATE, changes=TINY)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "evaluate {run} --pair-count 1",
+        "analyse {run}",
+        "certify {run} --pair-count 1 --world-count 4 --tuning-world-count 1",
+        "explore {run}",
+        "report {run}",
+        "watch {run} --once",
+        "replay {run}/best_trajectory.npz",
+    ],
+)
+def test_verbs_take_it(trained: Path, arguments: str, tmp_path: Path) -> None:
+    copy = shutil.copytree(trained, tmp_path / "run")
+    asked = arguments.format(run=copy).split()
+    if asked[0] not in ("report", "watch", "explore"):  # which write into the run
+        asked += ["--out", str(tmp_path / "out")]
+    assert run(asked) == 0
