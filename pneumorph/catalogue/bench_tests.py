@@ -3,6 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Reading = Literal["tilt_deg", "bend_deg", "leg_mass_g", "number"]
+"""What is read off: the angle at which something slides, the bend at `BEND_TEST_KPA`, what a leg
+weighs, or the number itself."""
+
+BEND_TEST_KPA = 50.0
+"""Pressure of the test of one bend [real kPa]."""
 
 
 @dataclass(frozen=True)
@@ -18,6 +26,7 @@ class BenchTest:
     minutes: float
     """Of one who has robot, supply and a phone's camera at hand."""
     how: str
+    reading: Reading = "number"
 
     def deviation_at(self, value: float) -> float:
         """Standard deviation at a value of the number."""
@@ -32,6 +41,7 @@ BENCH_TESTS = (
         True,
         5.0,
         "Of surfaces without a coefficient of their own: tilt the robot at rest until it slides.",
+        "tilt_deg",
     ),
     BenchTest(
         "tilt of a leg",
@@ -40,6 +50,7 @@ BENCH_TESTS = (
         True,
         5.0,
         "Lay a leg with its sheet on a board of the floor and tilt until it slides: the tangent.",
+        "tilt_deg",
     ),
     BenchTest(
         "tilt of a leg on its side",
@@ -48,9 +59,16 @@ BENCH_TESTS = (
         True,
         5.0,
         "The same with bare silicone below.",
+        "tilt_deg",
     ),
     BenchTest(
-        "tilt of the hub", "friction hub", 0.05, True, 5.0, "The same with the hub without legs."
+        "tilt of the hub",
+        "friction hub",
+        0.05,
+        True,
+        5.0,
+        "The same with the hub without legs.",
+        "tilt_deg",
     ),
     BenchTest(
         "bend at one pressure",
@@ -59,7 +77,8 @@ BENCH_TESTS = (
         True,
         10.0,
         "Hold a leg at its end, inflate it to 50 kPa, wait, and read the bend off a photograph; "
-        "the factor is the one that the simulated leg needs (`pneumorph calibrate --bends`).",
+        "the factor is the one that the simulated leg needs.",
+        "bend_deg",
     ),
     BenchTest(
         "ring-down of a leg",
@@ -67,16 +86,18 @@ BENCH_TESTS = (
         0.1,
         True,
         10.0,
-        "Release a leg that was pushed aside and film it: the logarithmic decrement.",
+        "Release a leg that was pushed aside and film it: the logarithmic decrement, over that of "
+        "the simulated leg.",
     ),
-    BenchTest("weighing", "mass_factor", 0.01, True, 2.0, "Kitchen scales."),
+    BenchTest("weighing", "mass_factor", 0.01, True, 2.0, "Kitchen scales, a leg.", "leg_mass_g"),
     BenchTest(
         "step up of pressure",
         "filling_factor",
         0.1,
         True,
         10.0,
-        "Command a step and log the sensed pressure (`pneumorph calibrate --air`).",
+        "Command a step and log the sensed pressure (`pneumorph calibrate --air`): the filling "
+        "conductance over the simulated one.",
     ),
     BenchTest("step down of pressure", "venting_factor", 0.1, True, 10.0, "The same downward."),
     BenchTest(

@@ -33,7 +33,7 @@ from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.mounting_angle import tilted
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
-from pneumorph.simulation.randomisation import World
+from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.robot_air import chambers_of, regulators_of
 from pneumorph.simulation.stepper_settings import StepperSettings
@@ -211,6 +211,24 @@ class RobotSpec:
             physics=calibration.applied_to(self.physics),
             calibration=calibration,
         )
+
+    def agreeing_worlds(self, drawn: Randomisation) -> Randomisation:
+        """The worlds that agree with what tests found of the robot; what was measured besides, and
+        what is no distribution, stays.
+
+        Args:
+            drawn: The worlds as nobody has measured the robot.
+
+        Raises:
+            ValueError: A test was of a number that these worlds have not, or found what none has.
+        """
+        if self.calibration is None:
+            return drawn
+        known = {name for name, _, _ in drawn.measured}
+        known |= {name for name, law in drawn.distributions.items() if law.is_constant}
+        found = self.calibration.measured.items()
+        narrower = tuple((name, *pair) for name, pair in found if name not in known)
+        return replace(drawn, measured=(*drawn.measured, *narrower))
 
     def reduced_again(self, part: Path) -> RobotSpec:
         """The robot with another reduction of the module of all its sites, by its file; raises as

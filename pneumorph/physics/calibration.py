@@ -2,7 +2,8 @@
 
 It is JSON of the kind ``Calibration``: the map of real to simulated pressure and, where they were
 fitted, the leg's modulus, the damping, the friction and the regulators' conductances, each with its
-95 % confidence interval.
+95 % confidence interval; and what tests on a bench found, which narrows the worlds that robots are
+expected to live in.
 Simulation, training and deployment read it, and every summary says which one.
 """
 
@@ -52,6 +53,9 @@ class Calibration:
     """What was measured, and with which leg the simulated side was computed."""
     path: Path | None = field(default=None, compare=False)
     """The file it was read from."""
+    measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """What tests of the robot found of numbers that worlds differ in, such as ``friction sheet``:
+    value and standard deviation."""
     air: Air | None = None
     """How air fills and vents the legs, with the conductances of each regulator."""
 
@@ -80,6 +84,7 @@ class Calibration:
             "stiffness_damping_s": self.stiffness_damping_s,
             "friction": self.friction,
             "air": None if self.air is None else settings_to_dict(self.air),
+            "measured": {name: list(pair) for name, pair in self.measured.items()},
             "confidence_intervals_95": {name: list(pair) for name, pair in self.intervals.items()},
             "fit": dict(self.fit),
             "source": dict(self.source),
@@ -90,8 +95,11 @@ class Calibration:
         names = ("slope", "intercept_kPa", "modulus_factor", "stiffness_damping_s", "friction")
         content = self.content()
         told = {name: content[name] for name in names}
-        if self.air is not None:  # earlier files, which had none, keep their digests
+        # Earlier files, which had neither, keep their digests.
+        if self.air is not None:
             told["air"] = content["air"]
+        if self.measured:
+            told["measured"] = content["measured"]
         text = json.dumps(told, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -125,6 +133,7 @@ class Calibration:
                 content["friction"],
                 air=None if (air := content.get("air")) is None else settings_from_dict(Air, air),
                 intervals={k: (v[0], v[1]) for k, v in content["confidence_intervals_95"].items()},
+                measured={k: (v[0], v[1]) for k, v in content.get("measured", {}).items()},
                 fit=content["fit"],
                 source=content["source"],
                 path=path,

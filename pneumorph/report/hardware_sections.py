@@ -21,7 +21,7 @@ from pneumorph.report.trial_figures import trials_figure
 from pneumorph.report.walk_figures import step_figure
 from pneumorph.study.deployed_gait import BENDS_FILE, DeployedGait
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.fitted_calibration import FittedCalibration
+from pneumorph.study.fitted_calibration import NORMAL_95, FittedCalibration
 from pneumorph.study.transfer import ComparedRobot, Transfer
 from pneumorph.trajectory import Trajectory
 
@@ -145,6 +145,10 @@ def calibration_sections(found: FittedCalibration, run: FinishedRun, sheet: Shee
         (name.replace("_", " "), value, *found.confidence_intervals_95.get(name, ("", "")))
         for name, value in fitted.items()
         if value is not None
+    ]
+    rows += [
+        (name.replace("_", " "), value, value - NORMAL_95 * spread, value + NORMAL_95 * spread)
+        for name, (value, spread) in found.measured.items()
     ]
     table = page.table(["parameter", "fitted", "95 % from", "to"], rows)
     pictures = [

@@ -55,6 +55,11 @@ class Distribution:
         return made
 
     @property
+    def is_constant(self) -> bool:
+        """Whether all draws are the same."""
+        return self.lowest == self.highest
+
+    @property
     def lowest(self) -> float:
         """No draw is below."""
         return self.first - 3.0 * self.second if self.kind == "N" else self.first
@@ -81,7 +86,7 @@ class Distribution:
                 f"measured {name} is {value:g} with a standard deviation of {deviation:g}, "
                 "expected a finite value and a positive deviation"
             )
-        if self.lowest == self.highest:
+        if self.is_constant:
             raise ValueError(
                 f"{name} is {self.lowest:g} and no distribution, expected one for what was "
                 "measured to say more about"

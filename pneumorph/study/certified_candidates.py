@@ -91,11 +91,8 @@ class Candidates:
     def of_run(cls, run: FinishedRun, settings: CertificateSettings) -> Candidates:
         """Those of a finished run; raises as `FinishedRun.pairs`."""
         objective, drawn, seed = run.objective, settings.randomisation, 0
-        if objective is not None and objective.is_robust:
-            drawn, seed = (
-                run.structured("randomisation", Randomisation),
-                run.of_summary("seed", int),
-            )
+        if run.worlds is not None and objective is not None and objective.is_robust:
+            drawn, seed = run.worlds, run.of_summary("seed", int)
         seen, ranked = worlds_of_training(objective, drawn, seed, settings)
         pairs = tuple(run.pairs(settings.pair_count))
         return cls(run.folder, pairs, run.task, run.baseline, tuple(seen), ranked, drawn)

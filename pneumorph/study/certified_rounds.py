@@ -69,9 +69,12 @@ def certify(
     settings = settings or CertificateSettings()
     run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
     folder = folder or RunFolder(run.folder / CERTIFICATE_FOLDER, "certify")
+    robot = robot or run.robot.spec()
+    worlds = robot.agreeing_worlds(settings.randomisation)
+    settings = replace(settings, randomisation=worlds)
     candidates = Candidates.of_run(run, settings)
     again = Again(reduction or from_walks("published"), Trained.of_run(run))
-    return certify_candidates(candidates, settings, robot or run.robot.spec(), folder, again)
+    return certify_candidates(candidates, settings, robot, folder, again)
 
 
 def certify_candidates(

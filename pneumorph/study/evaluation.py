@@ -167,7 +167,8 @@ def _in_worlds(
     task: CrawlingTask,
     folder: RunFolder,
 ) -> Robustness:
-    worlds = draw_worlds(settings.randomisation, settings.world_count, settings.world_seed)
+    drawn = spec.agreeing_worlds(settings.randomisation)
+    worlds = draw_worlds(drawn, settings.world_count, settings.world_seed)
     folder.progress.stage(f"walking in {len(worlds)} worlds")
     distances, ratios = walks_in_worlds(
         spec,
@@ -182,7 +183,7 @@ def _in_worlds(
         np.array([np.nan if far is None else far for far in nominal_cm]),
         distances,
         worlds,
-        settings_to_dict(settings.randomisation),
+        settings_to_dict(drawn),
         ratios,
     )
 

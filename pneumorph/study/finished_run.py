@@ -31,6 +31,7 @@ from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
+from pneumorph.simulation.randomisation import Randomisation
 
 Kind = TypeVar("Kind")
 Result = TypeVar("Result")
@@ -230,6 +231,15 @@ class FinishedRun:
         if "search" in self.settings:
             return "search."
         return "" if "coopt" not in self.settings and "task" in self.settings else "coopt."
+
+    @cached_property
+    def worlds(self) -> Randomisation | None:
+        """What its worlds were drawn from, as tests of its robot left them; None where it walked in
+        one."""
+        if not self.has_drawn_worlds:
+            return None
+        drawn = self.structured("randomisation", Randomisation)
+        return self.robot.spec().agreeing_worlds(drawn)
 
     def taken_over(self, *groups: str) -> dict[str, Any]:
         """Groups of its settings for a later verb, such as ``robot``: its leg and physics.

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -32,12 +34,20 @@ from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.robot.design import Design
+from pneumorph.study.bench_readings import measured_numbers, read_bench_readings
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.path_simulator import path_simulator
 from pneumorph.study.recorded_walk import Model
 
 CALIBRATION_FILE = "calibration.json"
 PAIRS_FILE = "pairs.csv"
+
+NORMAL_95 = 1.96
+"""Standard deviations that a 95 % interval reaches to either side."""
+
+LEAST_AIR_DEVIATION = 0.01
+"""No valve is taken to be known better than this, however long its log: supply and temperature are
+not the same on another day."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +62,8 @@ class CalibrationSettings(Checked):
     """Folder of a deployment whose trials modulus, damping and friction are fitted to."""
     air: Path | None = None
     """Folder of a deployment whose sensed pressures each regulator's conductances are fitted to."""
+    bench: Path | None = None
+    """Readings of tests on a bench: test,reading, the tests by their names in a certificate."""
     trial_count: Count = 5
     """How many of the trials to fit to."""
     model: Model = "reduced"
@@ -65,6 +77,12 @@ class CalibrationSettings(Checked):
         super().__post_init__()
         if self.bends is not None and self.pairs is not None:
             raise ValueError("both bends and pairs were given, expected one: they fit one line")
+        for name in ("bends", "pairs", "trials"):
+            if self.bench is not None and getattr(self, name) is not None:
+                raise ValueError(
+                    f"both bench and {name} were given, expected one after the other: tests on a "
+                    "bench are read against the robot that --calibration makes of the other"
+                )
 
 
 @dataclass(frozen=True)
@@ -88,6 +106,8 @@ class FittedCalibration:
     """Conductance that each regulator fills through."""
     venting_mm3_per_s_kPa: tuple[float, ...] | None = None
     """And that it vents through."""
+    measured: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Numbers that worlds differ in, by tests on a bench: value and standard deviation."""
     leg: PartSummary | None = None
     """The reduced leg; None where its finite elements were bent."""
 
@@ -142,11 +162,11 @@ def calibrate(
         FileNotFoundError: A file of measurements is missing.
     """
     start = time.monotonic()
-    measured = (settings.bends, settings.pairs, settings.trials, settings.air)
+    measured = (settings.bends, settings.pairs, settings.trials, settings.air, settings.bench)
     if all(each is None for each in measured):
         raise ValueError(
-            "nothing to calibrate from, expected --bends FILE, --pairs FILE, --trials FOLDER or "
-            "--air FOLDER"
+            "nothing to calibrate from, expected --bends FILE, --pairs FILE, --trials FOLDER, "
+            "--air FOLDER or --bench FILE"
         )
     spec = robot.spec()
     calibration = spec.calibration or Calibration(spec.physics.pressure_map)
@@ -158,6 +178,8 @@ def calibrate(
     if settings.trials is not None:
         plain = replace(robot, calibration=None).spec()
         calibration, path = _with_parameters(calibration, settings, spec, plain, folder)
+    if settings.bench is not None:
+        calibration = _with_bench(calibration, settings.bench, spec)
     file, air = calibration.save(folder / CALIBRATION_FILE), calibration.air
     found = FittedCalibration(
         calibration=str(file),
@@ -172,6 +194,7 @@ def calibrate(
         confidence_intervals_95=dict(calibration.intervals),
         fit=dict(calibration.fit),
         damping=spec.physics.damping,
+        measured=dict(calibration.measured),
         wall_s=time.monotonic() - start,
         leg=spec.module.describe() if settings.model == "reduced" else None,
     )
@@ -262,6 +285,7 @@ def _with_air(
             **calibration.fit,
             "air": {"rms_kPa": found.rms_kPa, "sample_count": found.sample_count},
         },
+        measured={**calibration.measured, **_factors_of_air(found.intervals)},
         source={**calibration.source, "air": said},
     )
     courses = [
@@ -269,6 +293,28 @@ def _with_air(
         for channel, chamber in enumerate(chambers)
     ]
     return fitted, (logs[0], np.column_stack(courses))
+
+
+def _factors_of_air(intervals: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """How well the conductances of the valve that is known least are known, relative to them."""
+    found = {}
+    for kind in ("filling", "venting"):
+        reaches = [
+            math.log(high / low) / (2.0 * NORMAL_95)
+            for name, (low, high) in intervals.items()
+            if name.startswith(kind)
+        ]
+        found[f"{kind}_factor"] = (1.0, max(LEAST_AIR_DEVIATION, *reaches))
+    return found
+
+
+def _with_bench(calibration: Calibration, bench: Path, spec: RobotSpec) -> Calibration:
+    found = measured_numbers(read_bench_readings(bench), spec)
+    return replace(
+        calibration,
+        measured={**calibration.measured, **found},
+        source={**calibration.source, "bench": _provenance(bench, spec)},
+    )
 
 
 def _with_parameters(

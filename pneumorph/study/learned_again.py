@@ -16,7 +16,6 @@ from pneumorph.learn.finetuning import FINETUNED_FOLDER, finetune
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import Training
 from pneumorph.robot.design import Design
-from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search_findings import FoundPair
 from pneumorph.study.study_once import study_once
@@ -46,11 +45,9 @@ class Trained:
         if "coopt" not in run.settings or own or not has_checkpoint(folder):
             return None
         settings, worlds = run.structured("coopt", CooptSettings), None
-        if run.has_drawn_worlds:
+        if run.worlds is not None:
             worlds = TrainingWorlds.of_objective(
-                run.structured("randomisation", Randomisation),
-                settings.objective,
-                run.of_settings("world_count", int),
+                run.worlds, settings.objective, run.of_settings("world_count", int)
             )
         return cls(folder, settings, worlds) if settings.finetuning.timesteps else None
 

@@ -113,7 +113,7 @@ def search(
     objective, worlds = settings.objective, None
     if objective.is_robust:
         drawn = measured_worlds() if randomisation is None else randomisation
-        worlds = TrainingWorlds(drawn, objective.worlds_per_design)
+        worlds = TrainingWorlds(robot.agreeing_worlds(drawn), objective.worlds_per_design)
     environment = CrawlingEnvironment(
         space.some(settings.environment_count),
         robot.assembly,

@@ -199,9 +199,9 @@ def train_as_asked(
     options: TrainingOptions, folder: RunFolder, own_task: OwnTask | None = None
 ) -> TrainingResult:
     """Train as the options say; arguments and what is raised as of `train`."""
-    worlds = TrainingWorlds.of_objective(
-        options.randomisation, options.coopt.objective, options.world_count
-    )
+    robot = options.robot.spec()
+    drawn = robot.agreeing_worlds(options.randomisation)
+    worlds = TrainingWorlds.of_objective(drawn, options.coopt.objective, options.world_count)
     certificate = None
     if options.certified_world_count or options.certify:
         certificate = CertificateSettings(
@@ -210,12 +210,12 @@ def train_as_asked(
             tuning_world_count=min(24, max(1, options.certified_world_count // 6)),
             full=options.certify,
             rounds=options.rounds,
-            randomisation=options.randomisation,
+            randomisation=drawn,
         )
     return train(
         options.coopt,
         folder,
-        options.robot.spec(),
+        robot,
         baseline=options.baseline,
         worlds=worlds if options.randomize else None,
         certificate=certificate,

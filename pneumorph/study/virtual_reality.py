@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from pneumorph.catalogue.bench_tests import BEND_TEST_KPA, BenchTest
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.bend_test import MonotoneBend, simulated_bend_curve
 from pneumorph.hardware.rig import RigSettings
@@ -21,6 +23,7 @@ from pneumorph.hardware.virtual_rig import (
 from pneumorph.physics.regulators import AirRegulators, air_regulators
 from pneumorph.robot.design import Design
 from pneumorph.simulation.rollout import RobotModel
+from pneumorph.study.bench_readings import bench_test
 from pneumorph.study.recorded_walk import Model
 
 
@@ -75,6 +78,36 @@ class VirtualReality:
         noise = self._settings.bend_noise_deg * rng.standard_normal(bend.shape)
         measured: np.ndarray = bend + noise
         return measured
+
+    def bench_readings(self, names: Sequence[str], repeats: int) -> dict[str, np.ndarray]:
+        """What tests on a bench read of the true robot, each (repeat,).
+
+        A test errs as much as its `BenchTest.deviation` says, the bend as much as in a bend test.
+
+        Args:
+            names: The tests.
+            repeats: Readings of each.
+
+        Raises:
+            ValueError: No such test, or one of a number that realities do not differ in.
+        """
+        rng = np.random.default_rng([self._settings.seed, 6])
+        return {name: self._readings(bench_test(name), repeats, rng) for name in names}
+
+    def _readings(self, test: BenchTest, repeats: int, rng: np.random.Generator) -> np.ndarray:
+        if test.reading == "bend_deg":
+            return self.bend_test(np.full(repeats, BEND_TEST_KPA))
+        numbers = self.reality.world.numbers
+        if test.number not in numbers:
+            raise ValueError(
+                f"the test {test.name!r} is of {test.number}, expected a number of the virtual "
+                f"rig's world: {', '.join(numbers)}"
+            )
+        true = numbers[test.number]
+        found = true + test.deviation_at(true) * rng.standard_normal(repeats)
+        if test.reading == "tilt_deg":
+            return np.degrees(np.arctan(found))
+        return found * (1e3 * self._spec.module.reduced.mass if test.reading == "leg_mass_g" else 1)
 
     def _air(self, design: Design) -> AirRegulators | None:
         """The true regulators; None where the simulation's air has no law."""

@@ -15,6 +15,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.cli import run
 from pneumorph.gait.walk import walk
 from pneumorph.learn.evaluation import EVALUATION_SEED
+from pneumorph.physics.calibration import Calibration
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import simulator_in_world, worlds_of_round
 from pneumorph.study import certificate
@@ -205,3 +206,22 @@ def test_the_best_pair_walks_in_its_worst_worlds_as_finite_elements(
     assert sum("as finite elements in the world as it stands" in note for note in found.notes) == 2
     assert sum("as finite elements in the world number" in note for note in found.notes) == 2
     assert not any("--full makes them" in note for note in found.notes)
+
+
+def test_a_calibrations_tests_narrow_the_worlds(learned: Path, tmp_path: Path) -> None:
+    """As the same numbers by flag do: the same worlds and distances."""
+    measured = Calibration(measured={"mass_factor": (0.95, 0.01)})
+    file, asked = measured.save(tmp_path / "calibration.json"), f"certify {learned} --world-count 6"
+    same = "--randomisation.measured mass_factor 0.95 0.01"
+    for folder, flag in (("a", f"--calibration {file}"), ("b", same)):
+        out = f"--tuning-world-count 2 --cycle-s 0.4 --out {tmp_path / folder}"
+        assert run([*asked.split(), *flag.split(), *out.split()]) == 0
+    by_file, by_flag = (
+        result_from_dict(Certificate, json.loads((tmp_path / each / "summary.json").read_text()))
+        for each in "ab"
+    )
+    masses = np.array(by_file.numbers["mass_factor"])
+    assert np.all(np.abs(masses - 0.95) < 0.04)
+    assert by_file.numbers == by_flag.numbers
+    assert by_file.distances_cm == by_flag.distances_cm
+    assert list(map(list, by_file.distributions["measured"])) == [["mass_factor", 0.95, 0.01]]

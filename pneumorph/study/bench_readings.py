@@ -1,0 +1,116 @@
+"""Readings of tests on a bench, and what they say of the numbers that worlds differ in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.base.artefact import write_atomically
+from pneumorph.catalogue.bench_tests import BENCH_TESTS, BEND_TEST_KPA, BenchTest
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.hardware.bend_test import simulated_bend_curve
+from pneumorph.hardware.measured_table import read_rows
+
+COLUMNS = ["test", "reading"]
+
+
+def read_bench_readings(path: Path | str) -> dict[str, np.ndarray]:
+    """Read a table ``test,reading`` of tests by their names, repeats welcome.
+
+    Returns:
+        Readings of each test, (repeat,), in the unit of its `BenchTest.reading`.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ValueError: Another header, a test that is not known, or a reading that is no finite number.
+    """
+    header, rows = read_rows(path)
+    if header[:2] != COLUMNS:
+        raise ValueError(f"{path} has the columns {','.join(header)}, expected {','.join(COLUMNS)}")
+    found: dict[str, list[float]] = {}
+    for number, row in enumerate(rows, start=1):
+        name, text = row[0].strip(), row[1] if len(row) > 1 else ""
+        bench_test(name, f"{path}, row {number}: ")
+        try:
+            reading = float(text)
+        except ValueError:
+            reading = np.nan
+        if not np.isfinite(reading):
+            raise ValueError(f"{path}, row {number}: reading is {text!r}, expected a finite number")
+        found.setdefault(name, []).append(reading)
+    return {name: np.array(readings) for name, readings in found.items()}
+
+
+def write_bench_readings(path: Path | str, readings: Mapping[str, Sequence[float]]) -> Path:
+    """Write a table that `read_bench_readings` reads."""
+    lines = [",".join(COLUMNS)]
+    lines += [f"{name},{value:.6g}" for name, values in readings.items() for value in values]
+    return write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
+
+
+def bench_test(name: str, where: str = "") -> BenchTest:
+    """The test of a name.
+
+    Args:
+        name: As certificates have it.
+        where: Begins the message.
+
+    Raises:
+        ValueError: There is none.
+    """
+    for test in BENCH_TESTS:
+        if test.name == name:
+            return test
+    known = ", ".join(test.name for test in BENCH_TESTS)
+    raise ValueError(f"{where}the test is {name!r}, expected one of {known}")
+
+
+def measured_numbers(
+    readings: Mapping[str, np.ndarray], spec: RobotSpec
+) -> dict[str, tuple[float, float]]:
+    """Value and standard deviation of the mean of each number that was tested.
+
+    Readings scatter by as much as the test is said to, or by more where three and more show it.
+
+    Args:
+        readings: As `read_bench_readings` returns them.
+        spec: The robot that moduli and masses are relative to.
+
+    Raises:
+        ValueError: A reading says what cannot be, such as a mass that is not positive.
+    """
+    found = {}
+    for name, read in readings.items():
+        test = bench_test(name)
+        values = _numbers(test, read, spec)
+        value = float(values.mean())
+        deviation = test.deviation_at(value)
+        if len(values) > 2:
+            deviation = max(deviation, float(values.std(ddof=1)))
+        found[test.number] = value, deviation / float(np.sqrt(len(values)))
+    return found
+
+
+def _numbers(test: BenchTest, read: np.ndarray, spec: RobotSpec) -> np.ndarray:
+    """The world's number by each reading, (repeat,)."""
+    if test.reading == "number":
+        return read
+    most = 90.0 if test.reading == "tilt_deg" else np.inf
+    wrong = read[(read <= 0.0) | (read >= most)]
+    if len(wrong):
+        bound = "above 0" if most == np.inf else f"between 0 and {most:g}"
+        raise ValueError(
+            f"a reading of {test.name!r} is {wrong[0]:g}, expected {test.reading} {bound}"
+        )
+    if test.reading == "tilt_deg":
+        return np.tan(np.radians(read))
+    if test.reading == "leg_mass_g":
+        return read / (1e3 * spec.module.reduced.mass)
+    # A leg of f times the modulus bends under f times the pressure as it did.
+    leg, mesh = spec.module.reduced, spec.module.full.mesh
+    leg.check_mesh(mesh)
+    simulated = float(spec.physics.pressure_map.simulated(BEND_TEST_KPA))
+    curve = simulated_bend_curve(leg, mesh, 2.0 * simulated, rotation=spec.physics.rotation)
+    return simulated / curve.pressure(read)
