@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import tyro
 
 from pneumorph.base.checked import Bounds, Checked, Count, NotNegative
+from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
 from pneumorph.catalogue.masses import Masses
@@ -177,6 +178,10 @@ class RobotOptions(Checked):
     --physics nor --leg is given."""
     threads: Annotated[int, Bounds(least=0, why="0 takes every processor")] = 0
     """Threads of the engine; 0 takes every processor."""
+    executor: ExecutorSettings = field(default_factory=ExecutorSettings)
+    """Where robots are computed: on this machine, or shared out over the workers of a Ray cluster,
+    with the same bits for any number of workers of one kind of processor. Walks of finite elements
+    are made as many at once."""
     full: FullOptions = field(default_factory=lambda: FullOptions(**_full_of(leg_kind(USUAL))))
     masses: Masses = field(default_factory=lambda: masses_of(USUAL))
     """What legs and hub weigh; a choice of physics or leg brings it."""
@@ -296,6 +301,7 @@ class RobotOptions(Checked):
             ),
             "hub_model": full.hub,
             "thread_count": self.threads,
+            "executor": self.executor,
         }
         robot = self.description
         if robot is None:

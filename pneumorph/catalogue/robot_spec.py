@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import check_calibration
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
@@ -96,6 +97,7 @@ class RobotSpec:
         full_order: How full-order robots are computed.
         hub_model: The hub of full-order robots: of finite elements, or rigid.
         thread_count: Threads of a simulator; 0 takes every processor.
+        executor: Where robots that walk side by side, and finite elements, are computed.
         calibration: What was measured of the robot and is part of physics and modules already; see
             `calibrated`.
         mounting_angle_deg: How much further down modules point than their sites have it [degrees].
@@ -109,6 +111,7 @@ class RobotSpec:
     full_order: FullOrderSettings = field(default_factory=FullOrderSettings)
     hub_model: HubModel = "soft"
     thread_count: int = 0
+    executor: ExecutorSettings = field(default_factory=ExecutorSettings)
     calibration: Calibration | None = None
     mounting_angle_deg: float = 0.0
     name: str | None = None

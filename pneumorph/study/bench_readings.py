@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +43,7 @@ def read_bench_readings(path: Path | str) -> dict[str, np.ndarray]:
     return {name: np.array(readings) for name, readings in found.items()}
 
 
-def write_bench_readings(path: Path | str, readings: Mapping[str, Sequence[float]]) -> Path:
+def write_bench_readings(path: Path | str, readings: Mapping[str, Iterable[float]]) -> Path:
     """Write a table that `read_bench_readings` reads."""
     lines = [",".join(COLUMNS)]
     lines += [f"{name},{value:.6g}" for name, values in readings.items() for value in values]

@@ -24,7 +24,7 @@ from pneumorph.study.certified_candidates import (
     unseen_worlds,
 )
 from pneumorph.study.certified_pairs import Band, Certificate, CertifiedExpert, CertifiedPair
-from pneumorph.study.certified_walks import FullOrderWalk, full_order_walk
+from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
 from pneumorph.study.measure_next import narrowings, worth_measuring
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robustness import walks_in_worlds
@@ -237,24 +237,27 @@ def _with_full_order(
     folder: RunFolder,
 ) -> list[CertifiedPair]:
     """The pairs with their walks as finite elements."""
-    found = []
-    for place, (walker, pair) in enumerate(zip(walkers, pairs, strict=True)):
-        numbers: list[int | None] = [None]
-        if place == best:
-            order = np.argsort(np.nan_to_num(pair_cm[:, place]), kind="stable")
-            numbers += [int(number) for number in order[: settings.worst_world_count]]
-        walks = []
-        for number in numbers:
-            where = "as it stands" if number is None else f"number {number}"
-            folder.progress.stage(f"{pair.label} as finite elements in the world {where}")
-            reduced = pair.nominal_cm if number is None else float(pair_cm[number, place])
-            if reduced is not None and np.isnan(reduced):
-                reduced = None
-            world = None if number is None else worlds[number]
-            kept = full_order_walk(spec, walker, world, folder)
-            walks.append(FullOrderWalk.of(number, kept, reduced))
-        found.append(replace(pair, full_order=tuple(walks)))
-    return found
+    order = np.argsort(np.nan_to_num(pair_cm[:, best]), kind="stable")
+    worst = [int(number) for number in order[: settings.worst_world_count]]
+    # The best pair's first: who stops here has learned most.
+    asked: list[tuple[int, int | None]] = [(best, number) for number in (None, *worst)]
+    asked += [(place, None) for place in range(len(pairs)) if place != best]
+    folder.progress.stage(f"{len(asked)} walks as finite elements")
+    kept = full_order_walks(
+        spec,
+        [(walkers[place], None if number is None else worlds[number]) for place, number in asked],
+        folder,
+        spec.executor,
+    )
+    found: list[list[FullOrderWalk]] = [[] for _ in pairs]
+    for (place, number), walked in zip(asked, kept, strict=True):
+        reduced = pairs[place].nominal_cm if number is None else float(pair_cm[number, place])
+        if reduced is not None and np.isnan(reduced):
+            reduced = None
+        found[place].append(FullOrderWalk.of(number, walked, reduced))
+    return [
+        replace(pair, full_order=tuple(walks)) for pair, walks in zip(pairs, found, strict=True)
+    ]
 
 
 def _notes(pairs: Sequence[CertifiedPair]) -> list[str]:

@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pneumorph.base.artefact import write_json
+from pneumorph.base.executor import ExecutorSettings, run_tasks
+from pneumorph.base.progress import Progress
+from pneumorph.base.result import finite
 from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_ingredients import ingredients
+from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.fem.time_integration import StepError
 from pneumorph.physics.ground import Ground
 from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
+from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import LegRecorder
+from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.randomised_simulator import lagging_commands
 from pneumorph.study.analysis import Walker
 from pneumorph.study.full_order_store import rollout_identity
-from pneumorph.study.recorded_walk import recorded_walk
 
 COMPRESSION = 3e-4
 """Relative error, in the norm of the rest stiffness, at which states of walks are kept."""
@@ -115,56 +124,129 @@ class LaggingGait:
         return commanded
 
 
-def full_order_walk(
-    spec: RobotSpec, walker: Walker, world: World | None, folder: RunFolder
-) -> KeptWalk:
-    """Walk a pair as finite elements; a walk that was stopped goes on, a finished one is read.
+def full_order_walks(
+    spec: RobotSpec,
+    asked: Sequence[tuple[Walker, World | None]],
+    folder: RunFolder,
+    executor: ExecutorSettings | None = None,
+) -> list[KeptWalk]:
+    """Walk pairs as finite elements; walks that were stopped go on, finished ones are read.
 
-    Its file is named after all that the walk depends on.
+    Files are named after all that a walk depends on.
 
     Args:
         spec: The robot in the world as it stands.
-        walker: Design and gait.
-        world: A drawn world; None for the one as it stands.
-        folder: Keeps the walk, in ``full_order``.
+        asked: Design and gait, and a drawn world or None for the one as it stands, of each walk.
+        folder: Keeps the walks, in ``full_order``.
+        executor: Where walks are made that are not there yet.
     """
-    own, gait = spec, walker.gait
-    if world is not None:
-        own = spec.in_world(world)
-        gait = LaggingGait.of(gait, world.regulator_lag_s, spec.physics.time_step_s)
-    commands = commands_of(gait, spec.physics.time_step_s, spec.physics.regulator_count)
-    made_of = _made_of(spec, walker, world)
-    name = f"full_order/{rollout_identity(made_of, commands)[:16]}"
-    states = f"{name}.npz" if len(spec.modules) == 1 else None
+    walks = [_AskedWalk.of(spec, walker, world, folder) for walker, world in asked]
+    missing = [walk for walk in walks if not walk.file.exists()]
+    executor = executor or ExecutorSettings()
+    if len(missing) == 1 and executor.backend == "processes":
+        executor = replace(executor, process_count=1)
+    in_turn = executor.backend == "processes" and executor.process_count == 1
+    tasks = [walk.task() for walk in missing]
+    made = run_tasks(_walk, folder.progress if in_turn else None, tasks, executor)
+    for done, (number, (walked, states)) in enumerate(made, start=1):
+        if states is not None:
+            states.save(missing[number].file.with_suffix(".npz"))
+        write_json(missing[number].file, finite({"made_of": missing[number].made_of, **walked}))
+        if not in_turn:
+            folder.progress(done, len(missing), "finite elements")
+    kept = []
+    for walk in walks:
+        found = made_once(walk.file, dict, made_of=walk.made_of)  # is there now
+        whole = found["status"] == "completed" and walk.records
+        file = f"full_order/{walk.file.stem}.npz" if whole else None
+        kept.append(KeptWalk(found["distance_cm"], found["status"], found["wall_s"], file))
+    return kept
 
-    def walked() -> dict[str, Any]:
-        start = time.monotonic()
-        try:
-            trajectory = recorded_walk(
-                own,
-                walker.design,
-                gait,
-                "full",
-                folder / f"{name}_on_its_way.npz",
-                settling_steps=walker.settling_steps,
-                progress=folder.progress,
-            )
-        except StepError:  # while it settles; the other walks are of use all the same
-            return {"status": "diverged", "distance_cm": None, "wall_s": time.monotonic() - start}
-        if states is not None and trajectory.status == "completed":
-            recorder = LegRecorder(own.full(walker.design), compression=COMPRESSION)
-            recorder.follow(trajectory)
-            recorder.snapshots(f"walk {walker.design}", trajectory).save(folder / states)
-        return {
-            "status": trajectory.status,
-            "distance_cm": trajectory.distance_cm,
-            "wall_s": time.monotonic() - start,
-        }
 
-    kept = made_once(folder / f"{name}.json", walked, made_of=made_of)
-    if kept["status"] != "completed":
-        states = None
-    return KeptWalk(kept["distance_cm"], kept["status"], kept["wall_s"], states)
+@dataclass(frozen=True, eq=False)
+class _AskedWalk:
+    """A walk of finite elements.
+
+    Attributes:
+        file: What is kept of it.
+        made_of: What it depends on but for its commands.
+        spec: The robot in its world.
+        walker: Design, and how long it settles.
+        gait: What its regulators follow.
+    """
+
+    file: Path
+    made_of: dict[str, Any]
+    spec: RobotSpec
+    walker: Walker
+    gait: OpenLoopGait
+
+    @classmethod
+    def of(
+        cls, spec: RobotSpec, walker: Walker, world: World | None, folder: RunFolder
+    ) -> _AskedWalk:
+        """The walk in a drawn world, or in the one as it stands."""
+        own, gait = spec, walker.gait
+        if world is not None:
+            own = spec.in_world(world)
+            gait = LaggingGait.of(gait, world.regulator_lag_s, spec.physics.time_step_s)
+        commands = commands_of(gait, spec.physics.time_step_s, spec.physics.regulator_count)
+        made_of = _made_of(spec, walker, world)
+        file = folder / f"full_order/{rollout_identity(made_of, commands)[:16]}.json"
+        return cls(file, made_of, own, walker, gait)
+
+    @property
+    def records(self) -> bool:
+        """Whether its legs are all alike, so that their states are kept."""
+        return len(self.spec.modules) == 1
+
+    def task(self) -> _Task:
+        """What a worker needs to make it."""
+        robot = self.spec.full(self.walker.design)
+        checkpoint = self.file.with_name(f"{self.file.stem}_on_its_way.npz")
+        return _Task(robot, self.walker, self.gait, checkpoint, self.records)
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    robot: FullRobot
+    walker: Walker
+    gait: OpenLoopGait
+    checkpoint: Path
+    records: bool
+
+
+def _walk(
+    progress: Progress | None, task: _Task
+) -> tuple[dict[str, Any], Snapshots | CompressedSnapshots | None]:
+    """How a walk ended, as it is kept, and its legs' states where it came to its end."""
+    start, robot = time.monotonic(), task.robot
+    step_s, count = robot.physics.time_step_s, robot.physics.regulator_count
+    try:
+        trajectory = resumable_rollout(
+            robot,
+            commands_of(task.gait, step_s, count),
+            task.checkpoint,
+            settling_steps=task.walker.settling_steps,
+            record_every=10,
+            description={"design": str(task.walker.design)},
+            progress=progress,
+            highest_kPa=task.gait.maximum_pressure_kPa,
+        )
+    except StepError:  # while it settles; the other walks are of use all the same
+        lost = {"status": "diverged", "distance_cm": None, "wall_s": time.monotonic() - start}
+        return lost, None
+    states = None
+    if task.records and trajectory.status == "completed":
+        recorder = LegRecorder(robot, compression=COMPRESSION)
+        recorder.follow(trajectory)
+        states = recorder.snapshots(f"walk {task.walker.design}", trajectory)
+    walked = {
+        "status": trajectory.status,
+        "distance_cm": trajectory.distance_cm,
+        "wall_s": time.monotonic() - start,
+    }
+    return walked, states
 
 
 def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, Any]:

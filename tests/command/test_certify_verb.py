@@ -177,11 +177,11 @@ def test_the_best_pair_walks_in_its_worst_worlds_as_finite_elements(
     """And the other one in the world as it stands; walks that differ are named."""
     asked = []
 
-    def walked(spec, walker, world, folder):
-        asked.append((walker.label, world))
-        return KeptWalk(10.0 if world is None else -10.0, "completed", 1.0)
+    def walked(spec, walks, folder, executor):
+        asked.extend((walker.label, world) for walker, world in walks)
+        return [KeptWalk(10.0 if world is None else -10.0, "completed", 1.0) for _, world in walks]
 
-    monkeypatch.setattr(certificate, "full_order_walk", walked)
+    monkeypatch.setattr(certificate, "full_order_walks", walked)
     monkeypatch.setattr(RobotSpec, "check_reduction", lambda _: None)
     settings = CertificateSettings(
         world_count=6,

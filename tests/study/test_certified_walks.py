@@ -10,6 +10,7 @@ import pytest
 from helpers.box_mesh import box_mesh
 from helpers.small_robot import small_leg
 
+from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
@@ -23,7 +24,7 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
 from pneumorph.study import certified_walks
 from pneumorph.study.analysis import Walker
-from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, LaggingGait, full_order_walk
+from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, LaggingGait, full_order_walks
 
 WORLD = World(0.7, 1.1, 0.9, 0.05, 1.0, mounting_angle_deg=1.0)
 GAIT = HeldGait.evenly(np.array([[20.0, 0.0], [5.0, 30.0]]), 0.04)
@@ -53,7 +54,7 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
 
     def walked(world: World | None, design: str = "1.2", settling: int = 2) -> KeptWalk:
         walker = Walker("L1", Design.parse(design), GAIT, settling)
-        return full_order_walk(robot, walker, world, folder)
+        return full_order_walks(robot, [(walker, world)], folder)[0]
 
     nominal, drawn = walked(None), walked(WORLD)
     assert (nominal.status, drawn.status) == ("completed", "completed")
@@ -67,7 +68,7 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
     def never(*_: object, **__: object) -> None:
         raise AssertionError("walked again")
 
-    monkeypatch.setattr(certified_walks, "recorded_walk", never)
+    monkeypatch.setattr(certified_walks, "resumable_rollout", never)
     assert walked(WORLD) == drawn
     # Finite elements know of no reduction, and threads change no bit.
     assert walked(replace(WORLD, reduction="other.npz")) == drawn
@@ -81,10 +82,10 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
     def fails(*_: object, **__: object) -> None:
         raise StepError("while it settles")
 
-    monkeypatch.setattr(certified_walks, "recorded_walk", fails)
+    monkeypatch.setattr(certified_walks, "resumable_rollout", fails)
     failed = walked(WORLD, "2.1")
     assert (failed.status, failed.distance_cm) == ("diverged", None)
-    monkeypatch.setattr(certified_walks, "recorded_walk", never)
+    monkeypatch.setattr(certified_walks, "resumable_rollout", never)
     kept = robot
     for changed in (
         replace(kept, physics=replace(kept.physics, friction=0.3)),
@@ -94,6 +95,24 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
         robot = changed
         with pytest.raises(AssertionError, match="walked again"):
             walked(WORLD)
+
+
+def test_walks_of_two_processes_are_those_of_one(tmp_path: Path) -> None:
+    """To the last digit, states included; one that is there is not made again."""
+    robot, walker = spec(), Walker("L1", Design.parse("1.2"), GAIT, 2)
+    asked = [(walker, None), (walker, WORLD), (replace(walker, design=Design.parse("2.1")), None)]
+    alone, shared = RunFolder(tmp_path / "alone", "certify"), RunFolder(tmp_path / "two", "certify")
+    in_turn = full_order_walks(robot, asked, alone, ExecutorSettings(process_count=1))
+    full_order_walks(robot, asked[:1], shared)
+    made = full_order_walks(robot, asked, shared, ExecutorSettings(process_count=2))
+    assert [replace(each, wall_s=0.0) for each in made] == [
+        replace(each, wall_s=0.0) for each in in_turn
+    ]
+    for walk in made:
+        assert walk.states is not None
+        one, two = (np.load(folder / walk.states) for folder in (alone, shared))
+        for name in set(one) - {"metadata"}:
+            np.testing.assert_array_equal(one[name], two[name])
 
 
 @pytest.mark.parametrize(
