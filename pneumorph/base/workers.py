@@ -97,6 +97,45 @@ def _call_in(folder: Path, function: Function, shared: Any, task: Any) -> Any:
         return function(shared, task)
 
 
+@dataclass(frozen=True)
+class RemoteObjects:
+    """Objects of one class, each in a worker of its own."""
+
+    make: Callable[..., Any]
+    """Makes one with these arguments, and returns what stands for it."""
+    call: Callable[..., Any]
+    """Calls its method of a name with a tuple of arguments, and returns what stands for the answer;
+    what `put` returned arrives as what was put."""
+    fetch: Callable[[Any], Any]
+    """Waits for an answer."""
+    put: Callable[[Any], Any]
+    """Sends an object to all workers, once."""
+    count: int
+    """Objects that work at the same time."""
+    deaths: tuple[type[Exception], ...]
+    """What `fetch` raises where the worker has died."""
+
+
+def remote_objects(kind: type, count: int | None, address: str | None) -> RemoteObjects:
+    """Objects on Ray, which stays connected until this process ends; with no `count` as many as it
+    has processors.
+
+    Raises:
+        ModuleNotFoundError: Ray is not installed.
+    """
+    ray = _joined(count, address)
+    # They claim no processor: a simulator that waits would keep the next one from starting.
+    actor = ray.remote(max_restarts=0, num_cpus=0, scheduling_strategy="SPREAD")(kind)
+    return RemoteObjects(
+        actor.remote,
+        lambda made, name, arguments: getattr(made, name).remote(*arguments),
+        ray.get,
+        ray.put,
+        count or int(ray.cluster_resources().get("CPU", 1)),
+        (ray.exceptions.RayActorError, ray.exceptions.OutOfMemoryError),
+    )
+
+
 @contextmanager
 def connected(count: int | None, address: str | None) -> Iterator[Any]:
     """The module ray, joined to the cluster at an address or, without one, started here.
@@ -106,6 +145,16 @@ def connected(count: int | None, address: str | None) -> Iterator[Any]:
     Raises:
         ModuleNotFoundError: Ray is not installed.
     """
+    here = "ray" in sys.modules and sys.modules["ray"].is_initialized()
+    ray = _joined(count, address)
+    try:
+        yield ray
+    finally:
+        if not here:
+            ray.shutdown()
+
+
+def _joined(count: int | None, address: str | None) -> Any:
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
     try:
         import ray
@@ -113,20 +162,15 @@ def connected(count: int | None, address: str | None) -> Iterator[Any]:
         raise ModuleNotFoundError(
             "the backend ray needs the extra ray: pip install 'pneumorph[ray]'"
         ) from error
-    if ray.is_initialized():
-        yield ray
-        return
-    # Workers of this machine find every module that this process finds.
-    modules = {} if address else {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    ray.init(
-        address=address,
-        num_cpus=None if address else count,
-        include_dashboard=None if address else False,
-        log_to_driver=False,
-        logging_level=logging.WARNING,
-        runtime_env={"env_vars": _ONE_THREAD | modules},
-    )
-    try:
-        yield ray
-    finally:
-        ray.shutdown()
+    if not ray.is_initialized():
+        # Workers of this machine find every module that this process finds.
+        modules = {} if address else {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        ray.init(
+            address=address,
+            num_cpus=None if address else count,
+            include_dashboard=None if address else False,
+            log_to_driver=False,
+            logging_level=logging.WARNING,
+            runtime_env={"env_vars": _ONE_THREAD | modules},
+        )
+    return ray

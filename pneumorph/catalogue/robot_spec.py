@@ -35,8 +35,10 @@ from pneumorph.robot.mounting_angle import tilted
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.randomisation import Randomisation, World
+from pneumorph.simulation.randomised_simulator import LaggingSimulator, simulator_in_worlds
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.robot_air import chambers_of, regulators_of
+from pneumorph.simulation.shared_simulator import SharedSimulator
 from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.trajectory import Trajectory
 
@@ -184,6 +186,25 @@ class RobotSpec:
         as `reduced`."""
         assembled = [each if isinstance(each, Robot) else self.assembly(each) for each in robots]
         return BatchedSimulator(assembled, self.physics, self.stepper, self.thread_count)
+
+    def simulator_in_worlds(
+        self, robots: Sequence[Robot], worlds: Sequence[World] | None
+    ) -> LaggingSimulator | SharedSimulator | BatchedSimulator:
+        """Reduced robots side by side where the executor has them.
+
+        Args:
+            robots: As `assembly` made them.
+            worlds: The world of each; None for the one as it stands.
+
+        Raises:
+            ModuleNotFoundError: The executor is Ray, which is not installed.
+            ValueError: As of `BatchedSimulator`, or a world names a reduction of other cavities.
+        """
+        if self.executor.backend == "ray":
+            return SharedSimulator(robots, worlds, self.physics, self.stepper, self.executor)
+        if worlds is None:
+            return self.simulator(robots)
+        return simulator_in_worlds(robots, worlds, self.physics, self.stepper, self.thread_count)
 
     def scaled(
         self,

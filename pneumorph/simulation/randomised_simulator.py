@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +37,8 @@ class RandomisedSimulator:
         world_count: Worlds side by side.
         stepper: How steps are computed.
         thread_count: Threads of the engine; 0 takes every processor.
+        make: Makes what simulates robots in worlds, as `simulator_in_worlds` does, somewhere else;
+            None for this process.
 
     Raises:
         ValueError: No robot or no world.
@@ -50,12 +53,14 @@ class RandomisedSimulator:
         world_count: int = 8,
         stepper: StepperSettings | None = None,
         thread_count: int = 0,
+        make: Callable[[Sequence[Robot], Sequence[World]], Any] | None = None,
     ) -> None:
         if world_count < 1:
             raise ValueError(f"world_count is {world_count}, expected at least 1")
-        self._physics, self._randomisation = physics, randomisation
-        self._seed, self._world_count, self._threads = seed, world_count, thread_count
-        self._stepper = stepper
+        self._randomisation, self._seed, self._world_count = randomisation, seed, world_count
+        self._make = make or partial(
+            simulator_in_worlds, physics=physics, stepper=stepper, thread_count=thread_count
+        )
         self._simulator: LaggingSimulator | None = None
         self._robots: Sequence[Robot] = robots
         self.redraw(0)
@@ -70,9 +75,7 @@ class RandomisedSimulator:
         self._robots = robots
         worlds = [self.worlds[robot % self._world_count] for robot in range(len(robots))]
         if self._simulator is None:
-            self._simulator = simulator_in_worlds(
-                robots, worlds, self._physics, self._stepper, self._threads
-            )
+            self._simulator = self._make(robots, worlds)
         else:
             self._simulator.set_robots(robots, worlds)
 

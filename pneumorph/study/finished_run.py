@@ -242,15 +242,19 @@ class FinishedRun:
         return self.robot.spec().agreeing_worlds(drawn)
 
     def taken_over(self, *groups: str) -> dict[str, Any]:
-        """Groups of its settings for a later verb, such as ``robot``: its leg and physics.
+        """Groups of its settings for a later verb, such as ``robot``: its leg and physics, but not
+        where they were computed.
 
         ``randomisation``, the worlds it was trained in, is there only where it was.
         """
-        return {
+        found = {
             name: self.of_settings(name, dict)
             for name in groups
             if name != "randomisation" or self.has_drawn_worlds
         }
+        if "robot" in found:
+            found["robot"] = {k: v for k, v in found["robot"].items() if k != "executor"}
+        return found
 
     def handed_on(self, settings: Mapping[str, Any], said: str = "leg and physics") -> TakenOver:
         """Settings for a later verb, with what is said of them: whose, and under which damping."""

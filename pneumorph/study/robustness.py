@@ -15,7 +15,6 @@ from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
-from pneumorph.simulation.randomised_simulator import simulator_in_worlds
 from pneumorph.study.sensitivity import weighted_quantiles
 
 SIDE_BY_SIDE = 96
@@ -81,12 +80,8 @@ def walks_in_worlds(
     together = max(1, SIDE_BY_SIDE // len(robots))
     for begin in range(0, len(worlds), together):
         chosen = worlds[begin : begin + together]
-        simulator = simulator_in_worlds(
-            robots * len(chosen),
-            [world for world in chosen for _ in robots],
-            spec.physics,
-            spec.stepper,
-            spec.thread_count,
+        simulator = spec.simulator_in_worlds(
+            robots * len(chosen), [world for world in chosen for _ in robots]
         )
         walked = walk(
             simulator,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
+from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
@@ -178,10 +179,12 @@ def train_once(
     """
     options = replace(options, resume=True)
     robot = replace(options.robot, threads=options.robot.threads or threads)
+    # Where robots are computed decides nothing either.
+    anywhere = replace(options.robot, executor=ExecutorSettings())
     found = study_once(
         folder,
         TrainingResult,
-        options,
+        replace(options, robot=anywhere),
         lambda: train_as_asked(replace(options, robot=robot), folder, own_task),
         begun=has_checkpoint(folder.path / TRAINING_FOLDER),
         free=("resume",),  # of a run that was begun alone

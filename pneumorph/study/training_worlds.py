@@ -58,7 +58,7 @@ def simulator_factory(
         seed: Of their draws.
     """
     if worlds is None:
-        return spec.simulator
+        return lambda robots: spec.simulator_in_worlds(robots, None)
 
     def make(robots: Sequence[Any]) -> CrawlingSimulator:
         return RandomisedSimulator(
@@ -67,8 +67,7 @@ def simulator_factory(
             worlds.randomisation,
             seed,
             worlds.world_count,
-            spec.stepper,
-            spec.thread_count,
+            make=spec.simulator_in_worlds,
         )
 
     return make

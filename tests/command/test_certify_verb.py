@@ -11,6 +11,7 @@ from helpers.run_json import run_json
 
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.workers import connected
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.cli import run
 from pneumorph.gait.walk import walk
@@ -225,3 +226,20 @@ def test_a_calibrations_tests_narrow_the_worlds(learned: Path, tmp_path: Path) -
     assert by_file.numbers == by_flag.numbers
     assert by_file.distances_cm == by_flag.distances_cm
     assert list(map(list, by_file.distributions["measured"])) == [["mass_factor", 0.95, 0.01]]
+
+
+def test_a_training_on_rays_workers_is_the_same(learned: Path, leg: Path) -> None:
+    """To the last digit, its certificate included; who goes on with it does so here."""
+    pytest.importorskip("ray")
+    folder = learned.parent / "shared"
+    with connected(2, None):
+        asked = f"coopt --preset fast --part {leg} --out {folder} {_SHORT}"
+        assert run([*asked.split(), *["--executor.backend", "ray"]]) == 0
+    here, there = (json.loads((each / "summary.json").read_text()) for each in (learned, folder))
+    for name in ("pairs", "baseline_best_distance_cm", "replayed_distance_cm"):
+        assert there[name] == here[name]
+    for name in ("distances_cm", "pairs", "numbers"):
+        assert there["certificate"][name] == here["certificate"][name]
+    source = FinishedRun.read(folder)
+    assert source.robot.executor.backend == "ray"
+    assert "executor" not in source.taken_over("robot")["robot"]
