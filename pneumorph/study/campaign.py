@@ -31,6 +31,9 @@ from pneumorph.study.training_run import TrainingResult
 
 CAMPAIGN_FILE = "campaign.json"
 
+_ALONE = ExecutorSettings(process_count=1)
+"""Where a run computes its own robots: its process shares the machine with those of others."""
+
 
 @dataclass(frozen=True)
 class CampaignSettings(Checked):
@@ -41,9 +44,19 @@ class CampaignSettings(Checked):
     variants: tuple[Path, ...] = ()
     """Settings files, such as one that sets `coopt.updates` or `robot.physics.damping`, each laid
     over the rest; without them all runs differ by their seed alone."""
-    executor: ExecutorSettings = field(default_factory=ExecutorSettings)
-    """Where they run: by default one after another on this machine, or on all of a Ray cluster."""
     run: Annotated[TrainingOptions, flat] = field(default_factory=TrainingOptions)
+    """What they have in common; the executor of its robots says where the runs are made: by default
+    one after another on this machine, or on all of a Ray cluster."""
+
+    @classmethod
+    def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Settings of an earlier version, whose executor was not that of the robots."""
+        now = dict(content)
+        if "executor" not in now:
+            return now
+        executor, run = now.pop("executor"), dict(now.get("run", {}))
+        run["robot"] = {**run.get("robot", {}), "executor": executor}
+        return {**now, "run": run}
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -145,7 +158,7 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
         for name, base in bases.items()
         for seed in settings.seeds
     }
-    failures = _make(options, settings.executor, folder)
+    failures = _make(options, settings.run.robot.executor, folder)
     runs = {
         name: CampaignRun.of(name, FinishedRun.read(folder.path / name).result(TrainingResult))
         for name in options
@@ -182,7 +195,10 @@ def _make(
         executor = replace(executor, process_count=executor.at_once(usual=1))
     # On a cluster this folder is seen by all machines, the one we are in perhaps not.
     shared = (str(folder.path.resolve()), folder.provenance.get("made_by"), _threads(executor))
-    tasks = [(name, settings_to_dict(options)) for name, options in runs.items()]
+    tasks = [
+        (name, settings_to_dict(replace(options, robot=replace(options.robot, executor=_ALONE))))
+        for name, options in runs.items()
+    ]
     learners = {name: options.coopt for name, options in runs.items()}
     failures = {}
     with campaign_progress(folder.path, learners, folder.progress) as say:

@@ -8,9 +8,12 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.progress import Progress
+from pneumorph.base.settings import settings_from_dict
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.settings import CooptSettings, FinetuningSettings
+from pneumorph.study.campaign import CampaignSettings
 from pneumorph.study.campaign_progress import campaign_progress, timesteps_made
 
 # Rounds of 40 timesteps: ten of training, three for each of two finalists.
@@ -68,3 +71,10 @@ class Terminal(io.StringIO):
 
     def isatty(self) -> bool:
         return True
+
+
+def test_the_executor_of_an_earlier_campaign_is_that_of_its_robots() -> None:
+    earlier = {"seeds": [4], "executor": {"backend": "ray", "process_count": 3}}
+    found = settings_from_dict(CampaignSettings, earlier)
+    assert found.seeds == (4,)
+    assert found.run.robot.executor == ExecutorSettings("ray", 3)
