@@ -38,7 +38,7 @@ test: .venv-test/.installed
 	$(PYTEST) -m "not alone" --numprocesses auto --dist worksteal
 
 test-core: .venv-test/.installed
-	$(PYTEST) --numprocesses auto --dist worksteal $(CORE)
+	$(PYTEST) --numprocesses auto --dist worksteal $(CORE) --ignore tests/simulation/test_shared_simulator.py
 
 types: .venv-test/.installed
 	.venv-test/bin/mypy

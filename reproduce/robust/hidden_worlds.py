@@ -1,0 +1,105 @@
+"""Robots of a virtual rig, each in a hidden world of its own, beside the band of a certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from pneumorph.base.run_folder import RunFolder, made_once
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.hardware.driver import DriverError
+from pneumorph.hardware.virtual_rig import VirtualRigSettings
+from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.certified_pairs import Band
+from pneumorph.study.deployed_gait import DeploymentSettings, deploy_gait
+from pneumorph.study.recorded_walk import Model
+
+FIRST_SEED = 1000
+"""Of the hidden worlds."""
+
+
+def hidden_rig(worlds: Randomisation, seed: int) -> VirtualRigSettings:
+    """A rig whose robot lives in a world of these that nobody knows.
+
+    The leg's modulus is what its pressures are off by, so that the map of pressures is not drawn
+    besides; valves, noise and the floor from trial to trial are the virtual rig's own.
+    """
+    return VirtualRigSettings(
+        seed=seed, reality=worlds, pressure_slope_factor="1", pressure_intercept_kPa="-20.361"
+    )
+
+
+def rig_distance_cm(
+    gait: Path,
+    robot: RobotOptions,
+    rig: VirtualRigSettings,
+    folder: RunFolder,
+    model: Model = "reduced",
+) -> float:
+    """How far the rig's robot goes in one trial [cm]; 0 where its simulation fails."""
+    settings = DeploymentSettings(trials=1, model=model, virtual=rig)
+    try:
+        found = deploy_gait(gait, settings, robot, folder).mean_distance_cm
+    except DriverError:
+        found = None
+    return 0.0 if found is None else found
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How many hidden distances a band holds."""
+
+    count: int
+    share_within: float
+    """From the 10th to the 90th percentile."""
+    share_below: float
+    share_above: float
+    distances_cm: tuple[float, ...]
+
+    @classmethod
+    def of(cls, band: Band, distances_cm: list[float]) -> Coverage:
+        """That of distances beside a band."""
+        far = np.array(distances_cm)
+        below, above = float(np.mean(far < band.low_cm)), float(np.mean(far > band.high_cm))
+        return cls(len(far), 1.0 - below - above, below, above, tuple(distances_cm))
+
+
+def covered(
+    gait: Path,
+    robot: RobotOptions,
+    worlds: Randomisation,
+    band: Band,
+    count: int,
+    work: Path,
+    model: Model = "reduced",
+) -> Coverage:
+    """Run a gait once in each of so many hidden worlds; distances that are there are read.
+
+    Args:
+        gait: Its file, which names the design.
+        robot: What is true behind the rig: a leg of another mesh and reduction.
+        worlds: What hidden worlds are drawn from.
+        band: What a certificate expects.
+        count: Hidden worlds.
+        work: Keeps a file for each.
+        model: Of the robots behind the rig.
+    """
+
+    def walked(seed: int) -> dict[str, float]:
+        rig, folder = hidden_rig(worlds, seed), RunFolder(work / model / str(seed), "deploy")
+        return {"distance_cm": rig_distance_cm(gait, robot, rig, folder, model)}
+
+    far = []
+    for seed in range(FIRST_SEED, FIRST_SEED + count):
+        file, made_of = work / f"{model}_{seed}.json", {"gait": str(gait), "part": str(robot.part)}
+        far.append(made_once(file, partial(walked, seed), **made_of)["distance_cm"])
+        print(f"hidden world {seed}: {far[-1]:.2f} cm", flush=True)
+    return Coverage.of(band, far)
+
+
+def of_other_leg(robot: RobotOptions, leg: Path) -> RobotOptions:
+    """The robot with another reduction of its leg, as what is true behind a rig."""
+    return replace(robot, part=leg)

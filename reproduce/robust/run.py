@@ -1,0 +1,186 @@
+"""A robot for worlds that nobody has measured: how far it will walk, and how sure that is.
+
+    python reproduce/robust/run.py RUN --seeds RUN1 RUN2 --other-leg runs/other_leg/leg.npz
+
+RUN is a run of `pneumorph coopt --preset fast --seed 0`, the others of further seeds;
+`other_leg.py` makes the leg of the hidden worlds. Every step keeps what it made in --work, so the
+same call goes on where it was stopped. summary.json and the figures are of all steps that have been
+made, now or earlier; what was not made is null there.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import tyro
+from bench_tests import narrowed
+from figures import bands_figure, narrowing_figure
+from hidden_worlds import FIRST_SEED, covered, hidden_rig, of_other_leg
+from rivals import METHODS, WORLDS, learned, searched, worlds_of
+
+from pneumorph.base.artefact import write_json
+from pneumorph.base.result import finite, result_to_dict
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.report.style import save_figure
+from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
+from pneumorph.study.certified_pairs import Band, Certificate
+from pneumorph.study.certified_rounds import certify
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.recorded_walk import recorded_walk
+from pneumorph.study.reduction_options import from_walks
+from pneumorph.study.robustness import walks_in_worlds
+from pneumorph.study.study_once import study_folder, study_once
+
+HERE = Path(__file__).parent
+Step = Literal[
+    "certificate", "seeds", "damping", "hidden", "bench", "rivals", "full", "hidden_full"
+]
+STEPS: tuple[Step, ...] = ("certificate", "seeds", "damping", "hidden", "bench", "rivals")
+
+
+def main(
+    run: tyro.conf.Positional[Path],
+    seeds: tuple[Path, ...] = (),
+    other_leg: Path = Path("runs/other_leg/leg.npz"),
+    out: Path = HERE,
+    work: Path = Path("runs/robust"),
+    steps: tuple[Step, ...] = STEPS,
+    hidden_count: int = 200,
+    rivals_of: tuple[Path, ...] = (),
+) -> None:
+    """Make the steps, and write what is known.
+
+    Args:
+        run: Folder of the training.
+        seeds: Folders of trainings of other seeds.
+        other_leg: The leg of the hidden worlds.
+        out: Folder of summary.json and the figures.
+        work: Where the steps are made.
+        steps: Which of them; full walks finite elements, hours, and so does hidden_full.
+        hidden_count: Hidden worlds.
+        rivals_of: Trainings whose time the searches get; none for all seeds.
+    """
+    source = FinishedRun.read(run)
+    work = work / source.digest()
+    worlds = worlds_of(source)
+    certificate = _certificate(source, work, "full" in steps)
+    best = certificate.pairs[int(certificate.best.removeprefix("L")) - 1]
+    gait = run / best.gait
+    reality = of_other_leg(source.robot, other_leg)
+    made: dict[str, Any] = {}
+    keep = partial(_kept, made, work, steps)
+    runs = [source, *(FinishedRun.read(each) for each in seeds)]
+    keep(
+        "seeds", lambda: [result_to_dict(learned(each, RunFolder(work, "robust"))) for each in runs]
+    )
+    keep("damping", lambda: _damping(source, certificate, work))
+    of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
+    keep("hidden", lambda: result_to_dict(of_rig(hidden_count)))
+    keep("hidden_full", lambda: result_to_dict(of_rig(10, model="full")))
+    if made["hidden"] is not None:
+        first = made["hidden"]["distances_cm"][0]
+        rig = hidden_rig(worlds, FIRST_SEED)
+        keep(
+            "bench",
+            lambda: result_to_dict(
+                narrowed(source, certificate, reality, rig, first, work / "bench")
+            ),
+        )
+    rivals = [FinishedRun.read(each) for each in rivals_of] or runs
+    keep("rivals", lambda: _rivals(rivals, work))
+    walks = best.full_order
+    summary = {
+        "run": source.summary.get("made_by"),
+        "best_design": best.design,
+        "median_cm": best.band.median_cm,
+        "tenth_percentile_cm": best.band.low_cm,
+        "ninetieth_percentile_cm": best.band.high_cm,
+        "expert_median_cm": certificate.expert_median_cm,
+        "share_beyond_expert": best.share_beyond_expert,
+        "optimism_cm": best.optimism_cm,
+        "world_count": certificate.world_count,
+        "full_order_cm": [walk.full_cm for walk in walks],
+        "reduced_cm": [walk.reduced_cm for walk in walks],
+        "wall_s": source.of_summary("wall_s", float),
+        "band_coverage": None if made["hidden"] is None else made["hidden"]["share_within"],
+        **made,
+    }
+    write_json(out / "summary.json", finite(summary))
+    write_json(out / "certificate.json", finite(result_to_dict(certificate)))
+    if made["rivals"]:
+        save_figure(bands_figure(made["rivals"]), out / "rivals.png", ("png",))
+    if made.get("bench"):
+        save_figure(narrowing_figure(made["bench"]), out / "bench.png", ("png",))
+    print(f"wrote {out / 'summary.json'}")
+
+
+def _certificate(run: FinishedRun, work: Path, full: bool) -> Certificate:
+    """Of 200 unseen worlds; with finite elements where they are asked for or there."""
+    there = (work / "certificate_full" / "summary.json").exists()
+    settings = CertificateSettings(full=full or there, randomisation=worlds_of(run))
+    folder = study_folder(
+        work / ("certificate_full" if settings.full else "certificate"), "certify"
+    )
+    robot = run.robot
+    return study_once(
+        folder,
+        Certificate,
+        {"run": run.digest(), "certificate": settings, "robot": robot},
+        lambda: certify(run, settings, robot.spec(), folder, from_walks(robot.leg_name)),
+    )
+
+
+def _kept(made: dict[str, Any], work: Path, steps: tuple[Step, ...], name: Step, make: Any) -> None:
+    """Make a step where it is asked for, otherwise take what is there."""
+    file = work / f"{name}.json"
+    if name in steps:
+        write_json(file, finite({"found": make()}))
+    made[name] = json.loads(file.read_text())["found"] if file.exists() else None
+
+
+def _seeds(runs: list[FinishedRun], work: Path) -> list[dict[str, Any]]:
+    return [result_to_dict(learned(each, RunFolder(work, "robust"))) for each in runs]
+
+
+def _damping(run: FinishedRun, certificate: Certificate, work: Path) -> dict[str, Any]:
+    """The best pair with other loss factors in the same worlds, and in the published physics."""
+    pair = run.pairs()[int(certificate.best.removeprefix("L")) - 1]
+    worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
+    found: dict[str, Any] = {}
+    for factor in (0.5, 1.0, 2.0):
+        own = [replace(each, damping_factor=factor * each.damping_factor) for each in worlds]
+        far, _ = walks_in_worlds(
+            run.robot.spec(),
+            [pair.design],
+            [pair.gait],
+            own,
+            run.task.settling_step_count,
+            RunFolder(work, "robust"),
+        )
+        found[f"loss_factor_times_{factor:g}"] = result_to_dict(Band.of(far[:, 0]))
+    usual = found["loss_factor_times_1"]["median_cm"]
+    for factor in (0.5, 2.0):
+        name = f"loss_factor_times_{factor:g}"
+        found[f"kept_with_{name}"] = found[name]["median_cm"] / usual
+    published = RobotOptions.of("published").spec()
+    walked = recorded_walk(published, pair.design, pair.gait)
+    found["published_physics_cm"] = walked.distance_cm
+    return found
+
+
+def _rivals(runs: list[FinishedRun], work: Path) -> list[dict[str, Any]]:
+    found = []
+    for run in runs:
+        found.append(learned(run, RunFolder(work, "robust")))
+        rows = (searched(run, method, work / "rivals") for method in METHODS)
+        found += [each for each in rows if each is not None]
+    return [result_to_dict(each) for each in found]
+
+
+if __name__ == "__main__":
+    tyro.cli(main, description=__doc__)

@@ -1,0 +1,110 @@
+"""The robust experiment, from a short training to its summary and figures."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from helpers.synthetic_part import synthetic_reduced_part
+
+from pneumorph.cli import run
+from pneumorph.robot.scaled_part import scaled_part
+from pneumorph.study.certified_pairs import Band
+
+HERE = Path(__file__).parent.parent.parent / "reproduce" / "robust"
+_SHORT = (
+    "--total-timesteps 48 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
+    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
+    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
+    "--evaluated-design-count 4 --kept-pair-count 2 --finetuning.timesteps 20 "
+    "--finetuning.finalist-count 2 --baseline.phase-step-deg 90 --baseline.gait.duration-s 4 "
+    "--baseline.record-step-count 10 --randomize --randomisation.mass-factor U(0.8,1.2) "
+    "--randomisation.floor-slope-deg N(0,2) --randomisation.modulus-factor 1 "
+    "--objective.kind mean_minus_deviations --objective.worlds-per-design 4 "
+    "--objective.evaluation-worlds 4"
+)
+
+
+@pytest.fixture(scope="module")
+def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
+    return part.save(tmp_path_factory.mktemp("leg") / "leg.npz")
+
+
+@pytest.fixture(scope="module")
+def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("coopt") / "run"
+    assert run(f"coopt --preset fast --part {leg} --out {folder} {_SHORT}".split()) == 0
+    return folder
+
+
+@pytest.fixture
+def script(monkeypatch: pytest.MonkeyPatch):
+    """Imports modules of the experiment, which others of the same names are not taken for."""
+    names = [path.stem for path in HERE.glob("*.py")]
+    for name in names:
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.syspath_prepend(str(HERE))
+    yield importlib.import_module
+    for name in names:
+        sys.modules.pop(name, None)
+
+
+def test_all_steps_end_in_one_summary(script, learned: Path, tmp_path: Path) -> None:
+    """Of few worlds; what was made is not made again, and what was not made is null."""
+    stiffer = tmp_path / "other.npz"
+    scaled_part(synthetic_reduced_part(mode_count=5, cells=(4, 4, 4)), 1.05, 1.0).save(stiffer)
+    robust: ModuleType = script("run")
+
+    def made(*steps: str) -> dict:
+        robust.main(
+            learned, (), stiffer, tmp_path / "out", tmp_path / "work", steps, hidden_count=3
+        )
+        return json.loads((tmp_path / "out" / "summary.json").read_text())
+
+    found = made("damping", "hidden")
+    assert found["seeds"] is found["rivals"] is found["bench"] is None
+    assert found["world_count"] == 200
+    assert found["tenth_percentile_cm"] <= found["median_cm"]
+    far = np.array(found["hidden"]["distances_cm"])
+    within = (far >= found["tenth_percentile_cm"]) & (far <= found["ninetieth_percentile_cm"])
+    assert found["band_coverage"] == pytest.approx(within.mean())
+    usual = found["damping"]["loss_factor_times_1"]["median_cm"]
+    assert usual == pytest.approx(found["median_cm"])
+    again = made("seeds")
+    assert again["hidden"] == found["hidden"]
+    assert again["seeds"][0]["band"]["median_cm"] == pytest.approx(usual)
+
+
+def test_searches_get_the_time_of_the_training(script, learned: Path, tmp_path: Path) -> None:
+    rivals = script("rivals")
+    source = rivals.FinishedRun.read(learned)
+    asked = rivals.learned_timesteps(source)
+    for method in rivals.METHODS:
+        found = rivals.searched(source, method, tmp_path)
+        if found is not None:  # some robots may have failed in every world
+            # Whole generations, which of the few actions here may be several times as many.
+            assert found.timesteps >= asked
+            assert found.band.low_cm <= found.band.high_cm
+
+
+def test_the_tests_that_a_certificate_names_narrow_its_band(
+    script, learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench, worlds = script("bench_tests"), script("hidden_worlds")
+    source = bench.FinishedRun.read(learned)
+    settings = bench.CertificateSettings(randomisation=source.worlds, world_count=40)
+    monkeypatch.setattr(bench, "CertificateSettings", lambda **_: settings)
+    certificate = bench.certify(source, settings)
+    rig = worlds.hidden_rig(source.worlds, 7)
+    found = bench.narrowed(source, certificate, source.robot, rig, 1.5, tmp_path)
+    assert set(found.measured) <= {"mass_factor", "floor_slope_deg"} | set(found.true)
+    for name, (value, spread) in found.measured.items():
+        assert abs(value - found.true[name]) < 4.0 * spread
+    assert isinstance(found.after, Band)
+    assert found.rig_cm == 1.5
