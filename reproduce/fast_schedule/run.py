@@ -9,6 +9,7 @@ learning curves, and what is kept of each run.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -55,13 +56,11 @@ def main(
         settings: JSON or TOML file of settings laid over the campaign's.
         out: Folder of fast.json, the figure and what is kept.
     """
-    asked = CampaignSettings(
-        seeds,
-        executor=ExecutorSettings(
-            "processes" if ray_address is None else "ray", processes, ray_address
-        ),
-        run=TrainingOptions(coopt=fast_settings(), robot=PUBLISHED),
+    executor = ExecutorSettings(
+        "processes" if ray_address is None else "ray", processes, ray_address
     )
+    robot = replace(PUBLISHED, executor=executor)
+    asked = CampaignSettings(seeds, run=TrainingOptions(coopt=fast_settings(), robot=robot))
     if settings is not None:
         asked = load_settings(CampaignSettings, settings, asked)
     # It leaves finished runs alone, whatever the seeds and processes of the last time.

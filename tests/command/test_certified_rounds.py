@@ -136,7 +136,7 @@ def test_what_was_made_is_made_once(
 
     monkeypatch.setattr(certified_walks, "AGREED_CM", 1e-9)
     monkeypatch.setattr(certified_walks, "AGREED_SHARE", 0.0)
-    monkeypatch.setattr(certified_walks, "recorded_walk", never)
+    monkeypatch.setattr(certified_walks, "_walk", never)
     monkeypatch.setattr(certified_rounds, "reduce", never)
     monkeypatch.setattr(learned_again, "finetune", never)
     assert certify(learned, SETTINGS, reduction=REDUCTION).rounds == certified.rounds
