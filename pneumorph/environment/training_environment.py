@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import Space
 from gymnasium.vector import VectorEnv, VectorWrapper
 
-from pneumorph.environment.crawling_simulator import RUNNING, CrawlingSimulator
+from pneumorph.environment.crawling_simulator import RUNNING
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.robot.design import Design
 
@@ -91,10 +91,10 @@ class TaskWrapper(VectorWrapper):
         return bool(self.env.is_symmetric)  # type: ignore[attr-defined]
 
     @property
-    def simulator(self) -> CrawlingSimulator:
-        """What the robots are simulated by, after a step at the step's end."""
-        simulator: CrawlingSimulator = self.env.simulator  # type: ignore[attr-defined]
-        return simulator
+    def simulator(self) -> Any:
+        """What the robots are simulated by, after a step at the step's end: a `CrawlingSimulator`,
+        and of the others in ``crawling_simulator`` those whose attributes it has."""
+        return self.env.simulator  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True, eq=False)

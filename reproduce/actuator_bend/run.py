@@ -106,7 +106,7 @@ def bend(model: Model) -> BendCurve:
     )
 
 
-def pressure_for(curve: dict[str, Any], bend_deg: np.ndarray) -> np.ndarray:
+def pressure_for(curve: dict[str, Any], bend_deg: float | np.ndarray) -> np.ndarray:
     """Pressure at which a model's leg bends so far, by monotone interpolation [kPa]."""
     inverse = PchipInterpolator([0.0, *curve["bend_deg"]], [0.0, *curve["pressure_kPa"]])
     reached = np.asarray(bend_deg) <= curve["bend_deg"][-1]

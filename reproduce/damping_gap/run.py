@@ -172,7 +172,7 @@ def main(
         for trained, run in runs.items()
         for walked in DAMPINGS
     }
-    rows = {
+    rows: dict[str, list[dict[str, Any]]] = {
         trained: compared(found[trained, trained], found[trained, other])
         for trained, other in (DAMPINGS, DAMPINGS[::-1])
     }

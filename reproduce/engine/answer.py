@@ -142,7 +142,7 @@ def main(
     designs = [Design.parse(BASELINE_DESIGN), *(space[int(index)] for index in drawn)]
     shape = (pairs, ACTION_COUNT, space.regulator_count)
     held = generator.uniform(0.0, MAXIMUM_KPA, shape)
-    gaits = [ExpertGait(), *(HeldGait.evenly(each, ACTION_S) for each in held)]
+    gaits: list[OpenLoopGait] = [ExpertGait(), *(HeldGait.evenly(each, ACTION_S) for each in held)]
     robots = [spec.assembly(design) for design in designs]
 
     reference, _ = distances_cm(robots, gaits, usual, converged, threads)

@@ -18,6 +18,7 @@ import os
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -178,13 +179,14 @@ class PaperScale:
         """The best pairs with a leg that was reduced from the walks of some of them."""
         return [
             made_once(
-                self.out / f"learned_leg/{gait.stem}.json",
-                lambda gait=gait: told(
-                    self.walk(f"learned_leg/{gait.stem}", self.make_learned_leg(), gait=gait)
-                ),
+                self.out / f"learned_leg/{gait.stem}.json", partial(self.learned_leg_walk, gait)
             )
             for gait in self.gaits
         ]
+
+    def learned_leg_walk(self, gait: Path) -> dict[str, Any]:
+        """A best pair on the leg that was reduced from walks of best pairs."""
+        return told(self.walk(f"learned_leg/{gait.stem}", self.make_learned_leg(), gait=gait))
 
     def learned_from(self) -> list[Path]:
         """The gaits whose walks the leg is reduced from."""

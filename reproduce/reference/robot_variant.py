@@ -65,6 +65,7 @@ class RobotVariant:
         if self.friction_solver == "gauss_seidel":
             numerics = replace(numerics, contact_sweeps=250, contact_tolerance_mm_per_s=1e-8)
         part, disk = self.leg_part(), paper_hub(PUBLISHED.masses).full("soft")
+        assert isinstance(disk, SoftHub)
         rim = disk_rim_points(paper_disk_mesh())
         if self.rim_corner_count:
             rim = _polygon(self.rim_corner_count)
