@@ -75,9 +75,7 @@ def main(
     made: dict[str, Any] = {}
     keep = partial(_kept, made, work, steps)
     runs = [source, *(FinishedRun.read(each) for each in seeds)]
-    keep(
-        "seeds", lambda: [result_to_dict(learned(each, RunFolder(work, "robust"))) for each in runs]
-    )
+    keep("seeds", lambda: _seeds(runs, work))
     keep("damping", lambda: _damping(source, certificate, work))
     of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
     keep("hidden", lambda: result_to_dict(of_rig(hidden_count)))
