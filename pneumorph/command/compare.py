@@ -2,7 +2,8 @@
 
 Three comparisons: the four test animations of the paper's appendix B; the same floating without
 gravity or floor, which tells the error of shapes from what friction makes of it; and held-out
-robots, random designs under random gaits that no snapshot came from. A single leg is bent by rising
+robots, random designs under random gaits that no snapshot came from. With --periodic-count 8
+further ones walk 20 s under periodic gaits, whose errors add up. A single leg is bent by rising
 pressure. Full-order trajectories take minutes each: they are kept in RUN/full_order, those that
 come with the package are found there, and an interrupted one goes on.
 

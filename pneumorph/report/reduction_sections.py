@@ -24,6 +24,7 @@ def comparison_sections(found: Comparison, run: FinishedRun, sheet: Sheet) -> li
         for kind, title, errors in (
             ("animations", "Reduced beside full robots", found.animations),
             ("heldout", "Robots that no snapshot came from", found.heldout),
+            ("periodic", "Periodic gaits, whose errors add up", found.periodic),
             ("floating", "Without gravity and floor", found.floating),
         )
         if errors

@@ -74,16 +74,16 @@ def _gray_walk(regulator_count: int, duration_s: float) -> HeldGait:
     corners = HIGH_KPA * ((gray[:, None] >> np.arange(regulator_count)) & 1)
     # From the second corner on: the first has every leg slack, as the settled robot has.
     held = np.roll(corners, -1, axis=0)
-    return _held(held, CORNER_S, duration_s)
+    return repeated(held, CORNER_S, duration_s)
 
 
 def _alternation(duration_s: float) -> HeldGait:
     """Inflate regulator 1 and regulator 2 in turn; regulator 3 stays slack."""
     held = HIGH_KPA * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    return _held(held, ALTERNATION_S, duration_s)
+    return repeated(held, ALTERNATION_S, duration_s)
 
 
-def _held(cycle_kPa: np.ndarray, hold_s: float, duration_s: float) -> HeldGait:
+def repeated(cycle_kPa: np.ndarray, hold_s: float, duration_s: float) -> HeldGait:
     """Repeat a cycle of commands until the end."""
     count = int(np.ceil(duration_s / hold_s - 1e-9))
     commands = cycle_kPa[np.arange(count) % len(cycle_kPa)]

@@ -23,12 +23,12 @@ from pneumorph.study.animations import Animation, animations
 from pneumorph.study.bend_error import BendComparison, bend_of_report, compare_bend
 from pneumorph.study.full_benchmark import FullBenchmark, bench_full
 from pneumorph.study.full_order_store import FullOrderStore
-from pneumorph.study.heldout import heldout_animations
+from pneumorph.study.heldout import heldout_animations, periodic_animations
 from pneumorph.study.model_pair import ModelPair
 from pneumorph.study.reduction_grid import GridPoint, reduction_grid
 from pneumorph.study.robot_error import RobotError, node_error, robot_error
 
-Kind = Literal["animations", "heldout", "floating"]
+Kind = Literal["animations", "heldout", "periodic", "floating"]
 NODE_ERROR_FILE = "node_errors.json"
 
 
@@ -42,6 +42,11 @@ class ComparisonSettings(Checked):
     """Random designs with random gaits to run."""
     duration_s: Positive = 10.0
     """Length of each run."""
+    periodic_count: CountOrNone = 0
+    """Random designs to run with periodic gaits, whose errors add up over cycles; the eight gaits
+    take turns."""
+    periodic_duration_s: Positive = 20.0
+    """Length of each of these."""
     floating_duration_s: NotNegative = 4.0
     """Length of the animations without gravity or floor; 0 leaves them out."""
     record_every: Count = 10
@@ -64,6 +69,7 @@ class ComparisonSettings(Checked):
         runs: dict[Kind, list[Animation]] = {
             "animations": animations(self.animations, self.duration_s),
             "heldout": heldout_animations(self.heldout_count, self.duration_s),
+            "periodic": periodic_animations(self.periodic_count, self.periodic_duration_s),
         }
         if self.floating_duration_s > 0.0:
             runs["floating"] = animations(self.animations, self.floating_duration_s)
@@ -121,6 +127,8 @@ class Comparison:
     """Errors of the paper's test animations by their names."""
     heldout: dict[str, RobotError] = field(default_factory=dict)
     """The same of random designs under random gaits, which no snapshot came from."""
+    periodic: dict[str, RobotError] = field(default_factory=dict)
+    """The same of random designs under periodic gaits."""
     floating: dict[str, RobotError] = field(default_factory=dict)
     """The same of the animations without gravity and floor."""
     tolerance_grid: tuple[GridPoint, ...] = ()
@@ -191,6 +199,7 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
     return Comparison(
         animations=errors["animations"],
         heldout=errors["heldout"],
+        periodic=errors["periodic"],
         floating=errors.get("floating", {}),
         tolerance_grid=tuple(grid),
         bend_error_percent=bend.error_percent,

@@ -187,9 +187,13 @@ def test_compare_walks_a_grid_of_reductions(
     shipped = data_folder("leg_published.npz")
     command = (
         "compare --physics published --animations two_leg --heldout-count 0 "
+        "--periodic-count 1 --periodic-duration-s 0.1 "
         f"--floating-duration-s 0 --timed-steps 0 --grid {shipped} --out {tmp_path}"
     )
     summary = run_json(command, capsys)
+    walked = summary["periodic"]["periodic_00"]
+    apart_cm = abs(walked["forward_reduced_cm"] - walked["forward_full_cm"])
+    assert summary["periodic_distance_error_cm"] == pytest.approx(apart_cm)
     (point,) = summary["tolerance_grid"]
     assert point["mean_node_error_mm"] == summary["animations_mean_node_error_mm"]
     assert point["mode_count"] == summary["leg"]["mode_count"]

@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from helpers.result_example import example
@@ -14,7 +14,7 @@ from helpers.result_example import example
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.result import load_result, result_to_dict, save_result
 from pneumorph.report.run_page import PAGES
-from pneumorph.study.comparison import Comparison, NodeErrors
+from pneumorph.study.comparison import Comparison, Kind, NodeErrors
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search_findings import SearchCurve
 
@@ -46,7 +46,7 @@ def test_a_number_that_is_not_finite_is_read_as_nan(tmp_path: Path) -> None:
 
 def test_means_are_written_beside_the_errors_they_follow_from() -> None:
     content = result_to_dict(example(Comparison))
-    for kind in ("animations", "heldout", "floating"):
+    for kind in get_args(Kind):
         error = content[kind]["name"]
         assert content[f"{kind}_mean_node_error_mm"] == error["mean_node_error_mm"]
         assert content[f"{kind}_worst_distance_error_cm"] == 0.0
