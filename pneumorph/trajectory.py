@@ -13,7 +13,9 @@ from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.geometry.robot_shape import RobotShape
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
+_OF_A_LEVEL_FLOOR = 2
+"""Of files without the ground's normals, which are those of a plane."""
 _WITHOUT_SHAPE = 1
 """Format version of files that do not say what the robot looks like."""
 
@@ -57,6 +59,9 @@ class Trajectory(ShownInNotebooks):
     contact_velocity_mm_per_s: Float[np.ndarray, "frame leg point 3"] | None = None
     """Velocities of these points after that step, zero where there is no force [mm/s], in single
     precision; recorded with the nodes."""
+    contact_normal: Float[np.ndarray, "frame leg point 3"] | None = None
+    """Which way the ground faces below these points, unit vectors in single precision; None where
+    it is a level plane, where that is up."""
     shape: RobotShape | None = None
     """What the robot looks like: its hub, and the part, place and regulators of each leg; None in
     files of earlier versions."""
@@ -157,7 +162,9 @@ class Trajectory(ShownInNotebooks):
         """Write the trajectory as one npz file."""
         header = {"status": self.status, "description": self.metadata}
         shape = {} if self.shape is None else self.shape.arrays()
-        version = FORMAT_VERSION if shape else _WITHOUT_SHAPE
+        version = _OF_A_LEVEL_FLOOR if shape else _WITHOUT_SHAPE
+        if self.contact_normal is not None:
+            version = FORMAT_VERSION
         return save_artefact(path, "Trajectory", version, {**self.arrays(), **shape}, header)
 
     @classmethod
@@ -168,7 +175,8 @@ class Trajectory(ShownInNotebooks):
             FileNotFoundError: No such file.
             ArtefactError: Truncated, of another kind or of another format version.
         """
-        arrays, header = load_artefact(path, "Trajectory", _WITHOUT_SHAPE, FORMAT_VERSION)
+        known = (_WITHOUT_SHAPE, _OF_A_LEVEL_FLOOR, FORMAT_VERSION)
+        arrays, header = load_artefact(path, "Trajectory", *known)
         with reading(path, "Trajectory"):
             shape = RobotShape.taken_from(arrays)
             recorded = {k: v for k, v in arrays.items() if ":" not in k}
@@ -180,4 +188,4 @@ class Trajectory(ShownInNotebooks):
 _REQUIRED = ("time_s", "hub_position_mm", "hub_rotation", "tracked_point_mm", "commanded_kPa",
              "regulated_kPa", "contact_count")  # fmt: skip
 _OPTIONAL = ("node_positions_mm", "skin_triangles", "cavity_volume_mm3", "pressure_work_mJ",
-             "contact_force_mN", "contact_velocity_mm_per_s")  # fmt: skip
+             "contact_force_mN", "contact_velocity_mm_per_s", "contact_normal")  # fmt: skip

@@ -259,9 +259,14 @@ class _Leg:
         made, weight = self._reduced_as_made, self._mass_kg()
         if weight is not None:
             made = scaled_part(made, 1.0, weight / made.mass)
-        if self.size_factor != 1.0:
-            made = resized_part(made, self.size_factor)
-        return made
+        if self.size_factor == 1.0:
+            return made
+        resized, shape = resized_part(made, self.size_factor), self._shape()
+        if made.metadata.get("mesh_digest") != shape.digest():
+            return resized
+        # It stands for that mesh in its size as it did for it before.
+        now = shape.scaled(self.size_factor).digest()
+        return replace(resized, metadata={**resized.metadata, "mesh_digest": now})
 
     def full(self, modulus_factor: float, mass_factor: float) -> PartModel:
         size = self.size_factor

@@ -44,8 +44,9 @@ Vector = tuple[float, float, float]
 class ModuleDescription(Checked):
     """A kind of module: a leg that ships, or a part of your own."""
 
-    leg: LegName = "published"
-    """A leg that ships; of a part of your own the one whose material it has where none is given."""
+    leg: LegName | None = None
+    """A leg that ships, by default the published one; of a part of your own the one that it bends
+    as: its pressures, and its material where the part does not say what it is made of."""
     part: Path | None = None
     """Reduced part, as `pneumorph reduce` writes it."""
     mesh: Path | None = None
@@ -61,10 +62,14 @@ class ModuleDescription(Checked):
     def module(self, name: str, folder: Path) -> Module:
         """The module; files start from the folder."""
         part, mesh = (None if path is None else folder / path for path in (self.part, self.mesh))
-        masses = replace(masses_of(self.leg) if part is None else Masses(), leg_mass_g=self.mass_g)
-        return paper_leg(
-            self.leg, part, mesh, self.materials, masses, size_factor=self.size_factor, label=name
+        leg = self.leg or "published"
+        masses = replace(masses_of(leg) if part is None else Masses(), leg_mass_g=self.mass_g)
+        module = paper_leg(
+            leg, part, mesh, self.materials, masses, size_factor=self.size_factor, label=name
         )
+        # Nobody has said how a part of one's own bends; the physics says what inflates it.
+        own = part is not None and self.leg is None
+        return replace(module, pressure_map=None) if own else module
 
 
 @dataclass(frozen=True)

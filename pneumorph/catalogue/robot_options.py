@@ -156,6 +156,16 @@ def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
     return None if path is None else RobotDescription.read(path)
 
 
+def chosen_robot(content: Mapping[str, Any]) -> RobotDescription | None:
+    """The same where the settings choose it, so that its designs and regulators come with it; None
+    where they are those of an earlier run, whose gaits have theirs.
+
+    Args:
+        content: Settings as nested dictionaries.
+    """
+    return None if _is_complete(content.get("robot", {})) else described_robot(content)
+
+
 @dataclass(frozen=True)
 class RobotOptions(Checked):
     """The robot, its leg and the physics."""

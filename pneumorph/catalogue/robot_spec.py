@@ -82,6 +82,15 @@ class Site:
             return self.pose
         return mount_pose(self.pose.compose(self.face), face)
 
+    @property
+    def yaw_deg(self) -> float:
+        """Where a module that is mounted here points, seen from above, from forward (0) to the left
+        (90) [degrees], 0 to 360."""
+        pose = self.pose if self.face is None else self.pose.compose(self.face)
+        x, y, _ = pose.rotation[:, 0]
+        # What is left of a right angle's cosine is no direction.
+        return round(float(np.degrees(np.arctan2(y, x))), 9) % 360.0
+
     def with_modules(self, change: Callable[[Module], Module]) -> Site:
         """The same site with each module changed."""
         return replace(self, modules=tuple(change(module) for module in self.modules))
@@ -284,7 +293,10 @@ class RobotSpec:
         """
         if len(self.modules) > 1:
             names = ", ".join(sorted(module.name for module in self.modules))
-            raise ValueError(f"the robot has modules {names}, expected one kind for this")
+            raise ValueError(
+                f"the robot has modules {names}, expected one kind: what is asked for is of a "
+                "single leg; describe a robot with that leg at all of its sites"
+            )
         return self.modules[0]
 
     def reduction_digest(self) -> str:

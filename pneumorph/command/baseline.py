@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from pneumorph.catalogue.robot_options import RobotOptions, described_robot
+from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.study.baseline import baseline
@@ -31,7 +31,7 @@ class BaselineOptions:
     @classmethod
     def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
         """The design and the regulators that a robot's file brings with it."""
-        robot = described_robot(content)
+        robot = chosen_robot(content)
         return {} if robot is None else {"sweep": robot.baseline_settings()}
 
 

@@ -1,9 +1,9 @@
 """Measure how fast robots are simulated on this machine.
 
-`engine`: reduced robots drawn from the paper's design space walk under random gaits. `full`: the
-finite elements of a whole robot walk the expert's gait, on one thread, by stage of a step. The
-machine's own matrix-product rate is measured in the same run, because a figure in steps per second
-says nothing without it.
+`engine`: reduced robots drawn from the design space, the paper's or that of --robot, walk under
+random gaits. `full`: the finite elements of a whole robot walk the expert's gait, on one thread, by
+stage of a step. The machine's own matrix-product rate is measured in the same run, because a figure
+in steps per second says nothing without it.
 
 Example: pneumorph bench engine --json
 
@@ -12,13 +12,14 @@ Example: pneumorph bench full --json
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.open_loop_gait import commands_of
@@ -42,13 +43,27 @@ class BenchOptions:
     space: DesignSpace = field(default_factory=DesignSpace)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
+    @classmethod
+    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
+        """The designs and the regulators that a robot's file brings with it."""
+        robot = chosen_robot(content)
+        if robot is None:
+            return {}
+        return {
+            "space": robot.training_settings()["space"],
+            "design": robot.usual_design,
+            "expert": robot.expert_settings(),
+        }
+
 
 def bench(options: BenchOptions, folder: RunFolder) -> EngineSpeed | StepTimes:
     """Measure what was asked for."""
     spec = options.robot.spec()
     if options.subject == "engine":
         folder.progress.stage("measuring the engine")
-        return bench_engine(options.benchmark, spec, options.space.designs)
+        space, count = options.space, options.benchmark.robot_count
+        designs = space.designs if space.is_listed else space.some(count)
+        return bench_engine(options.benchmark, spec, designs)
     folder.progress.stage("measuring a full robot's steps")
     commands = commands_of(options.expert, spec.physics.time_step_s, spec.physics.regulator_count)
     robot = spec.full(options.design)

@@ -19,14 +19,15 @@ Example: pneumorph deploy runs/quick --model reduced --trials 5 --out runs/deplo
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.study.deployed_gait import DeployedGait, DeploymentSettings, deploy_gait
 from pneumorph.study.gait_source import robot_of_source
@@ -40,6 +41,14 @@ class DeployOptions:
     """Run folder, gait file or policy; by default the expert's gait."""
     deployment: Annotated[DeploymentSettings, flat] = field(default_factory=DeploymentSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
+        """The design and the regulators that a robot's file brings to the expert's gait."""
+        robot = chosen_robot(content)
+        if robot is None or content.get("source") is not None:
+            return {}
+        return {"deployment": {"design": robot.usual_design, "expert": robot.expert_settings()}}
 
     def __post_init__(self) -> None:
         self.deployment.refuse_source_of_bend_test(self.source)

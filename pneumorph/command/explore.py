@@ -3,7 +3,8 @@
 RUN is a coopt run (scores and probabilities of its design distribution) or an evaluation
 (distances of its pairs); without one the page shows the designs of --space alone. A design can be
 named, such as 1.0.0.2.2.0.0.1, filtered by legs, regulators and symmetry, and sorted by score. One
-click shows it from above and its replay, or the command that walks it. The best pairs of a coopt
+click shows it from above and its replay, or the command that walks it. Without a run the designs
+may be those that a robot's file describes (--robot). The best pairs of a coopt
 run are walked anew for their replays; trajectories of other runs are added with --replays.
 
 Writes explorer.html into RUN/explorer, or --out: one file that opens from disk with no network.
@@ -13,13 +14,16 @@ Example: pneumorph explore runs/quick
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated, Any
 
 import tyro
 
 from pneumorph.base.checked import Checked, CountOrNone
 from pneumorph.base.run_folder import RunFolder, default_folder
+from pneumorph.catalogue.robot_options import described_robot
 from pneumorph.command.verb import Verb
 from pneumorph.report.explorer.explored_run import Explorer, explore
 from pneumorph.report.replay.replay_data import ReplaySettings
@@ -41,6 +45,23 @@ class ExploreOptions(Checked):
     space: DesignSpace = field(default_factory=DesignSpace)
     """The designs, where no run says which."""
     replay: ReplaySettings = PAGE_REPLAY
+    described: Annotated[Path | None, tyro.conf.arg(name="robot")] = None
+    """TOML file that describes a robot, see docs/own_robot.md, whose designs are shown; a run has
+    its own."""
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
+        """The designs that a robot's file brings with it."""
+        robot = described_robot({"robot": content})
+        return {} if robot is None else {"space": robot.training_settings()["space"]}
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.run is not None and self.described is not None:
+            raise ValueError(
+                f"--robot {self.described} is given beside the run {self.run}, expected one of "
+                "them: a run's designs are those of its own robot"
+            )
 
 
 def run(options: ExploreOptions, folder: RunFolder) -> Explorer:
@@ -52,6 +73,7 @@ def run(options: ExploreOptions, folder: RunFolder) -> Explorer:
         replays=options.replays,
         pair_count=options.pair_count,
         replay=options.replay,
+        described=options.described,
     )
 
 

@@ -25,7 +25,7 @@ from typing import Annotated, Any
 
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.robot_options import RobotOptions, described_robot
+from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.film import FilmSettings
 from pneumorph.report.replay.live_replay import LiveSettings
@@ -50,7 +50,7 @@ class SimulateOptions:
     @classmethod
     def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
         """The design and the regulators that a robot's file brings with it."""
-        robot = described_robot(content)
+        robot = chosen_robot(content)
         if robot is None or content.get("walk", {}).get("gait") is not None:
             return {}
         return {"walk": {"design": robot.usual_design, "expert": robot.expert_settings()}}

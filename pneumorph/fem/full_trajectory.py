@@ -60,9 +60,7 @@ class Recorder(Generic[HubState]):
         }
         if self._record_nodes:
             frame["node_positions_mm"] = stacked(state.positions, fill_last=True).astype(np.float32)
-            force, velocity = robot.leg_contacts(state)
-            frame["contact_force_mN"] = force.astype(np.float32)
-            frame["contact_velocity_mm_per_s"] = velocity.astype(np.float32)
+            frame |= robot.leg_contacts(state).recorded()
         for name, value in frame.items():
             self._frames.setdefault(name, []).append(value)
 

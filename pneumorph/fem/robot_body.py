@@ -18,8 +18,9 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.trial_step import TrialStep
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.pose import Pose
-from pneumorph.geometry.robot_shape import PlacedPart, RobotShape, stacked
+from pneumorph.geometry.robot_shape import PlacedPart, RobotShape
 from pneumorph.physics.floor import Floor
+from pneumorph.physics.leg_contacts import LegContacts
 from pneumorph.physics.physics import Physics
 
 _Result = TypeVar("_Result")
@@ -153,24 +154,15 @@ class RobotBody(Generic[HubState]):
         hub_map = self.hub.point_map(state.hub, self.hub.contact_points)
         return (*legs, (hub_map @ state.hub.velocity).reshape(-1, 3))
 
-    def leg_contacts(self, state: FullRobotState[HubState]) -> tuple[np.ndarray, np.ndarray]:
-        """Forces on the legs' contact points and the velocities of those that carry one.
-
-        Returns:
-            Force in the last step [mN] and velocity after it [mm/s], world axes, both (leg, point,
-            3), zero beyond the points of a leg with fewer of them than others.
-        """
-        positions = np.concatenate(self.contact_positions(state)[:-1])
-        count, ends = len(positions), self._contact_starts[1:-1]
-        frames = self.floor.frames(positions)
-        impulses, velocities = state.impulses[:count], state.contact_velocities[:count]
-        force = np.einsum("pra,pr->pa", frames, impulses) / self.physics.time_step_s
-        velocity = np.einsum("pra,pr->pa", frames, velocities)
-        moving = np.where(impulses[:, :1] > 0.0, velocity, 0.0)
-        of_force, of_velocity = (
-            stacked(np.split(each, ends), fill_last=False) for each in (force, moving)
-        )
-        return of_force, of_velocity
+    def leg_contacts(self, state: FullRobotState[HubState]) -> LegContacts:
+        """What the floor does to the legs' contact points."""
+        positions = self.contact_positions(state)[:-1]
+        count = sum(len(each) for each in positions)
+        frames = self.floor.frames(np.concatenate(positions))
+        velocity = np.einsum("pra,pr->pa", frames, state.contact_velocities[:count])
+        by_leg = np.split(velocity, self._contact_starts[1:-1])
+        step_s, impulses = self.physics.time_step_s, state.impulses[:count]
+        return LegContacts.of(self.floor, positions, by_leg, impulses, step_s)
 
     @cached_property
     def shape(self) -> tuple[RobotShape, np.ndarray | None]:

@@ -1,15 +1,18 @@
 """How near each leg is to slipping while a robot walks, from a recorded trajectory.
 
 A leg that presses on the floor with N and is held by a friction of T uses the share T / (mu N) of
-what friction can give. One that uses nearly all of it slides as a whole; below, it sticks or
-rolls over with some of its points sliding.
+what friction can give; N is along the floor's normal below each point and T is across it. One that
+uses nearly all of it slides as a whole; below, it sticks or rolls over with some of its points
+sliding.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from pneumorph.trajectory import Trajectory
 
@@ -27,7 +30,7 @@ class FrictionMargin:
 
     Attributes:
         time_s: Time of each frame [s], shape (frame,).
-        load_mN: What the floor presses up with [mN], shape (frame, leg).
+        load_mN: What the floor presses with along its normal [mN], shape (frame, leg).
         used_share: Friction over the most that the load allows, shape (frame, leg), 0 to 1; NaN
             where a leg is in the air.
         slipping_share: Share of the load on points that slip, shape (frame, leg); NaN likewise.
@@ -57,8 +60,40 @@ class FrictionMargin:
         }
 
 
+class PointContacts(NamedTuple):
+    """What the floor does to the contact points of a recorded robot's legs, in double precision."""
+
+    pressing_mN: Float[np.ndarray, "frame leg point"]
+    """Force along the floor's normal [mN]."""
+    friction_mN: Float[np.ndarray, "frame leg point 3"]
+    """Force across it [mN], world axes."""
+    sliding_mm_per_s: Float[np.ndarray, "frame leg point"]
+    """Speed along the floor of points that carry a force [mm/s]."""
+
+
+def point_contacts(trajectory: Trajectory) -> PointContacts:
+    """Forces and speeds of a recorded walk along the floor's normals and across them.
+
+    Raises:
+        ValueError: The trajectory was recorded without contact forces.
+    """
+    force, velocity = trajectory.contact_force_mN, trajectory.contact_velocity_mm_per_s
+    if force is None or velocity is None:
+        raise ValueError(
+            "the trajectory holds no contact forces, expected one that was recorded with its nodes"
+        )
+    force, velocity = force.astype(float), velocity.astype(float)
+    up = trajectory.contact_normal
+    normal = np.array([0.0, 0.0, 1.0]) if up is None else up.astype(float)
+    pressing, leaving = (np.sum(each * normal, axis=-1) for each in (force, velocity))
+    along = velocity - leaving[..., None] * normal
+    return PointContacts(
+        pressing, force - pressing[..., None] * normal, np.linalg.norm(along, axis=-1)
+    )
+
+
 def friction_margin(trajectory: Trajectory, friction: float | np.ndarray) -> FrictionMargin:
-    """Read the margins of a recorded walk on a level floor.
+    """Read the margins of a recorded walk.
 
     Args:
         trajectory: With the forces on the legs' contact points.
@@ -69,21 +104,15 @@ def friction_margin(trajectory: Trajectory, friction: float | np.ndarray) -> Fri
         ValueError: The trajectory was recorded without contact forces, or mu is not
             positive.
     """
-    force, velocity = trajectory.contact_force_mN, trajectory.contact_velocity_mm_per_s
-    if force is None or velocity is None:
-        raise ValueError(
-            "the trajectory holds no contact forces, expected one that was recorded with its nodes"
-        )
+    pressing, held, sliding = point_contacts(trajectory)
     if not np.all(friction > 0.0):
         raise ValueError(f"friction is {np.min(friction)}, expected a positive coefficient")
-    force = force.astype(float)
-    load = force[..., 2].sum(axis=2)
+    load = pressing.sum(axis=2)
     pressed = load > _LEAST_LOAD_MN
-    grip = friction * load if np.ndim(friction) == 0 else (friction * force[..., 2]).sum(axis=2)
+    grip = friction * load if np.ndim(friction) == 0 else (friction * pressing).sum(axis=2)
     most = np.where(pressed, grip, np.nan)
-    pull = np.linalg.norm(force[..., :2].sum(axis=2), axis=-1)
-    slips = np.linalg.norm(velocity[..., :2], axis=-1) > SLIP_MM_PER_S
-    on_slipping = np.where(slips, force[..., 2], 0.0).sum(axis=2)
+    pull = np.linalg.norm(held.sum(axis=2), axis=-1)
+    on_slipping = np.where(sliding > SLIP_MM_PER_S, pressing, 0.0).sum(axis=2)
     return FrictionMargin(
         trajectory.time_s,
         load,

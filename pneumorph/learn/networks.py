@@ -55,6 +55,11 @@ class Policy(eqx.Module):
         self.action_size = action_size
         self.log_std_range = log_std_range
 
+    @property
+    def observation_size(self) -> int:
+        """Numbers that it observes."""
+        return int(self.network.layers[0].weight.shape[1])
+
     def distribution(self, observation: jax.Array) -> tuple[jax.Array, jax.Array]:
         """Mean and log standard deviation before squashing, each (batch, action)."""
         output = self.network(observation)

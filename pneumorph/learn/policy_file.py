@@ -36,7 +36,7 @@ def save_policy(path: Path | str, policy: Policy, settings: CooptSettings, **met
         arrays,
         {
             **metadata,
-            "observation_size": int(policy.network.layers[0].weight.shape[1]),
+            "observation_size": policy.observation_size,
             "settings": settings_to_dict(settings),
         },
     )

@@ -19,6 +19,7 @@ from pneumorph.physics.friction import FrictionPressure, check_surfaces
 from pneumorph.physics.ground import Ground
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.regulators import RateLimited, Regulators, air_regulators
+from pneumorph.physics.surfaces import SURFACE_NAMES
 
 _LATER_CHOICES = ("air", "friction_by_surface", "friction_pressure", "ground")
 """What physics could not be asked for when the first runs and walks were kept."""
@@ -120,16 +121,18 @@ class Physics(Checked):
         """Coefficient of contact points by their surfaces, whatever presses on them, (point,).
 
         Raises:
-            ValueError: A coefficient is given for a surface that there is not.
+            ValueError: A coefficient is given for a surface that there is not; of a robot that
+                names its surfaces as others do some of these may not touch the floor.
         """
         coefficients = np.full(len(surfaces.names), self.friction)
         for name, value in self.friction_by_surface:
             chosen = surfaces.names == name
-            if not chosen.any():
-                known = ", ".join(surfaces.known_names())
+            known = surfaces.known_names()
+            usual = name in SURFACE_NAMES and any(each in SURFACE_NAMES for each in known)
+            if not chosen.any() and not usual:
                 raise ValueError(
                     f"friction_by_surface names {name!r}, expected one of the robot's surfaces: "
-                    f"{known or 'none, its meshes name no regions'}"
+                    f"{', '.join(known) or 'none, its meshes name no regions'}"
                 )
             coefficients[chosen] = value
         return coefficients

@@ -9,6 +9,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+SURFACE_NAMES = ("sheet", "skin", "hub")
+"""A leg's underside, all else of it, and what carries it: a robot may touch the floor with some of
+them only, as one of legs that end in their sheets does."""
+
 
 @dataclass(frozen=True)
 class SurfaceFriction:

@@ -11,6 +11,7 @@ from tqdm.auto import trange
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.geometry.robot_shape import stacked
 from pneumorph.physics.floor import ground_note
+from pneumorph.physics.leg_contacts import LegContacts
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.snapshot_range import known_ratio
 from pneumorph.robot.robot import Robot
@@ -58,13 +59,8 @@ class ReducedRobot:
             world.append(mount.pose.apply(local) @ state.rotation.T + state.position)
         return stacked(world, fill_last=True)
 
-    def leg_contacts(self, state: ReducedState) -> tuple[np.ndarray, np.ndarray]:
-        """Forces on the mounted parts' contact points and the velocities of those that carry one.
-
-        Returns:
-            Force in the last step [mN] and velocity after it [mm/s], world axes, both (mount,
-            point, 3), zero beyond the points of a part with fewer of them than others.
-        """
+    def leg_contacts(self, state: ReducedState) -> LegContacts:
+        """What the floor does to the mounted parts' contact points."""
         hub_count = len(self.robot.hub.contact_points)
         velocity, position = [], []
         for mount, alpha, rate in zip(
@@ -80,15 +76,8 @@ class ReducedRobot:
                 + np.cross(state.angular_velocity, arm @ state.rotation.T)
                 + moved @ state.rotation.T
             )
-        ends = np.cumsum([len(each) for each in velocity])[:-1]
-        frames = self.floor.frames(np.concatenate(position))
         impulses = state.impulses[hub_count:]
-        force = np.einsum("pra,pr->pa", frames, impulses) / self.physics.time_step_s
-        moving = np.where(impulses[:, :1] > 0.0, np.concatenate(velocity), 0.0)
-        of_force, of_velocity = (
-            stacked(np.split(each, ends), fill_last=False) for each in (force, moving)
-        )
-        return of_force, of_velocity
+        return LegContacts.of(self.floor, position, velocity, impulses, self.physics.time_step_s)
 
     def rollout(
         self,
@@ -156,9 +145,7 @@ class ReducedRobot:
             }
             if record_nodes:
                 frame["node_positions_mm"] = self.node_positions(current).astype(np.float32)
-                force, velocity = self.leg_contacts(current)
-                frame["contact_force_mN"] = force.astype(np.float32)
-                frame["contact_velocity_mm_per_s"] = velocity.astype(np.float32)
+                frame |= self.leg_contacts(current).recorded()
             for name, value in frame.items():
                 frames.setdefault(name, []).append(value)
             if self._watch is not None and record_nodes:

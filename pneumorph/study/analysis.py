@@ -14,7 +14,7 @@ from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.gait.friction_margin import FrictionMargin, friction_margin
+from pneumorph.gait.friction_margin import FrictionMargin, friction_margin, point_contacts
 from pneumorph.gait.walk import cycle_slides_cm, step_rewards_cm, walk
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.open_loop_gait import OpenLoopGait
@@ -271,7 +271,9 @@ def analysed_robot(
         slides = tuple(cycle_slides_cm(*path, cycle_s).tolist())
     margin = friction_margin(trajectory, leg_friction(walker.design, trajectory, spec))
     roll, pitch = trajectory.tilt_deg
-    load_mN = float(margin.load_mN.sum(axis=1).mean())
+    assert trajectory.contact_force_mN is not None  # or there were no margin
+    borne_mN = trajectory.contact_force_mN[..., 2].astype(float).sum(axis=2)
+    load_mN = float(borne_mN.sum(axis=1).mean())
     return AnalysedRobot(
         label=walker.label,
         design=str(walker.design),
@@ -283,7 +285,7 @@ def analysed_robot(
         roll_range_deg=(float(roll.min()), float(roll.max())),
         pitch_range_deg=(float(pitch.min()), float(pitch.max())),
         mean_contact_count=float(trajectory.contact_count.mean()),
-        legs=_analysed_legs(walker.design, margin),
+        legs=_analysed_legs(walker.design, margin, spec),
         hub_load_share=1.0 - load_mN / spec.weight_mN(walker.design),
         distances_over_friction_cm=tuple(distances_cm),
         range_ratio=trajectory.metadata.get("range_ratio"),
@@ -293,25 +295,30 @@ def analysed_robot(
 def leg_friction(design: Design, trajectory: Trajectory, spec: RobotSpec) -> float | np.ndarray:
     """Coefficient of every point of the legs at its pressure in each frame, (frame, leg, point);
     one number where it is the same for all."""
-    physics, force = spec.physics, trajectory.contact_force_mN
+    physics = spec.physics
     if not physics.friction_by_surface and physics.friction_pressure.exponent == 0.0:
         return physics.friction
-    if force is None:
-        raise ValueError("the trajectory holds no contact forces, expected one with its nodes")
-    surfaces = spec.assembly(design).contact_surfaces
-    impulses = physics.time_step_s * force[..., 2].astype(float).reshape(len(force), -1)
-    hub_count = len(surfaces.names) - impulses.shape[1]
+    pressing = point_contacts(trajectory).pressing_mN
+    robot = spec.assembly(design)
+    surfaces, counts = robot.contact_surfaces, [len(m.part.contact_points) for m in robot.mounts]
+    # A leg of fewer points than others has none beyond them.
+    is_point = np.arange(pressing.shape[2]) < np.array(counts)[:, None]
+    impulses = physics.time_step_s * pressing[:, is_point]
+    hub_count = len(surfaces.names) - sum(counts)
     of_all = physics.contact_friction(surfaces, np.pad(impulses, ((0, 0), (hub_count, 0))))
-    legs: np.ndarray = np.broadcast_to(of_all, (len(force), len(surfaces.names)))[:, hub_count:]
-    return legs.reshape(force.shape[:-1])
+    of_legs = np.full(pressing.shape, physics.friction)
+    of_legs[:, is_point] = of_all[..., hub_count:]
+    return of_legs
 
 
-def _analysed_legs(design: Design, margin: FrictionMargin) -> tuple[AnalysedLeg, ...]:
+def _analysed_legs(
+    design: Design, margin: FrictionMargin, spec: RobotSpec
+) -> tuple[AnalysedLeg, ...]:
     return tuple(
         AnalysedLeg(
             location=location,
             regulator=regulator,
-            angle_deg=float(np.degrees(design.angle_rad(location))),
+            angle_deg=spec.sites[location].yaw_deg,
             **margin.of_leg(leg),
         )
         for leg, (location, regulator) in enumerate(design.legs)

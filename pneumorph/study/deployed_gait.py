@@ -29,7 +29,7 @@ from pneumorph.hardware.driver import Clock, DriverError, RegulatorDriver, WallC
 from pneumorph.hardware.guardian import Guardian
 from pneumorph.hardware.marker_track import write_track
 from pneumorph.hardware.open_driver import open_driver
-from pneumorph.hardware.rig import RigSettings, load_rig
+from pneumorph.hardware.rig import Channel, RigSettings, load_rig
 from pneumorph.hardware.schedule import SEARCH_STEP_S, Schedule, plan_schedule
 from pneumorph.hardware.trial import LOG_FILE
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
@@ -186,6 +186,10 @@ def deploy_gait(
     rig = RigSettings() if settings.rig is None else load_rig(settings.rig)
     settings.refuse_unused(rig.driver)
     spec = robot.spec()
+    if settings.rig is None:
+        rig = replace(rig, channels=(Channel(),) * spec.physics.regulator_count)
+    if settings.bend_test and rig.driver == "virtual":
+        _ = spec.module  # a bend test is of one leg, whichever of the robot's it is
     described: dict[str, Any]
     if settings.bend_test:
         gait: Any = settings.bends.gait(len(rig.channels))

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.base.layers import changed_flags
+from pneumorph.base.run_folder import SUMMARY, TRAINING_FOLDER
 from pneumorph.exchange.sorotraj import read_sorotraj
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
@@ -77,8 +78,14 @@ def _design(asked: str | None, named: str | None) -> Design:
 
 
 def robot_of_source(source: Path | None) -> TakenOver | None:
-    """Leg and physics of the run that a gait is taken from; None where it is of no run."""
-    if source is None or not source.is_dir():
+    """Leg and physics of the run that a gait or a policy is taken from; None where it is of no
+    run."""
+    if source is None:
+        return None
+    of_training = source.suffix == ".npz" and source.parent.name == TRAINING_FOLDER
+    if of_training and (source.parent.parent / SUMMARY).is_file():
+        source = source.parent.parent
+    elif not source.is_dir():
         return None
     run = FinishedRun.read(source)
     return run.handed_on(run.taken_over("robot"))
@@ -111,6 +118,13 @@ def _of_policy(path: Path, design: str | None) -> GaitSource:
 
     policy, settings, metadata = load_policy(path)
     task, chosen = settings.task, Design.parse(design)
+    usual, own = task.state_size + settings.space.feature_count, policy.observation_size
+    if own != usual:
+        raise ValueError(
+            f"{path} is a policy of {own} observed numbers, expected the {usual} of remembered "
+            "actions and a design: what it saw in an environment of its own is not known here; "
+            "give a gait of its run"
+        )
     place = settings.space.index(chosen)
     one_hot = settings.space.features(np.array(place))
     learner = Sac(task.state_size + len(one_hot), task.regulator_count, settings.sac)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneumorph.gait.friction_margin import point_contacts
 from pneumorph.trajectory import Trajectory
 
 SLIPPING_MM_PER_S = 2.0
@@ -112,7 +113,8 @@ def node_error(full: Trajectory, reduced: Trajectory) -> np.ndarray:
 
 
 def _contact_errors(full: Trajectory, reduced: Trajectory) -> dict[str, float]:
-    forces, slipping = zip(*(_contacts(each) for each in (full, reduced)), strict=True)
+    found = [_contacts(each) for each in (full, reduced)]
+    forces, presses, slipping = zip(*found, strict=True)
     if forces[0].shape != forces[1].shape:
         raise ValueError(
             f"the trajectories have (frame, leg, point) {forces[0].shape[:3]} and "
@@ -131,8 +133,7 @@ def _contact_errors(full: Trajectory, reduced: Trajectory) -> dict[str, float]:
     loaded = legs[0][..., 2] > LOADED_SHARE * weight
     # A leg slips when the points that carry most of its load do.
     slips = []
-    for force, moving in zip(forces, slipping, strict=True):
-        normal = force[..., 2]
+    for normal, moving in zip(presses, slipping, strict=True):
         slips.append((normal * moving).sum(axis=2) > 0.5 * normal.sum(axis=2))
     both, either = slipping[0] & slipping[1], slipping[0] | slipping[1]
     return {
@@ -144,13 +145,14 @@ def _contact_errors(full: Trajectory, reduced: Trajectory) -> dict[str, float]:
     }
 
 
-def _contacts(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    # Forces (frame, leg, point, 3), and which points carry one and slide.
-    force, velocity = trajectory.contact_force_mN, trajectory.contact_velocity_mm_per_s
-    if force is None or velocity is None:
+def _contacts(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    # Forces (frame, leg, point, 3), their part along the normal, and which points carry one and
+    # slide.
+    force = trajectory.contact_force_mN
+    if force is None:
         raise ValueError("a trajectory without contact forces cannot be compared; record the nodes")
-    speed = np.hypot(velocity[..., 0], velocity[..., 1])
-    return force.astype(float), (force[..., 2] > 0.0) & (speed > SLIPPING_MM_PER_S)
+    pressing, _, sliding = point_contacts(trajectory)
+    return force.astype(float), pressing, (pressing > 0.0) & (sliding > SLIPPING_MM_PER_S)
 
 
 def _nodes(trajectory: Trajectory) -> np.ndarray:

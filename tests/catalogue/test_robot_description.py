@@ -99,6 +99,11 @@ def test_a_plate_is_what_its_file_says() -> None:
         for module in site.modules:
             assert module.face is not None
             assert same_frame(site.pose_of(module).compose(module.face), told.pose)
+    spec.check_reduction()  # each size stands for finite elements of that size
+    yaws = [site.yaw_deg for site in spec.sites]
+    assert yaws == [0.0, 90.0, 180.0, 180.0, 270.0, 0.0]
+    ring = [site.yaw_deg for site in paper_robot("published").sites]
+    assert ring == [22.5 + 45.0 * place for place in range(8)]
     assert len(described.space) == len({str(each) for each in described.space}) == 7816
 
 

@@ -232,7 +232,8 @@ def test_contact_forces_and_weight_change_the_momentum(soft):
     if not soft:
         mass += robot.hub.mass_kg
         momentum += robot.hub.mass_kg * np.array([state.hub.velocity[:3] for state in states])
-    force, velocity = robot.leg_contacts(states[1])
+    force, velocity, level = robot.leg_contacts(states[1])
+    assert level is None
     hub_force = np.roll(states[1].impulses[force.shape[0] * force.shape[1] :].sum(axis=0), -1) / h
     weight = mass * np.array([0.0, 0.0, -physics.gravity_mm_per_s2])
     expected = momentum[0] + h * (weight + force.sum(axis=(0, 1)) + hub_force)

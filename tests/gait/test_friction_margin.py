@@ -2,14 +2,18 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.crawlers import PHYSICS, STEPPER, crawlers
+from helpers.small_robot import small_robot
 
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.gait.friction_margin import friction_margin
+from pneumorph.gait.friction_margin import friction_margin, point_contacts
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.friction import FrictionPressure
+from pneumorph.physics.ground import Ground, RoughGround
 from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
@@ -81,6 +85,41 @@ def test_no_leg_uses_more_than_friction_can_give() -> None:
     assert np.nanmax(margin.used_share) < 1.0 + 1e-4
     assert np.nanmax(margin.used_share) > 0.9  # and so little friction is used up
     assert np.nanmax(margin.slipping_share) > 0.5
+
+
+def test_shares_on_a_slope_are_those_along_its_normal() -> None:
+    """A point on ground that rises by 3 in 4 presses 500 mN and is held by 200 mN along the slope;
+    sliding up the slope it has no speed off it."""
+    normal, along = np.array([-0.6, 0.0, 0.8]), np.array([0.8, 0.0, 0.6])
+    flat = trajectory((500.0 * normal + 200.0 * along)[None, None, None],
+                      (7.0 * along)[None, None, None])  # fmt: skip
+    walk = replace(flat, contact_normal=normal[None, None, None])
+    margin = friction_margin(walk, 0.8)
+    np.testing.assert_allclose(margin.load_mN, 500.0)
+    np.testing.assert_allclose(margin.used_share, 200.0 / (0.8 * 500.0))
+    np.testing.assert_allclose(point_contacts(walk).sliding_mm_per_s, 7.0)
+
+
+@pytest.mark.parametrize("model", ["reduced", "full"])
+def test_on_rough_ground_no_leg_uses_more_than_friction_gives(model: str, tmp_path: Path) -> None:
+    """As on a level floor, by the normals that either model records; along the vertical a leg on a
+    slope of 1 in 5 would use twice what a friction of 0.2 gives."""
+    ground = Ground(rough=RoughGround(5.0, 40.0), length_mm=400.0, width_mm=400.0)
+    physics = Physics(friction=0.2, regulator_count=2, floor_height_mm=0.0, ground=ground)
+    if model == "full":
+        robot = small_robot(physics)
+    else:
+        robot = ReducedRobot(crawlers()[0], replace(PHYSICS, friction=0.2, ground=ground), STEPPER)
+    commands = np.tile([20.0, 5.0], (30, 1))
+    _, walked = rollout(robot, commands, record_every=1, settling_steps=0)
+    again = Trajectory.load(walked.save(tmp_path / "walk.npz"))
+    assert again.contact_normal is not None
+    np.testing.assert_array_equal(again.contact_normal, walked.contact_normal)
+    assert 0.05 < np.abs(again.contact_normal[..., 0]).max() < 0.9
+    # Coulomb's law holds to the solver's tolerance and the single precision of the recording.
+    assert np.nanmax(friction_margin(again, 0.2).used_share) < 1.0 + 1e-3
+    level = replace(again, contact_normal=None)
+    assert np.nanmax(friction_margin(level, 0.2).used_share) > 1.05
 
 
 def test_each_surface_gives_its_own_friction() -> None:

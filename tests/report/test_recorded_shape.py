@@ -17,14 +17,17 @@ from pneumorph.gait.friction_margin import friction_margin
 from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.geometry.simple_solids import box_solid
+from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.report.plan import plan_of_walk
 from pneumorph.report.replay.replay_data import live_data, replay_data
 from pneumorph.report.scene import Actor
+from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.reduced_robot import ReducedRobot
 from pneumorph.simulation.rollout import rollout
+from pneumorph.study.analysis import leg_friction
 from pneumorph.trajectory import Trajectory
 
 COMMANDS = np.tile([6.0, 4.0], (4, 1))
@@ -99,6 +102,25 @@ def test_contact_forces_of_mixed_legs_carry_the_robot(walk: Trajectory) -> None:
     np.testing.assert_allclose(
         margin.load_mN, walk.contact_force_mN[..., 2].astype(float).sum(axis=2), rtol=1e-6
     )
+
+
+def test_each_leg_has_the_friction_of_its_own_points(walk: Trajectory) -> None:
+    """The hub's points and those of a leg with more of them are not taken for another leg's."""
+    assert walk.contact_force_mN is not None
+    law = FrictionPressure(-0.3)
+    spec = replace(SPEC, physics=replace(SPEC.physics, friction_pressure=law))
+    found = leg_friction(Design.parse(DESIGN), walk, spec)
+    robot, pressing = spec.assembly(DESIGN), walk.contact_force_mN[..., 2].astype(float)
+    reference = spec.physics.reference_impulses(robot.contact_surfaces)
+    start = len(robot.hub.contact_points)
+    for leg, mount in enumerate(robot.mounts):
+        count = len(mount.part.contact_points)
+        own = reference[start : start + count] / spec.physics.time_step_s
+        expected = spec.physics.friction * law.factor(
+            law.pressure_kPa * pressing[:, leg, :count] / own
+        )
+        np.testing.assert_allclose(np.asarray(found)[:, leg, :count], expected, rtol=1e-6)
+        start += count
 
 
 def test_it_is_read_back_and_drawn(walk: Trajectory, tmp_path: Path) -> None:

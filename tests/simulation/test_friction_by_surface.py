@@ -179,6 +179,13 @@ def test_the_engine_takes_the_references_steps_on_two_surfaces_under_pressure():
     assert compared > 6
 
 
+def test_a_robot_may_have_no_points_on_a_surface_that_others_have():
+    """One that stands on its sheets alone lives in worlds that say what skin and hub do."""
+    worlds = Physics(friction_by_surface=(("skin", 0.3), ("sheet", 0.5), ("hub", 0.2)))
+    surfaces = block(FEET, ["sheet", "sheet", "sheet"]).contact_surfaces
+    np.testing.assert_array_equal(worlds.surface_friction(surfaces), 0.5)
+
+
 def test_surfaces_that_there_are_not_are_refused():
     robot = block(FEET, ["rubber", "rubber", "steel"])
     unknown = Physics(friction_by_surface=(("skin", 0.3),))

@@ -181,7 +181,7 @@ def test_it_rests_on_a_bump_with_forces_that_carry_it() -> None:
     physics = replace(PHYSICS, ground=ROUGH)
     walker = ReducedRobot(robot, physics, CONTACT)
     state, _ = walker.rollout(walker.initial_state(), np.zeros((300, 2)), 300, record_nodes=False)
-    force, _ = walker.leg_contacts(state)
+    force = walker.leg_contacts(state).force_mN
     mass = robot.hub.mass + sum(mount.part.mass for mount in robot.mounts)
     # Sinking in by mass damping's 10 s is over but for 1e-3 of the weight.
     total = force.sum(axis=(0, 1))

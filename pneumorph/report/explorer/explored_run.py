@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.report.explorer.page import write_explorer
 from pneumorph.report.explorer.scored_designs import (
     ScoredDesigns,
@@ -48,6 +50,7 @@ def explore(
     replays: tuple[Path, ...] = (),
     pair_count: int = 5,
     replay: ReplaySettings = PAGE_REPLAY,
+    described: Path | None = None,
 ) -> Explorer:
     """Write explorer.html.
 
@@ -58,13 +61,19 @@ def explore(
         replays: Run folders whose trajectories are shown as well.
         pair_count: Best pairs of a coopt run to walk for their replays, a second or two each.
         replay: How exact replays are.
+        described: File of the robot whose designs they are, where no run says it; None for the
+            paper's.
 
     Raises:
         ValueError: The run is of a verb that gives designs no score.
         ArtefactError: It is damaged.
     """
     start = time.monotonic()
-    scored, title, gait = _scored(run, space or DesignSpace())
+    scored, title, flags = _scored(run, space or DesignSpace())
+    robot = None if run is None else run.robot
+    if described is not None:
+        robot = layered(RobotOptions(), [{"described": str(described)}])
+        flags = f"--robot {shlex.quote(str(described))} "
     walked = list(replays)
     if run is not None and scored.probability is not None and scored.pairs and pair_count:
         pairs = RunFolder(folder.path / "pairs", "evaluate", folder.progress)
@@ -75,9 +84,9 @@ def explore(
     own = {} if run is None else recorded_walks(scored.space, [run.folder])
     walks = {**own, **recorded_walks(scored.space, walked)}
     folder.progress.stage("writing the page")
-    command = f"pneumorph simulate {gait}--design DESIGN --out runs/DESIGN"
+    command = f"pneumorph simulate {flags}--design DESIGN --out runs/DESIGN"
     scored = replace(scored, trajectories=walks)
-    plans = paper_plan if run is None else plans_of(run.robot)
+    plans = paper_plan if robot is None else plans_of(robot)
     path = write_explorer(folder / "explorer.html", scored, title, command, replay, plans)
     return Explorer(
         page=str(path),
@@ -90,7 +99,7 @@ def explore(
 
 
 def _scored(run: FinishedRun | None, space: DesignSpace) -> tuple[ScoredDesigns, str, str]:
-    """The designs, the page's title, and the gait's flag of the command that walks a design."""
+    """The designs, the page's title, and flags of the command that walks a design."""
     if run is None:
         return unscored(space), f"{len(space)} designs", ""
     if run.verb in ("coopt", "demo"):

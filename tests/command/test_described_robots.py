@@ -1,0 +1,122 @@
+"""Verbs with a robot's file that is in nothing like the paper's: four sites, legs of two chambers
+in two sizes, five regulators. Nothing may take it for the paper's."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.described_robot import DESIGN, write_described_robot
+from helpers.run_folders import write_run
+from helpers.run_json import run_json
+
+from pneumorph.base.layers import layered
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.cli import run
+from pneumorph.gait.gait_file import read_gait, write_gait
+from pneumorph.gait.held_gait import HeldGait
+from pneumorph.physics.pressure import PressureMap
+from pneumorph.study.gait_source import robot_of_source
+from pneumorph.study.training_options import quick_training
+
+SHORT = "--expert.duration-s 1 --expert.period-s 1"
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The robot's file."""
+    return write_described_robot(tmp_path_factory.mktemp("robot"))
+
+
+def test_the_pressures_of_a_part_of_ones_own_are_the_physics(robot: Path) -> None:
+    """A file that names no leg of the catalogue says by its physics how its part is inflated."""
+    spec = RobotDescription.read(robot).spec()
+    assert spec.physics.pressure_map == PressureMap(1.5, 2.0)
+    named = robot.with_name("named.toml")
+    text = robot.read_text()
+    named.write_text(text.replace('part = "leg.npz"', 'part = "leg.npz"\nleg = "measured"'))
+    with pytest.raises(ValueError, match=r"pressure map of slope 1 .* physics has 1\.5"):
+        RobotDescription.read(named).spec()
+
+
+def test_bench_draws_its_own_designs(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = run_json(
+        f"bench engine --robot {robot} --robot-count 3 --action-count 1 --action-steps 5 "
+        f"--settling-steps 1 --threads 1 --out {robot.parent / 'bench'}",
+        capsys,
+    )
+    assert found["robots"] == 3
+    assert found["modes"] == 4
+    kept = json.loads((robot.parent / "bench" / "settings.json").read_text())
+    assert kept["design"] == DESIGN
+    assert kept["space"]["regulator_count"] == kept["expert"]["regulator_count"] == 5
+
+
+def test_explore_shows_its_designs(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = run_json(f"explore --robot {robot} --out {robot.parent / 'explorer'}", capsys)
+    assert found["design_count"] == len(RobotDescription.read(robot).space)
+    page = Path(found["page"]).read_text()
+    assert f"--robot {robot} --design DESIGN" in page
+    learned = write_run(robot.parent / "learned", "coopt", quick_training())
+    assert run(["explore", str(learned), "--robot", str(robot)]) == 1
+    assert "beside the run" in capsys.readouterr().err
+
+
+def test_deploy_drives_as_many_regulators_as_it_has(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its usual design by the expert's gait, each channel of the virtual rig one regulator."""
+    out = robot.parent / "deployed"
+    found = run_json(
+        f"deploy --robot {robot} --model reduced --trials 1 {SHORT} --out {out}", capsys
+    )
+    assert found["design"] == DESIGN
+    assert len(found["rig"]["channels"]) == 5
+    gait, comments = read_gait(out / "schedule.csv")
+    assert gait.regulator_count == 5
+    assert comments["design"] == DESIGN
+    compared = run_json(
+        f"transfer {out} --robot {robot} --model reduced --step-s 0.5 --cycle-s 1 "
+        f"--out {robot.parent / 'transfer'}",
+        capsys,
+    )
+    assert compared["robots"][0]["design"] == DESIGN
+
+
+def test_a_bend_test_of_several_kinds_of_legs_is_refused(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["deploy", "--robot", str(robot), "--bend-test", "--model", "reduced"]) == 1
+    refusal = capsys.readouterr().err
+    assert "modules long, short, expected one kind" in refusal
+    assert "describe a robot with that leg at all of its sites" in refusal
+
+
+def test_a_gait_of_its_run_has_its_own_design(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The usual design and the expert's regulators are for where no run says what walks."""
+    options = layered(quick_training(), [{"robot": {"described": str(robot)}}])
+    design = "1+2.3.b1+2.0"
+    folder = write_run(robot.parent / "walked", "coopt", options, (design,))
+    gait = HeldGait.evenly(np.full((2, 5), 10.0), 0.5)
+    write_gait(folder / "training/gaits/L1.csv", gait, {"design": design})
+    dry = run_json(f"deploy {folder} --dry-run --out {robot.parent / 'dry'}", capsys)
+    assert dry["design"] == design
+    kept = json.loads((robot.parent / "dry" / "settings.json").read_text())
+    assert kept["robot"]["described"] == str(robot)
+    walked = run_json(f"simulate --gait {folder} --out {robot.parent / 'walk'}", capsys)
+    assert walked["design"] == design
+
+
+def test_a_policy_of_a_run_walks_in_the_robot_of_the_run(robot: Path) -> None:
+    """Its file lies in the run, whose robot is not the paper's."""
+    options = layered(quick_training(), [{"robot": {"described": str(robot)}}])
+    folder = write_run(robot.parent / "trained", "coopt", options, (DESIGN,))
+    (folder / "training" / "policy.npz").write_bytes(b"")
+    taken = robot_of_source(folder / "training" / "policy.npz")
+    assert taken is not None
+    assert taken.settings["robot"]["described"] == str(robot)
+    assert robot_of_source(robot.with_name("policy.npz")) is None
