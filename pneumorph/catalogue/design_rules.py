@@ -59,7 +59,8 @@ class DesignRules(Checked):
             regulator_count: How many regulators there are.
 
         Raises:
-            ValueError: A rule asks for what there is not, or a symmetry maps a site to none.
+            ValueError: A rule asks for what there is not, a symmetry maps a site to none, a
+                regulator is used by no design, or no design is left.
         """
         count = len(poses)
         if self.options and len(self.options) != count:
@@ -88,6 +89,18 @@ class DesignRules(Checked):
                     f"designs.options[{location}] names module {chr(ord('a') + max(kinds))}, "
                     f"expected {' or '.join(allowed)}: those of the site"
                 )
+        most = self.maximum_regulators or regulator_count
+        used = min(space.maximum_legs * space.cavity_count, most)
+        if used < regulator_count:
+            raise ValueError(
+                f"physics.regulator_count is {regulator_count} and no design uses more than {used} "
+                "of them, expected as many regulators as are used; see designs.maximum_legs and "
+                "designs.maximum_regulators"
+            )
+        try:
+            _ = space.first
+        except ValueError as error:
+            raise ValueError(f"designs: {error}") from error
         if self.usual is not None:
             _ = space.index(space.parse(self.usual))
         return space

@@ -84,7 +84,7 @@ class SiteDescription(Checked):
     """How much it points down [degrees]."""
     roll_deg: float = 0.0
     """Turn about the direction it points in [degrees]."""
-    modules: tuple[str, ...] = ()
+    modules: tuple[str, ...] | None = None
     """Names of the modules that may be mounted; all by default."""
     name: str = ""
     """What messages call it; its number, from 0, by default."""
@@ -148,7 +148,13 @@ class RobotDescription(Checked):
             both = "both" if self.sites else "neither"
             raise ValueError(f"expected either sites or a ring of them, got {both}")
         for number, site in enumerate(self.sites):
-            for each in site.modules:
+            if site.modules is not None and not site.modules:
+                raise ValueError(
+                    f"sites[{number}].modules is empty, expected one of modules at least: "
+                    f"{', '.join(self.modules)}; leave it out for all of them, or leave out the "
+                    "site if nothing may be mounted there"
+                )
+            for each in site.modules or ():
                 if each not in self.modules:
                     raise ValueError(
                         f"sites[{number}].modules names {each!r}, expected one of modules: "
@@ -271,7 +277,7 @@ class RobotDescription(Checked):
         if self.ring is not None:
             return [every] * self.ring.location_count
         return [
-            tuple(name for name in every if not site.modules or name in site.modules)
+            tuple(name for name in every if site.modules is None or name in site.modules)
             for site in self.sites
         ]
 

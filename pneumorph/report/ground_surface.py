@@ -9,12 +9,15 @@ from jaxtyping import Float
 
 from pneumorph.base.settings import settings_from_dict
 from pneumorph.physics.ground import Ground
+from pneumorph.physics.height_grid import HeightGrid
 from pneumorph.trajectory import Trajectory
 
 SPACING_MM = 10.0
 """Between the heights that are drawn [mm]."""
 AROUND_MM = 250.0
 """How far beyond the robot's way the ground is drawn [mm]."""
+AHEAD_MM = 800.0
+"""The same of a robot that is still walking, whose way is not known [mm]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,21 +49,43 @@ class GroundSurface:
 def ground_surface(trajectory: Trajectory) -> GroundSurface | None:
     """The ground of a walk; None of one on a plane, and where the file of its map is no longer
     there."""
-    metadata = trajectory.metadata
-    base, told = metadata.get("ground_base_mm"), metadata.get("settings", {}).get("ground")
-    if base is None or told is None:
+    found = _grid_and_base(trajectory)
+    if found is None:
         return None
-    try:
-        grid = settings_from_dict(Ground, told).grid()
-    except (FileNotFoundError, ValueError):
-        return None
+    grid, base = found
+    around = AHEAD_MM if trajectory.status == "running" else AROUND_MM
     way = trajectory.tracked_point_mm[:, :2]
     way = way[np.isfinite(way).all(axis=1)]
     line = 5 * SPACING_MM
-    low = np.floor((way.min(axis=0) - AROUND_MM) / line) * line
-    high = np.ceil((way.max(axis=0) + AROUND_MM) / line) * line
+    low = np.floor((way.min(axis=0) - around) / line) * line
+    high = np.ceil((way.max(axis=0) + around) / line) * line
     x, y = (
         np.linspace(start, end, 1 + round((end - start) / SPACING_MM))
         for start, end in zip(low, high, strict=True)
     )
     return GroundSurface(x, y, base + grid.height(*np.meshgrid(x, y, indexing="ij")))
+
+
+def ground_below(
+    trajectory: Trajectory, points: Float[np.ndarray, "*point 3"]
+) -> Float[np.ndarray, "*point"] | None:
+    """World heights of the ground of a walk straight below world points [mm]; None as of
+    `ground_surface`."""
+    found = _grid_and_base(trajectory)
+    if found is None:
+        return None
+    grid, base = found
+    below: np.ndarray = base + grid.height(*np.moveaxis(points[..., :2].astype(float), -1, 0))
+    return below
+
+
+def _grid_and_base(trajectory: Trajectory) -> tuple[HeightGrid, float] | None:
+    """The heights of a walk's ground, and what they are counted from [mm]."""
+    metadata = trajectory.metadata
+    base, told = metadata.get("ground_base_mm"), metadata.get("settings", {}).get("ground")
+    if base is None or told is None:
+        return None
+    try:
+        return settings_from_dict(Ground, told).grid(), float(base)
+    except (FileNotFoundError, ValueError):
+        return None

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.gait.walk import cycle_slides_cm, last_cycle, step_rewards_cm
+from pneumorph.report.ground_surface import ground_below
 from pneumorph.report.plan import Plan, plan_of_walk
 from pneumorph.report.plan_view import draw_plan_view
 from pneumorph.report.style import (
@@ -147,8 +148,9 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
 
     The paper explains its best gait by the roll that lifts a front leg (section VI-A). Roll is
     about the forward axis (left side up), pitch about the axis to the left (front down); a leg's
-    height is that of its lowest node over the lowest of all in the recording, and its load is what
-    the floor presses up with, where that was recorded.
+    height is that of its lowest node over the lowest of all in the recording, on uneven ground over
+    what lies below each node, and its load is what the floor presses up with, where that was
+    recorded.
 
     Args:
         trajectory: Of a robot with its nodes and its design in the metadata.
@@ -175,7 +177,8 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
     tilt.plot(since, pitch[inside], color=NEUTRAL_COLOUR, linestyle="--", label="pitch, front down")
     zero_line(tilt)
     tilt.set(ylabel="tilt (°)")
-    lowest = nodes[..., 2].min(axis=2)
+    below = ground_below(trajectory, nodes)
+    lowest = (nodes[..., 2] if below is None else nodes[..., 2] - below).min(axis=2)
     draw_legs(height, since, lowest[inside] - lowest.min(), legs)
     height.set(ylabel="lowest (mm)")
     if forces is not None:

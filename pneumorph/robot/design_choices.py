@@ -59,6 +59,12 @@ class DesignChoices(Checked):
                 f"legs from {self.minimum_legs} to {self.maximum_legs} on {self.location_count} "
                 "locations, expected 0 <= minimum_legs <= maximum_legs <= location_count"
             )
+        most = min(self.maximum_regulators or self.regulator_count, self.regulator_count)
+        if self.minimum_regulators > most:
+            raise ValueError(
+                f"minimum_regulators is {self.minimum_regulators}, expected at most {most}, as "
+                "many regulators as a design may use"
+            )
         if self.options and len(self.options) != self.location_count:
             raise ValueError(
                 f"options has {len(self.options)} entries, expected one for each of the "

@@ -32,7 +32,7 @@ from pneumorph.hardware.parameter_fit import ParameterFit, ParameterFitSettings,
 from pneumorph.hardware.trial import LOG_FILE, read_trial, trial_folders
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.reduction.part_summary import PartSummary
+from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
 from pneumorph.study.bench_readings import measured_numbers, read_bench_readings
 from pneumorph.study.finished_run import FinishedRun
@@ -108,7 +108,7 @@ class FittedCalibration:
     """And that it vents through."""
     measured: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Numbers that worlds differ in, by tests on a bench: value and standard deviation."""
-    leg: PartSummary | None = None
+    leg: PartsSummary | None = None
     """The reduced leg; None where its finite elements were bent."""
 
 
@@ -196,7 +196,7 @@ def calibrate(
         damping=spec.physics.damping,
         measured=dict(calibration.measured),
         wall_s=time.monotonic() - start,
-        leg=spec.module.describe() if settings.model == "reduced" else None,
+        leg=spec.describe()["leg"] if settings.model == "reduced" else None,
     )
     return CalibrationStudy(found, pairs, path, filled)
 

@@ -19,6 +19,7 @@ from pneumorph.geometry.attachment import same_frame
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.rollout import rollout
 
+USUAL = 'usual = "b1.0.2.2.0.b1"\n'
 PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
 Edited = Callable[[str, str], Path]
 
@@ -149,7 +150,20 @@ def test_a_leg_of_another_length_is_mounted_by_its_face() -> None:
         ('modules = ["long"]', 'modules = ["tall"]', r"sites\[1\].modules names 'tall'"),
         ("[modules.short]", "[modules.spare]\n[modules.short]", None),
         ("minimum_legs = 4", "minimum_legs = 7", "legs from 7 to 6"),
-        ("minimum_legs = 4", 'exclusions = ["0 1 2 3 4 5"]', "space is empty|usual|not one of"),
+        ("minimum_legs = 4", 'exclusions = ["0 1 2 3 4 5"]', "designs: the design space is empty"),
+        (f"{USUAL}minimum", 'exclusions = ["0 1 2 3 4 5"]\nminimum', "designs: the .* is empty"),
+        (
+            f"{USUAL}minimum",
+            "minimum_regulators = 5\nminimum",
+            "regulators is 5, .* most 4",
+        ),
+        (f"{USUAL}minimum_legs = 4", "maximum_legs = 3", "regulator_count is 4 and .* more than 3"),
+        ("minimum_legs = 4", "maximum_regulators = 2", "regulator_count is 4 and .* more than 2"),
+        (
+            'modules = ["long"]',
+            "modules = []",
+            r"sites\[1\].modules is empty, .*long",
+        ),
         ("minimum_legs = 4", 'same = ["90"]', "turn of site 0 lies on no site"),
         ("minimum_legs = 4", 'same = ["half"]', "designs.same has 'half'"),
         ("minimum_legs = 4", 'options = ["0 *"]', "designs.options has 1 entries"),

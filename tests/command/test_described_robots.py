@@ -85,6 +85,19 @@ def test_deploy_drives_as_many_regulators_as_it_has(
     assert compared["robots"][0]["design"] == DESIGN
 
 
+def test_a_line_of_pressures_is_fitted_whatever_its_legs_are(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The summary names all of its legs; bends would be those of one."""
+    pairs = robot.with_name("pairs.csv")
+    pairs.write_text("real_pressure_kPa,simulated_pressure_kPa\n0,1\n10,16\n20,31\n")
+    out = robot.parent / "calibrated"
+    found = run_json(f"calibrate --robot {robot} --pairs {pairs} --out {out}", capsys)
+    assert found["slope"] == pytest.approx(1.5)
+    assert found["leg"]["part"] == "long"
+    assert list(found["leg"]["others"]) == ["short"]
+
+
 def test_a_bend_test_of_several_kinds_of_legs_is_refused(
     robot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.deployment_log import LoggedPressures
+from pneumorph.physics.ground import Ground, Steps
 from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.physics.regulators import RateLimited
 from pneumorph.report.frames_figure import frames_figure
@@ -233,6 +235,25 @@ def test_the_cycle_shows_what_the_floor_bears(walked: Trajectory) -> None:
     np.testing.assert_allclose(loads, borne, rtol=1e-5)
     with pytest.raises(ValueError, match="expected at least one period of 9 s"):
         cycle_figure(walked, 9.0)
+
+
+def test_heights_of_legs_are_over_the_ground(walked: Trajectory) -> None:
+    """A walk that is laid over a hill has the heights that it has on a plane, to the single
+    precision of nodes some 100 mm high."""
+    ground = Ground(steps=Steps(rise_mm=60.0, start_mm=-400.0, run_mm=800.0))
+    assert walked.node_positions_mm is not None
+    nodes = walked.node_positions_mm.astype(float)
+    nodes[..., 2] += 5.0 + ground.grid().height(nodes[..., 0], nodes[..., 1])
+    told = {"ground_base_mm": 5.0, "settings": {"ground": settings_to_dict(ground)}}
+    hill = replace(
+        walked,
+        node_positions_mm=nodes.astype(np.float32),
+        metadata={**walked.metadata, **told},
+    )
+    for mine, flat in zip(
+        cycle_figure(hill).axes[2].lines, cycle_figure(walked).axes[2].lines, strict=True
+    ):
+        np.testing.assert_allclose(mine.get_ydata(), flat.get_ydata(), atol=1e-4)
 
 
 def test_tolerances_stand_where_they_were_measured() -> None:
