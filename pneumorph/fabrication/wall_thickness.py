@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from pneumorph.fabrication.solid import ClosedSurface
@@ -10,7 +12,8 @@ OPPOSITE = -0.5
 """Faces whose normals have a scalar product below are two sides of a wall; at less of an angle they
 meet in an edge, where no thickness is defined."""
 
-_CHUNK = 512
+_GROUP = 128
+"""Rays that are followed together."""
 
 
 def wall_thickness_mm(surface: ClosedSurface, limit_mm: float = 10.0) -> np.ndarray:
@@ -32,20 +35,36 @@ def wall_thickness_mm(surface: ClosedSurface, limit_mm: float = 10.0) -> np.ndar
     middles = corners.mean(axis=1)
     radii = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
     offsets = np.einsum("ti,ti->t", normals, corners[:, 0])
-    squares = np.einsum("ti,ti->t", middles, middles)
     result = np.full(len(corners), np.inf)
-    for begin in range(0, len(corners), _CHUNK):
-        rays = np.arange(begin, min(begin + _CHUNK, len(corners)))
-        cosine = normals[rays] @ normals.T
+    for rays in _neighbours(middles):
         # Only triangles that face the ray's own and are near can be the other side of a thin wall.
-        apart = squares[rays, None] + squares - 2.0 * middles[rays] @ middles.T
-        ray, hit = np.nonzero((cosine < OPPOSITE) & (apart < (limit_mm + radii) ** 2))
-        distance = (middles[rays] @ normals.T - offsets)[ray, hit] / cosine[ray, hit]
-        points = middles[rays[ray]] - distance[:, None] * normals[rays[ray]]
+        low, high = middles[rays].min(axis=0), middles[rays].max(axis=0)
+        outside = np.maximum(np.maximum(low - middles, middles - high), 0.0)
+        near = np.flatnonzero(np.linalg.norm(outside, axis=1) < limit_mm + radii)
+        cosine = normals[rays] @ normals[near].T
+        ray, other = np.nonzero(cosine < OPPOSITE)
+        hit, cosine = near[other], cosine[ray, other]
+        start, inwards = middles[rays[ray]], -normals[rays[ray]]
+        distance = (np.einsum("pi,pi->p", start, normals[hit]) - offsets[hit]) / cosine
+        reached = (distance > 1e-6) & (distance < limit_mm)
+        ray, hit, distance = ray[reached], hit[reached], distance[reached]
+        points = start[reached] + distance[:, None] * inwards[reached]
         inside = _inside(points, corners[hit], crosses[hit])
-        valid = inside & (distance > 1e-6) & (distance < limit_mm)
-        np.minimum.at(result, rays[ray[valid]], distance[valid])
+        np.minimum.at(result, rays[ray[inside]], distance[inside])
     return result
+
+
+def _neighbours(points: np.ndarray) -> Iterator[np.ndarray]:
+    """Numbers of points in groups that lie together: halved across their longest side."""
+    waiting = [np.arange(len(points))]
+    while waiting:
+        group = waiting.pop()
+        if len(group) <= _GROUP:
+            yield group
+            continue
+        longest = int(np.argmax(np.ptp(points[group], axis=0)))
+        parted = group[np.argpartition(points[group, longest], len(group) // 2)]
+        waiting += np.split(parted, [len(group) // 2])
 
 
 def _inside(points: np.ndarray, corners: np.ndarray, crosses: np.ndarray) -> np.ndarray:
