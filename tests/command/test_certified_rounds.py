@@ -34,7 +34,7 @@ _SHORT = (
     "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 20 "
     "--finetuning.timesteps 16 --finetuning.finalist-count 2 --baseline.phase-step-deg 180 "
     "--baseline.gait.duration-s 0.4 --baseline.gait.period-s 0.4 --baseline.record-step-count 10 "
-    "--space.maximum-legs 4 --full.hub rigid"
+    "--space.maximum-legs 4 --full.hub rigid --executor.process-count 1"
 )
 SETTINGS = CertificateSettings(
     world_count=4,
