@@ -32,6 +32,7 @@ _SHORT = (
     "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
     "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 20 "
+    "--objective.evaluation-worlds 4 --certified-world-count 4 "
     "--finetuning.timesteps 20 --finetuning.finalist-count 2 "
     "--baseline.phase-step-deg 90 --baseline.gait.duration-s 4 --baseline.record-step-count 10"
 )
@@ -173,7 +174,8 @@ def test_search_of_designs_reports_pairs_that_walk_again(
     command = (
         f"search --method {method} --part {leg} --timesteps 60 --environment-count 4 "
         f"--{method}.population 4 --task.action-count 5 --task.action-step-count 20 "
-        f"--kept-pair-count 2 --out {tmp_path / 'search'}"
+        "--finalist-count 4 --objective.evaluation-worlds 4 --kept-pair-count 2 "
+        f"--out {tmp_path / 'search'}"
     )
     found = run_json(command, capsys)
     assert found["timesteps"] == 60

@@ -20,6 +20,7 @@ TRAINING = (
     "--total-timesteps 48 --environment-count 4 --task.action-count 5 --learning-start-timestep 12 "
     "--updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 --schedule.decay-start-timestep 12 "
     "--schedule.decay-end-timestep 36 --evaluated-design-count 4 --kept-pair-count 2 "
+    "--objective.evaluation-worlds 4 --certified-world-count 4 "
     + " ".join(f"--baseline.{flag}" for flag in SWEEP)
 )
 
@@ -29,7 +30,8 @@ COMMANDS = {
     "baseline": "baseline " + " ".join(f"--{flag}" for flag in SWEEP),
     "coopt": f"coopt {TRAINING}",
     "evaluate": "evaluate {runs}/coopt --record --randomize --world-count 3",
-    "search": "search --method random --timesteps 40 --task.action-count 5",
+    "search": "search --method random --timesteps 40 --task.action-count 5 --environment-count 4 "
+    "--random.population 4 --finalist-count 2 --objective.evaluation-worlds 4",
     "bench": "bench engine --robot-count 4 --action-count 1",
     "compare": "compare --animations --heldout-count 0 --floating-duration-s 0 --timed-steps 0",
     "calibrate": "calibrate --pairs {runs}/pairs.csv",

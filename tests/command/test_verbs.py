@@ -19,7 +19,8 @@ _SHORT_TRAINING = (
     "total-timesteps 48 --environment-count 4 --task.action-count 3 --task.action-step-count 20 "
     "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
-    "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 24"
+    "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 24 "
+    "--objective.evaluation-worlds 4 --certified-world-count 4"
 )
 
 
