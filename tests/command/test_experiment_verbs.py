@@ -20,7 +20,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.report import analysis_figures
 from pneumorph.report.robustness_figures import friction_figure, margin_figure
 from pneumorph.robot.design import Design
-from pneumorph.study import analysis
+from pneumorph.study import analysis, campaign
 from pneumorph.study.campaign import run_one
 from pneumorph.study.kept_run import keep_run
 from pneumorph.study.training_options import TrainingOptions
@@ -280,8 +280,15 @@ def test_a_campaigns_dead_worker_costs_its_own_run_nothing_but_time(
 
 
 def test_campaign_compares_seeds_and_variants(
-    leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Made in this process; tests/reproduce has a campaign whose runs have processes of their own,
+    which take longer to begin than such runs take."""
+
+    def here(make: Any, shared: Any, tasks: Any, *_: Any, **__: Any) -> Any:
+        return ((number, make(shared, task)) for number, task in enumerate(tasks))
+
+    monkeypatch.setattr(campaign, "run_tasks", here)
     (tmp_path / "slippery.toml").write_text("[robot.physics]\nfriction = 0.3\n")
     (tmp_path / "usual.json").write_text("{}")
     found = run_json(
