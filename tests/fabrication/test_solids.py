@@ -86,9 +86,16 @@ def test_thickness_of_a_tube_and_a_wedge() -> None:
     tube = occ.Cylinder(occ.Pnt(0, 0, 0), occ.Z, 10, 20) - occ.Cylinder(
         occ.Pnt(0, 0, -1), occ.Z, 8.5, 22
     )
-    thinnest = wall_thickness_mm(surface_of(tube, 3.0)).min()
+    surface = surface_of(tube, 3.0)
+    thickness = wall_thickness_mm(surface)
     # Chords of the facets lie inside the circles by at most e^2 / 8 r.
-    assert thinnest == pytest.approx(1.5, abs=2 * 3.0**2 / (8 * 8.5))
+    sagitta = 3.0**2 / (8 * 8.5)
+    assert thickness.min() == pytest.approx(1.5, abs=2 * sagitta)
+    # No triangle of the round faces is left out.
+    middles = surface.nodes[surface.triangles].mean(axis=1)
+    round_faces = (middles[:, 2] > 1e-6) & (middles[:, 2] < 20.0 - 1e-6)
+    assert round_faces.sum() > 500
+    np.testing.assert_allclose(thickness[round_faces], 1.5, atol=2 * sagitta)
     # A block's edges are no walls.
     assert wall_thickness_mm(surface_of(box((0, 0, 0), (30, 30, 30)))).min() == np.inf
 
