@@ -88,9 +88,15 @@ def make_leg_mould(
 
     Raises:
         ModuleNotFoundError: netgen is not installed.
-        FabricationError: The sizes do not fit: a part falls to pieces, or holes cut into the leg.
+        FabricationError: The sizes do not fit: a part falls to pieces, or holes cut into the leg;
+            or a wall parts its cavity.
     """
     shape, settings = shape or PneuNetShape(), settings or MouldSettings()
+    if shape.middle_wall_mm > 0.0:
+        raise FabricationError(
+            f"leg.middle_wall_mm is {shape.middle_wall_mm:g}, expected 0: the mould has one core, "
+            "and a leg of two cavities needs two"
+        )
     plate_size = np.array(shape.base_plate_mm)
     parting, top = plate_size[2], shape.height_mm
     margin = settings.wall_mm + 2.0 * (settings.pin_radius_mm + settings.clearance_mm)

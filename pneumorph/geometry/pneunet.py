@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.checked import Checked, Count, Positive
+from pneumorph.base.checked import Checked, Count, NotNegative, Positive
 from pneumorph.geometry.contact_grid import box_surface_grid, outside_of_boxes
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_checks import check_mesh
@@ -50,6 +50,9 @@ class PneuNetShape(Checked):
     """Cavity chamber, one in the middle of every inner tooth, standing on the base plate."""
     connector_mm: Size = (81.0, 2.0, 2.0)
     """Channel that connects the chambers, on the base plate."""
+    middle_wall_mm: NotNegative = 0.0
+    """Thickness of a wall at y = 0 that parts all chambers and the channel into a left (y > 0) and
+    a right cavity; 0 for one cavity."""
     contact_spacing_mm: Positive = 10.0
     """Largest distance between contact points."""
 
@@ -80,6 +83,12 @@ class PneuNetShape(Checked):
                 f"chambers {self.chamber_mm[1]:g} mm and connector {self.connector_mm[1]:g} mm "
                 f"wide must be narrower than the tooth base, {self.tooth_base_mm[1]:g} mm"
             )
+        if min(self.chamber_mm[1], self.connector_mm[1]) <= self.middle_wall_mm:
+            raise ValueError(
+                f"middle_wall_mm is {self.middle_wall_mm:g}, expected less than the widths of "
+                f"chambers, {self.chamber_mm[1]:g}, and connector, {self.connector_mm[1]:g}: what "
+                "is left of them lies on both sides of it; make the connector wider"
+            )
 
     @property
     def tooth_pitch_mm(self) -> float:
@@ -109,7 +118,8 @@ class PneuNetShape(Checked):
         return boxes
 
     def cavity_boxes(self) -> list[Box]:
-        """Boxes whose union is the cavity: the connector, then the chambers."""
+        """Boxes whose union is the cavity, a middle wall included: the connector, then the
+        chambers."""
         floor = self.base_plate_mm[2]
         middle = (self.inner_tooth_count - 1) / 2.0
         centres = [
@@ -121,8 +131,10 @@ class PneuNetShape(Checked):
         ]
 
     def cavity_volume_mm3(self) -> float:
-        """Volume of the cavity at rest, 3528 mm^3 for the paper's leg."""
-        chamber, connector = np.array(self.chamber_mm), np.array(self.connector_mm)
+        """Volume of the cavity at rest, of both where a wall parts it; 3528 mm^3 for the paper's
+        leg."""
+        wall = np.array([0.0, self.middle_wall_mm, 0.0])
+        chamber, connector = self.chamber_mm - wall, self.connector_mm - wall
         overlap = np.prod(np.minimum(chamber, connector))
         return float(np.prod(connector) + self.inner_tooth_count * (np.prod(chamber) - overlap))
 
@@ -145,8 +157,9 @@ class PneuNetShape(Checked):
 def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | None = None) -> Mesh:
     """Mesh a leg, exactly symmetric in y.
 
-    Regions: surfaces ``cavity``, ``sheet`` (bottom face of the base plate), ``skin``; node sets
-    ``attachment`` (four corners of the inner tooth face), ``inner_end_face``, ``outer_end_face``.
+    Regions: surfaces ``cavity``, or ``cavity_left`` and ``cavity_right``, ``sheet`` (bottom face of
+    the base plate), ``skin``; node sets ``attachment`` (four corners of the inner tooth face),
+    ``inner_end_face``, ``outer_end_face``.
 
     Args:
         shape: Sizes; those of the paper by default.
@@ -168,14 +181,19 @@ def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | N
     skin = boundary[~in_cavity]
     on_bottom = np.all(np.abs(whole.nodes[skin][:, :, 2]) < _TOUCH_MM, axis=1)
 
+    # A boundary's normals leave the solid; those of a cavity are to enter it.
+    hollow = whole.mirrored(boundary[in_cavity][:, ::-1])
+    left, right = np.split(hollow, 2)
+    parted = shape.middle_wall_mm > 0.0
+    cavities = {"cavity_left": left, "cavity_right": right} if parted else {"cavity": hollow}
+
     x = whole.nodes[:, 0]
     half_length = shape.base_plate_mm[0] / 2.0
     mesh = Mesh(
         nodes=whole.nodes,
         tetrahedra=whole.tetrahedra,
         surfaces={
-            # A boundary's normals leave the solid; those of a cavity are to enter it.
-            "cavity": whole.mirrored(boundary[in_cavity][:, ::-1]),
+            **cavities,
             "sheet": whole.mirrored(skin[on_bottom]),
             "skin": whole.mirrored(skin),
         },
@@ -188,7 +206,7 @@ def mesh_pneunet(shape: PneuNetShape | None = None, settings: MesherSettings | N
         mirror_nodes=whole.mirror_nodes,
     )
     check_mesh(
-        mesh, ("cavity", "sheet", "skin"), ("attachment", "inner_end_face", "outer_end_face")
+        mesh, (*cavities, "sheet", "skin"), ("attachment", "inner_end_face", "outer_end_face")
     )
     return mesh
 
@@ -198,14 +216,15 @@ def _centred(x: float, bottom: float, size: tuple[float, float, float]) -> Box:
 
 
 def _half_solid(shape: PneuNetShape) -> Any:
-    def half(boxes: list[Box]) -> list[Any]:
+    def half(boxes: list[Box], start: float = 0.0) -> list[Any]:
         return [
-            box((corner[0], 0.0, corner[2]), (size[0], size[1] / 2.0, size[2]))
+            box((corner[0], start, corner[2]), (size[0], size[1] / 2.0 - start, size[2]))
             for corner, size in boxes
         ]
 
     # Holes one after another: the mesh depends on the order of the solid's faces.
-    return reduce(operator.sub, half(shape.cavity_boxes()), union(half(shape.solid_boxes())))
+    holes = half(shape.cavity_boxes(), shape.middle_wall_mm / 2.0)
+    return reduce(operator.sub, holes, union(half(shape.solid_boxes())))
 
 
 def _within(points: np.ndarray, boxes: list[Box]) -> np.ndarray:

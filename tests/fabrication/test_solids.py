@@ -33,6 +33,12 @@ from pneumorph.geometry.pneunet import PneuNetShape  # noqa: E402
 from pneumorph.geometry.surface import write_stl  # noqa: E402
 
 
+def test_a_leg_of_two_cavities_has_no_mould() -> None:
+    shape = PneuNetShape(connector_mm=(81.0, 8.0, 2.0), middle_wall_mm=2.0)
+    with pytest.raises(FabricationError, match=r"middle_wall_mm is 2, expected 0: .* one core"):
+        make_leg_mould(shape)
+
+
 @pytest.fixture(scope="module")
 def mould() -> LegMould:
     return make_leg_mould()

@@ -5,7 +5,8 @@ import pytest
 
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_checks import check_mesh
-from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.geometry.netgen_mesher import MesherSettings
+from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
 from pneumorph.geometry.surface import boundary_triangles, enclosed_volume
 
 
@@ -73,6 +74,7 @@ def test_contact_points_are_outside_symmetric_and_on_the_two_boxes():
         ({"chamber_mm": (8.0, 14.0, 13.0)}, "does not fit into a tooth"),
         ({"chamber_mm": (2.0, 14.0, 17.0)}, "breaks through the top"),
         ({"chamber_mm": (2.0, 20.0, 13.0)}, "narrower than the tooth base"),
+        ({"middle_wall_mm": 2.0}, "chambers, 14, and connector, 2: .* make the connector wider"),
     ],
 )
 def test_impossible_shapes_are_refused(change, reason):
@@ -91,3 +93,26 @@ def test_boundary_is_skin_and_cavity(leg_mesh):
     boundary = boundary_triangles(leg_mesh.tetrahedra)
     named = len(leg_mesh.surfaces["skin"]) + len(leg_mesh.surfaces["cavity"])
     assert len(boundary) == named
+
+
+def test_a_wall_in_the_middle_parts_the_cavity_into_mirror_images():
+    """Volumes are those of the boxes, to rounding: all faces are flat."""
+    pytest.importorskip("netgen")
+    shape = PneuNetShape(
+        base_plate_mm=(45.0, 32.0, 4.0),
+        tooth_base_mm=(41.0, 20.0, 9.0),
+        inner_tooth_count=2,
+        connector_mm=(13.0, 8.0, 2.0),
+        middle_wall_mm=2.0,
+    )
+    # On each side 3 x 2 of the channel's 8 x 2, and 6 of a chamber's 14 above and beside it.
+    each = 13.0 * 3.0 * 2.0 + 2 * (2.0 * 6.0 * 13.0 - 2.0 * 3.0 * 2.0)
+    assert shape.cavity_volume_mm3() == pytest.approx(2.0 * each)
+    mesh = mesh_pneunet(shape, MesherSettings(size_mm=8.0))
+    assert mesh.volumes.sum() == pytest.approx(shape.solid_volume_mm3(), rel=1e-9)
+    left, right = (mesh.surfaces[f"cavity_{side}"] for side in ("left", "right"))
+    for side, sign in ((left, 1.0), (right, -1.0)):
+        assert enclosed_volume(mesh.nodes, side) == pytest.approx(each, rel=1e-9)
+        assert (sign * mesh.nodes[side][:, :, 1]).min() == pytest.approx(1.0)
+    assert np.array_equal(mesh.mirror_nodes[left][:, [1, 0, 2]], right)
+    assert "cavity" not in mesh.surfaces

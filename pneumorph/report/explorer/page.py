@@ -16,7 +16,7 @@ from pneumorph.report.plan import PlanOf, paper_plan
 from pneumorph.report.replay.page import replay_assets, script_json
 from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
 from pneumorph.report.scene import Actor
-from pneumorph.report.style import DISK_COLOUR, INK_COLOUR, REGULATOR_COLOURS
+from pneumorph.report.style import INK_COLOUR, regulator_colour
 from pneumorph.robot.design import Design, Fitting
 from pneumorph.robot.design_space import DesignSpace
 
@@ -38,9 +38,6 @@ def write_explorer(
         command: What walks a design that has no trajectory; DESIGN stands for its name.
         replay: How exact replays are.
         plan_of: What a design looks like from above.
-
-    Raises:
-        ValueError: More regulators than there are colours.
     """
     folder = files("pneumorph.report.explorer")
     data = explorer_data(scored, command, replay, plan_of)
@@ -59,11 +56,6 @@ def explorer_data(
 ) -> dict[str, Any]:
     """Return what the page is told, as JSON values; arguments as of `write_explorer`."""
     space = scored.space
-    if space.regulator_count > len(REGULATOR_COLOURS):
-        raise ValueError(
-            f"the space has {space.regulator_count} regulators, expected at most "
-            f"{len(REGULATOR_COLOURS)}: the explorer has no more colours"
-        )
     actors: list[Actor] = []
     robots: dict[int, list[int]] = {}
     for index, walks in scored.trajectories.items():
@@ -87,7 +79,7 @@ def explorer_data(
         "robots": robots,
         "replay": replay_data(actors, replay) if actors else None,
         "command": command,
-        "colours": [DISK_COLOUR, *REGULATOR_COLOURS],
+        "colours": [regulator_colour(number) for number in range(space.regulator_count + 1)],
         "ink": INK_COLOUR,
         "plan": _plan(space, plan_of),
     }

@@ -20,6 +20,9 @@ from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_trajectories import recorded_trajectories
 from pneumorph.trajectory import Trajectory
 
+SHOWN_COUNT = 500
+"""Designs that are drawn from a space of more than can be listed."""
+
 
 @dataclass(frozen=True, eq=False)
 class ScoredDesigns:
@@ -85,8 +88,18 @@ class ScoredDesigns:
 
 
 def unscored(space: DesignSpace) -> ScoredDesigns:
-    """Return the designs of a space, nothing known of any."""
-    return ScoredDesigns(space, np.full(len(space), np.nan))
+    """Return the designs of a space, nothing known of any; some that are drawn at random where
+    there are too many to list."""
+    if space.is_listed:
+        return ScoredDesigns(space, np.full(len(space), np.nan))
+    indices = np.unique(space.drawn(SHOWN_COUNT, np.random.default_rng(0)))
+    return ScoredDesigns(
+        space,
+        np.full(len(indices), np.nan),
+        meaning=f"No scores: no run was given. These are {len(indices)} of {len(space)} designs, "
+        "drawn at random.",
+        indices=indices,
+    )
 
 
 def scored_by_training(run: FinishedRun) -> ScoredDesigns:

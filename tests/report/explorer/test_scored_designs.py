@@ -11,6 +11,7 @@ from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.learn.checkpoint import save_checkpoint
 from pneumorph.learn.design_distribution import gibbs
+from pneumorph.report.explorer.page import explorer_data
 from pneumorph.report.explorer.scored_designs import (
     ScoredDesigns,
     recorded_walks,
@@ -18,6 +19,8 @@ from pneumorph.report.explorer.scored_designs import (
     scored_by_training,
     unscored,
 )
+from pneumorph.report.replay.replay_data import ReplaySettings
+from pneumorph.report.style import regulator_colour
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study.finished_run import FinishedRun
@@ -75,3 +78,16 @@ def test_walks_are_put_to_their_designs(make_trajectory, tmp_path: Path) -> None
     (place,) = found = recorded_walks(space, [tmp_path])
     assert place == space.index(Design.parse("1.0.0.2.2.0.0.1"))
     assert [label for label, _ in found[place]] == ["learned", "L2"]
+
+
+def test_of_more_designs_than_can_be_listed_some_are_shown() -> None:
+    """Each once, all of them members; their regulators have colours however many there are."""
+    space = DesignSpace(location_count=8, regulator_count=8, minimum_legs=5, canonical=False)
+    shown = unscored(space)
+    names = [str(design) for design in shown.designs]
+    assert len(set(names)) == len(names) == len(shown.score_cm) > 400
+    assert all(Design.parse(name) in space for name in names)
+    assert f"{len(names)} of {len(space)} designs" in shown.meaning
+    data = explorer_data(shown, "walk DESIGN", ReplaySettings())
+    assert data["designs"] == names
+    assert data["colours"] == [regulator_colour(number) for number in range(9)]
