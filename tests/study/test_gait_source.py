@@ -55,6 +55,17 @@ def test_policy_and_environment_agree(tmp_path: Path) -> None:
     assert np.ptp(held) > 1.0
 
 
+def test_a_policy_of_an_environment_of_ones_own_is_refused(tmp_path: Path) -> None:
+    """What it saw besides its actions and its design is not known without that environment."""
+    task, space = SETTINGS.task, SETTINGS.space
+    usual = task.state_size + space.feature_count
+    own = Policy(usual + 2, task.regulator_count, SETTINGS.sac.hidden_sizes, jax.random.PRNGKey(3))
+    path = save_policy(tmp_path / "policy.npz", own, SETTINGS)
+    refused = rf"policy of {usual + 2} observed numbers, expected the {usual} of remembered"
+    with pytest.raises(ValueError, match=refused):
+        find_gait(path, str(space[7]), ExpertGait())
+
+
 def test_a_policy_drives_a_design_whatever_its_regulators_are_called(tmp_path: Path) -> None:
     space = SETTINGS.space
     size = SETTINGS.task.state_size + space.one_hot.shape[1]
