@@ -55,14 +55,6 @@ class ExploreOptions(Checked):
         robot = described_robot({"robot": content})
         return {} if robot is None else {"space": robot.training_settings()["space"]}
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.run is not None and self.described is not None:
-            raise ValueError(
-                f"--robot {self.described} is given beside the run {self.run}, expected one of "
-                "them: a run's designs are those of its own robot"
-            )
-
 
 def run(options: ExploreOptions, folder: RunFolder) -> Explorer:
     """Write the page."""

@@ -65,10 +65,15 @@ def explore(
             paper's.
 
     Raises:
-        ValueError: The run is of a verb that gives designs no score.
+        ValueError: The run is of a verb that gives designs no score, or stands beside a robot.
         ArtefactError: It is damaged.
     """
     start = time.monotonic()
+    if run is not None and described is not None:
+        raise ValueError(
+            f"--robot {described} is given beside the run {run.folder}, expected one of them: a "
+            "run's designs are those of its own robot"
+        )
     scored, title, flags = _scored(run, space or DesignSpace())
     robot = None if run is None else run.robot
     if described is not None:
