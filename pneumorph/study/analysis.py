@@ -66,6 +66,7 @@ class AnalysedLeg:
 
     location: int
     regulator: int
+    """Of its first chamber."""
     angle_deg: float
     """Where it points, from forward to the left [degrees]."""
     mean_load_mN: float
@@ -73,6 +74,8 @@ class AnalysedLeg:
     slipping_share: float
     at_limit_share: float
     in_air_share: float
+    regulators: tuple[int, ...] = ()
+    """One for all of its chambers or one for each; none in files of earlier versions."""
 
 
 @dataclass(frozen=True)
@@ -316,10 +319,11 @@ def _analysed_legs(
 ) -> tuple[AnalysedLeg, ...]:
     return tuple(
         AnalysedLeg(
-            location=location,
-            regulator=regulator,
-            angle_deg=spec.sites[location].yaw_deg,
+            location=each.location,
+            regulator=each.regulators[0],
+            regulators=each.regulators,
+            angle_deg=spec.sites[each.location].yaw_deg,
             **margin.of_leg(leg),
         )
-        for leg, (location, regulator) in enumerate(design.legs)
+        for leg, each in enumerate(design.fittings)
     )

@@ -18,7 +18,10 @@ from pneumorph.cli import run
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.robot.design import Design
+from pneumorph.study.analysis import Walker, analysed_robot
 from pneumorph.study.gait_source import robot_of_source
+from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.training_options import quick_training
 
 SHORT = "--expert.duration-s 1 --expert.period-s 1"
@@ -96,6 +99,16 @@ def test_a_line_of_pressures_is_fitted_whatever_its_legs_are(
     assert found["slope"] == pytest.approx(1.5)
     assert found["leg"]["part"] == "long"
     assert list(found["leg"]["others"]) == ["short"]
+
+
+def test_an_analysis_knows_where_its_legs_are(robot: Path) -> None:
+    """Where each points, and what drives its chambers."""
+    spec, design = RobotDescription.read(robot).spec(thread_count=1), Design.parse(DESIGN)
+    gait = HeldGait.evenly(np.full((2, 5), 10.0), 0.1)
+    walked = recorded_walk(spec, design, gait, record_every=2, settling_steps=0)
+    found = analysed_robot(Walker("L1", design, gait, 0), walked, spec, 0.1, 0.2)
+    assert [leg.angle_deg for leg in found.legs] == [0.0, 90.0, 180.0, 270.0]
+    assert [leg.regulators for leg in found.legs] == [(1, 2), (3,), (4, 5), (3,)]
 
 
 def test_a_bend_test_of_several_kinds_of_legs_is_refused(

@@ -19,6 +19,7 @@ from pneumorph.physics.ground import Ground, Steps
 from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.physics.regulators import RateLimited
 from pneumorph.report.frames_figure import frames_figure
+from pneumorph.report.ground_surface import ground_surface
 from pneumorph.report.learning_figures import phase_figure, reward_figure
 from pneumorph.report.mesh_figure import mesh_figure
 from pneumorph.report.pairs_figure import Pair, pairs_figure
@@ -254,6 +255,13 @@ def test_heights_of_legs_are_over_the_ground(walked: Trajectory) -> None:
         cycle_figure(hill).axes[2].lines, cycle_figure(walked).axes[2].lines, strict=True
     ):
         np.testing.assert_allclose(mine.get_ydata(), flat.get_ydata(), atol=1e-4)
+    # Around a robot that has come to its end, and further around one that is still to go.
+    done, going = ground_surface(hill), ground_surface(replace(hill, status="running"))
+    assert done is not None
+    assert going is not None
+    way = hill.tracked_point_mm[:, 0]
+    assert way.max() + 800.0 <= going.x_mm[-1] < way.max() + 850.0
+    assert way.max() + 250.0 <= done.x_mm[-1] < way.max() + 300.0
 
 
 def test_tolerances_stand_where_they_were_measured() -> None:
