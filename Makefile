@@ -28,6 +28,8 @@ demo: .venv/.installed
 # Each worker has a processor of its own: more threads of linear algebra only wait for each other (the
 # core tests take twice as long).
 PYTEST := OPENBLAS_NUM_THREADS=1 .venv-test/bin/pytest
+# A file stays with one worker, which makes its fixtures once; tests/conftest.py orders the files.
+SHARED := --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 test: .venv-test/.installed
 	.venv-test/bin/ruff check .
@@ -35,10 +37,10 @@ test: .venv-test/.installed
 	.venv-test/bin/lint-imports --no-cache --no-logo
 	$(MAKE) --jobs=2 --output-sync types site
 	$(PYTEST) -m alone
-	$(PYTEST) -m "not alone" --numprocesses auto --dist worksteal
+	$(PYTEST) -m "not alone" $(SHARED)
 
 test-core: .venv-test/.installed
-	$(PYTEST) --numprocesses auto --dist worksteal $(CORE) --ignore tests/simulation/test_shared_simulator.py
+	$(PYTEST) $(SHARED) $(CORE) --ignore tests/simulation/test_shared_simulator.py
 
 types: .venv-test/.installed
 	.venv-test/bin/mypy

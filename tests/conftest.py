@@ -50,6 +50,28 @@ _SOFTWARE_GRAPHICS = [
 # A loaded machine without a graphics card is slow; nothing here should fail for that.
 _PATIENCE_MS = 180_000
 
+# Files that take half a minute and more, the longest first.
+_LONG = (
+    "command/test_report_pages.py",
+    "reproduce/test_experiments.py",
+    "command/test_experiment_verbs.py",
+    "test_tutorials.py",
+    "test_processors.py",
+    "command/test_verbs.py",
+    "reproduce/test_robust.py",
+    "command/test_certified_rounds.py",
+    "fabrication/test_hub.py",
+    "hardware/test_virtual_rig.py",
+    "test_examples.py",
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the longest files, so that no worker waits at the end for another's."""
+    tests = Path(__file__).parent
+    place = {tests / name: number for number, name in enumerate(_LONG)}
+    items.sort(key=lambda item: place.get(item.path, len(place)))
+
 
 @pytest.fixture(scope="session")
 def leg_mesh() -> Mesh:
