@@ -385,6 +385,8 @@ class RobotOptions(Checked):
         usual = {**settings_to_dict(FullOptions()), **_full_of(kind)}
         if robot is not None:
             usual["hub"] = robot.hub.model
+        if self.part is not None:
+            asked["mesh"] = None  # what weighs a cast leg whose reduction does not ship
         for name in usual:
             if usual[name] == asked[name]:
                 continue

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from other_leg import MESH_FILE
 
 from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.catalogue.robot_options import RobotOptions
@@ -101,5 +102,5 @@ def covered(
 
 
 def of_other_leg(robot: RobotOptions, leg: Path) -> RobotOptions:
-    """The robot with another reduction of its leg, as what is true behind a rig."""
-    return replace(robot, part=leg)
+    """The robot with another mesh and reduction of its leg, as what is true behind a rig."""
+    return replace(robot, part=leg, full=replace(robot.full, mesh=leg.with_name(MESH_FILE)))

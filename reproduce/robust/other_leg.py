@@ -27,18 +27,21 @@ from pneumorph.study.study_once import study_folder, study_once
 
 SIZE_MM = 5.3
 """Largest edge; the mesh that ships has 6 mm."""
+MESH_FILE = "mesh.npz"
 
 
 def main(out: Path = Path("runs/other_leg"), processes: int = 1) -> None:
     """Mesh and reduce it.
 
     Args:
-        out: Receives leg.npz.
+        out: Receives leg.npz and its mesh.
         processes: How many snapshots are computed at the same time.
     """
     preset, kind = measured(), leg_kind("measured")
     made = mesh_pneunet(PneuNetShape(), MesherSettings(size_mm=SIZE_MM, grading=0.9))
-    leg = paper_leg("measured", mesh=tied_over_face(quadratic_mesh(made)), masses=preset.masses)
+    mesh = tied_over_face(quadratic_mesh(made))
+    mesh.save(out / MESH_FILE)
+    leg = paper_leg("measured", mesh=mesh, masses=preset.masses)
     robot = paper_robot(
         leg, kind.physics, preset.masses, hub_model=preset.hub, full_order=kind.full_order
     )

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_reduced_part
 
+from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.cli import run
 from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.study.certified_pairs import Band
@@ -59,6 +60,7 @@ def test_all_steps_end_in_one_summary(script, learned: Path, tmp_path: Path) -> 
     """Of few worlds; what was made is not made again, and what was not made is null."""
     stiffer = tmp_path / "other.npz"
     scaled_part(synthetic_reduced_part(mode_count=5, cells=(4, 4, 4)), 1.05, 1.0).save(stiffer)
+    paper_leg_mesh().save(tmp_path / "mesh.npz")  # beside it, as other_leg.py writes it
     robust: ModuleType = script("run")
 
     def made(*steps: str) -> dict:
