@@ -20,16 +20,23 @@ from pneumorph.study.recorded_walk import Model
 
 FIRST_SEED = 1000
 """Of the hidden worlds."""
+RIG = Path(__file__).parent / "rig.toml"
+"""Its guard knows valves as little as the worlds do."""
 
 
 def hidden_rig(worlds: Randomisation, seed: int) -> VirtualRigSettings:
     """A rig whose robot lives in a world of these that nobody knows.
 
-    The leg's modulus is what its pressures are off by, so that the map of pressures is not drawn
-    besides; valves, noise and the floor from trial to trial are the virtual rig's own.
+    The leg's modulus is what its pressures are off by, and its valves are the world's, so that
+    neither is drawn besides; noise and the floor from trial to trial are the virtual rig's own.
     """
     return VirtualRigSettings(
-        seed=seed, reality=worlds, pressure_slope_factor="1", pressure_intercept_kPa="-20.361"
+        seed=seed,
+        reality=worlds,
+        pressure_slope_factor="1",
+        pressure_intercept_kPa="-20.361",
+        filling_factor="1",
+        venting_factor="1",
     )
 
 
@@ -41,7 +48,7 @@ def rig_distance_cm(
     model: Model = "reduced",
 ) -> float:
     """How far the rig's robot goes in one trial [cm]; 0 where its simulation fails."""
-    settings = DeploymentSettings(trials=1, model=model, virtual=rig)
+    settings = DeploymentSettings(rig=RIG, trials=1, model=model, virtual=rig)
     try:
         found = deploy_gait(gait, settings, robot, folder).mean_distance_cm
     except DriverError:
