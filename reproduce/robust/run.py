@@ -16,6 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 import tyro
 from bench_tests import narrowed
 from figures import bands_figure, narrowing_figure
@@ -27,18 +28,21 @@ from pneumorph.base.result import finite, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.report.style import save_figure
+from pneumorph.study.analysis import walkers
 from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
 from pneumorph.study.certified_pairs import Band, Certificate
 from pneumorph.study.certified_rounds import certify
+from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduction_options import from_walks
 from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.study.study_once import study_folder, study_once
 
+WALKS_FILE = "walks.json"
 HERE = Path(__file__).parent
 Step = Literal[
-    "certificate", "seeds", "damping", "hidden", "bench", "rivals", "full", "hidden_full"
+    "certificate", "seeds", "damping", "hidden", "bench", "rivals", "walks", "full", "hidden_full"
 ]
 STEPS: tuple[Step, ...] = ("certificate", "seeds", "damping", "hidden", "bench", "rivals")
 
@@ -61,7 +65,8 @@ def main(
         other_leg: The leg of the hidden worlds.
         out: Folder of summary.json and the figures.
         work: Where the steps are made.
-        steps: Which of them; full walks finite elements, hours, and so does hidden_full.
+        steps: Which of them; walks and full walk finite elements, hours, and so does hidden_full.
+            walks are of the best pair alone, one after another, and no leg is reduced again.
         hidden_count: Hidden worlds.
         rivals_of: Trainings whose time the searches get; none for all seeds.
     """
@@ -77,6 +82,10 @@ def main(
     runs = [source, *(FinishedRun.read(each) for each in seeds)]
     keep("seeds", lambda: _seeds(runs, work))
     keep("damping", lambda: _damping(source, certificate, work))
+    if "walks" in steps:
+        _walk_best(source, certificate, work)
+    file = work / WALKS_FILE
+    walks = json.loads(file.read_text()) if file.exists() else []
     of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
     keep("hidden", lambda: result_to_dict(of_rig(hidden_count)))
     keep("hidden_full", lambda: result_to_dict(of_rig(10, model="full")))
@@ -91,7 +100,6 @@ def main(
         )
     rivals = [FinishedRun.read(each) for each in rivals_of] or runs
     keep("rivals", lambda: _rivals(rivals, work))
-    walks = best.full_order
     summary = {
         "run": source.summary.get("made_by"),
         "best_design": best.design,
@@ -102,8 +110,9 @@ def main(
         "share_beyond_expert": best.share_beyond_expert,
         "optimism_cm": best.optimism_cm,
         "world_count": certificate.world_count,
-        "full_order_cm": [walk.full_cm for walk in walks],
-        "reduced_cm": [walk.reduced_cm for walk in walks],
+        "full_order_cm": [walk["full_cm"] for walk in walks],
+        "reduced_cm": [walk["reduced_cm"] for walk in walks],
+        "walks": walks,
         "wall_s": source.of_summary("wall_s", float),
         "band_coverage": None if made["hidden"] is None else made["hidden"]["share_within"],
         **made,
@@ -143,6 +152,23 @@ def _kept(made: dict[str, Any], work: Path, steps: tuple[Step, ...], name: Step,
 
 def _seeds(runs: list[FinishedRun], work: Path) -> list[dict[str, Any]]:
     return [result_to_dict(learned(each, RunFolder(work, "robust"))) for each in runs]
+
+
+def _walk_best(run: FinishedRun, certificate: Certificate, work: Path) -> None:
+    """The best pair as finite elements in the nominal world and in its two worst, each kept once it
+    is made; those of a certificate with finite elements are read."""
+    place = int(certificate.best.removeprefix("L")) - 1
+    walker, pair = walkers(run, place + 1)[-1], certificate.pairs[place]
+    reduced_cm = np.array(certificate.distances_cm)[:, place + 1]  # the expert's come first
+    worst = [int(number) for number in np.argsort(reduced_cm, kind="stable")[:2]]
+    worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
+    folder, walks = RunFolder(work / "certificate_full", "certify"), []
+    for number in (None, *worst):
+        world = None if number is None else worlds[number]
+        (kept,) = full_order_walks(run.robot.spec(), [(walker, world)], folder)
+        reduced = pair.nominal_cm if number is None else float(reduced_cm[number])
+        walks.append(result_to_dict(FullOrderWalk.of(number, kept, reduced)))
+        write_json(work / WALKS_FILE, finite(walks))
 
 
 def _damping(run: FinishedRun, certificate: Certificate, work: Path) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.cli import run
 from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.study.certified_pairs import Band
+from pneumorph.study.certified_walks import KeptWalk
 
 HERE = Path(__file__).parent.parent.parent / "reproduce" / "robust"
 _SHORT = (
@@ -56,7 +57,9 @@ def script(monkeypatch: pytest.MonkeyPatch):
         sys.modules.pop(name, None)
 
 
-def test_all_steps_end_in_one_summary(script, learned: Path, tmp_path: Path) -> None:
+def test_all_steps_end_in_one_summary(
+    script, learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Of few worlds; what was made is not made again, and what was not made is null."""
     stiffer = tmp_path / "other.npz"
     scaled_part(synthetic_reduced_part(mode_count=5, cells=(4, 4, 4)), 1.05, 1.0).save(stiffer)
@@ -80,6 +83,22 @@ def test_all_steps_end_in_one_summary(script, learned: Path, tmp_path: Path) -> 
     assert usual == pytest.approx(found["median_cm"])
     again = made("seeds")
     assert again["hidden"] == found["hidden"]
+    assert again["full_order_cm"] == []
+    asked = []
+
+    def full_order_walks(_: object, walks: list, folder: object) -> list[KeptWalk]:
+        asked.extend(walks)
+        return [KeptWalk(10.0 * len(asked), "completed", 1.0)]
+
+    monkeypatch.setattr(robust, "full_order_walks", full_order_walks)
+    walked = made("walks")
+    assert walked["full_order_cm"] == [10.0, 20.0, 30.0]
+    assert {str(walker.design) for walker, _ in asked} == {walked["best_design"]}
+    assert asked[0][1] is None  # the world as it stands, then the two worst
+    certificate = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    place = int(certificate["best"].removeprefix("L"))
+    far = sorted(row[place] for row in certificate["distances_cm"])
+    assert walked["reduced_cm"][1:] == pytest.approx(far[:2])
     assert again["seeds"][0]["band"]["median_cm"] == pytest.approx(usual)
 
 
