@@ -30,11 +30,11 @@ def measured_table() -> str:
         "reduced robots | median | 80 % of the worlds | further than the expert's |",
         "|---|---|---|---|",
         f"| best pair of `pneumorph coopt --preset fast`, one seed, `{best['design']}` "
-        f"| {_banded(best['band'])} | in {100.0 * best['share_beyond_expert']:.0f} % |",
+        f"| {_banded(best['band'])} | in {100.0 * best['share_beyond_expert']:.1f} % |",
     ]
     lines += [
         f"| its {pair['label']}, `{pair['design']}` | {_banded(pair['band'])} "
-        f"| in {100.0 * pair['share_beyond_expert']:.0f} % |"
+        f"| in {100.0 * pair['share_beyond_expert']:.1f} % |"
         for pair in others
     ]
     lines += [
