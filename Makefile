@@ -25,12 +25,11 @@ install: .venv/.installed
 demo: .venv/.installed
 	.venv/bin/pneumorph demo
 
-# Workers share the processors: more threads of linear algebra only wait for each other (the core tests
-# take twice as long).
+# Each worker has a processor of its own: more threads of linear algebra only wait for each other (the
+# core tests take twice as long).
 PYTEST := OPENBLAS_NUM_THREADS=1 .venv-test/bin/pytest
-# A file stays with one worker, which makes its fixtures once; tests/conftest.py orders the files. One
-# worker more than processors, since some wait for other processes.
-SHARED := --numprocesses $(shell expr $$(nproc) + 1) --dist loadfile --no-loadscope-reorder
+# A file stays with one worker, which makes its fixtures once; tests/conftest.py orders the files.
+SHARED := --numprocesses auto --dist loadfile --no-loadscope-reorder
 # To look for them in all files takes longer than they do.
 ALONE = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.alone' tests)
 
