@@ -38,14 +38,14 @@ def bands_figure(found: Sequence[Mapping[str, Any]]) -> Figure:
 def narrowing_figure(bench: Mapping[str, Any]) -> Figure:
     """The band before and after the tests, and how far the hidden robot went."""
     figure, axes = new_axes(5.6, 1.8)
+    figure.set_layout_engine("constrained")
     for row, name in enumerate(("before", "after")):
         band = bench[name]
         axes.plot([band["low_cm"], band["high_cm"]], [row, row], color=LEARNED_COLOUR, linewidth=3)
         axes.plot(band["median_cm"], row, "o", color=LEARNED_COLOUR)
     axes.axvline(bench["rig_cm"], color=BASELINE_COLOUR, label="the rig's robot")
-    tests = ", ".join(bench["tests"])
-    axes.set_yticks([0, 1], ["before", "after"])
+    axes.set_yticks([0, 1], ["before", f"after {len(bench['tests'])} tests"])
     axes.set_ylim(1.6, -0.6)
-    axes.set(xlabel="distance (cm)", title=f"Tests: {tests}")
+    axes.set_xlabel("distance (cm)")
     axes.legend()
     return figure
