@@ -226,6 +226,17 @@ def _nominal(spec: RobotSpec, walkers: Sequence[Walker]) -> list[float | None]:
     return [None if np.isnan(far) else float(far) for far in walked.distance_cm]
 
 
+def worst_worlds(distance_cm: np.ndarray, count: int) -> list[int]:
+    """Numbers of the worlds where a pair goes least, the worst first.
+
+    Args:
+        distance_cm: How far it goes in each [cm], (world,); NaN where it failed, which counts as 0.
+        count: How many.
+    """
+    order = np.argsort(np.nan_to_num(distance_cm), kind="stable")
+    return [int(number) for number in order[:count]]
+
+
 def _with_full_order(
     spec: RobotSpec,
     settings: CertificateSettings,
@@ -237,8 +248,7 @@ def _with_full_order(
     folder: RunFolder,
 ) -> list[CertifiedPair]:
     """The pairs with their walks as finite elements."""
-    order = np.argsort(np.nan_to_num(pair_cm[:, best]), kind="stable")
-    worst = [int(number) for number in order[: settings.worst_world_count]]
+    worst = worst_worlds(pair_cm[:, best], settings.worst_world_count)
     # The best pair's first: who stops here has learned most.
     asked: list[tuple[int, int | None]] = [(best, number) for number in (None, *worst)]
     asked += [(place, None) for place in range(len(pairs)) if place != best]

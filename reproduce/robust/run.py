@@ -29,6 +29,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.report.style import save_figure
 from pneumorph.study.analysis import walkers
+from pneumorph.study.certificate import worst_worlds
 from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
 from pneumorph.study.certified_pairs import Band, Certificate
 from pneumorph.study.certified_rounds import certify
@@ -159,8 +160,9 @@ def _walk_best(run: FinishedRun, certificate: Certificate, work: Path) -> None:
     is made; those of a certificate with finite elements are read."""
     place = int(certificate.best.removeprefix("L")) - 1
     walker, pair = walkers(run, place + 1)[-1], certificate.pairs[place]
-    reduced_cm = np.array(certificate.distances_cm)[:, place + 1]  # the expert's come first
-    worst = [int(number) for number in np.argsort(reduced_cm, kind="stable")[:2]]
+    # The expert's come first.
+    reduced_cm = np.array(certificate.distances_cm, dtype=float)[:, place + 1]
+    worst = worst_worlds(reduced_cm, CertificateSettings().worst_world_count)
     worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
     folder, walks = RunFolder(work / "certificate_full", "certify"), []
     for number in (None, *worst):
