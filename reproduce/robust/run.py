@@ -5,7 +5,8 @@
 RUN is a run of `pneumorph coopt --preset fast --seed 0`, the others of further seeds;
 `other_leg.py` makes the leg of the hidden worlds. Every step keeps what it made in --work, so the
 same call goes on where it was stopped. summary.json and the figures are of all steps that have been
-made, now or earlier; what was not made is null there.
+made, now or earlier: what --work does not have is taken from the summary.json of the same training
+that is there, and what was never made is null.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from pneumorph.study.certificate import worst_worlds
 from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
 from pneumorph.study.certified_pairs import Band, Certificate
 from pneumorph.study.certified_rounds import certify
-from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
+from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, full_order_walks
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduction_options import from_walks
@@ -73,20 +74,20 @@ def main(
     """
     source = FinishedRun.read(run)
     work = work / source.digest()
+    earlier = _earlier(out / "summary.json", source.digest())
     worlds = worlds_of(source)
     certificate = _certificate(source, work, "full" in steps)
     best = certificate.pairs[int(certificate.best.removeprefix("L")) - 1]
     gait = run / best.gait
     reality = of_other_leg(source.robot, other_leg)
     made: dict[str, Any] = {}
-    keep = partial(_kept, made, work, steps)
+    keep = partial(_kept, made, work, steps, earlier)
     runs = [source, *(FinishedRun.read(each) for each in seeds)]
     keep("seeds", lambda: _seeds(runs, work))
     keep("damping", lambda: _damping(source, certificate, work))
+    walks = earlier.get("walks", [])
     if "walks" in steps:
-        _walk_best(source, certificate, work)
-    file = work / WALKS_FILE
-    walks = json.loads(file.read_text()) if file.exists() else []
+        walks = _walk_best(source, certificate, work, walks)
     of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
     keep("hidden", lambda: result_to_dict(of_rig(hidden_count)))
     keep("hidden_full", lambda: result_to_dict(of_rig(10, model="full")))
@@ -102,6 +103,7 @@ def main(
     rivals = [FinishedRun.read(each) for each in rivals_of] or runs
     keep("rivals", lambda: _rivals(rivals, work))
     summary = {
+        "digest": source.digest(),
         "run": source.summary.get("made_by"),
         "best_design": best.design,
         "median_cm": best.band.median_cm,
@@ -143,21 +145,40 @@ def _certificate(run: FinishedRun, work: Path, full: bool) -> Certificate:
     )
 
 
-def _kept(made: dict[str, Any], work: Path, steps: tuple[Step, ...], name: Step, make: Any) -> None:
+def _earlier(summary: Path, digest: str) -> dict[str, Any]:
+    """What an earlier call found of the same training."""
+    found = _read(summary, {})
+    return found if found.get("digest") == digest else {}
+
+
+def _read(file: Path, otherwise: Any) -> Any:
+    return json.loads(file.read_text()) if file.exists() else otherwise
+
+
+def _kept(
+    made: dict[str, Any],
+    work: Path,
+    steps: tuple[Step, ...],
+    earlier: dict[str, Any],
+    name: Step,
+    make: Any,
+) -> None:
     """Make a step where it is asked for, otherwise take what is there."""
     file = work / f"{name}.json"
     if name in steps:
         write_json(file, finite({"found": make()}))
-    made[name] = json.loads(file.read_text())["found"] if file.exists() else None
+    made[name] = json.loads(file.read_text())["found"] if file.exists() else earlier.get(name)
 
 
 def _seeds(runs: list[FinishedRun], work: Path) -> list[dict[str, Any]]:
     return [result_to_dict(learned(each, RunFolder(work, "robust"))) for each in runs]
 
 
-def _walk_best(run: FinishedRun, certificate: Certificate, work: Path) -> None:
+def _walk_best(
+    run: FinishedRun, certificate: Certificate, work: Path, earlier: list[dict[str, Any]]
+) -> list[dict[str, Any]]:
     """The best pair as finite elements in the nominal world and in its two worst, each kept once it
-    is made; those of a certificate with finite elements are read."""
+    is made; those of a certificate with finite elements are read, and earlier ones taken."""
     place = int(certificate.best.removeprefix("L")) - 1
     walker, pair = walkers(run, place + 1)[-1], certificate.pairs[place]
     # The expert's come first.
@@ -165,12 +186,19 @@ def _walk_best(run: FinishedRun, certificate: Certificate, work: Path) -> None:
     worst = worst_worlds(reduced_cm, CertificateSettings().worst_world_count)
     worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
     folder, walks = RunFolder(work / "certificate_full", "certify"), []
+    there = {
+        walk["world"]: KeptWalk(walk["full_cm"], walk["status"], walk["wall_s"])
+        for walk in (*earlier, *_read(work / WALKS_FILE, []))
+    }
     for number in (None, *worst):
         world = None if number is None else worlds[number]
-        (kept,) = full_order_walks(run.robot.spec(), [(walker, world)], folder)
+        kept = there.get(number)
+        if kept is None:
+            (kept,) = full_order_walks(run.robot.spec(), [(walker, world)], folder)
         reduced = pair.nominal_cm if number is None else float(reduced_cm[number])
         walks.append(result_to_dict(FullOrderWalk.of(number, kept, reduced)))
         write_json(work / WALKS_FILE, finite(walks))
+    return walks
 
 
 def _damping(run: FinishedRun, certificate: Certificate, work: Path) -> dict[str, Any]:

@@ -66,10 +66,8 @@ def test_all_steps_end_in_one_summary(
     paper_leg_mesh().save(tmp_path / "mesh.npz")  # beside it, as other_leg.py writes it
     robust: ModuleType = script("run")
 
-    def made(*steps: str) -> dict:
-        robust.main(
-            learned, (), stiffer, tmp_path / "out", tmp_path / "work", steps, hidden_count=3
-        )
+    def made(*steps: str, work: str = "work") -> dict:
+        robust.main(learned, (), stiffer, tmp_path / "out", tmp_path / work, steps, hidden_count=3)
         return json.loads((tmp_path / "out" / "summary.json").read_text())
 
     found = made("damping", "hidden")
@@ -100,6 +98,10 @@ def test_all_steps_end_in_one_summary(
     far = sorted(row[place] for row in certificate["distances_cm"])
     assert walked["reduced_cm"][1:] == pytest.approx(far[:2])
     assert again["seeds"][0]["band"]["median_cm"] == pytest.approx(usual)
+    # Where the work is lost, what the summary has is taken.
+    elsewhere = made("walks", work="elsewhere")
+    assert elsewhere == walked
+    assert len(asked) == 3
 
 
 def test_searches_get_the_time_of_the_training(script, learned: Path, tmp_path: Path) -> None:
