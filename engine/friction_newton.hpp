@@ -188,24 +188,27 @@ struct FrictionProblem {
     double merits[kMemory];
     for (double& merit : merits) merit = now.merit;
     int step = 0;
-    while (step < kNewtonSteps && now.residual > tolerance && linearise()) {
-      ++step;
-      double worst = 0;
-      for (double merit : merits) worst = std::fmax(worst, merit);
-      double share = 1, best_share = 0, least = 1e301;
-      for (int halving = 0; halving <= caution.halvings; ++halving, share *= 0.5) {
-        blend(share);
-        if (trial.merit < least) least = trial.merit, best_share = share;
-        if (trial.merit < worst) break;
+    // An iterate just within the tolerance may be beyond it once it is in the cones: then the next must be half as wrong.
+    for (double aim = tolerance;; aim = 0.5 * now.residual) {
+      while (step < kNewtonSteps && now.residual > aim && linearise()) {
+        ++step;
+        double worst = 0;
+        for (double merit : merits) worst = std::fmax(worst, merit);
+        double share = 1, best_share = 0, least = 1e301;
+        for (int halving = 0; halving <= caution.halvings; ++halving, share *= 0.5) {
+          blend(share);
+          if (trial.merit < least) least = trial.merit, best_share = share;
+          if (trial.merit < worst) break;
+        }
+        if (trial.merit != least) blend(best_share);
+        copy(trial, now);
+        merits[step % kMemory] = now.merit;
+        if (now.residual < best.residual) copy(now, best);
       }
-      if (trial.merit != least) blend(best_share);
-      copy(trial, now);
-      merits[step % kMemory] = now.merit;
-      if (now.residual < best.residual) copy(now, best);
+      for (int c = 0; c < count; ++c) project(c, best.impulse + 3 * c);
+      evaluate(best);
+      if (best.residual <= tolerance || now.residual > aim || now.residual == 0) return step;
     }
-    for (int c = 0; c < count; ++c) project(c, best.impulse + 3 * c);
-    evaluate(best);
-    return step;
   }
 
  private:

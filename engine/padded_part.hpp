@@ -1,5 +1,7 @@
 // Parts as the kernels read them: modes padded to whole vectors, elements and contact points side by side.
 #pragma once
+#include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <new>
 #include <vector>
@@ -25,21 +27,21 @@ struct PartInput {
   const double* snapshot_range = nullptr;  // (mode, mode), null where it is not known
 };
 
-// Zeros on a boundary of 64 bytes, with a little to spare.
+// Zeros on a boundary of 64 bytes, with a little to spare. What is never touched of a large one takes no memory.
 class AlignedArray {
  public:
   AlignedArray() = default;
-  explicit AlignedArray(size_t bytes)
-      : data_(static_cast<char*>(::operator new((bytes + 127) / 64 * 64, kAlignment)), &release) {
-    __builtin_memset(data_.get(), 0, (bytes + 127) / 64 * 64);
+  explicit AlignedArray(size_t bytes) : memory_(std::calloc(bytes + 2 * kAlignment, 1), &std::free) {
+    if (!memory_) throw std::bad_alloc();
   }
   template <class T>
-  T* as() const { return reinterpret_cast<T*>(data_.get()); }
+  T* as() const {
+    return reinterpret_cast<T*>((reinterpret_cast<uintptr_t>(memory_.get()) + kAlignment - 1) / kAlignment * kAlignment);
+  }
 
  private:
-  static constexpr std::align_val_t kAlignment{64};
-  static void release(char* data) { ::operator delete(data, kAlignment); }
-  std::unique_ptr<char, void (*)(char*)> data_{nullptr, &release};
+  static constexpr size_t kAlignment = 64;
+  std::unique_ptr<void, void (*)(void*)> memory_{nullptr, &std::free};
 };
 
 // The part with `padded` modes; its arrays live in `storage`. Throws std::invalid_argument for too many cavities, pressures,

@@ -8,7 +8,7 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-constexpr int kNewtonPoints = 128;  // most points of Newton's method; more are left to sweeps
+constexpr int kNewtonPoints = 512;  // most points of Newton's method, legs that lie flat; more are left to sweeps
 constexpr int kFrictionRows = 3 * kNewtonPoints;
 
 // A point near the floor at the start of a step.

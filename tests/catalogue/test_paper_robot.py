@@ -111,6 +111,21 @@ def test_no_point_of_a_walking_robot_sinks_into_the_floor():
     assert simulator.read("worst_penetration").max() < 0.1
 
 
+def test_legs_that_land_flat_on_the_floor_obey_its_law():
+    """Eight legs of up to 48 points each: some hundred points share impulses that only their sums
+    determine."""
+    spec = paper_robot("measured")
+    robot = spec.assembly(Design.parse("1.2.1.2.1.2.1.2"))
+    simulator = BatchedSimulator([robot], spec.physics, spec.stepper, 1)
+    most = 0
+    for command in (0.0, 90.0, 0.0):
+        for _ in range(30):
+            simulator.advance(np.full((1, 3), command), 1)
+            most = max(most, int(simulator.read("active_contacts")[0]))
+    assert most > 300
+    assert simulator.read("unconverged_total")[0] == 0
+
+
 def test_the_full_robot_stands_on_the_slope_of_the_reduced_one():
     spec = paper_robot(
         "published",

@@ -62,9 +62,18 @@ def test_newton_solves_what_gauss_seidel_leaves_open():
     assert 5 < np.count_nonzero(speed > 1e-6) < 40  # some slip, some stick
 
 
+def test_the_tolerance_holds_in_the_cones():
+    """An iterate may be within the tolerance and its projection into the cones beyond it."""
+    problem, warm_start = walking_problem()
+    for tolerance in np.logspace(1.0, -6.0, 71):
+        found = problem.newton(warm_start, tolerance)
+        assert found.residual <= tolerance
+        assert found.impulses[:, 0].min() >= 0.0
+
+
 def test_badly_conditioned_operators_are_solved():
-    """Stiff and soft directions 1e6 apart, friction 1.2, where some have no solution: of 100 two
-    to five stay open over seeds, 12 to 19 with the stepper's stronger pull to the last impulses."""
+    """Stiff and soft directions 1e6 apart, friction 1.2, where solutions are hard to find: of 100
+    two to five stay open over seeds, 12 to 19 with the stepper's stronger pull to the last impulses."""
     rng = np.random.default_rng(9)
     unsolved = 0
     for _ in range(100):
