@@ -40,16 +40,18 @@ class Found:
     timesteps: int
     design: str
     band: Band
+    share_beyond_expert: float
+    """Share of the worlds in which it goes further than the expert's robot does there."""
 
 
-def learned(run: FinishedRun, folder: RunFolder) -> Found:
-    """The best pair of a training."""
+def learned(run: FinishedRun, folder: RunFolder, expert_cm: np.ndarray) -> Found:
+    """The best pair of a training, beside the expert's distances in the worlds [cm], (world,)."""
     pair, timesteps = run.pairs(1)[0], learned_timesteps(run)
-    band = _band(run, pair.design, pair.gait, folder)
-    return Found("learned", run.of_summary("seed", int), timesteps, str(pair.design), band)
+    seed = run.of_summary("seed", int)
+    return _found("learned", run, seed, timesteps, pair.design, pair.gait, folder, expert_cm)
 
 
-def searched(run: FinishedRun, method: Method, work: Path) -> Found | None:
+def searched(run: FinishedRun, method: Method, work: Path, expert_cm: np.ndarray) -> Found | None:
     """What a search finds with a training's time, worlds, objective and seed; None for nothing.
 
     `gaits` searches the gait of each of the training's best designs by CMA-ES, which it is told.
@@ -58,6 +60,7 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Found | None:
         run: The training.
         method: Which search.
         work: Keeps the search.
+        expert_cm: Distances of the expert's robot in the unseen worlds [cm], (world,).
     """
     same = learned_timesteps(run)
     seed = run.of_summary("seed", int)
@@ -91,8 +94,8 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Found | None:
     best = max(known, key=lambda each: each.score_cm or -np.inf)
     limits = (run.task.minimum_pressure_kPa, run.task.maximum_pressure_kPa)
     gait, _ = read_gait(place.path / str(best.gait), *limits)
-    band = _band(run, Design.parse(best.design), gait, place)
-    return Found(method, seed, found.timesteps, best.design, band)
+    design = Design.parse(best.design)
+    return _found(method, run, seed, found.timesteps, design, gait, place, expert_cm)
 
 
 def learned_timesteps(run: FinishedRun) -> int:
@@ -112,8 +115,18 @@ def worlds_of(run: FinishedRun) -> Randomisation:
     return run.worlds
 
 
-def _band(run: FinishedRun, design: Design, gait: HeldGait, folder: RunFolder) -> Band:
+def _found(
+    method: str,
+    run: FinishedRun,
+    seed: int,
+    timesteps: int,
+    design: Design,
+    gait: HeldGait,
+    folder: RunFolder,
+    expert_cm: np.ndarray,
+) -> Found:
     worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
     steps = run.task.settling_step_count
     far, _ = walks_in_worlds(run.robot.spec(), [design], [gait], worlds, steps, folder)
-    return Band.of(far[:, 0])
+    beyond = float(np.mean(far[:, 0] > expert_cm))
+    return Found(method, seed, timesteps, str(design), Band.of(far[:, 0]), beyond)

@@ -83,7 +83,9 @@ def main(
     made: dict[str, Any] = {}
     keep = partial(_kept, made, work, steps, earlier)
     runs = [source, *(FinishedRun.read(each) for each in seeds)]
-    keep("seeds", lambda: _seeds(runs, work))
+    # The expert's come first.
+    expert_cm = np.array(certificate.distances_cm, dtype=float)[:, 0]
+    keep("seeds", lambda: _seeds(runs, work, expert_cm))
     keep("damping", lambda: _damping(source, certificate, work))
     walks = earlier.get("walks", [])
     if "walks" in steps:
@@ -101,7 +103,7 @@ def main(
             ),
         )
     rivals = [FinishedRun.read(each) for each in rivals_of] or runs
-    keep("rivals", lambda: _rivals(rivals, work))
+    keep("rivals", lambda: _rivals(rivals, work, expert_cm))
     summary = {
         "digest": source.digest(),
         "run": source.summary.get("made_by"),
@@ -170,8 +172,8 @@ def _kept(
     made[name] = json.loads(file.read_text())["found"] if file.exists() else earlier.get(name)
 
 
-def _seeds(runs: list[FinishedRun], work: Path) -> list[dict[str, Any]]:
-    return [result_to_dict(learned(each, RunFolder(work, "robust"))) for each in runs]
+def _seeds(runs: list[FinishedRun], work: Path, expert_cm: np.ndarray) -> list[dict[str, Any]]:
+    return [result_to_dict(learned(each, RunFolder(work, "robust"), expert_cm)) for each in runs]
 
 
 def _walk_best(
@@ -227,11 +229,11 @@ def _damping(run: FinishedRun, certificate: Certificate, work: Path) -> dict[str
     return found
 
 
-def _rivals(runs: list[FinishedRun], work: Path) -> list[dict[str, Any]]:
+def _rivals(runs: list[FinishedRun], work: Path, expert_cm: np.ndarray) -> list[dict[str, Any]]:
     found = []
     for run in runs:
-        found.append(learned(run, RunFolder(work, "robust")))
-        rows = (searched(run, method, work / "rivals") for method in METHODS)
+        found.append(learned(run, RunFolder(work, "robust"), expert_cm))
+        rows = (searched(run, method, work / "rivals", expert_cm) for method in METHODS)
         found += [each for each in rows if each is not None]
     return [result_to_dict(each) for each in found]
 

@@ -97,7 +97,9 @@ def test_all_steps_end_in_one_summary(
     place = int(certificate["best"].removeprefix("L"))
     far = sorted(row[place] for row in certificate["distances_cm"])
     assert walked["reduced_cm"][1:] == pytest.approx(far[:2])
-    assert again["seeds"][0]["band"]["median_cm"] == pytest.approx(usual)
+    (seed,) = again["seeds"]
+    assert seed["band"]["median_cm"] == pytest.approx(usual)
+    assert seed["share_beyond_expert"] == found["share_beyond_expert"]
     # Where the work is lost, what the summary has is taken.
     elsewhere = made("walks", work="elsewhere")
     assert elsewhere == walked
@@ -109,11 +111,12 @@ def test_searches_get_the_time_of_the_training(script, learned: Path, tmp_path: 
     source = rivals.FinishedRun.read(learned)
     asked = rivals.learned_timesteps(source)
     for method in rivals.METHODS:
-        found = rivals.searched(source, method, tmp_path)
+        found = rivals.searched(source, method, tmp_path, np.full(200, -1e9))
         if found is not None:  # some robots may have failed in every world
             # Whole generations, which of the few actions here may be several times as many.
             assert found.timesteps >= asked
             assert found.band.low_cm <= found.band.high_cm
+            assert found.share_beyond_expert == 1.0
 
 
 def test_the_tests_that_a_certificate_names_narrow_its_band(
