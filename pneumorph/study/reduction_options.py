@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -207,3 +207,14 @@ def corners() -> ReduceOptions:
             ),
         ),
     )
+
+
+PRESETS: dict[str, Callable[[], ReduceOptions]] = {
+    "paper": ReduceOptions,
+    "hyperelastic": hyperelastic,
+    "measured": measured,
+    "quick": quick,
+    "learned": learned,
+    "corners": corners,
+}
+"""Ready options by name; the first where none is named."""
