@@ -21,6 +21,8 @@ from pneumorph.study.reduction_options import reduce_as_asked
 
 REPORT_FILE = "module.json"
 """What is known of a built module; written when all of it is there."""
+SNAPSHOT_FOLDER = "snapshots"
+"""Modules that differ in their reduction alone have the same snapshots there."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +200,7 @@ def _build(
         folder.progress.say(f"{name}: reducing into {inner.path}")
         options = module.options(mesh)
         options = replace(options, snapshots=replace(options.snapshots, executor=executor))
-        made = reduce_as_asked(options, inner)
+        made = reduce_as_asked(options, inner, folder.path / SNAPSHOT_FOLDER / module.snapshot_key)
         report = _reported(made)
         write_json(inner / REPORT_FILE, result_to_dict(report))
     else:

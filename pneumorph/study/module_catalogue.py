@@ -105,8 +105,18 @@ class ParametricModule(Checked):
     @cached_property
     def key(self) -> str:
         """Digest of all that its files depend on, in hexadecimal."""
-        text = json.dumps(self.made_of(), sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        return _digest(self.made_of())
+
+    @cached_property
+    def snapshot_key(self) -> str:
+        """The same of its snapshots: of all but how they are reduced."""
+        made_of = self.made_of()
+        del made_of["reduce"]["reduction"]
+        return _digest(made_of)
+
+
+def _digest(content: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def shipped_catalogue() -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.built_module import BuiltModule
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.cli import run
 from pneumorph.geometry.face_tie import ATTACHMENT_FACE
@@ -117,7 +119,7 @@ def test_the_list_says_what_is_built_and_what_is_known_of_it(
 
 
 def test_what_is_there_is_not_made_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(*_: object) -> None:
+    def refused(*_: object, **__: object) -> None:
         raise AssertionError("it is made again")
 
     monkeypatch.setattr(built_catalogue, "reduce_as_asked", refused)
@@ -143,16 +145,31 @@ def test_a_build_that_was_stopped_goes_on_with_its_snapshots(
             build_catalogue(modules, built_catalogue.BuildSettings(), out)
     assert not (inner / "module.json").exists()
     assert built_catalogue.listed(modules, out).not_built == ("stub",)
-    before = {each: each.stat().st_mtime_ns for each in inner.rglob("*.npz")}
+    before = {each: each.stat().st_mtime_ns for each in out.path.rglob("*.npz")}
     assert {each.name for each in before} == {"mesh.npz", "bend.npz", "load_0.npz"}
     assert build_catalogue(modules, built_catalogue.BuildSettings(), out).built_count == 1
     assert {each: each.stat().st_mtime_ns for each in before} == before
 
 
+def test_another_reduction_takes_the_same_snapshots(folder: Path, tmp_path: Path) -> None:
+    """A module with fewer modes lies beside; its name stands for the newer one."""
+    text = (folder / "legs.toml").read_text()
+    (tmp_path / "legs.toml").write_text(text.replace("mode_limit = 4", "mode_limit = 3"))
+    modules = {"stub": read_catalogue(tmp_path / "legs.toml")["stub"]}
+    out = RunFolder(tmp_path / "built", "catalogue")
+    shutil.copytree(folder / "built", out.path)
+    assert built_catalogue.listed(modules, out).built_count == 0
+    found = build_catalogue(modules, built_catalogue.BuildSettings(), out)
+    assert found.reports["stub"].mode_count == 3
+    assert ReducedPart.load(BuiltModule.find("stub", out.path).part).mode_count == 3
+    assert len(list(out.path.rglob("bend.npz"))) == 1
+    assert len(list(out.path.rglob("leg.npz"))) == 2
+
+
 def test_one_that_cannot_be_built_does_not_end_the_others(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refused(*_: object) -> None:
+    def refused(*_: object, **__: object) -> None:
         raise ValueError("it folds at 50 kPa")
 
     monkeypatch.setattr(built_catalogue, "reduce_as_asked", refused)
