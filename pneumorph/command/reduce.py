@@ -22,4 +22,4 @@ from __future__ import annotations
 from pneumorph.command.verb import Verb
 from pneumorph.study.reduction_options import PRESETS, ReduceOptions, reduce_as_asked
 
-VERB = Verb(ReduceOptions, lambda options, folder: reduce_as_asked(options, folder), PRESETS)
+VERB = Verb(ReduceOptions, reduce_as_asked, PRESETS)
