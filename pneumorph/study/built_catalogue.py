@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
-from pneumorph.base.artefact import read_json, write_json
+from pneumorph.base.artefact import read_json, reading, write_json
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.result import result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
@@ -230,9 +230,11 @@ def _reported(made: Reduction) -> ModuleReport:
 def _report(folder: Path) -> ModuleReport | None:
     """What is known of a built module; None where it is not complete."""
     path = folder / REPORT_FILE
-    if not path.exists():
+    if not all((folder / name).exists() for name in (REPORT_FILE, PART_FILE, MESH_FILE)):
         return None
-    return result_from_dict(ModuleReport, read_json(path, "built module"))
+    content = read_json(path, "built module")
+    with reading(path, "built module"):
+        return result_from_dict(ModuleReport, content)
 
 
 def _table(shapes: Mapping[str, ModuleShape], reports: Mapping[str, ModuleReport]) -> Sequence[str]:

@@ -166,6 +166,22 @@ def test_another_reduction_takes_the_same_snapshots(folder: Path, tmp_path: Path
     assert len(list(out.path.rglob("leg.npz"))) == 2
 
 
+def test_what_is_damaged_is_told_and_what_is_gone_is_made_again(
+    folder: Path, tmp_path: Path
+) -> None:
+    modules = {"stub": read_catalogue(folder / "legs.toml")["stub"]}
+    out = RunFolder(tmp_path / "built", "catalogue")
+    inner = out.path / modules["stub"].key
+    shutil.copytree(folder / "built", out.path)
+    kept = (inner / "leg.npz").read_bytes()
+    (inner / "leg.npz").unlink()
+    assert build_catalogue(modules, built_catalogue.BuildSettings(), out).built_count == 1
+    assert len((inner / "leg.npz").read_bytes()) == pytest.approx(len(kept), rel=0.01)
+    (inner / "module.json").write_text('{"mass_g": 3.0}')
+    with pytest.raises(ArtefactError, match=r"module\.json cannot be read .*reached_kPa"):
+        built_catalogue.listed(modules, out)
+
+
 def test_one_that_cannot_be_built_does_not_end_the_others(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
