@@ -64,7 +64,8 @@ class BuiltModule:
             there = f"it has {', '.join(built)}" if built else "it has none"
             raise FileNotFoundError(
                 f"module {name} of the catalogue is not built in {folder}, expected {path} ({there}"
-                f"); build it with: pneumorph catalogue build --only {name} --out {folder}"
+                f"); build it with: pneumorph catalogue build [FILE] --only {name} --out {folder}, "
+                "where FILE is a catalogue that does not ship"
             )
         content = read_json(path, "built module")
         if content.get("format_version") != cls.VERSION:
