@@ -110,7 +110,7 @@ def test_the_list_says_what_is_built_and_what_is_known_of_it(
     assert report.mass_g == pytest.approx(1e3 * part.mass, rel=1e-12)
     assert report.reached_kPa == shape.pressure_kPa == 60.0
     assert report.bend_deg > 0.0  # towards the sheet
-    assert report.processor_s > 0.0
+    assert min(report.snapshot_processor_s, report.reduction_wall_s) > 0.0
     assert (shape.chamber_count, found.shapes["twin"].chamber_count) == (1, 2)
     # As much for its volume as the published leg: 105 g of 43 ml.
     mesh = Mesh.load(Path(shape.part).parent / "mesh.npz")
