@@ -118,6 +118,17 @@ def test_the_list_says_what_is_built_and_what_is_known_of_it(
     assert report.mass_g == pytest.approx(105.0 / 43072.0 * float(mesh.volumes.sum()), rel=0.01)
 
 
+def test_its_page_has_every_module(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    listed(folder, capsys)
+    out = ["--figure-files", "--out", str(tmp_path)]
+    assert run(["report", str(folder / "built"), *out]) == 0
+    page = (tmp_path / "page.html").read_text()
+    assert "Not built: twin." in page
+    assert page.count("<td>stub</td>") == 2
+
+
 def test_what_is_there_is_not_made_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: object, **__: object) -> None:
         raise AssertionError("it is made again")
