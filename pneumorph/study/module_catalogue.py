@@ -68,6 +68,11 @@ class ParametricModule(Checked):
                     f"changes.{name} is {self.changes[name]!r}, expected {name} as a field of the "
                     "module itself"
                 )
+        if "walked" in self.changes:
+            raise ValueError(
+                "changes.walked is given, expected none: a module is kept by what its catalogue "
+                "says, not by what files of gaits hold; reduce such a leg with pneumorph reduce"
+            )
 
     def options(self, mesh: Path | None = None) -> ReduceOptions:
         """How it is reduced: as the preset has it, in the materials of its own leg, for any hub.

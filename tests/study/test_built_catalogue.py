@@ -280,6 +280,7 @@ def test_the_key_is_of_all_that_a_module_depends_on(tmp_path: Path) -> None:
         ("[defaults.changes.reduction]", "[default]", r"tables \[modules.NAME\].*also default"),
         ("face_tied = true", 'file = "leg.msh"', "modules of a catalogue are parametric legs"),
         ("mode_limit = 4", 'mode_limit = 4\n[defaults.changes.leg]', "expected leg as a field"),
+        ("mode_limit = 4", 'mode_limit = 4\n[defaults.changes.walked]', "not by what files of"),
     ],
 )  # fmt: skip
 def test_a_bad_catalogue_is_told_by_file_and_module(
