@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 VERBS = {
     "mesh": "shape of a part, or a mesh file  ->  mesh with named regions",
     "reduce": "mesh and material  ->  reduced part with its measured error",
+    "catalogue": "parametric legs by name  ->  each reduced once, for robots to take",
     "compare": "reduced beside full  ->  node errors, bend, time ratio",
     "simulate": "design and gait  ->  trajectory, film",
     "baseline": "the expert's gait  ->  distance at each phase",

@@ -22,6 +22,7 @@ from pneumorph.base.settings import (
     settings_from_dict,
     settings_to_dict,
 )
+from pneumorph.catalogue.built_module import CATALOGUE_FOLDER, BuiltModule
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.masses import Masses
@@ -42,7 +43,10 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class ModuleDescription(Checked):
-    """A kind of module: a leg that ships, or a part of your own."""
+    """A kind of module: a leg that ships, one of a catalogue, or a part of your own."""
+
+    catalogue: str | None = None
+    """Name of a module that `pneumorph catalogue build` has made; it says itself what it is."""
 
     leg: LegName | None = None
     """A leg that ships, by default the published one; of a part of your own the one that it bends
@@ -59,8 +63,39 @@ class ModuleDescription(Checked):
     mass_g: Positive | None = None
     """Its mass [g]; by default what its reduction says, or what is cast of the leg that ships."""
 
-    def module(self, name: str, folder: Path) -> Module:
-        """The module; files start from the folder."""
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.catalogue is None:
+            return
+        for said in ("leg", "part", "mesh", "materials"):
+            if getattr(self, said) is not None:
+                raise ValueError(
+                    f"{said} is given beside catalogue = {self.catalogue!r}, expected one of them: "
+                    "the catalogue says what its module is"
+                )
+
+    def module(self, name: str, folder: Path, catalogue_folder: Path) -> Module:
+        """The module.
+
+        Args:
+            name: What summaries call it.
+            folder: Where the paths of files start.
+            catalogue_folder: Where modules of a catalogue were built.
+
+        Raises:
+            FileNotFoundError: The catalogue's module is not built there.
+        """
+        if self.catalogue is not None:
+            built = BuiltModule.find(self.catalogue, catalogue_folder)
+            return paper_leg(
+                built.leg,
+                built.part,
+                built.mesh,
+                built.materials,
+                Masses(leg_mass_g=self.mass_g),
+                size_factor=self.size_factor,
+                label=name,
+            )
         part, mesh = (None if path is None else folder / path for path in (self.part, self.mesh))
         leg = self.leg or "published"
         masses = replace(masses_of(leg) if part is None else Masses(), leg_mass_g=self.mass_g)
@@ -137,6 +172,9 @@ class RobotDescription(Checked):
     """Which designs may be built, and which walks where none is named."""
     mounting_tolerance_mm: Positive = 3.0
     """Widest gap between hub and attachment face, and deepest overlap of hub and module [mm]."""
+    catalogue_folder: Path | None = None
+    """Where modules of a catalogue were built; by default runs/catalogue, from where the program
+    runs, as `pneumorph catalogue build` has it."""
     folder: Path = Path()
     """Where the paths of files start."""
 
@@ -245,7 +283,12 @@ class RobotDescription(Checked):
             ValueError: A module is not where its site is, weighs what it cannot, or is inflated
                 otherwise than the real one; names the site, the module and the cause.
         """
-        modules = {name: each.module(name, self.folder) for name, each in self.modules.items()}
+        built = CATALOGUE_FOLDER.absolute()
+        if self.catalogue_folder is not None:
+            built = self.folder / self.catalogue_folder
+        modules = {
+            name: each.module(name, self.folder, built) for name, each in self.modules.items()
+        }
         physics = physics or self.acting
         kind = leg_kind(self.physics.based_on)
         hub = self.hub.spec(self.folder)

@@ -20,25 +20,6 @@ Example: pneumorph reduce --mesh runs/tall-leg/mesh.npz --out runs/tall-leg-redu
 from __future__ import annotations
 
 from pneumorph.command.verb import Verb
-from pneumorph.study.reduction_options import (
-    ReduceOptions,
-    corners,
-    hyperelastic,
-    learned,
-    measured,
-    quick,
-    reduce_as_asked,
-)
+from pneumorph.study.reduction_options import PRESETS, ReduceOptions, reduce_as_asked
 
-VERB = Verb(
-    ReduceOptions,
-    reduce_as_asked,
-    {
-        "paper": ReduceOptions,
-        "hyperelastic": hyperelastic,
-        "measured": measured,
-        "quick": quick,
-        "learned": learned,
-        "corners": corners,
-    },
-)
+VERB = Verb(ReduceOptions, reduce_as_asked, PRESETS)

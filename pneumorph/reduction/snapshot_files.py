@@ -11,7 +11,7 @@ import numpy as np
 from pneumorph.base.artefact import ArtefactError, load_artefact, stream_rows
 from pneumorph.reduction import compressed_snapshots, snapshots
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
-from pneumorph.reduction.snapshots import BLOCK_SIZE, SnapshotSet
+from pneumorph.reduction.snapshots import BLOCK_SIZE, SnapshotSet, details_of
 
 
 class SnapshotFiles(SnapshotSet):
@@ -47,7 +47,7 @@ class SnapshotFiles(SnapshotSet):
         self.metadata: dict[str, Any] = {
             "mesh_digest": digests.pop(),
             "sources": names,
-            "details": [metadata.get("details") for _, metadata in headers],
+            "details": [each for _, metadata in headers for each in details_of(metadata)],
             "seconds": _total_seconds([metadata.get("seconds") for _, metadata in headers]),
         }
         self._ends = np.cumsum([len(arrays["source"]) for arrays, _ in headers])

@@ -8,7 +8,7 @@ A reduction reads any of the three in blocks.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -67,6 +67,12 @@ class SnapshotSet(ABC):
         """Displacements of a few snapshots in double precision [mm], (number, node, 3)."""
         blocks = [block.astype(np.float64) for block in self.blocks(np.asarray(numbers))]
         return np.concatenate(blocks) if blocks else np.zeros((0, 0, 3))
+
+
+def details_of(metadata: Mapping[str, Any]) -> list[Any]:
+    """What is known of each source of some snapshots, by their metadata, in its order."""
+    details = metadata.get("details")
+    return details if isinstance(details, list) else [details] * len(metadata.get("sources", []))
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +137,7 @@ class Snapshots(SnapshotSet):
             {
                 "mesh_digest": digests.pop(),
                 "sources": sources,
-                "details": [piece.metadata.get("details") for piece in pieces],
+                "details": [each for piece in pieces for each in details_of(piece.metadata)],
             },
         )
 

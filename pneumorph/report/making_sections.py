@@ -18,6 +18,7 @@ from pneumorph.report.page import Section
 from pneumorph.report.pairs_figure import Pair, pairs_figure
 from pneumorph.report.sheet import Sheet
 from pneumorph.robot.design import Design
+from pneumorph.study.built_catalogue import Catalogue
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.made_mesh import MESH_FILE, MadeMesh
 
@@ -32,6 +33,34 @@ def mesh_sections(made: MadeMesh, run: FinishedRun, sheet: Sheet) -> list[Sectio
     caption = "The mesh at a slant and from below; named surfaces in colours, node sets as dots."
     drawn = sheet.drawn("mesh", mesh_figure(mesh), caption)
     return [Section("Regions", drawn + page.table(["region", "kind", "size"], rows))]
+
+
+def catalogue_sections(found: Catalogue, run: FinishedRun, sheet: Sheet) -> list[Section]:
+    """Return what each module is, and what is known of those that are built."""
+    shapes = [
+        (name, each.length_mm, each.width_mm, each.tooth_count, each.chamber_count, each.leg,
+         each.load_pressure_kPa, 1e-3 * each.load_mN)
+        for name, each in found.shapes.items()
+    ]  # fmt: skip
+    header = ["module", "length mm", "width mm", "teeth", "chambers", "as", "up to kPa", "up to N"]
+    reports = [
+        (name, each.mass_g, each.reached_kPa, each.bend_deg, each.bend_error_percent,
+         each.blocked_error_percent, each.compliance_error_percent,
+         each.heldout_force_error_percent, each.mode_count, each.tetrahedron_count,
+         1e-6 * each.part_bytes)
+        for name, each in found.reports.items()
+    ]  # fmt: skip
+    known = ["module", "mass g", "kPa", "bend deg", "its error %", "blocked force %",
+             "compliance %", "held-out forces %", "modes", "points", "MB"]  # fmt: skip
+    left = ", ".join(found.not_built)
+    return [
+        Section("Modules", page.table(header, shapes)),
+        Section(
+            "Built",
+            page.table(known, reports)
+            + (page.paragraph(f"Not built: {left}.", "note") if left else ""),
+        ),
+    ]
 
 
 def fabrication_sections(made: FabricatedRobot, run: FinishedRun, sheet: Sheet) -> list[Section]:

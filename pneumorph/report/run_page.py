@@ -23,6 +23,7 @@ from pneumorph.report.hardware_sections import (
     transfer_sections,
 )
 from pneumorph.report.making_sections import (
+    catalogue_sections,
     conversion_sections,
     fabrication_sections,
     mesh_sections,
@@ -49,6 +50,7 @@ from pneumorph.report.training_sections import (
 from pneumorph.report.walk_sections import walk_sections
 from pneumorph.study.analysis import Analysis
 from pneumorph.study.baseline import Baseline, BestPhase
+from pneumorph.study.built_catalogue import Catalogue
 from pneumorph.study.campaign import Campaign
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.comparison import Comparison
@@ -109,6 +111,12 @@ PAGES = {
         "Modes and sampled elements, with their measured errors.",
         Reduction,
         (stage_sections, leg_sections),
+    ),
+    "catalogue": VerbPage(
+        "A catalogue of modules",
+        "Parametric legs, each reduced once.",
+        Catalogue,
+        (catalogue_sections,),
     ),
     "compare": VerbPage(
         "Reduced beside full",

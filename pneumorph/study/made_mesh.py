@@ -11,6 +11,7 @@ from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.geometry.disk import DiskShape, mesh_disk
+from pneumorph.geometry.face_tie import tied_over_face
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mesh_file import read_mesh_file
 from pneumorph.geometry.netgen_mesher import MesherSettings
@@ -41,6 +42,9 @@ class MeshSettings(Checked):
     """Distance between the contact points of a file's mesh, which are nodes of its skin [mm]."""
     quadratic: bool = False
     """Add a node in the middle of every edge: 10-node tetrahedra, which do not lock in bending."""
+    face_tied: bool = False
+    """Tie a leg to its hub over the end face of its first tooth, as the measured one, not at the
+    corners of that face alone."""
     leg: PneuNetShape = field(default_factory=PneuNetShape)
     disk: DiskShape = field(default_factory=DiskShape)
     leg_mesher: MesherSettings = field(default_factory=MesherSettings)
@@ -86,6 +90,8 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
     mesh = _made(part, settings)
     if settings.quadratic:
         mesh = quadratic_mesh(mesh)
+    if settings.face_tied:
+        mesh = tied_over_face(mesh)
     asked = {"part": part, **settings_to_dict(settings)}
     path = mesh.save(folder / MESH_FILE, {"settings": asked})
     cavities = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -74,8 +74,11 @@ class ReduceOptions:
         return with_current_leg(content)
 
 
-def reduce_as_asked(options: ReduceOptions, folder: RunFolder) -> Reduction:
-    """Reduce a leg of the paper's robot as the options say; raises as `reduce`."""
+def reduce_as_asked(
+    options: ReduceOptions, folder: RunFolder, snapshot_folder: Path | None = None
+) -> Reduction:
+    """Reduce a leg of the paper's robot as the options say; other arguments and errors as of
+    `reduce`."""
     kind = leg_kind(options.leg)
     leg = paper_leg(options.leg, None, options.mesh, options.materials, options.masses)
     physics = kind.physics
@@ -88,6 +91,7 @@ def reduce_as_asked(options: ReduceOptions, folder: RunFolder) -> Reduction:
         folder,
         ReduceSettings(options.snapshots, options.walked, options.reduction),
         {"materials": settings_to_dict(options.materials)},
+        snapshot_folder=snapshot_folder,
     )
 
 
@@ -207,3 +211,14 @@ def corners() -> ReduceOptions:
             ),
         ),
     )
+
+
+PRESETS: dict[str, Callable[[], ReduceOptions]] = {
+    "paper": ReduceOptions,
+    "hyperelastic": hyperelastic,
+    "measured": measured,
+    "quick": quick,
+    "learned": learned,
+    "corners": corners,
+}
+"""Ready options by name; the first where none is named."""

@@ -21,13 +21,14 @@ from pneumorph.reduction.static_snapshots import (
     load_snapshots,
 )
 from pneumorph.simulation.rollout import rollout
+from pneumorph.study.module_catalogue import read_catalogue
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "two_chambers.toml"
 
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory) -> RobotDescription:
-    """The example with a smaller leg of two chambers in place of that of its two commands."""
+    """The example with a smaller leg of two chambers in place of its catalogue's."""
     folder, leg = tmp_path_factory.mktemp("robot"), two_chamber_leg()
     settings = StaticSnapshotSettings(
         bend_pressure_kPa=30.0, bend_count=3, load_count=4, load_pressure_kPa=30.0,
@@ -38,12 +39,10 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> RobotDescription:
     part, _ = reduce_part(leg, snapshots, ReductionSettings(mode_limit=10, rotation="polar"))
     part.save(folder / "leg.npz")
     leg.mesh.save(folder / "mesh.npz")
-    text = EXAMPLE.read_text()
-    for name in ("leg", "mesh"):
-        old = f"../runs/twin-{name}/{name}.npz"
-        assert old in text
-        text = text.replace(old, f"{name}.npz")
-    (folder / "robot.toml").write_text(text)
+    text, named = EXAMPLE.read_text(), 'catalogue = "twin"'
+    assert named in text
+    files = 'part = "leg.npz"\nmesh = "mesh.npz"'
+    (folder / "robot.toml").write_text(text.replace(named, files))
     return RobotDescription.read(folder / "robot.toml")
 
 
@@ -68,6 +67,16 @@ def test_each_side_turns_it_to_its_own(robot: RobotDescription) -> None:
     assert abs(left) > 0.1
     assert right == pytest.approx(-left, rel=1e-3)
     assert abs(both) < 1e-3 * abs(left)
+
+
+def test_its_catalogue_has_its_leg() -> None:
+    """By the name, and with the physics, that the robot's file says."""
+    described = RobotDescription.read(EXAMPLE)
+    (module,) = described.modules.values()
+    legs = read_catalogue(EXAMPLE.with_name("two_chamber_legs.toml"))
+    assert module.catalogue is not None
+    assert legs[module.catalogue].leg == described.physics.based_on
+    assert legs[module.catalogue].mesh.leg.middle_wall_mm > 0.0
 
 
 def test_robots_that_are_turned_by_a_quarter_count_once(robot: RobotDescription) -> None:

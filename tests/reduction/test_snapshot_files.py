@@ -75,6 +75,23 @@ def test_files_are_the_joined_snapshots(tmp_path: Path) -> None:
     assert max(len(block) for block in files.blocks(np.arange(len(whole)))) <= BLOCK_SIZE
 
 
+def test_each_source_of_a_file_has_its_own_details(tmp_path: Path) -> None:
+    """A file of several sources, as the bends of a leg with two chambers, moves no others'."""
+    names = ("bend", "bend of left", "bend of right", "load", "blocked")
+    pieces = [snapshots_of(moving_states(2, 0), name) for name in names]
+    for piece in pieces:
+        piece.metadata["details"] = {"of": piece.sources[0]}
+    del pieces[3].metadata["details"]
+    first = Snapshots.joined([Snapshots.joined(pieces[:2]), pieces[2]])
+    files = [first, *pieces[3:]]
+    paths = [each.save(tmp_path / f"{number}.npz") for number, each in enumerate(files)]
+    read = SnapshotFiles(paths)
+    details = read.metadata["details"]
+    assert [each and each["of"] for each in details] == [*names[:3], None, "blocked"]
+    assert read.sources == list(names)
+    assert Snapshots.joined(files).metadata["details"] == details
+
+
 def test_files_that_do_not_belong_together_are_refused(tmp_path: Path) -> None:
     states = moving_states(4, 0)
     one = snapshots_of(states, "walk").save(tmp_path / "one.npz")

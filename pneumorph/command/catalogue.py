@@ -1,0 +1,52 @@
+"""List the modules of a catalogue, or build them: mesh each and reduce it once.
+
+A catalogue is a TOML file of parametric legs by name (docs/own_leg.md); without a file it is the
+one that ships: legs of the measured physics, short and long, narrow and wide, and one with two
+chambers side by side. `build` makes what is not there yet and goes on where it was stopped; `list`
+shows shape, mass, bend at the highest pressure, errors, range and size of what is built.
+
+A module is kept in the folder under a key of all that it depends on: shape, mesh, materials,
+physics and settings of the reduction. What changes none of it is not made again, and another
+variant lies beside. A robot's file names a module by `catalogue = "long_wide"`.
+
+Writes KEY/mesh.npz, KEY/leg.npz and KEY/module.json of each module, and modules/NAME.json that says
+which is which, into runs/catalogue or --out.
+
+Example: pneumorph catalogue build --only two_chambers
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
+from pneumorph.command.verb import Verb, flat
+from pneumorph.study.built_catalogue import BuildSettings, Catalogue, build_catalogue, listed
+from pneumorph.study.module_catalogue import read_catalogue, shipped_catalogue
+
+
+@dataclass(frozen=True)
+class CatalogueOptions:
+    """What to do with which catalogue."""
+
+    action: tyro.conf.Positional[Literal["list", "build"]] = "list"
+    """Show what is there, or make what is not."""
+    file: tyro.conf.Positional[Path | None] = None
+    """TOML file of the catalogue; by default the one that ships."""
+    build: Annotated[BuildSettings, flat] = field(default_factory=BuildSettings)
+
+
+def run(options: CatalogueOptions, folder: RunFolder) -> Catalogue:
+    """List or build it."""
+    modules = read_catalogue(options.file or shipped_catalogue())
+    if options.action == "list":
+        return listed(modules, folder)
+    return build_catalogue(modules, options.build, folder)
+
+
+VERB = Verb(CatalogueOptions, run, folder=lambda _: CATALOGUE_FOLDER, alone=False)

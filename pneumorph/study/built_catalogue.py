@@ -1,0 +1,277 @@
+"""The modules of a catalogue, meshed and reduced once and kept by what they depend on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+
+from pneumorph.base.artefact import read_json, reading, write_json
+from pneumorph.base.executor import ExecutorSettings
+from pneumorph.base.result import result_from_dict, result_to_dict
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.built_module import BuiltModule
+from pneumorph.catalogue.paper_leg import LegName
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.study.made_mesh import MESH_FILE, make_mesh
+from pneumorph.study.module_catalogue import ParametricModule
+from pneumorph.study.reduction import PART_FILE, Reduction
+from pneumorph.study.reduction_options import reduce_as_asked
+
+REPORT_FILE = "module.json"
+"""What is known of a built module; written when all of it is there."""
+SNAPSHOT_FOLDER = "snapshots"
+"""Modules that differ in their reduction alone have the same snapshots there."""
+
+
+@dataclass(frozen=True)
+class ModuleShape:
+    """What a module of a catalogue is, built or not."""
+
+    name: str
+    key: str
+    """Digest of all that its files depend on."""
+    part: str
+    """File of the reduced part where it is built, to be given as --part."""
+    leg: LegName
+    """The leg that it is like."""
+    length_mm: float
+    """Of its base plate."""
+    width_mm: float
+    tooth_count: int
+    """Teeth with a chamber."""
+    tooth_width_mm: float
+    chamber_count: int
+    """Cavities with a pressure of their own."""
+    pressure_kPa: float
+    """Highest simulated pressure of its free bends."""
+    load_pressure_kPa: float
+    """Highest simulated pressure of its loads and walks."""
+    load_mN: float
+    """Highest normal force of its loads."""
+
+    @classmethod
+    def of(cls, name: str, module: ParametricModule, folder: Path) -> ModuleShape:
+        """That of a module; the folder is that of built modules."""
+        leg, snapshots = module.mesh.leg, module.options().snapshots
+        return cls(
+            name,
+            module.key,
+            str(folder / module.key / PART_FILE),
+            module.leg,
+            leg.base_plate_mm[0],
+            leg.base_plate_mm[1],
+            leg.inner_tooth_count,
+            leg.tooth_base_mm[1],
+            1 if leg.middle_wall_mm == 0.0 else 2,
+            snapshots.static.bend_pressure_kPa,
+            snapshots.static.load_pressure_kPa,
+            snapshots.static.load_limit_mN,
+        )
+
+
+@dataclass(frozen=True)
+class ModuleReport:
+    """What is known of a module that was built: mass, bend, errors, size and cost."""
+
+    mass_g: float
+    reached_kPa: float
+    """Highest pressure in all cavities at which it was bent [simulated kPa]."""
+    bend_deg: float
+    """Bend of its finite elements there."""
+    bend_error_percent: float | None
+    """As `Reduction` has it, and so are all errors."""
+    blocked_error_percent: float | None
+    compliance_error_percent: float | None
+    heldout_node_error_mm: float
+    heldout_force_error_percent: float
+    mode_count: int
+    tetrahedron_count: int
+    node_count: int
+    """Nodes of its finite elements."""
+    snapshot_count: int
+    part_bytes: int
+    snapshot_processor_s: float
+    """Processor time of its snapshots."""
+    reduction_wall_s: float
+    """Wall time of choosing modes and elements, which has one thread."""
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """Which modules there are, and what is known of those that are built."""
+
+    status: str
+    """``completed``, or that some could not be built."""
+    module_count: int
+    built_count: int
+    not_built: tuple[str, ...]
+    shapes: dict[str, ModuleShape]
+    """By name."""
+    reports: dict[str, ModuleReport]
+    """Of those that are built, by name."""
+    failures: dict[str, str]
+    """Why modules could not be built, by name."""
+    wall_s: float
+
+
+@dataclass(frozen=True)
+class BuildSettings:
+    """Which modules to build, and where their snapshots are computed."""
+
+    only: tuple[str, ...] = ()
+    """Names of the modules; all by default."""
+    executor: ExecutorSettings = field(default_factory=ExecutorSettings)
+    """Where snapshots are computed."""
+
+
+def listed(
+    modules: Mapping[str, ParametricModule],
+    folder: RunFolder,
+    failures: Mapping[str, str] | None = None,
+) -> Catalogue:
+    """What is there of a catalogue's modules, and a line of each for a person.
+
+    Args:
+        modules: By name, as `read_catalogue` reads them.
+        folder: The folder of built modules.
+        failures: Why some could not be built just now.
+    """
+    start = time.monotonic()
+    found = {name: _report(folder.path / each.key) for name, each in modules.items()}
+    reports = {name: report for name, report in found.items() if report is not None}
+    shapes = {name: ModuleShape.of(name, each, folder.path) for name, each in modules.items()}
+    for line in _table(shapes, reports):
+        folder.progress.say(line)
+    failures = dict(failures or {})
+    return Catalogue(
+        status="some modules could not be built" if failures else "completed",
+        module_count=len(modules),
+        built_count=len(reports),
+        not_built=tuple(name for name in modules if name not in reports),
+        shapes=shapes,
+        reports=reports,
+        failures=failures,
+        wall_s=time.monotonic() - start,
+    )
+
+
+def build_catalogue(
+    modules: Mapping[str, ParametricModule], settings: BuildSettings, folder: RunFolder
+) -> Catalogue:
+    """Mesh and reduce the modules that are not there yet; the same call goes on where it stopped.
+
+    Args:
+        modules: By name, as `read_catalogue` reads them.
+        settings: Which of them.
+        folder: The folder of built modules.
+
+    Raises:
+        ValueError: There is no module of that name, or another process builds there.
+    """
+    start = time.monotonic()
+    for name in settings.only:
+        if name not in modules:
+            raise ValueError(
+                f"only names module {name!r}, expected some of the catalogue: {', '.join(modules)}"
+            )
+    failures: dict[str, str] = {}
+    with folder.alone():
+        for name in settings.only or modules:
+            try:
+                _build(name, modules[name], settings.executor, folder)
+            except (ValueError, ArithmeticError) as error:  # one failure does not end the others
+                failures[name] = str(error)
+                folder.progress.say(f"{name} could not be built: {error}")
+    return replace(listed(modules, folder, failures), wall_s=time.monotonic() - start)
+
+
+def _build(
+    name: str, module: ParametricModule, executor: ExecutorSettings, folder: RunFolder
+) -> None:
+    """Make what is missing of one module, its report last, and let its name stand for it."""
+    inner = RunFolder(folder.path / module.key, folder.verb, folder.progress, folder.provenance)
+    mesh = inner / MESH_FILE
+    report = _report(inner.path)
+    if report is None:
+        write_json(inner / "made_of.json", {"name": name, **module.made_of()})
+        if not mesh.exists():
+            folder.progress.stage(f"{name}: meshing")
+            make_mesh("leg", module.mesh, inner)
+        folder.progress.say(f"{name}: reducing into {inner.path}")
+        options = module.options(mesh)
+        options = replace(options, snapshots=replace(options.snapshots, executor=executor))
+        made = reduce_as_asked(options, inner, folder.path / SNAPSHOT_FOLDER / module.snapshot_key)
+        report = _reported(made)
+        write_json(inner / REPORT_FILE, result_to_dict(report))
+    else:
+        folder.progress.say(f"{name}: is there already, in {inner.path}")
+    materials = replace(module.options(mesh).materials, mass_kg=1e-3 * report.mass_g)
+    built = BuiltModule(inner / PART_FILE, mesh, module.leg, materials)
+    built.save(name, folder.path)
+
+
+def _reported(made: Reduction) -> ModuleReport:
+    part = ReducedPart.load(made.part)
+    taken = {
+        each.name: getattr(made, each.name)
+        for each in fields(ModuleReport)
+        if hasattr(made, each.name)
+    }
+    return ModuleReport(
+        **taken,
+        mass_g=1e3 * part.mass,
+        reached_kPa=made.bend["pressure_kPa"][-1],
+        bend_deg=made.bend["full_deg"][-1],
+        node_count=len(part.rest_nodes),
+        reduction_wall_s=sum(made.stage_seconds.values()),
+    )
+
+
+def _report(folder: Path) -> ModuleReport | None:
+    """What is known of a built module; None where it is not complete."""
+    path = folder / REPORT_FILE
+    if not all((folder / name).exists() for name in (REPORT_FILE, PART_FILE, MESH_FILE)):
+        return None
+    content = read_json(path, "built module")
+    with reading(path, "built module"):
+        return result_from_dict(ModuleReport, content)
+
+
+def _table(shapes: Mapping[str, ModuleShape], reports: Mapping[str, ModuleReport]) -> Sequence[str]:
+    """A line for each module, under a heading."""
+    rows = [_HEADING]
+    for name, shape in shapes.items():
+        report = reports.get(name)
+        rows.append(
+            [name, f"{shape.length_mm:g} x {shape.width_mm:g}", str(shape.chamber_count)]
+            + (["not built"] if report is None else _numbers(shape, report))
+        )
+    widths = [max(len(row[place]) for row in rows if place < len(row)) for place in range(_COLUMNS)]
+    return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=False)).rstrip()
+            for row in rows]  # fmt: skip
+
+
+_HEADING = [
+    "module", "plate mm", "chambers", "mass g", "bend", "bend error %", "blocked %", "compliance %",
+    "range", "modes", "points", "MB",
+]  # fmt: skip
+_COLUMNS = len(_HEADING)
+
+
+def _numbers(shape: ModuleShape, report: ModuleReport) -> list[str]:
+    def shown(value: float | None) -> str:
+        return "-" if value is None else f"{value:.2g}"
+
+    return [
+        f"{report.mass_g:.1f}",
+        f"{report.bend_deg:.0f} deg at {report.reached_kPa:g} kPa",
+        shown(report.bend_error_percent),
+        shown(report.blocked_error_percent),
+        shown(report.compliance_error_percent),
+        f"{shape.load_pressure_kPa:g} kPa, {1e-3 * shape.load_mN:g} N",
+        str(report.mode_count),
+        str(report.tetrahedron_count),
+        f"{1e-6 * report.part_bytes:.1f}",
+    ]
