@@ -72,8 +72,11 @@ def test_the_tolerance_holds_in_the_cones():
 
 
 def test_badly_conditioned_operators_are_solved():
-    """Stiff and soft directions 1e6 apart, friction 1.2, where solutions are hard to find: of 100
-    two to five stay open over seeds, 12 to 19 with the stepper's stronger pull to the last impulses."""
+    """Stiff and soft directions 1e6 apart, friction 1.2, where solutions are hard to find.
+
+    Of 100 two to five stay open over seeds, 12 to 19 with the stepper's stronger pull to the last
+    impulses.
+    """
     rng = np.random.default_rng(9)
     unsolved = 0
     for _ in range(100):
