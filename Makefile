@@ -17,8 +17,10 @@ ENGINE := pyproject.toml CMakeLists.txt $(wildcard engine/*)
 # Our own threads share the cores with BLAS: two BLAS threads stall tens of milliseconds at random.
 export OPENBLAS_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# What one process compiles of a Python file, the next one reads.
+unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: install demo test test-core types site docs clean
+.PHONY: install demo test test-core lint types site docs clean
 
 install: .venv/.installed
 
@@ -34,22 +36,24 @@ SHARED := --numprocesses auto --dist loadfile --no-loadscope-reorder
 ALONE = $(shell grep --recursive --files-with-matches --include='test_*.py' 'mark\.alone' tests)
 
 test: .venv-test/.installed
-	.venv-test/bin/ruff check .
-	.venv-test/bin/ruff format --check .
-	.venv-test/bin/lint-imports --no-cache --no-logo
-	$(MAKE) --jobs=2 --output-sync types site
+	$(MAKE) --jobs=2 --output-sync lint site types
 	$(PYTEST) -m alone $(ALONE)
 	$(PYTEST) -m "not alone" $(SHARED)
 
 test-core: .venv-test/.installed
 	$(PYTEST) $(SHARED) $(CORE) --ignore tests/simulation/test_shared_simulator.py
 
+lint: .venv-test/.installed
+	.venv-test/bin/ruff check .
+	.venv-test/bin/ruff format --check .
+	.venv-test/bin/lint-imports --no-cache --no-logo
+
 types: .venv-test/.installed
 	.venv-test/bin/mypy
 
 site: .venv-test/.installed
 	rm -rf docs/_site docs/api
-	.venv-test/bin/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs docs/_site
+	.venv-test/bin/python -m sphinx --jobs auto --builder html --fail-on-warning --keep-going --quiet docs docs/_site
 
 docs: .venv-test/.installed
 	.venv-test/bin/pneumorph demo --out runs/images
@@ -59,12 +63,20 @@ docs: .venv-test/.installed
 clean:
 	rm -rf .venv .venv-test .cache
 
-.venv/.installed: PACKAGE := .[$(EXTRAS)]
-.venv-test/.installed: PACKAGE := .[$(EXTRAS),ray,wandb,development,docs]
+.venv/.installed: WITH := $(EXTRAS)
+.venv-test/.installed: WITH := $(EXTRAS),ray,wandb,development,docs
+
+# What pyproject.toml requires to build the package, and to run it with some extras.
+TO_BUILD = import tomllib; \
+	print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"])
+TO_RUN = import tomllib; package = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
+	extras = package["optional-dependencies"]; \
+	print(*package["dependencies"], *(each for name in "$(WITH)".split(",") for each in extras[name]))
 
 # Runs again only where the package's requirements or the engine changed: Python sources are edited
 # in place (an editable install). What builds the engine stays in the environment: pip's own way, a
-# new folder of build tools each time, compiles all of it each time.
+# new folder of build tools each time, compiles all of it each time. A wheel is made first, so that
+# the engine compiles while packages come.
 .venv/.installed .venv-test/.installed: $(ENGINE)
 	@test -n "$(PYTHON)" || { echo "pneumorph needs Python 3.11 or later with its venv module \
 	(on Debian: apt install python3-venv); set PYTHON=/path/to/python3.11" >&2; exit 1; }
@@ -72,7 +84,12 @@ clean:
 	(on Debian: apt install g++)" >&2; exit 1; }
 	@echo "installing into $(@D) (two to four minutes the first time)"
 	"$(PYTHON)" -m venv $(@D)
-	$(@D)/bin/python -m pip install --quiet cmake ninja $$($(@D)/bin/python -c 'import tomllib; \
-	print(*tomllib.load(open("pyproject.toml", "rb"))["build-system"]["requires"])')
-	$(@D)/bin/python -m pip install --quiet --no-build-isolation --editable "$(PACKAGE)"
+	$(@D)/bin/python -m pip install --quiet cmake ninja $$($(@D)/bin/python -c '$(TO_BUILD)')
+	rm -rf $(@D)/wheel
+	@$(@D)/bin/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir $(@D)/wheel . & \
+	compiling=$$!; \
+	$(@D)/bin/python -m pip install --quiet $$($(@D)/bin/python -c '$(TO_RUN)') || \
+	{ kill $$compiling; exit 1; }; \
+	wait $$compiling
+	$(@D)/bin/python -m pip install --quiet --no-build-isolation --editable ".[$(WITH)]"
 	@touch $@

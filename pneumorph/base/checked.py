@@ -66,12 +66,13 @@ class Checked:
 
     def __post_init__(self) -> None:
         kind: Any = type(self)
-        for name, hint in _hints(kind).items():
+        for name, hint in hints_of(kind).items():
             _check(name, getattr(self, name), hint)
 
 
 @cache
-def _hints(kind: type) -> dict[str, Any]:
+def hints_of(kind: Any) -> dict[str, Any]:
+    """Return the annotations of a class by the names of its fields, marks with them; read once."""
     return get_type_hints(kind, include_extras=True)
 
 

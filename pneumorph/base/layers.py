@@ -12,8 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, TypeVar
 
+from pneumorph.base.checked import hints_of
 from pneumorph.base.settings import (
     dataclass_of,
     laid_over,
@@ -50,7 +51,7 @@ def changed_flags(low: Settings, high: Settings) -> list[str]:
 
 def _with_implied(kind: Any, layer: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
     """What a layer sets, over what its choices imply."""
-    hints = get_type_hints(kind)
+    hints = hints_of(kind)
     result = dict(layer)
     for name, value in layer.items():
         inner = dataclass_of(hints[name]) if name in hints else None
@@ -88,7 +89,7 @@ def given_flags(settings: Any, default: Any, arguments: Sequence[str]) -> dict[s
 
 def _flags(kind: Any, path: Path = (), prefix: str = "") -> Iterator[tuple[Path, str | None]]:
     """Every option of a settings class and its flag; None for positional arguments."""
-    hints = get_type_hints(kind, include_extras=True)
+    hints = hints_of(kind)
     for field in fields(kind):
         marks = getattr(hints[field.name], "__metadata__", ())
         shown = next((m.name for m in marks if isinstance(getattr(m, "name", None), str)), None)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -66,6 +67,7 @@ def load_result(kind: type[Result], path: Path | str) -> Result:
         raise ArtefactError(f"{path} cannot be read: {error}") from error
 
 
+@cache  # it keeps what it has made of each class, which takes longer than to use it
 def _converter() -> cattrs.Converter:
     converter = cattrs.Converter()
     converter.register_unstructure_hook(Path, str)

@@ -13,14 +13,16 @@ import json
 import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from types import UnionType
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, get_args, get_origin
 
 import cattrs
 from cattrs.strategies import configure_union_passthrough
 
 from pneumorph.base.artefact import ArtefactError, read_json, read_text, write_json
+from pneumorph.base.checked import hints_of
 
 Settings = TypeVar("Settings")
 
@@ -73,11 +75,11 @@ def upgraded(kind: Any, content: Mapping[str, Any]) -> dict[str, Any]:
     such group.
     """
     now = dict(kind.upgraded(content) if hasattr(kind, "upgraded") else content)
-    hints = get_type_hints(kind, include_extras=True)
+    hints = hints_of(kind)
     for name, hint in hints.items():
         marks = getattr(hint, "__metadata__", ())
         if any(getattr(mark, "name", None) == "" for mark in marks):
-            group = get_type_hints(dataclass_of(hint))
+            group = hints_of(dataclass_of(hint))
             beside = {key: now.pop(key) for key in set(now) & set(group) - set(hints)}
             if beside:
                 now[name] = {**beside, **now.get(name, {})}
@@ -133,7 +135,7 @@ def load_settings(
 
 def _refuse_unknown_keys(kind: Any, content: Mapping[str, Any], prefix: str) -> None:
     """Raise for the first key that has no field, with its whole path and its closest neighbour."""
-    hints = get_type_hints(kind)
+    hints = hints_of(kind)
     names = [field.name for field in fields(kind)]
     for key, value in content.items():
         if key not in names:
@@ -168,6 +170,7 @@ def laid_over(default: dict[str, Any], content: Mapping[str, Any]) -> dict[str, 
     return result
 
 
+@cache  # it keeps what it has made of each class, which takes longer than to use it
 def _converter() -> cattrs.Converter:
     converter = cattrs.Converter(forbid_extra_keys=True)
     converter.register_unstructure_hook(Path, str)

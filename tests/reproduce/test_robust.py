@@ -28,7 +28,7 @@ _SHORT = (
     "--baseline.record-step-count 10 --randomize --randomisation.mass-factor U(0.8,1.2) "
     "--randomisation.floor-slope-deg N(0,2) --randomisation.modulus-factor 1 "
     "--objective.kind mean_minus_deviations --objective.worlds-per-design 4 "
-    "--objective.evaluation-worlds 4 --certified-world-count 4"
+    "--objective.evaluation-worlds 4 --certified-world-count 0"
 )
 
 
