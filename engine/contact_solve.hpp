@@ -154,13 +154,24 @@ void pose_friction(const ContactRow<M>* rows, int row_count, FrictionProblem& pr
   }
 }
 
+// Most points of one mount or of the hub.
+template <int M>
+int largest_group(const ContactRow<M>* rows, int row_count) {
+  int counts[kMaximumMounts + 1] = {}, most = 0;
+  for (int c = 0; c < row_count; ++c) {
+    int& count = counts[rows[c].mount < 0 ? kMaximumMounts : rows[c].mount];
+    if (++count > most) most = count;
+  }
+  return most;
+}
+
 // Impulses of the rows that obey the law to the tolerance, or the best found.
 template <int M, class Real>
 void solve_friction(const Settings& settings, int row_count, Workspace<M, Real>& work, FrictionReport& report) {
   ContactRow<M>* rows = work.rows;
   report.residual = 0;
   if (row_count == 0) return;
-  if (row_count > kNewtonPoints) {
+  if (row_count > kNewtonPoints || largest_group<M>(rows, row_count) > kGroupPoints) {
     report.residual = sweep_contacts(settings, row_count, settings.contact_sweeps, work, report.sweeps);
     return;
   }

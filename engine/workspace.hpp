@@ -8,7 +8,8 @@
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
 
-constexpr int kNewtonPoints = 512;  // most points of Newton's method, legs that lie flat; more are left to sweeps
+constexpr int kNewtonPoints = 512;  // most points of Newton's method, of legs that lie flat; more are left to sweeps,
+constexpr int kGroupPoints = 128;   // and more than so many of one part or of the hub, whose elimination costs their cube
 constexpr int kFrictionRows = 3 * kNewtonPoints;
 
 // A point near the floor at the start of a step.

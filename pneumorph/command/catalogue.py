@@ -26,7 +26,13 @@ import tyro
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.command.verb import Verb, flat
-from pneumorph.study.built_catalogue import BuildSettings, Catalogue, build_catalogue, listed
+from pneumorph.study.built_catalogue import (
+    BuildSettings,
+    Catalogue,
+    build_catalogue,
+    chosen,
+    listed,
+)
 from pneumorph.study.module_catalogue import read_catalogue, shipped_catalogue
 
 
@@ -43,10 +49,10 @@ class CatalogueOptions:
 
 def run(options: CatalogueOptions, folder: RunFolder) -> Catalogue:
     """List or build it."""
-    modules = read_catalogue(options.file or shipped_catalogue())
+    modules = chosen(read_catalogue(options.file or shipped_catalogue()), options.build.only)
     if options.action == "list":
         return listed(modules, folder)
-    return build_catalogue(modules, options.build, folder)
+    return build_catalogue(modules, options.build.executor, folder)
 
 
 VERB = Verb(CatalogueOptions, run, folder=lambda _: CATALOGUE_FOLDER, alone=False)

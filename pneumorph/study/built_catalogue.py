@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
-from pneumorph.base.artefact import read_json, reading, write_json
-from pneumorph.base.executor import ExecutorSettings
+from pneumorph.base.artefact import ArtefactError, read_json, reading, write_json
+from pneumorph.base.executor import ExecutorSettings, WorkerError
 from pneumorph.base.result import result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.built_module import BuiltModule
@@ -21,6 +21,10 @@ from pneumorph.study.reduction_options import reduce_as_asked
 
 REPORT_FILE = "module.json"
 """What is known of a built module; written when all of it is there."""
+REPORT_VERSION = 1
+"""Of that file."""
+FAILURE_FILE = "failure.json"
+"""Why the last attempt to build a module ended without it."""
 SNAPSHOT_FOLDER = "snapshots"
 """Modules that differ in their reduction alone have the same snapshots there."""
 
@@ -33,7 +37,9 @@ class ModuleShape:
     key: str
     """Digest of all that its files depend on."""
     part: str
-    """File of the reduced part where it is built, to be given as --part."""
+    """File of the reduced part where it is built, to be given as --part with `mesh`."""
+    mesh: str
+    """File of its mesh, to be given as --full.mesh."""
     leg: LegName
     """The leg that it is like."""
     length_mm: float
@@ -59,6 +65,7 @@ class ModuleShape:
             name,
             module.key,
             str(folder / module.key / PART_FILE),
+            str(folder / module.key / MESH_FILE),
             module.leg,
             leg.base_plate_mm[0],
             leg.base_plate_mm[1],
@@ -126,25 +133,45 @@ class BuildSettings:
     """Where snapshots are computed."""
 
 
-def listed(
-    modules: Mapping[str, ParametricModule],
-    folder: RunFolder,
-    failures: Mapping[str, str] | None = None,
-) -> Catalogue:
+def chosen(
+    modules: Mapping[str, ParametricModule], only: Sequence[str]
+) -> Mapping[str, ParametricModule]:
+    """Those of the names, or all without any.
+
+    Raises:
+        ValueError: There is no module of a name.
+    """
+    for name in only:
+        if name not in modules:
+            raise ValueError(
+                f"only names module {name!r}, expected some of the catalogue: {', '.join(modules)}"
+            )
+    return {name: modules[name] for name in only} if only else modules
+
+
+def listed(modules: Mapping[str, ParametricModule], folder: RunFolder) -> Catalogue:
     """What is there of a catalogue's modules, and a line of each for a person.
 
     Args:
         modules: By name, as `read_catalogue` reads them.
         folder: The folder of built modules.
-        failures: Why some could not be built just now.
     """
     start = time.monotonic()
-    found = {name: _report(folder.path / each.key) for name, each in modules.items()}
-    reports = {name: report for name, report in found.items() if report is not None}
+    reports, failures = {}, {}
+    for name, module in modules.items():
+        inner = folder.path / module.key
+        try:
+            report, failure = _report(inner), _failure(inner)
+        except ArtefactError as error:
+            report, failure = None, str(error)
+        if report is not None:
+            reports[name] = report
+        if failure is not None:
+            failures[name] = failure
+            folder.progress.say(f"{name} could not be built: {failure}")
     shapes = {name: ModuleShape.of(name, each, folder.path) for name, each in modules.items()}
     for line in _table(shapes, reports):
         folder.progress.say(line)
-    failures = dict(failures or {})
     return Catalogue(
         status="some modules could not be built" if failures else "completed",
         module_count=len(modules),
@@ -158,33 +185,28 @@ def listed(
 
 
 def build_catalogue(
-    modules: Mapping[str, ParametricModule], settings: BuildSettings, folder: RunFolder
+    modules: Mapping[str, ParametricModule], executor: ExecutorSettings, folder: RunFolder
 ) -> Catalogue:
     """Mesh and reduce the modules that are not there yet; the same call goes on where it stopped.
 
     Args:
         modules: By name, as `read_catalogue` reads them.
-        settings: Which of them.
+        executor: Where snapshots are computed.
         folder: The folder of built modules.
 
     Raises:
-        ValueError: There is no module of that name, or another process builds there.
+        ValueError: Another process builds there.
     """
     start = time.monotonic()
-    for name in settings.only:
-        if name not in modules:
-            raise ValueError(
-                f"only names module {name!r}, expected some of the catalogue: {', '.join(modules)}"
-            )
-    failures: dict[str, str] = {}
     with folder.alone():
-        for name in settings.only or modules:
+        for name, module in modules.items():
+            failure = folder.path / module.key / FAILURE_FILE
             try:
-                _build(name, modules[name], settings.executor, folder)
-            except (ValueError, ArithmeticError) as error:  # one failure does not end the others
-                failures[name] = str(error)
-                folder.progress.say(f"{name} could not be built: {error}")
-    return replace(listed(modules, folder, failures), wall_s=time.monotonic() - start)
+                _build(name, module, executor, folder)
+                failure.unlink(missing_ok=True)
+            except (ValueError, ArithmeticError, WorkerError) as error:  # the others go on
+                write_json(failure, {"error": str(error)})
+    return replace(listed(modules, folder), wall_s=time.monotonic() - start)
 
 
 def _build(
@@ -193,9 +215,13 @@ def _build(
     """Make what is missing of one module, its report last, and let its name stand for it."""
     inner = RunFolder(folder.path / module.key, folder.verb, folder.progress, folder.provenance)
     mesh = inner / MESH_FILE
-    report = _report(inner.path)
+    try:
+        report = _report(inner.path)
+    except ArtefactError as error:
+        folder.progress.say(f"{name}: is made again, since {error}")
+        report = None
     if report is None:
-        write_json(inner / "made_of.json", {"name": name, **module.made_of()})
+        write_json(inner / "made_of.json", module.made_of())
         if not mesh.exists():
             folder.progress.stage(f"{name}: meshing")
             make_mesh("leg", module.mesh, inner)
@@ -204,7 +230,8 @@ def _build(
         options = replace(options, snapshots=replace(options.snapshots, executor=executor))
         made = reduce_as_asked(options, inner, folder.path / SNAPSHOT_FOLDER / module.snapshot_key)
         report = _reported(made)
-        write_json(inner / REPORT_FILE, result_to_dict(report))
+        content = {"format_version": REPORT_VERSION, **result_to_dict(report)}
+        write_json(inner / REPORT_FILE, content)
     else:
         folder.progress.say(f"{name}: is there already, in {inner.path}")
     materials = replace(module.options(mesh).materials, mass_kg=1e-3 * report.mass_g)
@@ -235,8 +262,21 @@ def _report(folder: Path) -> ModuleReport | None:
     if not all((folder / name).exists() for name in (REPORT_FILE, PART_FILE, MESH_FILE)):
         return None
     content = read_json(path, "built module")
+    version = content.pop("format_version", None)
+    if version != REPORT_VERSION:
+        raise ArtefactError(
+            f"{path} has format version {version}, expected {REPORT_VERSION}; build it again"
+        )
     with reading(path, "built module"):
         return result_from_dict(ModuleReport, content)
+
+
+def _failure(folder: Path) -> str | None:
+    """Why a module could not be built; None where nobody tried, or it is there."""
+    path = folder / FAILURE_FILE
+    if not path.exists():
+        return None
+    return str(read_json(path, "failure of a module").get("error", "for no reason that was kept"))
 
 
 def _table(shapes: Mapping[str, ModuleShape], reports: Mapping[str, ModuleReport]) -> Sequence[str]:

@@ -89,6 +89,9 @@ class ParametricModule(Checked):
             "hub": "rigid",
             "materials": settings_to_dict(kind.materials),
             "masses": {"model": kind.mass_model},
+            # As of every mesh of one's own; the key is asked for before there is a mesh.
+            "snapshots": {"static": {"rotation": "polar"}},
+            "reduction": {"rotation": "polar"},
         }
         meshed = {} if mesh is None else {"mesh": str(mesh)}
         return layered(PRESETS[self.reduced_as](), [own, meshed, self.changes])
@@ -114,9 +117,10 @@ class ParametricModule(Checked):
 
     @cached_property
     def snapshot_key(self) -> str:
-        """The same of its snapshots: of all but how they are reduced."""
+        """The same of its snapshots: of all but how they are reduced; its rotation is also that of
+        the robots that walk."""
         made_of = self.made_of()
-        del made_of["reduce"]["reduction"]
+        made_of["reduce"]["reduction"] = made_of["reduce"]["reduction"]["rotation"]
         return _digest(made_of)
 
 

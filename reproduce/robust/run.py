@@ -74,10 +74,10 @@ def main(
     """
     source = FinishedRun.read(run)
     work = work / source.digest()
-    earlier = _earlier(out / "summary.json", source.digest())
     worlds = worlds_of(source)
     certificate = _certificate(source, work, "full" in steps)
     best = certificate.pairs[int(certificate.best.removeprefix("L")) - 1]
+    earlier = _earlier(out / "summary.json", source.digest(), best.design)
     gait = run / best.gait
     reality = of_other_leg(source.robot, other_leg)
     made: dict[str, Any] = {}
@@ -87,7 +87,7 @@ def main(
     expert_cm = np.array(certificate.distances_cm, dtype=float)[:, 0]
     keep("seeds", lambda: _seeds(runs, work, expert_cm))
     keep("damping", lambda: _damping(source, certificate, work))
-    walks = earlier.get("walks", [])
+    walks = _read(work / WALKS_FILE, earlier.get("walks", []))
     if "walks" in steps:
         walks = _walk_best(source, certificate, work, walks)
     of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
@@ -147,10 +147,11 @@ def _certificate(run: FinishedRun, work: Path, full: bool) -> Certificate:
     )
 
 
-def _earlier(summary: Path, digest: str) -> dict[str, Any]:
-    """What an earlier call found of the same training."""
+def _earlier(summary: Path, digest: str, best_design: str) -> dict[str, Any]:
+    """What an earlier call found of the same training and its same best pair."""
     found = _read(summary, {})
-    return found if found.get("digest") == digest else {}
+    same = found.get("digest") == digest and found.get("best_design") == best_design
+    return found if same else {}
 
 
 def _read(file: Path, otherwise: Any) -> Any:
@@ -189,8 +190,8 @@ def _walk_best(
     worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
     folder, walks = RunFolder(work / "certificate_full", "certify"), []
     there = {
-        walk["world"]: KeptWalk(walk["full_cm"], walk["status"], walk["wall_s"])
-        for walk in (*earlier, *_read(work / WALKS_FILE, []))
+        walk["world"]: KeptWalk(walk["full_cm"], walk["status"], walk["wall_s"], walk["states"])
+        for walk in earlier
     }
     for number in (None, *worst):
         world = None if number is None else worlds[number]

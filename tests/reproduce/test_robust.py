@@ -86,7 +86,7 @@ def test_all_steps_end_in_one_summary(
 
     def full_order_walks(_: object, walks: list, folder: object) -> list[KeptWalk]:
         asked.extend(walks)
-        return [KeptWalk(10.0 * len(asked), "completed", 1.0)]
+        return [KeptWalk(10.0 * len(asked), "completed", 1.0, "states.npz")]
 
     monkeypatch.setattr(robust, "full_order_walks", full_order_walks)
     walked = made("walks")

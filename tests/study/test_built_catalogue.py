@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.built_module import BuiltModule
 from pneumorph.catalogue.robot_description import RobotDescription
@@ -56,6 +58,7 @@ connector_mm = [18, 8, 2]
 middle_wall_mm = 2
 """
 
+HERE = ExecutorSettings(process_count=1)
 ROBOT = """
 name = "four stubs"
 catalogue_folder = "built"
@@ -135,9 +138,9 @@ def test_what_is_there_is_not_made_again(folder: Path, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(built_catalogue, "reduce_as_asked", refused)
     modules = read_catalogue(folder / "legs.toml")
-    settings = built_catalogue.BuildSettings(only=("stub",))
-    found = build_catalogue(modules, settings, RunFolder(folder / "built", "catalogue"))
-    assert (found.status, found.built_count) == ("completed", 1)
+    modules = built_catalogue.chosen(modules, ("stub",))
+    found = build_catalogue(modules, HERE, RunFolder(folder / "built", "catalogue"))
+    assert (found.status, found.module_count, found.built_count) == ("completed", 1, 1)
 
 
 def test_a_build_that_was_stopped_goes_on_with_its_snapshots(
@@ -153,12 +156,12 @@ def test_a_build_that_was_stopped_goes_on_with_its_snapshots(
     with monkeypatch.context() as patch:
         patch.setattr("pneumorph.study.reduction.reduce_part", stopped)
         with pytest.raises(KeyboardInterrupt):
-            build_catalogue(modules, built_catalogue.BuildSettings(), out)
+            build_catalogue(modules, HERE, out)
     assert not (inner / "module.json").exists()
     assert built_catalogue.listed(modules, out).not_built == ("stub",)
     before = {each: each.stat().st_mtime_ns for each in out.path.rglob("*.npz")}
     assert {each.name for each in before} == {"mesh.npz", "bend.npz", "load_0.npz"}
-    assert build_catalogue(modules, built_catalogue.BuildSettings(), out).built_count == 1
+    assert build_catalogue(modules, HERE, out).built_count == 1
     assert {each: each.stat().st_mtime_ns for each in before} == before
 
 
@@ -170,7 +173,7 @@ def test_another_reduction_takes_the_same_snapshots(folder: Path, tmp_path: Path
     out = RunFolder(tmp_path / "built", "catalogue")
     shutil.copytree(folder / "built", out.path)
     assert built_catalogue.listed(modules, out).built_count == 0
-    found = build_catalogue(modules, built_catalogue.BuildSettings(), out)
+    found = build_catalogue(modules, HERE, out)
     assert found.reports["stub"].mode_count == 3
     assert ReducedPart.load(BuiltModule.find("stub", out.path).part).mode_count == 3
     assert len(list(out.path.rglob("bend.npz"))) == 1
@@ -186,11 +189,19 @@ def test_what_is_damaged_is_told_and_what_is_gone_is_made_again(
     shutil.copytree(folder / "built", out.path)
     kept = (inner / "leg.npz").read_bytes()
     (inner / "leg.npz").unlink()
-    assert build_catalogue(modules, built_catalogue.BuildSettings(), out).built_count == 1
+    assert build_catalogue(modules, HERE, out).built_count == 1
     assert len((inner / "leg.npz").read_bytes()) == pytest.approx(len(kept), rel=0.01)
-    (inner / "module.json").write_text('{"mass_g": 3.0}')
-    with pytest.raises(ArtefactError, match=r"module\.json cannot be read .*reached_kPa"):
-        built_catalogue.listed(modules, out)
+    report = (inner / "module.json").read_text()
+    for damaged, told in (
+        ('{"format_version": 1, "mass_g": 3.0}', "cannot be read .*reached_kPa"),
+        ('{"mass_g": 3.0}', "format version None, expected 1"),
+    ):
+        (inner / "module.json").write_text(damaged)
+        found = built_catalogue.listed(modules, out)
+        assert found.not_built == ("stub",)
+        assert re.search(rf"module\.json .*{told}", found.failures["stub"])
+    assert build_catalogue(modules, HERE, out).status == "completed"
+    assert json.loads((inner / "module.json").read_text()).keys() == json.loads(report).keys()
 
 
 def test_one_that_cannot_be_built_does_not_end_the_others(
@@ -202,11 +213,12 @@ def test_one_that_cannot_be_built_does_not_end_the_others(
     monkeypatch.setattr(built_catalogue, "reduce_as_asked", refused)
     modules = read_catalogue(folder / "legs.toml")
     out = RunFolder(tmp_path / "built", "catalogue")
-    found = build_catalogue(modules, built_catalogue.BuildSettings(), out)
+    found = build_catalogue(modules, HERE, out)
     assert found.failures == {"stub": "it folds at 50 kPa", "twin": "it folds at 50 kPa"}
     assert found.status == "some modules could not be built"
+    assert built_catalogue.listed(modules, out).failures == found.failures
     with pytest.raises(ValueError, match=r"only names module 'stump', expected .* stub, twin"):
-        build_catalogue(modules, built_catalogue.BuildSettings(only=("stump",)), out)
+        built_catalogue.chosen(modules, ("stump",))
 
 
 def test_a_robots_file_names_a_module(folder: Path) -> None:
@@ -252,6 +264,13 @@ def test_the_key_is_of_all_that_a_module_depends_on(tmp_path: Path) -> None:
 
     usual = keys(CATALOGUE)
     assert usual["stub"] != usual["twin"]
+    (tmp_path / "legs.toml").write_text(
+        CATALOGUE.replace("mode_limit = 4", 'mode_limit = 4\nrotation = "edge"')
+    )
+    # With another rotation robots walk in another physics, too.
+    edge = read_catalogue(tmp_path / "legs.toml")["stub"].snapshot_key
+    (tmp_path / "legs.toml").write_text(CATALOGUE)
+    assert edge != read_catalogue(tmp_path / "legs.toml")["stub"].snapshot_key
     assert keys(CATALOGUE.replace("modules.stub", "modules.stump"))["stump"] == usual["stub"]
     for old, new in (
         ("size_mm = 12.0", "size_mm = 11.0"),
