@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-import pneumorph as pn
+import pneumorph as pm
 
 COST_CM_PER_DEGREE = 0.1
 
 
-class Straight(pn.TaskWrapper):
+class Straight(pm.TaskWrapper):
     """Forward travel, less what turning costs. A left and a right turn cost the same, so
     `is_symmetric` is that of the environment, and mirrored transitions are learned as they are."""
 
@@ -48,9 +48,7 @@ def main(arguments: Sequence[str] | None = None, **changes: Any) -> Any:
     parser.add_argument("--robot", help="file that describes the robot; by default the paper's")
     parser.add_argument("--out", default="runs/straight", help="the run folder")
     asked = parser.parse_args(arguments)
-    found = pn.cooptimise(
-        asked.out, asked.robot, preset="quick", changes=changes, own_task=Straight
-    )
+    found = pm.train(asked.out, asked.robot, preset="quick", changes=changes, own_task=Straight)
     print(f"{found.best_design}: {found.best_distance_cm} cm forward, ranked by {found.ranked_by}")
     return found
 

@@ -35,7 +35,7 @@ _HOMES = {
     "paper_robot": "pneumorph.catalogue.paper_robot",
     "reduce": "pneumorph.study.reduction",
     "rollout": "pneumorph.simulation.rollout",
-    "train": "pneumorph.study.training_run",
+    "train": "pneumorph.study.training_options",
 }
 """Where each name is defined."""
 
@@ -79,8 +79,7 @@ if TYPE_CHECKING:
     from pneumorph.simulation.rollout import rollout
     from pneumorph.study.evaluation import evaluate
     from pneumorph.study.reduction import reduce
-    from pneumorph.study.training_options import cooptimise
-    from pneumorph.study.training_run import train
+    from pneumorph.study.training_options import cooptimise, train
     from pneumorph.trajectory import Trajectory
 
 

@@ -1,7 +1,8 @@
 """The tutorials' blocks run, in their order, in an empty folder.
 
 `bash` and `python` blocks are run; other blocks show what takes longer. A comment before a block,
-``<!-- when tested: VERB FLAGS -->``, adds flags to the lines of that verb, to make it small.
+``<!-- when tested: VERB FLAGS -->``, adds flags to the lines of that verb, to make it small; what
+Python trains after `coopt` has these flags too.
 """
 
 from __future__ import annotations
@@ -9,12 +10,16 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from dataclasses import replace
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from pneumorph.cli import VERBS, run
+from pneumorph.cli import VERBS, _parsed, run
+from pneumorph.study.training_options import PRESETS
 
 DOCS = Path(__file__).parent.parent / "docs"
 BLOCK = re.compile(r"((?:<!-- when tested: .*? -->\n)*)```(bash|python)\n(.*?)```", re.DOTALL)
@@ -22,15 +27,21 @@ BLOCK = re.compile(r"((?:<!-- when tested: .*? -->\n)*)```(bash|python)\n(.*?)``
 
 def run_blocks(page: str) -> list[str]:
     """Run the blocks of a page where one stands; return the verbs that were run."""
-    verbs = []
+    verbs: list[str] = []
+    small: dict[str, str] = {}
     for comments, language, text in BLOCK.findall((DOCS / page).read_text()):
         added = dict(
             comment.split(" ", 1) for comment in re.findall(r"when tested: (.*?) -->", comments)
         )
         assert set(added) <= set(VERBS)
         if language == "python":
-            exec(compile(text, page, "exec"), {"__name__": "__tutorial__"})
+            verb = import_module("pneumorph.command.coopt").VERB
+            quick = _parsed("coopt", verb, "", shlex.split(small.get("coopt", "")))[0]
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setitem(PRESETS, "quick", partial(replace, quick))
+                exec(compile(text, page, "exec"), {"__name__": "__tutorial__"})
             continue
+        small |= added
         for line in text.strip().splitlines():
             program, verb, *flags = shlex.split(line)
             assert program == "pneumorph", line

@@ -32,7 +32,7 @@ POLICY_FILE = "policy.npz"
 GAIT_FOLDER = "gaits"
 
 
-def cooptimise(
+def learn_in_folder(
     make_environment: EnvironmentFactory,
     settings: CooptSettings,
     folder: Path | str,

@@ -47,7 +47,7 @@ def training_snapshot(folder: Path | str, settings: CooptSettings) -> TrainingSn
     """Read the folder of a training without changing it.
 
     Args:
-        folder: The folder that `cooptimise` writes; it need not exist yet.
+        folder: The folder that `learn_in_folder` writes; it need not exist yet.
         settings: The training's settings.
 
     Raises:

@@ -26,7 +26,7 @@ from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
 from pneumorph.study.reduction_options import from_walks
 from pneumorph.study.study_once import study_folder, study_once
-from pneumorph.study.training_run import OwnTask, TrainingResult, task_name, train
+from pneumorph.study.training_run import OwnTask, TrainingResult, run_training, task_name
 from pneumorph.study.training_worlds import TrainingWorlds
 from pneumorph.study.usual_aim import other_physics, usual_aim, usual_worlds
 
@@ -56,7 +56,7 @@ class TrainingOptions(Checked):
     """End with a certificate whose pairs walk as finite elements too, and are learned again on a
     leg that is reduced again where the two models part, as `pneumorph certify --full` does."""
     rounds: RoundSettings = field(default_factory=RoundSettings)
-    """Of --certify."""
+    """How long --certify goes on."""
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
@@ -125,8 +125,8 @@ PRESETS: dict[str, Callable[[], TrainingOptions]] = {
 """Ready options by name."""
 
 
-def cooptimise(
-    folder: Path | str,
+def train(
+    folder: Path | str = "runs/training",
     robot: Path | str | None = None,
     *,
     preset: Literal["quick", "fast", "paper"] = "quick",
@@ -143,7 +143,8 @@ def cooptimise(
         robot: File that describes the robot; None for the paper's.
         preset: Ready settings to start from.
         changes: Settings laid over them, nested by name as in ``settings.json``:
-            ``{"coopt": {"total_timesteps": 5000}}``.
+            ``{"coopt": {"total_timesteps": 5000}}``, or ``{"robot": {"based_on": "published"}}``
+            for ``--physics published``.
         own_task: Turns the environment of the robots into one of another task, such as a
             `TaskWrapper`; None for the task of the settings.
 
@@ -158,6 +159,10 @@ def cooptimise(
     named = {} if robot is None else {"robot": {"described": str(robot)}}
     options = layered(PRESETS[preset](), [laid_over(named, changes or {})])
     return train_once(options, study_folder(Path(folder), "coopt"), own_task=own_task)
+
+
+cooptimise = train
+"""The same by the verb's name."""
 
 
 def train_once(
@@ -201,7 +206,7 @@ def train_once(
 def train_as_asked(
     options: TrainingOptions, folder: RunFolder, own_task: OwnTask | None = None
 ) -> TrainingResult:
-    """Train as the options say; arguments and what is raised as of `train`."""
+    """Train as the options say; arguments and what is raised as of `run_training`."""
     robot = options.robot.spec()
     drawn = robot.agreeing_worlds(options.randomisation)
     worlds = TrainingWorlds.of_objective(drawn, options.coopt.objective, options.world_count)
@@ -215,7 +220,7 @@ def train_as_asked(
             rounds=options.rounds,
             randomisation=drawn,
         )
-    return train(
+    return run_training(
         options.coopt,
         folder,
         robot,

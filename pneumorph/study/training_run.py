@@ -5,11 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
-from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.training_environment import TrainingEnvironment
@@ -17,9 +15,9 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.coopt_result import CooptResult, SeenPair
-from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.environments import crawling
-from pneumorph.learn.settings import CooptSettings, quick_settings
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
@@ -119,12 +117,12 @@ class TrainingResult(BestPhase):
         return {} if found is None else {name: getattr(found, name) for name in names}
 
 
-def train(
-    settings: CooptSettings | None = None,
-    folder: RunFolder | Path | str = "runs/training",
-    robot: RobotSpec | None = None,
+def run_training(
+    settings: CooptSettings,
+    folder: RunFolder,
+    spec: RobotSpec,
     *,
-    baseline: PhaseSweepSettings | None = None,
+    baseline: PhaseSweepSettings,
     worlds: TrainingWorlds | None = None,
     certificate: CertificateSettings | None = None,
     reduction: ReduceSettings | None = None,
@@ -135,9 +133,9 @@ def train(
     """Sweep the baseline, train, replay the best pair, and return what was found.
 
     Args:
-        settings: The learner, its task and its design space; None for the quick preset.
+        settings: The learner, its task and its design space.
         folder: Where everything is written.
-        robot: What the robots are; None for the paper's.
+        spec: What the robots are.
         baseline: The expert's gaits to compare with.
         worlds: Worlds to train in; None for one.
         certificate: Unseen worlds that the best pairs are certified in at the end; None for none.
@@ -154,9 +152,6 @@ def train(
             is none for these settings.
     """
     start = time.monotonic()
-    settings, spec = settings or quick_settings(), robot or paper_robot()
-    baseline = baseline or PhaseSweepSettings()
-    folder = folder if isinstance(folder, RunFolder) else RunFolder(Path(folder), "coopt")
     _check(settings, spec, folder, resume, worlds, baseline)
     expert = swept(spec, baseline, folder)
     folder.progress.stage("learning design and gait together")
@@ -169,7 +164,7 @@ def train(
         return environment if own_task is None else own_task(environment)
 
     name = None if own_task is None else task_name(own_task)
-    learned = cooptimise(
+    learned = learn_in_folder(
         make_environment,
         settings,
         folder.path / TRAINING_FOLDER,

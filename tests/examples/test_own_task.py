@@ -10,7 +10,7 @@ import numpy as np
 import own_task
 import pytest
 
-import pneumorph as pn
+import pneumorph as pm
 from pneumorph.cli import run
 from pneumorph.environment.registration import make_env
 from pneumorph.environment.training_environment import TrainingEnvironment
@@ -44,8 +44,8 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_turning_costs_what_it_says() -> None:
     """The same commands with and without the task: rewards differ by a tenth of the headings'
     changes, which the simulator tells. A robot with two legs on one side turns."""
-    task = pn.CrawlingTask(**TASK)
-    robot = pn.paper_robot("published")
+    task = pm.CrawlingTask(**TASK)
+    robot = pm.paper_robot("published")
     usual, own = (make_env(design="1.1.2.0.0.0.0.0", robot=robot, task=task) for _ in range(2))
     wrapped: TrainingEnvironment = own_task.Straight(own)
     actions = [np.full((1, 3), value, np.float32) for value in (0.8, -0.5, 0.9)]
@@ -71,7 +71,7 @@ def test_a_run_from_python_is_a_run_of_coopt(trained: Path) -> None:
     again = own_task.main(["--robot", str(PLATE), "--out", str(trained)], **TINY)
     assert [pair.design for pair in again.pairs] == [pair["design"] for pair in summary["pairs"]]
     with pytest.raises(ValueError, match="own_task Straight, expected None"):
-        pn.cooptimise(trained, PLATE, changes=TINY)
+        pm.train(trained, PLATE, changes=TINY)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from pathlib import Path
 from helpers.toy_coopt import TIME_STEP_S, make_simulator, toy_settings
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.learn.coopt_result import CooptResult
-from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.environments import crawling
 
 _SETTINGS = toy_settings(round_count=7, environment_count=4)
@@ -18,7 +18,7 @@ SETTINGS = replace(_SETTINGS, checkpoint_interval_timesteps=2 * _SETTINGS.timest
 
 def finish(folder: Path, said: list[str] | None = None) -> CooptResult:
     """Begin the run, or go on with it, to its end."""
-    return cooptimise(
+    return learn_in_folder(
         crawling(viscous_crawler_robot, make_simulator, SETTINGS),
         SETTINGS,
         folder,

@@ -21,7 +21,7 @@ from pneumorph.learn.checkpoint import (
     read_checkpoint,
     save_checkpoint,
 )
-from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.training import Training
 
@@ -176,7 +176,7 @@ def test_a_training_does_not_go_on_from_damaged_metadata(
 ) -> None:
     save_checkpoint(tmp_path, new_training().arrays(), METADATA | changed)
     with pytest.raises(ArtefactError, match=rf"checkpoint\.npz .*{what}"):
-        cooptimise(
+        learn_in_folder(
             crawling(lambda design: design, make_simulator, SETTINGS),
             SETTINGS,
             tmp_path,

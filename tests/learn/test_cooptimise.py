@@ -16,7 +16,7 @@ from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.checkpoint import NEWEST, load_checkpoint, save_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
-from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
 from pneumorph.learn.policy_file import load_policy
@@ -39,7 +39,7 @@ def run(folder: Path, kill_after_round: int | None = None, **options: Any) -> Co
             raise Killed
 
     settings = options.pop("settings", SETTINGS)
-    return cooptimise(
+    return learn_in_folder(
         crawling(viscous_crawler_robot, make_simulator, settings),
         settings,
         folder,

@@ -17,7 +17,7 @@ from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.training_environment import TaskWrapper, TrainingEnvironment
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.gait.gait_file import read_gait
-from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.learn.settings import CooptSettings
@@ -72,7 +72,7 @@ def test_a_task_that_is_no_crawling_is_learned(tmp_path: Path) -> None:
     """Random actions miss by half or more on average; the state tells what to do, and designs of
     two legs lose less than those of three."""
     settings = settings_of(24)
-    result = cooptimise(FollowTheClock, settings, tmp_path)
+    result = learn_in_folder(FollowTheClock, settings, tmp_path)
     best = result.pairs[0]
     legs = np.count_nonzero(Design.parse(best.design).assignment)
     assert legs == 2

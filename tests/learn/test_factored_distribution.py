@@ -12,7 +12,7 @@ from helpers.toy_coopt import TASK, make_simulator, toy_settings
 from scipy.stats import chi2
 
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
-from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.design_distribution import DesignDistribution, EntropySchedule
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.factored_distribution import FactoredDistribution, FactoredSettings
@@ -205,7 +205,7 @@ def test_a_space_that_none_can_list_trains_and_goes_on_to_the_same_bits(tmp_path
         evaluated_design_count=16,
     )
     assert settings.is_factored
-    straight = cooptimise(
+    straight = learn_in_folder(
         crawling(viscous_crawler_robot, make_simulator, settings), settings, tmp_path / "straight"
     )
 
@@ -217,13 +217,13 @@ def test_a_space_that_none_can_list_trains_and_goes_on_to_the_same_bits(tmp_path
             raise Stopped
 
     with pytest.raises(Stopped):
-        cooptimise(
+        learn_in_folder(
             crawling(viscous_crawler_robot, make_simulator, settings),
             settings,
             tmp_path / "halves",
             progress=stop,
         )
-    resumed = cooptimise(
+    resumed = learn_in_folder(
         crawling(viscous_crawler_robot, make_simulator, settings),
         settings,
         tmp_path / "halves",

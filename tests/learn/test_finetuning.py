@@ -21,7 +21,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.walk import walk
 from pneumorph.learn.coopt_result import CooptResult
-from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.networks import Policy
 from pneumorph.learn.policy_file import load_policy
@@ -40,7 +40,7 @@ class Killed(Exception):
 
 
 def run(folder: Path, **options: Any) -> CooptResult:
-    return cooptimise(
+    return learn_in_folder(
         crawling(viscous_crawler_robot, make_simulator, SETTINGS),
         SETTINGS,
         folder,

@@ -15,7 +15,7 @@ from helpers.toy_coopt import make_simulator
 
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.learn.checkpoint import load_checkpoint
-from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
 
@@ -75,7 +75,7 @@ def test_a_run_that_died_before_its_first_checkpoint_says_that_it_begins_again(
 
     rare = replace(SETTINGS, checkpoint_interval_timesteps=10**6)
     with pytest.raises(Died):
-        cooptimise(
+        learn_in_folder(
             crawling(viscous_crawler_robot, make_simulator, rare), rare, tmp_path, progress=die
         )
     summary = finish(tmp_path)

@@ -9,7 +9,7 @@ from helpers.toy_coopt import make_simulator, toy_settings
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.learn.checkpoint import NEWEST, PREVIOUS
-from pneumorph.learn.cooptimise import cooptimise
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import METRICS_FILE
 from pneumorph.learn.snapshot import TrainingSnapshot, training_snapshot
@@ -28,7 +28,7 @@ def folder_and_moments(
     def look(done: int, total: int, message: str) -> None:
         moments.append(training_snapshot(folder, SETTINGS))
 
-    cooptimise(
+    learn_in_folder(
         crawling(lambda design: design, make_simulator, SETTINGS), SETTINGS, folder, progress=look
     )
     return folder, moments

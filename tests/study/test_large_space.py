@@ -19,7 +19,7 @@ from pneumorph.learn.sac import SacSettings
 from pneumorph.learn.settings import quick_settings
 from pneumorph.robot.design import Design
 from pneumorph.study.search import SearchSettings, search
-from pneumorph.study.training_run import train
+from pneumorph.study.training_run import run_training
 
 PLATE = Path(__file__).parent.parent.parent / "examples" / "large_plate.toml"
 
@@ -50,7 +50,8 @@ def test_the_large_plate_trains(plate: RobotDescription, tmp_path: Path) -> None
         phase_step_deg=180.0,
         gait=ExpertGait(regulator_count=4, duration_s=4.0),
     )
-    found = train(settings, RunFolder(tmp_path, "coopt"), plate.spec(), baseline=baseline)
+    folder = RunFolder(tmp_path, "coopt")
+    found = run_training(settings, folder, plate.spec(), baseline=baseline)
     assert found.best_design is not None
     assert Design.parse(found.best_design) in plate.space
     assert found.replayed_distance_cm == pytest.approx(found.best_distance_cm, abs=1e-9)

@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from pneumorph.base.layers import layered
+from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.settings import quick_settings
 from pneumorph.study.training_options import TrainingOptions
-from pneumorph.study.training_run import train
+from pneumorph.study.training_run import run_training
 
 PLATE = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
 
@@ -26,9 +27,9 @@ def test_designs_of_another_robot_are_refused_before_the_baseline(tmp_path: Path
         (asked.coopt, replace(asked.baseline, design="1.0.4.0.4.0"), "to regulator 4"),
     ):
         with pytest.raises(ValueError, match=why):
-            train(
+            run_training(
                 settings,
-                tmp_path / "run",
+                RunFolder(tmp_path / "run", "coopt"),
                 spec,
                 baseline=replace(baseline, gait=replace(baseline.gait, regulator_count=3)),
             )
