@@ -100,7 +100,7 @@ class Membrane(Checked):
 
 @dataclass(frozen=True)
 class LegMaterials(Checked):
-    """What a leg is made of; the defaults are the paper's table of simulation parameters."""
+    """What a leg is made of."""
 
     silicone: Material = Material(1160.0, 0.2)
     """The inflatable body."""
@@ -124,7 +124,7 @@ class LegMaterials(Checked):
 
 @dataclass(frozen=True)
 class DiskMaterials(Checked):
-    """What the disk is made of; the defaults are the paper's."""
+    """What the disk is made of."""
 
     body: Material = Material(5000.0, 0.3)
     """The disk."""

@@ -22,7 +22,7 @@ PHASE_SWEEP_VERSION = 1
 
 @dataclass(frozen=True)
 class PhaseSweepSettings(Checked):
-    """Which phases to try; the defaults are the paper's (section IV)."""
+    """Which phases of the expert's gait to try (paper, section IV)."""
 
     design: str = BASELINE_DESIGN
     """Design that walks."""

@@ -12,7 +12,7 @@ from pneumorph.geometry.pose import Pose, rotation_about
 
 @dataclass(frozen=True)
 class RadialMounting(Checked):
-    """Places for legs around a disk; the defaults are the robot of the paper."""
+    """Places for legs around a disk."""
 
     location_count: Count = 8
     """Number of places around the disk."""

@@ -112,7 +112,7 @@ class RigSettings(Checked):
 
     driver: DriverKind = "virtual"
     """`9129b`: analog regulators on a BK Precision 9129B supply, sensors on an ADC. `serial`: a
-    controller that speaks `serial_controller.py`'s lines. `virtual`: a simulated rig."""
+    controller that takes lines of text on a serial port. `virtual`: a simulated rig."""
     resource: str = ""
     """VISA resource of the supply, such as ASRL/dev/ttyUSB0::INSTR, or the controller's port."""
     visa_library: str = "@py"

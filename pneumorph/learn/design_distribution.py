@@ -21,7 +21,7 @@ BISECTION_LIMIT = 200
 
 @dataclass(frozen=True)
 class EntropySchedule(Checked):
-    """Entropy of the design distribution over training; the defaults are the paper's.
+    """Entropy of the design distribution over training.
 
     Uniform until the decay starts, then linear in the timestep down to the final entropy.
     """

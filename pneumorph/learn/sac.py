@@ -19,7 +19,7 @@ from pneumorph.learn.networks import Policy, TwinCritic
 
 @dataclass(frozen=True)
 class SacSettings(Checked):
-    """Hyperparameters of soft actor-critic; the defaults are the paper's (appendix A)."""
+    """Hyperparameters of soft actor-critic (paper, appendix A)."""
 
     hidden_sizes: tuple[Count, ...] = (400, 200, 100)
     """Units of the hidden layers of policy and value networks (paper, appendix A)."""

@@ -30,9 +30,10 @@ class FrictionPressure(Checked):
     exponent: Annotated[
         float, Bounds(above=-1.0, most=1.0, why="at -1 and below, a heavier load grips no better")
     ] = 0.0
-    """e; 0 is Coulomb's law, -1/3 Hertz's contact, positive where load increases grip."""
+    """Exponent e of that pressure. 0: the coefficient is always the same (Coulomb's law). -1/3: it
+    falls with pressure as between elastic spheres (Hertz). Positive: it rises."""
     pressure_kPa: Positive = 10.0
-    """p_0: pressure at which the coefficient is the one that is given for its surface [kPa]."""
+    """Pressure p_0 at which the coefficient is the one that is given for its surface [kPa]."""
     least_factor: Annotated[float, Bounds(above=0.0, most=1.0)] = 0.5
     """The coefficient is never less than this share of the given one."""
     most_factor: Annotated[float, Bounds(least=1.0)] = 2.0

@@ -42,9 +42,10 @@ direction is lost: the expert's gait at 110 degrees goes -1.2, -1.0, -0.3 cm, an
 
 @dataclass(frozen=True)
 class Physics(Checked):
-    """Physics that the reduced and the full model share; the defaults are the published ones.
+    """Physics that the reduced and the full model share.
 
-    The numerics of each model are settings of their own. The time step is part of the physics,
+    Made without arguments it is the published one. The numerics of each model are settings of their
+    own. The time step is part of the physics,
     because implicit Euler damps more with a longer one.
 
     Raises:
@@ -79,7 +80,7 @@ class Physics(Checked):
     friction_pressure: FrictionPressure = field(default_factory=FrictionPressure)
     """How every coefficient changes with pressure."""
     floor_height_mm: float = -12.797
-    """Height where contact points rest [mm] (floor at -13.297 and contact distance 0.5)."""
+    """Height where contact points rest [mm] on a level floor."""
     ground: Ground = field(default_factory=Ground)
     """What the floor is like where it is no plane."""
     regulator_count: RegulatorCount = 3
@@ -87,7 +88,7 @@ class Physics(Checked):
     pressure_rate_kPa_per_s: Positive = 150.0
     """How fast a regulator moves towards its command, where air has no law [real kPa/s]."""
     air: Air = field(default_factory=Air)
-    """How air fills and vents the chambers; by default it has no law but that rate."""
+    """How air fills and vents the chambers."""
     pressure_map: PressureMap = field(default_factory=PressureMap)
     """Real to simulated pressure."""
 

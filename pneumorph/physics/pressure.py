@@ -13,8 +13,8 @@ from pneumorph.base.checked import Checked, Positive
 class PressureMap(Checked):
     """Affine map of real to simulated pressure, p_sim = max(0, slope p_real + intercept).
 
-    It makes the simulated leg bend as the real one does (paper, appendix A); the defaults are the
-    least-squares line of the published calibration.
+    It makes the simulated leg bend as the real one does (paper, appendix A). Made without arguments
+    it is the least-squares line of the published calibration.
     """
 
     slope: Positive = 4.0785

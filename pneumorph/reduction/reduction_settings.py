@@ -47,9 +47,8 @@ class ReductionSettings(Checked):
     blocked_share: Share = 0.0
     """Share of the equilibria with a blocked tip; what remains is that of the robots' walks."""
     answer_share: Share = 0.0
-    """Share of the outer end face's answers to small forces at some of the free bends, see
-    `tip_answers.py`; the sampled elements do not learn from them. Of parts that are held rigidly
-    and have that face."""
+    """Share of how the outer end face gives way to small forces at some of the free bends; the
+    sampled elements do not learn from it. Of parts that are held rigidly and have that face."""
     curve_tolerance: NotNegative = 0.0
     """Relative projection error at which the modes hold free bends and blocked tips, before any is
     spent on other snapshots; 0: by their shares alone."""

@@ -30,8 +30,8 @@ class DesignChoices(Checked):
         minimum_legs: Fewest legs of a design.
         maximum_legs: Most legs of a design.
         canonical: Keep one design of those that differ only by the names of their regulators.
-        options: What each location may carry, see `site_options`; empty for no leg or one of the
-            first kind on any regulator.
+        options: What each location may carry, such as ``0 * b*``: no leg (0), or a first or a
+            second kind of leg (b) on any regulator (*). Empty: 0 or * everywhere.
         minimum_regulators: Fewest different regulators of a design.
         maximum_regulators: Most different regulators of a design; None for all.
         exclusions: Locations of which one at most may carry a leg, such as ``0 1``.

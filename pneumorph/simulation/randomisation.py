@@ -140,7 +140,7 @@ class Randomisation(Checked):
     `rough.correlation_mm`; 0 for the ground of the physics."""
     reductions: tuple[Path, ...] = ()
     """Files of other reductions of the leg: a world's legs are of one of them or of the robot's
-    own, all alike likely."""
+    own, each as likely as the others."""
     measured: tuple[tuple[str, float, float], ...] = ()
     """What tests of the robot found: name of a world's number, value and standard deviation, such
     as `"friction sheet" 0.62 0.03`. Draws are from what was known before and this."""

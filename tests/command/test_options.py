@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,6 +15,7 @@ import pytest
 from helpers.run_folders import write_run
 from helpers.synthetic_part import synthetic_reduced_part
 
+import pneumorph as pm
 from pneumorph.base.layers import _flags, _switched_off, layered
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, leg_kind, load_default_leg
@@ -25,6 +27,7 @@ from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study import training_options
 from pneumorph.study.campaign import CampaignSettings
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import TrainingOptions
@@ -40,13 +43,18 @@ def test_every_verbs_options_are_found_on_its_command_line(
     verb: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A flag that is spelled otherwise than we look for it would count for nothing."""
-    monkeypatch.setenv("COLUMNS", "300")
+    monkeypatch.setenv("COLUMNS", "100")  # one column
     with pytest.raises(SystemExit):
         run([verb, "--help"])
-    shown = set(capsys.readouterr().out.split())
+    text = capsys.readouterr().out
+    shown = set(text.split())
     flags = [flag for _, flag in _flags(import_module(f"pneumorph.command.{verb}").VERB.options)]
     missing = [flag for flag in flags if flag and not {flag, _switched_off(flag)} & shown]
     assert missing == []
+    plain = " ".join(text.translate(dict.fromkeys(map(ord, "│╭╮╰╯─"), " ")).split())
+    # A reader of help has no files of the package, and a verb has defaults of its own.
+    found = re.findall(r"\S+\.py\b|the defaults are|Of --\w+", plain)
+    assert [words for words in found if words != "scene.py"] == []  # which `exchange` writes
 
 
 Ask = Callable[[str], Any]
@@ -91,6 +99,25 @@ def test_flags_win_over_the_file_and_the_file_over_the_run(tmp_path: Path, asked
     one = asked(f"evaluate {folder} --settings {file} --physics.damping=published").robot
     assert (one.physics.damping, one.physics.friction, one.threads) == ("published", 0.7, 3)
     assert asked(f"evaluate {folder} --afresh").robot == RobotOptions()
+
+
+def test_the_librarys_training_is_that_of_the_verb(
+    tmp_path: Path, asked: Ask, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its worlds, objective, tilt and certificate, whatever is said of the physics."""
+    trained: list[TrainingOptions] = []
+
+    def train_once(options: TrainingOptions, *_: Any, **__: Any) -> None:
+        trained.append(options)
+
+    monkeypatch.setattr(training_options, "train_once", train_once)
+    pm.train(tmp_path / "usual")
+    pm.train(tmp_path / "published", changes={"robot": {"based_on": "published"}})
+    usual, published = trained
+    assert usual == asked("coopt --preset quick") == asked("coopt")
+    assert published == asked("coopt --preset quick --physics published")
+    assert (usual.randomize, published.randomize) == (True, False)
+    assert pm.cooptimise is pm.train
 
 
 def test_friction_by_surface_is_kept_with_a_run_and_said_by_flag_or_file(
