@@ -5,8 +5,8 @@ over designs are trained together, as in the paper. The best pairs are open-loop
 can replay. A stopped run goes on from its last checkpoint with --resume and the same --out.
 
 Presets: quick (minutes on two cores: three or four legs, many updates an action, mirror images),
-paper (one million timesteps, all designs, then fine-tuning of the eight best) and fast (all
-designs in 21 % of that).
+paper (the paper's schedule: one million timesteps, all designs, then fine-tuning of the eight
+best; with --physics published its experiment) and fast (all designs in 21 % of that).
 
 The robots are as their materials were measured, and every round is walked in worlds drawn from all
 that nobody has measured of them (--randomize, --randomisation): every design walks in four
