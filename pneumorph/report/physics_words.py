@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
-from typing import Any, get_args
+from typing import Any, Protocol, get_args, runtime_checkable
 
 from pneumorph.base.settings import settings_from_dict
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
@@ -61,10 +61,25 @@ def _read(settings: Any) -> Physics | None:
         return None
 
 
-def physics_of(found: Any) -> str:
+@runtime_checkable
+class Damped(Protocol):
+    """A result whose robots were simulated."""
+
+    @property
+    def damping(self) -> str | None: ...
+
+
+@runtime_checkable
+class InPhysics(Protocol):
+    """A result that knows all of the physics; of earlier versions it is None."""
+
+    @property
+    def physics(self) -> Physics | None: ...
+
+
+def physics_of(found: object) -> str:
     """The words of what a result's robots were simulated in, empty where none were; results of
     earlier versions know their damping alone."""
-    physics, damping = getattr(found, "physics", None), getattr(found, "damping", None)
-    if physics is not None:
-        return physics_words(physics)
-    return f"{damping} damping" if damping else ""
+    if isinstance(found, InPhysics) and found.physics is not None:
+        return physics_words(found.physics)
+    return f"{found.damping} damping" if isinstance(found, Damped) and found.damping else ""

@@ -3,241 +3,36 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
-from pneumorph.base.result import result_to_dict
-from pneumorph.exchange.conversion import ConvertedFile
-from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.report import page
-from pneumorph.report.certificate_sections import (
-    certificate_sections,
-    trained_certificate_sections,
-)
-from pneumorph.report.experiment_sections import analysis_sections, campaign_sections
-from pneumorph.report.hardware_sections import (
-    calibration_sections,
-    deployment_sections,
-    transfer_sections,
-)
-from pneumorph.report.making_sections import (
-    catalogue_sections,
-    conversion_sections,
-    fabrication_sections,
-    mesh_sections,
-)
 from pneumorph.report.page import Section
 from pneumorph.report.physics_words import physics_of
-from pneumorph.report.reduction_sections import (
-    comparison_sections,
-    leg_sections,
-    stage_sections,
-)
 from pneumorph.report.repeat_section import repeat_section
 from pneumorph.report.replay.replay_data import ReplaySettings
-from pneumorph.report.search_sections import search_sections
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.style import FIGURE_FILES, FigureFormat
-from pneumorph.report.training_sections import (
-    evaluation_sections,
-    learned_pair_sections,
-    searched_pair_sections,
-    sweep_sections,
-    training_sections,
-)
+from pneumorph.report.verb_pages import EXPERT, PAGES, VerbPage
 from pneumorph.report.walk_sections import walk_sections
-from pneumorph.study.analysis import Analysis
-from pneumorph.study.baseline import Baseline, BestPhase
-from pneumorph.study.built_catalogue import Catalogue
-from pneumorph.study.campaign import Campaign
-from pneumorph.study.certified_pairs import Certificate
-from pneumorph.study.comparison import Comparison
-from pneumorph.study.deployed_gait import DeployedGait
-from pneumorph.study.engine_benchmark import EngineSpeed
-from pneumorph.study.evaluation import Evaluation
+from pneumorph.study.baseline import BestPhase
 from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.fitted_calibration import FittedCalibration
-from pneumorph.study.full_benchmark import StepTimes
-from pneumorph.study.made_mesh import MadeMesh
-from pneumorph.study.reduction import Reduction
-from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.simulated_walk import SimulatedWalk
-from pneumorph.study.training_run import TrainingResult
-from pneumorph.study.transfer import Transfer
-
-Sections = Callable[[Any, FinishedRun, Sheet], list[Section]]
-
-
-@dataclass(frozen=True)
-class VerbPage:
-    """How a verb's run is shown.
-
-    Attributes:
-        title: Heading of the page.
-        lead: A sentence under it.
-        result: What the verb's study returns; None for one that is not known.
-        sections: Each makes sections of that result, the run and a sheet.
-    """
-
-    title: str
-    lead: str
-    result: type[Any] | None = None
-    sections: tuple[Sections, ...] = ()
-
-
-_TRAINING = VerbPage(
-    "A robot learned to crawl",
-    "Design and gait learned together, beside the expert's.",
-    TrainingResult,
-    (
-        trained_certificate_sections,
-        sweep_sections,
-        training_sections,
-        learned_pair_sections,
-        leg_sections,
-    ),
-)
-PAGES = {
-    "mesh": VerbPage(
-        "A mesh with named regions",
-        "Nodes, tetrahedra and regions, checked.",
-        MadeMesh,
-        (mesh_sections,),
-    ),
-    "reduce": VerbPage(
-        "A reduced part",
-        "Modes and sampled elements, with their measured errors.",
-        Reduction,
-        (stage_sections, leg_sections),
-    ),
-    "catalogue": VerbPage(
-        "A catalogue of modules",
-        "Parametric legs, each reduced once.",
-        Catalogue,
-        (catalogue_sections,),
-    ),
-    "compare": VerbPage(
-        "Reduced beside full",
-        "Modes beside the finite elements they stand for.",
-        Comparison,
-        (comparison_sections, leg_sections),
-    ),
-    "simulate": VerbPage(
-        "A robot walks", "One design under one gait.", SimulatedWalk, (leg_sections,)
-    ),
-    "baseline": VerbPage(
-        "The expert's gait",
-        "The expert's design under its gait at every phase.",
-        Baseline,
-        (sweep_sections, leg_sections),
-    ),
-    "coopt": _TRAINING,
-    "demo": _TRAINING,
-    "campaign": VerbPage(
-        "Many trainings", "How seeds and settings compare.", Campaign, (campaign_sections,)
-    ),
-    "search": VerbPage(
-        "Searched designs and gaits",
-        "Without a policy, to judge the learned ones.",
-        SearchFindings,
-        (searched_pair_sections, search_sections),
-    ),
-    "analyse": VerbPage(
-        "What learned robots do",
-        "Steps, tilt, loads and friction of the best pairs; L1 is the training's first.",
-        Analysis,
-        (analysis_sections,),
-    ),
-    "certify": VerbPage(
-        "How far it will walk, and how sure that is",
-        "The best pairs of a training in worlds it never saw; L1 is the training's first.",
-        Certificate,
-        (certificate_sections, leg_sections),
-    ),
-    "evaluate": VerbPage(
-        "Learned pairs, walked again",
-        "The best pairs of a training, simulated anew; L1 is the training's first.",
-        Evaluation,
-        (evaluation_sections, leg_sections),
-    ),
-    "bench": VerbPage(
-        "Speed of this machine",
-        "How fast reduced robots are simulated.",
-        EngineSpeed,
-        (stage_sections, leg_sections),
-    ),
-    "bench full": VerbPage(
-        "Speed of this machine", "How fast a robot of finite elements is simulated.", StepTimes
-    ),
-    "calibrate": VerbPage(
-        "The simulation, fitted",
-        "Parameters fitted to what was measured.",
-        FittedCalibration,
-        (calibration_sections,),
-    ),
-    "deploy": VerbPage(
-        "Trials on a rig",
-        "A gait driven through regulators, and what they sensed.",
-        DeployedGait,
-        (deployment_sections, leg_sections),
-    ),
-    "transfer": VerbPage(
-        "From simulation to reality",
-        "Trials beside the simulation.",
-        Transfer,
-        (transfer_sections, leg_sections),
-    ),
-    "fabricate": VerbPage(
-        "A robot to build",
-        "Moulds, hub, parts and tubes of a design.",
-        FabricatedRobot,
-        (fabrication_sections,),
-    ),
-    "exchange": VerbPage(
-        "A file of another program",
-        "What was read and what was written.",
-        ConvertedFile,
-        (conversion_sections,),
-    ),
-}
-"""How the run of each verb is shown, or of a verb and its subject."""
-
-_HEADLINE = {
-    "median_cm": ("median distance of the best pair", "{:.1f} cm"),
-    "tenth_percentile_cm": ("10th percentile", "{:.1f} cm"),
-    "expert_median_cm": ("the expert's median", "{:.1f} cm"),
-    "measure_next": ("measure next", "{}"),
-    "best_distance_cm": ("distance of the best pair", "{:.1f} cm"),
-    "baseline_best_distance_cm": ("expert's best phase", "{:.1f} cm"),
-    "baseline_best_phase_deg": ("the expert's best phase", "{:.0f}°"),
-    "distance_cm": ("distance", "{:.1f} cm"),
-    "mean_distance_cm": ("measured distance", "{:.1f} cm"),
-    "simulated_distance_cm": ("simulated distance", "{:.1f} cm"),
-    "transfer_ratio": ("measured over simulated", "{:.2f}"),
-    "best_design": ("best design", "{}"),
-    "design": ("design", "{}"),
-    "animations_mean_node_error_mm": ("mean node error", "{:.2f} mm"),
-    "bend_error_percent": ("bend error", "{:.1f} %"),
-    "time_ratio": ("times as fast as the full model", "{:.0f}"),
-    "mode_count": ("modes", "{}"),
-    "tetrahedron_count": ("tetrahedra", "{:,}"),
-    "env_steps_per_s": ("robot steps per second", "{:,.0f}"),
-    "slope": ("simulated kPa per real kPa", "{:.4f}"),
-    "intercept_kPa": ("intercept", "{:.2f} kPa"),
-    "silicone_g": ("silicone", "{:.0f} g"),
-    "status": ("status", "{}"),
-    "wall_s": ("time taken", "{:.0f} s"),
-}
-"""Numbers that a reader wants first: key of the summary -> its name and how it is written."""
-
 
 _SHOWN_ELSEWHERE = (
     "bend", "calibration", "drawing", "node_error", "path_fit", "tolerances", "transfer_gaits",
     "transfer_rewards",
 )  # fmt: skip
 """How the names of pictures end that other sections show."""
+
+
+@runtime_checkable
+class Noted(Protocol):
+    """A result that remarks something."""
+
+    @property
+    def notes(self) -> tuple[str, ...]: ...
 
 
 @dataclass(frozen=True)
@@ -274,6 +69,8 @@ def write_run_page(
     usual = PAGES.get(run.verb, VerbPage(f"pneumorph {run.verb}", ""))
     shown = PAGES.get(f"{run.verb} {run.settings.get('subject')}", usual)
     found = None if shown.result is None else run.result(shown.result)
+    if isinstance(found, SimulatedWalk) and found.status != "completed":
+        found = replace(found, distance_cm=None)  # which earlier versions wrote
     sections = [
         *walk_sections(run.folder, sheet),
         *(section for make in shown.sections for section in make(found, run, sheet)),
@@ -283,7 +80,7 @@ def write_run_page(
     ]
     physics = physics_of(found)
     where = f"Run folder {run.folder}" + (f", {physics}." if physics else ".")
-    headline = _headline(found, run)
+    headline = _headline(found, run, shown)
     page.write_page(path, shown.title, f"{shown.lead} {where}", headline, sections, sheet.head)
     return RunPage(
         page=str(path),
@@ -295,30 +92,12 @@ def write_run_page(
     )
 
 
-def _headline(found: Any, run: FinishedRun) -> str:
-    known = {} if found is None else _plain(found, result_to_dict(found))
+def _headline(found: Any, run: FinishedRun, shown: VerbPage) -> str:
+    first = [(number, found) for number in shown.headline]
     if run.source is not None and run.source.verb in ("coopt", "demo"):
-        expert = run.source.result(BestPhase)
-        known.setdefault("baseline_best_distance_cm", expert.baseline_best_distance_cm)
-        known.setdefault("baseline_best_phase_deg", expert.baseline_best_phase_deg)
-    return page.numbers(
-        {
-            name: pattern.format(known[key])
-            for key, (name, pattern) in _HEADLINE.items()
-            if known.get(key) is not None
-        }
-    )
-
-
-def _plain(found: Any, content: Mapping[str, Any]) -> dict[str, str | int | float | None]:
-    """Plain values of a summary; a walk that did not come to its end has no distance."""
-    failed = getattr(found, "status", "completed") != "completed"
-    return {
-        name: value
-        for name, value in content.items()
-        if isinstance(value, str | int | float) and not isinstance(value, bool)
-        if not (failed and name == "distance_cm")
-    }
+        first += [(number, run.source.result(BestPhase)) for number in EXPERT]
+    written = {number.label: number.of(result) for number, result in first}
+    return page.numbers({label: text for label, text in written.items() if text is not None})
 
 
 def _picture_sections(run: FinishedRun) -> list[Section]:
@@ -333,7 +112,13 @@ def _picture_sections(run: FinishedRun) -> list[Section]:
 
 def _results_section(found: Any, run: FinishedRun) -> Section:
     """Return every plain value of the summary, the verb's own and what stands beside them."""
-    results = _plain(found, run.summary)
-    plain = [(name.replace("_", " "), value) for name, value in results.items()]
-    notes = "".join(page.paragraph(note, "note") for note in getattr(found, "notes", ()))
-    return Section("Results", page.table(["what", "value"], plain) + notes)
+    failed = isinstance(found, SimulatedWalk) and found.distance_cm is None
+    plain = [
+        (name.replace("_", " "), value)
+        for name, value in run.summary.items()
+        if isinstance(value, str | int | float) and not isinstance(value, bool)
+        if not (name == "distance_cm" and failed)
+    ]
+    notes = found.notes if isinstance(found, Noted) else ()
+    said = "".join(page.paragraph(note, "note") for note in notes)
+    return Section("Results", page.table(["what", "value"], plain) + said)

@@ -140,6 +140,11 @@ class Comparison:
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
 
+    @property
+    def animations_mean_node_error_mm(self) -> float | None:
+        """Mean over the paper's animations; None where none was compared."""
+        return self.derived().get("animations_mean_node_error_mm")
+
     def derived(self) -> dict[str, float]:
         """The means of each kind of runs by name."""
         return {

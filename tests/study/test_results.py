@@ -13,7 +13,7 @@ from helpers.result_example import example
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.result import load_result, result_to_dict, save_result
-from pneumorph.report.run_page import PAGES
+from pneumorph.report.verb_pages import PAGES
 from pneumorph.study.comparison import Comparison, Kind, NodeErrors
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search_findings import SearchCurve

@@ -1,0 +1,284 @@
+"""How the run of each verb is shown on its page: title, headline numbers, sections."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pneumorph.exchange.conversion import ConvertedFile
+from pneumorph.fabrication.fabricated_robot import FabricatedRobot
+from pneumorph.report.certificate_sections import (
+    certificate_sections,
+    trained_certificate_sections,
+)
+from pneumorph.report.experiment_sections import analysis_sections, campaign_sections
+from pneumorph.report.hardware_sections import (
+    calibration_sections,
+    deployment_sections,
+    transfer_sections,
+)
+from pneumorph.report.making_sections import (
+    catalogue_sections,
+    conversion_sections,
+    fabrication_sections,
+    mesh_sections,
+)
+from pneumorph.report.page import Section
+from pneumorph.report.reduction_sections import (
+    comparison_sections,
+    leg_sections,
+    stage_sections,
+)
+from pneumorph.report.search_sections import search_sections
+from pneumorph.report.sheet import Sheet
+from pneumorph.report.training_sections import (
+    evaluation_sections,
+    learned_pair_sections,
+    searched_pair_sections,
+    sweep_sections,
+    training_sections,
+)
+from pneumorph.study.analysis import Analysis
+from pneumorph.study.baseline import Baseline
+from pneumorph.study.built_catalogue import Catalogue
+from pneumorph.study.campaign import Campaign
+from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.comparison import Comparison
+from pneumorph.study.deployed_gait import DeployedGait
+from pneumorph.study.engine_benchmark import EngineSpeed
+from pneumorph.study.evaluation import Evaluation
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.fitted_calibration import FittedCalibration
+from pneumorph.study.full_benchmark import StepTimes
+from pneumorph.study.made_mesh import MadeMesh
+from pneumorph.study.reduction import Reduction
+from pneumorph.study.search_findings import SearchFindings
+from pneumorph.study.simulated_walk import SimulatedWalk
+from pneumorph.study.training_run import TrainingResult
+from pneumorph.study.transfer import Transfer
+
+Sections = Callable[[Any, FinishedRun, Sheet], list[Section]]
+
+
+@dataclass(frozen=True)
+class HeadlineNumber:
+    """A value that a reader wants first.
+
+    Attributes:
+        attribute: Its name in the verb's result; of a part of it ``part.name``.
+        label: What it is called.
+        pattern: How it is written, as of `str.format`.
+    """
+
+    attribute: str
+    label: str
+    pattern: str = "{}"
+
+    def of(self, found: Any) -> str | None:
+        """The value as it is shown; None where the result has none."""
+        for name in self.attribute.split("."):
+            found = None if found is None else getattr(found, name)
+        unknown = found is None or (isinstance(found, float) and not math.isfinite(found))
+        return None if unknown else self.pattern.format(found)
+
+
+@dataclass(frozen=True)
+class VerbPage:
+    """How a verb's run is shown.
+
+    Attributes:
+        title: Heading of the page.
+        lead: A sentence under it.
+        result: What the verb's study returns; None for one that is not known.
+        headline: Values of that result that stand first.
+        sections: Each makes sections of that result, the run and a sheet.
+    """
+
+    title: str
+    lead: str
+    result: type[Any] | None = None
+    headline: tuple[HeadlineNumber, ...] = ()
+    sections: tuple[Sections, ...] = ()
+
+
+def _certified(certificate: str) -> tuple[HeadlineNumber, ...]:
+    """Of the best pair in unseen worlds; ``certificate`` leads from the result to them."""
+    return (
+        HeadlineNumber(f"{certificate}median_cm", "median distance of the best pair", "{:.1f} cm"),
+        HeadlineNumber(f"{certificate}tenth_percentile_cm", "10th percentile", "{:.1f} cm"),
+        HeadlineNumber(f"{certificate}expert_median_cm", "the expert's median", "{:.1f} cm"),
+    )
+
+
+EXPERT = (
+    HeadlineNumber("baseline_best_distance_cm", "expert's best phase", "{:.1f} cm"),
+    HeadlineNumber("baseline_best_phase_deg", "the expert's best phase", "{:.0f}°"),
+)
+"""Of the expert's sweep, which stands beside what is made of a training."""
+_BEST_DISTANCE = HeadlineNumber("best_distance_cm", "distance of the best pair", "{:.1f} cm")
+_BEST_DESIGN = HeadlineNumber("best_design", "best design")
+_MEASURED = HeadlineNumber("mean_distance_cm", "measured distance", "{:.1f} cm")
+_BEND_ERROR = HeadlineNumber("bend_error_percent", "bend error", "{:.1f} %")
+_DESIGN = HeadlineNumber("design", "design")
+_STATUS = HeadlineNumber("status", "status")
+_TIME = HeadlineNumber("wall_s", "time taken", "{:.0f} s")
+
+_TRAINING = VerbPage(
+    "A robot learned to crawl",
+    "Design and gait learned together, beside the expert's.",
+    TrainingResult,
+    (*_certified("certificate."), _BEST_DISTANCE, *EXPERT, _BEST_DESIGN, _TIME),
+    (
+        trained_certificate_sections,
+        sweep_sections,
+        training_sections,
+        learned_pair_sections,
+        leg_sections,
+    ),
+)
+PAGES = {
+    "mesh": VerbPage(
+        "A mesh with named regions",
+        "Nodes, tetrahedra and regions, checked.",
+        MadeMesh,
+        (HeadlineNumber("tetrahedron_count", "tetrahedra", "{:,}"), _TIME),
+        (mesh_sections,),
+    ),
+    "reduce": VerbPage(
+        "A reduced part",
+        "Modes and sampled elements, with their measured errors.",
+        Reduction,
+        (_BEND_ERROR, HeadlineNumber("mode_count", "modes"), _TIME),
+        (stage_sections, leg_sections),
+    ),
+    "catalogue": VerbPage(
+        "A catalogue of modules",
+        "Parametric legs, each reduced once.",
+        Catalogue,
+        (HeadlineNumber("built_count", "built now"), _STATUS, _TIME),
+        (catalogue_sections,),
+    ),
+    "compare": VerbPage(
+        "Reduced beside full",
+        "Modes beside the finite elements they stand for.",
+        Comparison,
+        (
+            HeadlineNumber("animations_mean_node_error_mm", "mean node error", "{:.2f} mm"),
+            _BEND_ERROR,
+            HeadlineNumber("time_ratio", "times as fast as the full model", "{:.0f}"),
+            _TIME,
+        ),
+        (comparison_sections, leg_sections),
+    ),
+    "simulate": VerbPage(
+        "A robot walks",
+        "One design under one gait.",
+        SimulatedWalk,
+        (HeadlineNumber("distance_cm", "distance", "{:.1f} cm"), _DESIGN, _STATUS, _TIME),
+        (leg_sections,),
+    ),
+    "baseline": VerbPage(
+        "The expert's gait",
+        "The expert's design under its gait at every phase.",
+        Baseline,
+        (*EXPERT, _TIME),
+        (sweep_sections, leg_sections),
+    ),
+    "coopt": _TRAINING,
+    "demo": _TRAINING,
+    "campaign": VerbPage(
+        "Many trainings",
+        "How seeds and settings compare.",
+        Campaign,
+        (_BEST_DISTANCE, _BEST_DESIGN, _STATUS, _TIME),
+        (campaign_sections,),
+    ),
+    "search": VerbPage(
+        "Searched designs and gaits",
+        "Without a policy, to judge the learned ones.",
+        SearchFindings,
+        (_BEST_DISTANCE, _BEST_DESIGN, _TIME),
+        (searched_pair_sections, search_sections),
+    ),
+    "analyse": VerbPage(
+        "What learned robots do",
+        "Steps, tilt, loads and friction of the best pairs; L1 is the training's first.",
+        Analysis,
+        (_BEST_DISTANCE, _BEST_DESIGN, _TIME),
+        (analysis_sections,),
+    ),
+    "certify": VerbPage(
+        "How far it will walk, and how sure that is",
+        "The best pairs of a training in worlds it never saw; L1 is the training's first.",
+        Certificate,
+        (*_certified(""), HeadlineNumber("measure_next", "measure next"), _BEST_DESIGN, _TIME),
+        (certificate_sections, leg_sections),
+    ),
+    "evaluate": VerbPage(
+        "Learned pairs, walked again",
+        "The best pairs of a training, simulated anew; L1 is the training's first.",
+        Evaluation,
+        (_BEST_DISTANCE, _BEST_DESIGN, _TIME),
+        (evaluation_sections, leg_sections),
+    ),
+    "bench": VerbPage(
+        "Speed of this machine",
+        "How fast reduced robots are simulated.",
+        EngineSpeed,
+        (HeadlineNumber("env_steps_per_s", "robot steps per second", "{:,.0f}"), _TIME),
+        (stage_sections, leg_sections),
+    ),
+    "bench full": VerbPage(
+        "Speed of this machine",
+        "How fast a robot of finite elements is simulated.",
+        StepTimes,
+        (HeadlineNumber("seconds_per_step", "seconds per step", "{:.3f}"), _DESIGN),
+    ),
+    "calibrate": VerbPage(
+        "The simulation, fitted",
+        "Parameters fitted to what was measured.",
+        FittedCalibration,
+        (
+            HeadlineNumber("slope", "simulated kPa per real kPa", "{:.4f}"),
+            HeadlineNumber("intercept_kPa", "intercept", "{:.2f} kPa"),
+            _TIME,
+        ),
+        (calibration_sections,),
+    ),
+    "deploy": VerbPage(
+        "Trials on a rig",
+        "A gait driven through regulators, and what they sensed.",
+        DeployedGait,
+        (_MEASURED, _DESIGN, _TIME),
+        (deployment_sections, leg_sections),
+    ),
+    "transfer": VerbPage(
+        "From simulation to reality",
+        "Trials beside the simulation.",
+        Transfer,
+        (
+            _MEASURED,
+            HeadlineNumber("simulated_distance_cm", "simulated distance", "{:.1f} cm"),
+            HeadlineNumber("transfer_ratio", "measured over simulated", "{:.2f}"),
+            _TIME,
+        ),
+        (transfer_sections, leg_sections),
+    ),
+    "fabricate": VerbPage(
+        "A robot to build",
+        "Moulds, hub, parts and tubes of a design.",
+        FabricatedRobot,
+        (_DESIGN, HeadlineNumber("silicone_g", "silicone", "{:.0f} g"), _TIME),
+        (fabrication_sections,),
+    ),
+    "exchange": VerbPage(
+        "A file of another program",
+        "What was read and what was written.",
+        ConvertedFile,
+        (_TIME,),
+        (conversion_sections,),
+    ),
+}
+"""How the run of each verb is shown, or of a verb and its subject."""

@@ -1,0 +1,55 @@
+"""What stands first on each verb's page is what its result has."""
+
+from __future__ import annotations
+
+from typing import Any, get_args, get_type_hints
+
+import pytest
+from helpers.result_example import example
+
+from pneumorph.report.verb_pages import EXPERT, PAGES, HeadlineNumber
+from pneumorph.study.baseline import BestPhase
+
+SHOWN = [
+    *((page.result, number) for page in PAGES.values() for number in page.headline),
+    *((BestPhase, number) for number in EXPERT),
+]
+
+
+def type_of(kind: Any, attribute: str) -> set[Any]:
+    """The types of an attribute of a dataclass, fields and properties of its parts followed."""
+    name, _, rest = attribute.partition(".")
+    member = getattr(kind, name, None)
+    of = get_type_hints(member.fget)["return"] if isinstance(member, property) else None
+    types = {of or get_type_hints(kind)[name]}
+    types = {each for kind in types for each in get_args(kind) or (kind,)} - {type(None)}
+    if not rest:
+        return types
+    (part,) = types
+    return type_of(part, rest)
+
+
+@pytest.mark.parametrize(
+    ("result", "number"),
+    SHOWN,
+    ids=lambda each: each.attribute if isinstance(each, HeadlineNumber) else each.__name__,
+)
+def test_a_headline_number_is_a_value_of_the_result(result: Any, number: HeadlineNumber) -> None:
+    (kind,) = type_of(result, number.attribute)
+    assert kind in (str, int, float)
+    assert number.pattern.format(kind(1))
+
+
+def test_a_value_that_is_not_known_is_not_shown() -> None:
+    sweep = example(BestPhase)
+    distance = EXPERT[0]
+    assert distance.of(sweep) == f"{sweep.baseline_best_distance_cm:.1f} cm"
+    object.__setattr__(sweep, "baseline_best_distance_cm", float("nan"))
+    assert distance.of(sweep) is None
+
+
+@pytest.mark.parametrize("verb", PAGES)
+def test_every_page_has_a_headline(verb: str) -> None:
+    page = PAGES[verb]
+    found = example(page.result)
+    assert any(number.of(found) for number in page.headline)
