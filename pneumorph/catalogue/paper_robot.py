@@ -37,11 +37,6 @@ def friction_coefficients() -> tuple[tuple[str, float], ...]:
     return tuple((name, surface.nominal) for name, surface in SURFACES.items())
 
 
-def friction_distributions() -> tuple[tuple[str, str], ...]:
-    """Friction of each surface over what is known of it, for a `Randomisation`."""
-    return tuple((name, surface.distribution) for name, surface in SURFACES.items())
-
-
 @cache
 def paper_disk_mesh() -> Mesh:
     """Mesh of the disk that ships; made by ``pneumorph mesh disk``."""

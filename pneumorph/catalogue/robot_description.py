@@ -31,7 +31,6 @@ from pneumorph.catalogue.mounting_check import check_module, check_mounted
 from pneumorph.catalogue.paper_leg import LegName, PhysicsName, leg_kind, masses_of, paper_leg
 from pneumorph.catalogue.paper_robot import ring_of_sites
 from pneumorph.catalogue.robot_spec import RobotSpec, Site
-from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose, rotation_about
@@ -330,8 +329,3 @@ class RobotDescription(Checked):
         if ring is not None:
             return [ring.pose(location) for location in range(ring.location_count)]
         return [site.pose for site in self.sites]
-
-
-def paper_robot_file() -> Path:
-    """The file of the paper's robot, which ships."""
-    return data_file("paper_robot.toml")

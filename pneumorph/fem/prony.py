@@ -100,16 +100,6 @@ class PronySeries(Checked):
         turned = 1j * np.multiply.outer(angular_frequency, np.array(self.times_s))
         return 1.0 + (turned / (1.0 + turned)) @ self.branch_ratios
 
-    def loss_factor(self, angular_frequency: np.ndarray) -> np.ndarray:
-        """Loss over storage modulus, twice the damping ratio of a vibration.
-
-        Args:
-            angular_frequency: w [rad/s], any shape.
-        """
-        modulus = self.complex_modulus(angular_frequency)
-        loss: np.ndarray = modulus.imag / modulus.real
-        return loss
-
     def secant_ratio(self, strain: float, strain_rate_per_s: float) -> float:
         """Secant modulus of a tension test at an even rate, over the relaxed modulus.
 

@@ -53,7 +53,7 @@ def reduce_part(
     """Reduce a part: one that is held at its attachment, or one that moves freely.
 
     The modes live in the frame that the snapshots were brought into: that of the hub the part is
-    mounted on, or for a free part, such as a disk, that of its own rigid motion (`free_part.py`).
+    mounted on, or for a free part, such as a disk, that of its own rigid motion (Buckens' frame).
 
     Args:
         part: The full-order part.

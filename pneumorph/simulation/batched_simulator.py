@@ -351,11 +351,6 @@ class BatchedSimulator:
         self._batch.clear_counters()
 
     @property
-    def padded_mode_count(self) -> int:
-        """Modes of each mount in `read("modes")`: the most of any part, in whole registers."""
-        return int(self._batch.padded_modes)
-
-    @property
     def instruction_set(self) -> str:
         """Which build of the stepper runs."""
         return str(self._batch.instruction_set)

@@ -13,8 +13,9 @@ import pytest
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
 from pneumorph.catalogue.paper_robot import PAPER_FACE, paper_robot
-from pneumorph.catalogue.robot_description import RobotDescription, paper_robot_file
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.geometry.attachment import same_frame
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.rollout import rollout
@@ -57,7 +58,7 @@ def test_a_ground_is_read_beside_the_robots_file(edited: Edited, tmp_path: Path)
 
 def test_the_papers_robot_is_its_file() -> None:
     """Same hub, poses, parts, physics and numerics, and the same walk to the last bit."""
-    described = RobotDescription.read(paper_robot_file())
+    described = RobotDescription.read(data_file("paper_robot.toml"))
     ours, usual = described.spec(thread_count=1), paper_robot("published", thread_count=1)
     assert described.space == DesignSpace()
     assert described.space is described.space  # found once: it may be of many designs

@@ -22,7 +22,6 @@ def test_complex_modulus_is_the_transform_of_the_relaxation():
     ]
     expected = 1.0 + 1j * w * (integrals[0] - 1j * integrals[1])
     assert SERIES.complex_modulus(w) == pytest.approx(expected, rel=1e-6)  # quad's tolerance
-    assert SERIES.loss_factor(w) == pytest.approx(expected.imag / expected.real, rel=1e-6)
 
 
 def test_secant_ratio_is_the_mean_relaxation_of_a_ramp():

@@ -38,7 +38,7 @@ def thrown(
     robot = Robot(HUB, (Mount(part, POSE, (1,)),))
     simulator = BatchedSimulator([robot], physics, stepper, 1)
     alpha, rates, velocity = motion
-    padding = (0, simulator.padded_mode_count - part.mode_count)
+    padding = (0, simulator.read("modes").shape[-1] - part.mode_count)
     simulator.write(0, "modes", np.pad(alpha, padding))
     simulator.write(0, "mode_rates", np.pad(rates, padding))
     simulator.write(0, "velocity", velocity[:3])

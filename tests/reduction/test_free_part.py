@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.free_part import hub_deformation, hub_snapshots
 from helpers.small_robot import small_leg
 
 from pneumorph.catalogue.paper_robot import disk_rim_points, paper_disk_mesh
@@ -14,7 +15,6 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.soft_hub import SoftHub, SoftHubState
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.reduction.ecsw import EcswSettings
-from pneumorph.reduction.free_part import hub_deformation, hub_snapshots
 from pneumorph.reduction.reduce import reduce_part
 from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshots import Snapshots

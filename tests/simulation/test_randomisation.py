@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.paper_robot import (
     SURFACES,
     friction_coefficients,
-    friction_distributions,
     paper_robot,
 )
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
@@ -213,9 +213,7 @@ def test_surfaces_have_distributions_of_their_own() -> None:
 
 
 def test_the_papers_surfaces_are_drawn_over_what_is_known_of_them() -> None:
-    world = Randomisation(friction_by_surface=friction_distributions()).draw(
-        np.random.default_rng(0)
-    )
+    world = measured_worlds().draw(np.random.default_rng(0))
     for name, value in world.friction_by_surface:
         assert SURFACES[name].low <= value <= SURFACES[name].high
         assert SURFACES[name].source
