@@ -25,7 +25,6 @@ from typing import Generic
 
 import numpy as np
 
-from pneumorph.fem.contact_points import Contacts
 from pneumorph.fem.contraction import Contraction
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.held_points import hold_pressed
@@ -33,7 +32,12 @@ from pneumorph.fem.hub_body import HubState
 from pneumorph.fem.kept_leg import KeptLeg, KeptShare
 from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.step_problem import StepProblem
-from pneumorph.fem.time_integration import StepError, with_points_below
+from pneumorph.fem.time_integration import (
+    Evaluated,
+    StepError,
+    left_unbalanced,
+    with_points_below,
+)
 from pneumorph.fem.trial_balance import trial_balance
 from pneumorph.fem.trial_step import TrialStep
 from pneumorph.physics.physics import Physics
@@ -146,20 +150,13 @@ def kept_newton_step(
                 kept.furthest_turn = min(FURTHEST_TURN, _LARGER * kept.furthest_turn)
             kept.end = problem.finished(target, len(now.contacts.gaps), iteration, deepest)
             return kept.end
-    raise StepError(
-        f"Newton's method left {now.unbalanced:.3g} mN s unbalanced after "
-        f"{numerics.newton_iterations} iterations, expected {enough:.3g} or less"
-    )
+    raise StepError(left_unbalanced(robot, now, enough))
 
 
 @dataclass(frozen=True, eq=False)
-class _Evaluated(Generic[HubState]):
-    trial: TrialStep[HubState]
+class _Evaluated(Evaluated[HubState]):
     hub: tuple[np.ndarray, np.ndarray]
     residuals: list[np.ndarray]
-    contacts: Contacts
-    turning: np.ndarray | None
-    unbalanced: float
 
 
 def _evaluated(
@@ -172,7 +169,7 @@ def _evaluated(
     assemble = robot.clock.timed("assembly", robot.each_leg)
     residuals = assemble(lambda number: problem.implicit_residual(number, trial))
     balance = trial_balance(robot, hub, residuals, trial, contacts)
-    return _Evaluated(trial, hub, residuals, contacts, balance.turning, balance.unbalanced)
+    return _Evaluated(trial, contacts, balance.turning, balance.unbalanced, hub, residuals)
 
 
 def _renew(

@@ -115,19 +115,37 @@ def implicit_euler_step(
         if balanced and not deepest > robot.numerics.penetration_tolerance_mm:
             return problem.finished(new.trial, len(new.contacts.gaps), iteration, deepest)
         now = replace(new, contacts=problem.contacts(points, new.trial))
-    raise StepError(
-        f"Newton's method left {now.unbalanced:.3g} mN s unbalanced after "
+    raise StepError(left_unbalanced(robot, now, enough))
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluated(Generic[HubState]):
+    """A trial and what is out of balance there.
+
+    Attributes:
+        trial: The trial.
+        contacts: The floor at it.
+        turning: As of `TrialBalance`.
+        unbalanced: What is left of all forces [mN s].
+    """
+
+    trial: TrialStep[HubState]
+    contacts: Contacts
+    turning: np.ndarray | None
+    unbalanced: float
+
+
+def left_unbalanced(robot: RobotBody[HubState], at: Evaluated[HubState], enough: float) -> str:
+    """What a step says whose Newton's method ends before [mN s]."""
+    return (
+        f"Newton's method left {at.unbalanced:.3g} mN s unbalanced after "
         f"{robot.numerics.newton_iterations} iterations, expected {enough:.3g} or less"
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Evaluated(Generic[HubState]):
-    trial: TrialStep[HubState]
+class _Linearised(Evaluated[HubState]):
     equations: Equations
-    contacts: Contacts
-    turning: np.ndarray | None
-    unbalanced: float
 
 
 def _evaluated(
@@ -135,11 +153,11 @@ def _evaluated(
     problem: StepProblem[HubState],
     trial: TrialStep[HubState],
     points: Sequence[np.ndarray],
-) -> _Evaluated[HubState]:
+) -> _Linearised[HubState]:
     equations, contacts = problem.implicit_euler(trial), problem.contacts(points, trial)
     residuals = problem.residuals(equations, trial)
     balance = trial_balance(robot, equations.hub, residuals, trial, contacts)
-    return _Evaluated(trial, equations, contacts, balance.turning, balance.unbalanced)
+    return _Linearised(trial, contacts, balance.turning, balance.unbalanced, equations)
 
 
 def with_points_below(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -32,6 +33,28 @@ class OpenLoopGait(Protocol):
 
     def pressure_kPa(self, time_s: float) -> np.ndarray:
         """Real pressure commanded at a time [kPa], shape (regulator,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChangedGait:
+    """What is made of another gait: as long, for as many regulators, with pressures of its own."""
+
+    gait: OpenLoopGait
+
+    @property
+    def regulator_count(self) -> int:
+        """Number of regulators it commands."""
+        return self.gait.regulator_count
+
+    @property
+    def duration_s(self) -> float:
+        """How long it lasts [s]."""
+        return self.gait.duration_s
+
+    @property
+    def maximum_pressure_kPa(self) -> float:
+        """Highest real pressure that it may command [kPa]."""
+        return self.gait.maximum_pressure_kPa
 
 
 def commands_of(gait: OpenLoopGait, time_step_s: float, regulator_count: int) -> np.ndarray:

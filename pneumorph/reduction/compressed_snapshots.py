@@ -14,22 +14,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
 
-from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.reduction.incremental_pod import gram_vectors
-from pneumorph.reduction.snapshots import BLOCK_SIZE, SnapshotSet
+from pneumorph.reduction.snapshots import BLOCK_SIZE, SavedSnapshots
 
 FORMAT_VERSION = 2
 
 
 @dataclass(frozen=True, eq=False)
-class CompressedSnapshots(SnapshotSet):
+class CompressedSnapshots(SavedSnapshots):
     """Displacements of a part in its own frame: coefficients times fields."""
+
+    format_version = FORMAT_VERSION
+    state_arrays = ("fields", "coefficients")
 
     fields: np.ndarray
     """Displacement fields, (field, node, 3), single precision."""
@@ -59,27 +60,6 @@ class CompressedSnapshots(SnapshotSet):
     @property
     def _flat(self) -> np.ndarray:
         return self.fields.reshape(len(self.fields), -1)
-
-    def save(self, path: Path | str) -> Path:
-        """Write the snapshots."""
-        arrays = {
-            "fields": self.fields.astype(np.float32),
-            "coefficients": self.coefficients.astype(np.float32),
-            "pressure_kPa": self.pressure_kPa,
-            "source": self.source,
-        }
-        return save_artefact(path, "Snapshots", FORMAT_VERSION, arrays, self.metadata)
-
-    @classmethod
-    def load(cls, path: Path | str) -> CompressedSnapshots:
-        """Read snapshots.
-
-        Raises:
-            ArtefactError: The file is truncated, of another kind or another format version.
-        """
-        arrays, metadata = load_artefact(path, "Snapshots", FORMAT_VERSION)
-        with reading(path, "Snapshots"):
-            return cls(**arrays, metadata=metadata)
 
 
 class SnapshotCompressor:

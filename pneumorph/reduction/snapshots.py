@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -69,6 +69,31 @@ class SnapshotSet(ABC):
         return np.concatenate(blocks) if blocks else np.zeros((0, 0, 3))
 
 
+class SavedSnapshots(SnapshotSet):
+    """Snapshots that are a file: what the states are made of, and what is known of each."""
+
+    format_version: ClassVar[int]
+    state_arrays: ClassVar[tuple[str, ...]]
+    """Names of what the states are made of; kept in single precision."""
+
+    def save(self, path: Path | str) -> Path:
+        """Write the snapshots."""
+        arrays = {name: getattr(self, name).astype(np.float32) for name in self.state_arrays}
+        arrays |= {"pressure_kPa": self.pressure_kPa, "source": self.source}
+        return save_artefact(path, "Snapshots", self.format_version, arrays, self.metadata)
+
+    @classmethod
+    def load(cls, path: Path | str) -> Self:
+        """Read snapshots.
+
+        Raises:
+            ArtefactError: The file is truncated, of another kind or another format version.
+        """
+        arrays, metadata = load_artefact(path, "Snapshots", cls.format_version)
+        with reading(path, "Snapshots"):
+            return cls(**arrays, metadata=metadata)  # type: ignore[call-arg]  # its dataclasses'
+
+
 def details_of(metadata: Mapping[str, Any]) -> list[Any]:
     """What is known of each source of some snapshots, by their metadata, in its order."""
     details = metadata.get("details")
@@ -76,8 +101,11 @@ def details_of(metadata: Mapping[str, Any]) -> list[Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Snapshots(SnapshotSet):
+class Snapshots(SavedSnapshots):
     """Displacements of a part in its own frame, zero at the attachment nodes."""
+
+    format_version = FORMAT_VERSION
+    state_arrays = ("displacement",)
 
     displacement: np.ndarray
     """Node displacements from rest [mm], (snapshot, node, 3), single precision."""
@@ -140,23 +168,3 @@ class Snapshots(SnapshotSet):
                 "details": [each for piece in pieces for each in details_of(piece.metadata)],
             },
         )
-
-    def save(self, path: Path | str) -> Path:
-        """Write the snapshots."""
-        arrays = {
-            "displacement": self.displacement.astype(np.float32),
-            "pressure_kPa": self.pressure_kPa,
-            "source": self.source,
-        }
-        return save_artefact(path, "Snapshots", FORMAT_VERSION, arrays, self.metadata)
-
-    @classmethod
-    def load(cls, path: Path | str) -> Snapshots:
-        """Read snapshots.
-
-        Raises:
-            ArtefactError: The file is truncated, of another kind or another format version.
-        """
-        arrays, metadata = load_artefact(path, "Snapshots", FORMAT_VERSION)
-        with reading(path, "Snapshots"):
-            return cls(**arrays, metadata=metadata)

@@ -22,7 +22,7 @@ from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.fem.resumable_rollout import resumable_rollout
 from pneumorph.fem.time_integration import StepError
 from pneumorph.physics.ground import Ground
-from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
+from pneumorph.physics.open_loop_gait import ChangedGait, OpenLoopGait, commands_of
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
 from pneumorph.reduction.leg_recorder import LegRecorder
 from pneumorph.reduction.snapshots import Snapshots
@@ -88,10 +88,9 @@ class FullOrderWalk:
 
 
 @dataclass(frozen=True, eq=False)
-class LaggingGait:
+class LaggingGait(ChangedGait):
     """A gait as lagging regulators of a world pass it on."""
 
-    gait: OpenLoopGait
     commands_kPa: np.ndarray
     """Of each time step [kPa], (step, regulator)."""
     time_step_s: float
@@ -101,21 +100,6 @@ class LaggingGait:
         """The gait behind regulators of a time constant [s]."""
         commands = commands_of(gait, time_step_s, gait.regulator_count)
         return cls(gait, lagging_commands(commands, lag_s, time_step_s), time_step_s)
-
-    @property
-    def regulator_count(self) -> int:
-        """Number of regulators it commands."""
-        return self.gait.regulator_count
-
-    @property
-    def duration_s(self) -> float:
-        """How long it lasts [s]."""
-        return self.gait.duration_s
-
-    @property
-    def maximum_pressure_kPa(self) -> float:
-        """Highest real pressure that it may command [kPa]."""
-        return self.gait.maximum_pressure_kPa
 
     def pressure_kPa(self, time_s: float) -> np.ndarray:
         """Real pressure commanded at a time [kPa], (regulator,)."""

@@ -14,7 +14,7 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.commands import check_commands
-from pneumorph.physics.open_loop_gait import OpenLoopGait
+from pneumorph.physics.open_loop_gait import ChangedGait, OpenLoopGait
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.study.finished_run import FinishedRun, TakenOver
@@ -165,20 +165,11 @@ def recalibrated(
     return _Recalibrated(gait, trained, measured, highest_kPa)
 
 
-@dataclass(frozen=True)
-class _Recalibrated:
-    gait: OpenLoopGait
+@dataclass(frozen=True, eq=False)
+class _Recalibrated(ChangedGait):
     trained: PressureMap
     measured: PressureMap
     highest_kPa: float
-
-    @property
-    def regulator_count(self) -> int:
-        return self.gait.regulator_count
-
-    @property
-    def duration_s(self) -> float:
-        return self.gait.duration_s
 
     @property
     def maximum_pressure_kPa(self) -> float:

@@ -1,14 +1,17 @@
-"""Small legs that the verbs' tests share: one to reduce, and one reduced."""
+"""What the verbs' tests share: a small leg to reduce, one reduced, and a short training of it."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
+from helpers.short_training import SHORT_TRAINING
 from helpers.synthetic_part import synthetic_reduced_part
 
+from pneumorph.cli import run
 from pneumorph.geometry.mesh import Mesh
 
 
@@ -24,6 +27,21 @@ def mesh_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
         contact_points=np.array([[20.0, -6.0, 0.0], [20.0, 6.0, 0.0]]),
     )
     return leg.save(tmp_path_factory.mktemp("mesh") / "mesh.npz")
+
+
+@pytest.fixture(scope="session")
+def short_run(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished coopt run; tests take copies, see `learned`."""
+    folder = tmp_path_factory.mktemp("coopt") / "run"
+    rest = "--task.action-count 3 --checkpoint-interval-timesteps 12 --certified-world-count 0"
+    assert run(f"coopt --part {leg} --out {folder} {SHORT_TRAINING} {rest}".split()) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def learned(short_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished coopt run of the file's own: verbs write into it."""
+    return shutil.copytree(short_run, tmp_path_factory.mktemp("learned") / "run")
 
 
 @pytest.fixture(scope="session")

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.run_json import run_json
+from helpers.short_training import SHORT_FINETUNING
 
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import RunFolder
@@ -29,14 +30,8 @@ from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.trajectory import Trajectory
 
 _SHORT = (
-    "--total-timesteps 48 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
-    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
-    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
-    "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 20 "
-    "--finetuning.timesteps 20 --finetuning.finalist-count 2 --baseline.phase-step-deg 90 "
-    "--baseline.gait.duration-s 4 --baseline.record-step-count 10 "
-    "--randomize --randomisation.damping-factor U(0.5,2) --objective.kind worst_share "
-    "--objective.worlds-per-design 4 --objective.evaluation-worlds 4 --certified-world-count 6"
+    f"{SHORT_FINETUNING} --randomize --randomisation.damping-factor U(0.5,2) "
+    "--objective.kind worst_share --objective.worlds-per-design 4 --certified-world-count 6"
 )
 WORLDS = Randomisation(damping_factor="U(0.5,2)")
 
@@ -45,7 +40,7 @@ WORLDS = Randomisation(damping_factor="U(0.5,2)")
 def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run whose designs were ranked over worlds."""
     folder = tmp_path_factory.mktemp("coopt") / "run"
-    assert run(f"coopt --preset fast --part {leg} --out {folder} {_SHORT}".split()) == 0
+    assert run(f"coopt --part {leg} --out {folder} {_SHORT}".split()) == 0
     return folder
 
 
@@ -233,7 +228,7 @@ def test_a_training_on_rays_workers_is_the_same(learned: Path, leg: Path) -> Non
     pytest.importorskip("ray")
     folder = learned.parent / "shared"
     with connected(2, None):
-        asked = f"coopt --preset fast --part {leg} --out {folder} {_SHORT}"
+        asked = f"coopt --part {leg} --out {folder} {_SHORT}"
         assert run([*asked.split(), *["--executor.backend", "ray"]]) == 0
     here, there = (json.loads((each / "summary.json").read_text()) for each in (learned, folder))
     for name in ("pairs", "baseline_best_distance_cm", "replayed_distance_cm"):

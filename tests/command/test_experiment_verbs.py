@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from helpers.dying_run import dies_once
 from helpers.run_json import run_json
+from helpers.short_training import SHORT_FINETUNING
 
 from pneumorph.base.executor import Backend, ExecutorSettings, run_tasks
 from pneumorph.base.settings import load_settings, settings_to_dict
@@ -26,23 +27,14 @@ from pneumorph.study.kept_run import keep_run
 from pneumorph.study.training_options import TrainingOptions
 from pneumorph.trajectory import Trajectory
 
-# Every stage, no result.
-_SHORT = (
-    "--total-timesteps 48 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
-    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
-    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
-    "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 20 "
-    "--objective.evaluation-worlds 4 --certified-world-count 0 "
-    "--finetuning.timesteps 20 --finetuning.finalist-count 2 "
-    "--baseline.phase-step-deg 90 --baseline.gait.duration-s 4 --baseline.record-step-count 10"
-)
+_SHORT = f"{SHORT_FINETUNING} --certified-world-count 0"
 
 
 @pytest.fixture(scope="module")
 def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finished coopt run with fine-tuning."""
     folder = tmp_path_factory.mktemp("coopt") / "run"
-    assert run(f"coopt --preset fast --part {leg} --out {folder} {_SHORT}".split()) == 0
+    assert run(f"coopt --part {leg} --out {folder} {_SHORT}".split()) == 0
     return folder
 
 

@@ -8,29 +8,11 @@ from pathlib import Path
 
 import pytest
 from helpers.run_json import run_json
+from helpers.short_training import SHORT_SWEEP
 
 from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.cli import run
 from pneumorph.trajectory import Trajectory
-
-# One period of the expert's gait and a training of a few dozen actions: every stage, no result.
-_SHORT_SWEEP = ("phase-step-deg 90", "gait.duration-s 4", "record-step-count 10")
-_SHORT_TRAINING = (
-    "total-timesteps 48 --environment-count 4 --task.action-count 3 --task.action-step-count 20 "
-    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
-    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
-    "--evaluated-design-count 4 --kept-pair-count 2 --checkpoint-interval-timesteps 24 "
-    "--objective.evaluation-worlds 4 --certified-world-count 0"
-)
-
-
-@pytest.fixture(scope="module")
-def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished coopt run."""
-    folder = tmp_path_factory.mktemp("coopt") / "run"
-    sweep = " ".join(f"--baseline.{flag}" for flag in _SHORT_SWEEP)
-    assert run(f"coopt --part {leg} --out {folder} --{_SHORT_TRAINING} {sweep}".split()) == 0
-    return folder
 
 
 def test_coopt_says_what_it_found_beside_the_baseline(learned: Path) -> None:
@@ -203,7 +185,7 @@ def test_compare_walks_a_grid_of_reductions(
 
 
 def test_baseline_and_bench(leg: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    sweep = " ".join(f"--{flag}" for flag in _SHORT_SWEEP)
+    sweep = " ".join(f"--{flag}" for flag in SHORT_SWEEP)
     sweep += " --settling-step-count 40"
     swept = run_json(f"baseline --part {leg} {sweep} --out {tmp_path / 'b'}", capsys)
     assert swept["baseline_best_phase_deg"] in swept["phases_deg"]

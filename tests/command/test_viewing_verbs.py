@@ -23,22 +23,6 @@ from pneumorph.trajectory import Trajectory
 
 OpenPage = Callable[[Path | str], Any]
 PLAYER = "pneumorphReplay.players[0]"
-_SHORT_TRAINING = (
-    "total-timesteps 48 --environment-count 4 --task.action-count 3 --task.action-step-count 20 "
-    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
-    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
-    "--evaluated-design-count 4 --kept-pair-count 5 --checkpoint-interval-timesteps 12 "
-    "--objective.evaluation-worlds 4 --certified-world-count 0 "
-    "--baseline.phase-step-deg 90 --baseline.gait.duration-s 4 --baseline.record-step-count 10"
-)
-
-
-@pytest.fixture(scope="module")
-def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished coopt run."""
-    folder = tmp_path_factory.mktemp("coopt") / "run"
-    assert run(f"coopt --part {leg} --out {folder} --{_SHORT_TRAINING}".split()) == 0
-    return folder
 
 
 def _trial(folder: Path) -> Path:
