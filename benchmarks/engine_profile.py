@@ -19,7 +19,8 @@ from pneumorph.base.artefact import write_json
 from pneumorph.base.machine import processor_count
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.site import Site
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.report.style import REGULATOR_COLOURS, figure_style, new_figure, save_figure
 from pneumorph.robot.design import Design

@@ -8,7 +8,7 @@ import numpy as np
 
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.robot_spec import Site
+from pneumorph.catalogue.site import Site
 from pneumorph.geometry.contact_surfaces import distance_to
 from pneumorph.geometry.mass_properties import KG_PER_MM3
 from pneumorph.geometry.surface import boundary_triangles, enclosed_volume

@@ -14,8 +14,9 @@ from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubSpec
 from pneumorph.catalogue.masses import PRINTED_HUB, Masses
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import LegName, leg_kind, masses_of, paper_leg, pressure_map
-from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.shipped_data import data_file
+from pneumorph.catalogue.site import Site
 from pneumorph.fem.material import DiskMaterials
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh

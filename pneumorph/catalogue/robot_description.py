@@ -30,7 +30,8 @@ from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.mounting_check import check_module, check_mounted
 from pneumorph.catalogue.paper_leg import LegName, PhysicsName, leg_kind, masses_of, paper_leg
 from pneumorph.catalogue.paper_robot import ring_of_sites
-from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.site import Site
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose, rotation_about

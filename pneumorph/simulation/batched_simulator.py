@@ -11,27 +11,24 @@ import numpy as np
 
 import pneumorph._engine as _engine
 from pneumorph.base.machine import processor_count
-from pneumorph.physics.floor import HeightField
-from pneumorph.physics.height_grid import HeightGrid
 from pneumorph.physics.physics import Physics
-from pneumorph.physics.regulators import CELL_COUNT, AirRegulators
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.robot import Hub, Robot
+from pneumorph.simulation.engine_arrays import (
+    conditions,
+    contact_friction,
+    engine_settings,
+    floor_height,
+    ground_arrays,
+    part_arrays,
+    pressure_rates,
+)
 from pneumorph.simulation.randomisation import World
 from pneumorph.simulation.reduced_state import ReducedState
-from pneumorph.simulation.robot_air import regulators_of
 from pneumorph.simulation.stepper_settings import StepperSettings
 
 STAGES = ("elements", "inertia", "factorisation", "contact_setup", "friction", "integration")
 """What the stepper's time is spent on, in the order of a step."""
-
-_PART_ARRAYS = (
-    "tetrahedron_rest", "tetrahedron_mode_gradient", "membrane_rest", "membrane_mode_gradient",
-    "dilatation_1", "dilatation_2", "dilatation_3", "stretch_1", "stretch_2",
-    "linear_stiffness", "cavity_volume_1", "cavity_volume_2", "cavity_volume_3",
-    "first_moment", "first_moment_modes", "second_moment", "second_moment_modes",
-    "second_moment_mode_pairs", "contact_points", "contact_modes", "snapshot_range",
-)  # fmt: skip
 
 _STATE = tuple(each.name for each in fields(ReducedState) if each.name != "memory")
 
@@ -115,16 +112,16 @@ class BatchedSimulator:
                     known[id(mount.part)] = len(known)
                     fresh.append(mount.part)
         frictions = [
-            _contact_friction(robot, own) for robot, own in zip(robots, physics, strict=True)
+            contact_friction(robot, own) for robot, own in zip(robots, physics, strict=True)
         ]
         uneven = dict.fromkeys(own.ground for own in physics if not own.ground.is_plane)
         grounds = {ground: (number, ground.grid()) for number, ground in enumerate(uneven)}
-        heights = [_floor_height(*each) for each in zip(robots, physics, strict=True)]
+        heights = [floor_height(*each) for each in zip(robots, physics, strict=True)]
         batch, parts = self._batch, [*self._parts, *fresh]
         if fresh or batch is None:
             batch = _engine.Batch(
-                [_part_arrays(part, self.physics) for part in parts],
-                _engine_settings(self.physics, self.stepper),
+                [part_arrays(part, self.physics) for part in parts],
+                engine_settings(self.physics, self.stepper),
                 self.stepper.element_precision == "single",
                 self.stepper.instruction_set,
             )
@@ -145,16 +142,16 @@ class BatchedSimulator:
                         )
                         for mount in robot.mounts
                     ],
-                    _pressure_rates(robot, own),
+                    pressure_rates(robot, own),
                     friction,
-                    _conditions(own, worlds[number] if worlds else None, heights[number]),
+                    conditions(own, worlds[number] if worlds else None, heights[number]),
                     grounds[own.ground][0] if own.ground in grounds else -1,
                 )
                 for number, (robot, friction, own) in enumerate(
                     zip(robots, frictions, physics, strict=True)
                 )
             ],
-            [_ground_arrays(grid) for _, grid in grounds.values()],
+            [ground_arrays(grid) for _, grid in grounds.values()],
         )
         self._batch, self._parts = batch, parts
         self.robots = tuple(robots)
@@ -176,7 +173,7 @@ class BatchedSimulator:
                 f"friction_pressure is {physics.friction_pressure}, expected that of the batch, "
                 f"{self.physics.friction_pressure}"
             )
-        self._batch.set_friction(robot, _contact_friction(self.robots[robot], physics))
+        self._batch.set_friction(robot, contact_friction(self.robots[robot], physics))
 
     def reset(self, active: np.ndarray | None = None) -> None:
         """Put robots back to rest in their initial pose.
@@ -354,113 +351,3 @@ class BatchedSimulator:
     def instruction_set(self) -> str:
         """Which build of the stepper runs."""
         return str(self._batch.instruction_set)
-
-
-def _part_arrays(part: ReducedPart, physics: Physics) -> dict[str, object]:
-    arrays: dict[str, object] = {
-        name: np.ascontiguousarray(getattr(part, name), dtype=float) for name in _PART_ARRAYS
-    }
-    arrays["mass"] = float(part.mass)
-    for name, elements in (("tetrahedron", part.tetrahedra), ("membrane", part.membrane)):
-        law = elements.material.law
-        if law not in _engine.LAWS:
-            raise ValueError(
-                f"a reduced part's law must be one of {', '.join(_engine.LAWS)} to be stepped, got "
-                f"{law!r}; a robot of your own law walks as finite elements"
-            )
-        arrays[f"{name}_law"] = _engine.LAWS.index(law)
-        arrays[f"{name}_lambda"], arrays[f"{name}_mu"] = elements.weighted_lame_constants
-    return arrays | _rubber_arrays(part, physics)
-
-
-def _rubber_arrays(part: ReducedPart, physics: Physics) -> dict[str, object]:
-    """What parts of measured silicone have besides; as good as nothing of others."""
-    material, series = part.tetrahedron_material, part.relaxation
-    if series is not None and physics.damping != "objective":
-        raise ValueError(
-            f"physics.damping is {physics.damping!r}, expected 'objective' for a part that "
-            "relaxes: its branches damp it, and resist no turn of the whole"
-        )
-    mixed = len(part.dilatation_1) + len(part.stretch_1)
-    if material.law == "corotational" and (series is not None or mixed > 0):
-        raise ValueError(
-            "the solid's law is 'corotational', expected one of large strain, such as 'yeoh', for "
-            "a part that relaxes, has volumes of whole elements or a sheet seen by fields of stress"
-        )
-    return {
-        "yeoh_c2_over_c1": material.yeoh_c2_over_c1,
-        "yeoh_c3_over_c1": material.yeoh_c3_over_c1,
-        "dilatation_lambda": material.lame_lambda,
-        "stretch_modulus": part.membrane_material.young_modulus_kPa,
-        "branch_ratio": np.zeros(0) if series is None else series.branch_ratios,
-        "branch_time": np.ascontiguousarray(part.relaxation_time, dtype=float),
-    }
-
-
-def _contact_friction(robot: Robot, physics: Physics) -> np.ndarray:
-    """Coefficient of each contact point, and the normal impulse at which it is so, (point, 2)."""
-    surfaces = robot.contact_surfaces
-    given = physics.surface_friction(surfaces), physics.reference_impulses(surfaces)
-    return np.stack(given, axis=1)
-
-
-def _pressure_rates(robot: Robot, physics: Physics) -> np.ndarray:
-    """Rates of each regulator's pressure, rising and falling, as the engine has them [kPa/s]."""
-    regulators = regulators_of(robot, physics)
-    if not isinstance(regulators, AirRegulators):
-        return np.zeros(0)
-    rates = np.stack([regulators.rising_kPa_per_s, regulators.falling_kPa_per_s], axis=1)
-    return rates.ravel()
-
-
-def _floor_height(robot: Robot, physics: Physics) -> float:
-    """What a robot's floor is counted from [mm]."""
-    if physics.ground.is_plane:
-        return physics.floor_height_mm
-    floor = physics.floor(robot.standing_points)
-    assert isinstance(floor, HeightField)
-    return floor.base_mm
-
-
-def _ground_arrays(grid: HeightGrid) -> tuple[Any, ...]:
-    """A ground as engine/model.hpp has it."""
-    corner = np.array([grid.x_mm[0], grid.y_mm[0]])
-    tiles = grid.tile_cells, grid.ceilings
-    return corner, grid.spacing_mm, grid.nodes, grid.steepest, *tiles
-
-
-def _conditions(physics: Physics, world: World | None, floor_height_mm: float) -> np.ndarray:
-    """What of a robot's world the engine keeps for it alone; see engine/conditions.hpp."""
-    factors = (
-        (1.0, 1.0, 1.0)
-        if world is None
-        else (world.modulus_factor, world.mass_factor, world.damping_factor)
-    )
-    damping = physics.stiffness_damping_s
-    return np.array([*physics.gravity_vector, damping, *factors, floor_height_mm])
-
-
-def _engine_settings(physics: Physics, stepper: StepperSettings) -> dict[str, Any]:
-    return {
-        "time_step": physics.time_step_s,
-        "gravity": physics.gravity_vector,
-        "mass_damping": physics.mass_damping_per_s,
-        "stiffness_damping": physics.stiffness_damping_s,
-        "published_damping": physics.damping == "published",
-        "edge_rotations": physics.rotation == "edge",
-        "friction_exponent": physics.friction_pressure.exponent,
-        "friction_least": physics.friction_pressure.least_factor,
-        "friction_most": physics.friction_pressure.most_factor,
-        "floor_height": physics.floor_height_mm,
-        "contact_margin": stepper.contact_margin_mm,
-        "contact_tolerance": stepper.contact_tolerance_mm_per_s,
-        "contact_sweeps": stepper.contact_sweeps,
-        "pressure_rate": physics.pressure_rate_kPa_per_s,
-        "pressure_cells": 0 if physics.air.law == "rate_limit" else CELL_COUNT,
-        "pressure_cell": physics.air.supply_kPa / CELL_COUNT,
-        "pressure_slope": physics.pressure_map.slope,
-        "pressure_intercept": physics.pressure_map.intercept_kPa,
-        "speed_limit": stepper.speed_limit_mm_per_s,
-        "tangent_tolerance": stepper.tangent_tolerance_mm_per_s,
-        "regulator_count": physics.regulator_count,
-    }

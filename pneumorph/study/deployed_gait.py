@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -18,7 +17,6 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.held_gait import HeldGait
@@ -30,24 +28,20 @@ from pneumorph.hardware.guardian import Guardian
 from pneumorph.hardware.marker_track import write_track
 from pneumorph.hardware.open_driver import open_driver
 from pneumorph.hardware.rig import Channel, RigSettings, load_rig
-from pneumorph.hardware.schedule import SEARCH_STEP_S, Schedule, plan_schedule
+from pneumorph.hardware.schedule import Schedule, plan_schedule
 from pneumorph.hardware.trial import LOG_FILE
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
 from pneumorph.physics.calibration import UsedCalibration
-from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
-from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
 from pneumorph.physics.physics import Physics
-from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
-from pneumorph.study.gait_source import find_gait, recalibrated
+from pneumorph.study.gait_source import find_gait
 from pneumorph.study.recorded_walk import Model
+from pneumorph.study.robot_at_rig import calibrated, with_air
 from pneumorph.study.virtual_reality import VirtualReality
 
 SCHEDULE_FILE = "schedule.csv"
 BENDS_FILE = "bends.csv"
-CUT_FACTOR = 1.5
-"""A gait that with a calibration asks for more than this times the limit is refused, not cut."""
 
 
 @dataclass(frozen=True)
@@ -201,9 +195,9 @@ def deploy_gait(
         if spec.calibration is not None:  # otherwise its pressures are commanded as they are
             # Beside a calibration, the options hold the map of the leg as it is before measuring.
             trained = found.pressure_map or robot.physics.pressure_map
-            gait, cut = _calibrated(found.gait, trained, spec.physics.pressure_map, rig, folder)
+            gait, cut = calibrated(found.gait, trained, spec.physics.pressure_map, rig, folder)
             described |= cut
-    rig = _with_air(rig, spec, design)
+    rig = with_air(rig, spec, design)
     schedule = plan_schedule(gait, rig)
     _save_schedule(schedule, design, folder)
     planned = DeployedGait(
@@ -229,57 +223,6 @@ def deploy_gait(
         _warn_of_missing_sensors(rig, folder)
         done = _real_trials(planned, plan, before_trial)
     return replace(done, wall_s=time.monotonic() - start)
-
-
-def _with_air(rig: RigSettings, spec: RobotSpec, design: Design | None) -> RigSettings:
-    """The rig with what its file does not say of air: the simulation's, and the design's legs.
-
-    A bend test has one leg, on whichever regulator.
-    """
-    air = rig.air if rig.air.law != "rate_limit" else spec.physics.air
-    if air.law == "rate_limit" or rig.chambers_mm3:
-        return replace(rig, air=air)
-    if design is None:
-        chambers = (float(spec.module.reduced.cavity_volume.sum()),) * len(rig.channels)
-    else:
-        chambers = spec.chambers_mm3(design)
-    return replace(rig, air=air, chambers_mm3=chambers)
-
-
-def _calibrated(
-    gait: OpenLoopGait,
-    trained: PressureMap,
-    measured: PressureMap,
-    rig: RigSettings,
-    folder: RunFolder,
-) -> tuple[OpenLoopGait, dict[str, Any]]:
-    """The gait with the measured robot's pressures, and where the limit cuts it off.
-
-    Raises:
-        ValueError: So much would be cut off that it would be another gait.
-    """
-    if trained == measured:
-        return gait, {}
-    highest = min(HIGHEST_COMMAND_KPA, *(channel.highest_kPa for channel in rig.channels))
-    meant = recalibrated(gait, trained, measured, math.inf)
-    count = step_count(meant.duration_s, SEARCH_STEP_S)
-    needed = float(sample_commands(meant, SEARCH_STEP_S, count).max())
-    if needed > CUT_FACTOR * highest:
-        raise ValueError(
-            f"with this calibration the gait asks for {needed:.1f} kPa, expected at most "
-            f"{CUT_FACTOR:g} times the limit of {highest:g} kPa, where little is cut off; the gait "
-            f"was made for p_sim = {trained.slope:g} p {trained.intercept_kPa:+g} kPa, the "
-            f"calibration is {measured.slope:g} p {measured.intercept_kPa:+g} kPa: one of them may "
-            "be of another leg (--leg)"
-        )
-    if needed <= highest:
-        return recalibrated(gait, trained, measured, highest), {}
-    folder.progress.say(
-        f"with this calibration the gait asks for {needed:.1f} kPa: it is cut off at {highest:g} "
-        "kPa"
-    )
-    cut = {"highest_meant_kPa": needed, "cut_off_at_kPa": highest}
-    return recalibrated(gait, trained, measured, highest), cut
 
 
 def _save_schedule(schedule: Schedule, design: Design | None, folder: RunFolder) -> None:

@@ -16,7 +16,8 @@ from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, paper_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_order_settings import Integrator
 from pneumorph.fem.material import Material
 from pneumorph.fem.part_model import PartModel

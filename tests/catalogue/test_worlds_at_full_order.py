@@ -16,7 +16,8 @@ from helpers.synthetic_part import synthetic_mesh
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import leg_kind, paper_leg
-from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.material import Material

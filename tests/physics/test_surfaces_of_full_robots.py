@@ -10,7 +10,8 @@ from helpers.box_mesh import box_mesh
 
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.material import Material

@@ -11,7 +11,8 @@ from helpers.synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.site import Site
 from pneumorph.fem.material import Material
 from pneumorph.gait.friction_margin import friction_margin
 from pneumorph.geometry.mass_properties import MassProperties

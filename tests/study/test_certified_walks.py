@@ -14,7 +14,8 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.robot_spec import RobotSpec, Site
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.site import Site
 from pneumorph.fem.material import Material
 from pneumorph.fem.time_integration import StepError
 from pneumorph.gait.held_gait import HeldGait
