@@ -23,7 +23,12 @@ from pneumorph.fabrication.hub_stiffness import (
     hub_model,
     hub_stiffness,
 )
-from pneumorph.fabrication.leg_mould import MouldSettings, check_leg_mould, make_leg_mould
+from pneumorph.fabrication.leg_mould import (
+    LegMould,
+    MouldSettings,
+    check_leg_mould,
+    make_leg_mould,
+)
 from pneumorph.fabrication.parts_list import (
     MM3_PER_ML,
     Part,
@@ -144,18 +149,7 @@ def fabricate(
     checks = check_leg_mould(mould, settings.leg, float(mesh.volumes.sum()))
     folder.progress.stage("making the hub")
     hub = make_hub(settings.disk, settings.leg, settings.mounting, settings.hub)
-    solids = {
-        "mould_upper": (mould.upper, settings.mould.smallest_wall_mm),
-        "mould_lower": (mould.lower, settings.mould.smallest_wall_mm),
-        "core": (mould.core, settings.mould.smallest_wall_mm),
-        "hub": (hub, settings.hub.smallest_wall_mm),
-        "leg": (mould.body + mould.plate, settings.mould.smallest_silicone_mm),
-    }
-    folder.progress.stage("writing and checking surfaces")
-    made = {}
-    for number, (name, (solid, smallest)) in enumerate(solids.items(), start=1):
-        made[name] = _written(name, solid, smallest, settings.surface_size_mm, folder)
-        folder.progress(number, len(solids), name)
+    made = _made(mould, hub, settings, folder)
     tubes = tube_plan(
         design, settings.mounting, _channel_length_mm(settings.mounting), settings.workshop
     )
@@ -172,10 +166,7 @@ def fabricate(
     write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
     write_atomically(folder / "tubes.csv", lambda stream: stream.write(tubes_csv(tubes).encode()))
     leg_mass_g = _known(parts[0].mass_g) + _known(parts[2].mass_g)
-    simulated_leg_g, simulated_hub_g = (
-        1e3 * robot.module.full.mass_kg,
-        1e3 * robot.hub.mass_kg,
-    )
+    simulated_leg_g, simulated_hub_g = 1e3 * robot.module.full.mass_kg, 1e3 * robot.hub.mass_kg
     warning = mass_warning(leg_mass_g, printed.mass_g, simulated_leg_g, simulated_hub_g)
     if warning is not None:
         folder.progress.say(warning)
@@ -208,6 +199,25 @@ def fabricate(
         mass_warning=warning,
         hub_stiffness=stiffness,
     )
+
+
+def _made(
+    mould: LegMould, hub: Any, settings: FabricationSettings, folder: RunFolder
+) -> dict[str, FabricatedSolid]:
+    """Every solid by name, written and checked."""
+    folder.progress.stage("writing and checking surfaces")
+    solids = {
+        "mould_upper": (mould.upper, settings.mould.smallest_wall_mm),
+        "mould_lower": (mould.lower, settings.mould.smallest_wall_mm),
+        "core": (mould.core, settings.mould.smallest_wall_mm),
+        "hub": (hub, settings.hub.smallest_wall_mm),
+        "leg": (mould.body + mould.plate, settings.mould.smallest_silicone_mm),
+    }
+    made = {}
+    for number, (name, (solid, smallest)) in enumerate(solids.items(), start=1):
+        made[name] = _written(name, solid, smallest, settings.surface_size_mm, folder)
+        folder.progress(number, len(solids), name)
+    return made
 
 
 def mass_warning(

@@ -79,15 +79,7 @@ def learn_in_folder(
             "choose another folder"
         )
     training = Training(make_environment, settings)
-    earlier_s = 0.0
-    remarks: list[str] = []
-    if has_checkpoint(folder):
-        earlier_s, remarks = _restore(training, folder, provenance or {})
-    else:
-        remarks = _lost(folder, 0)
-        # Policies of a training whose checkpoints are gone are not this one's.
-        shutil.rmtree(folder / FINETUNED_FOLDER, ignore_errors=True)
-        write_json(folder / SETTINGS_FILE, settings_to_dict(settings))
+    earlier_s, remarks = _begin(training, folder, provenance or {})
     if say is not None:
         for remark in remarks:
             say(remark)
@@ -121,16 +113,39 @@ def learn_in_folder(
             finetuning_timesteps=finetuned.timesteps,
             finetuning_wall_s=finetuned.wall_s,
         )
-    action_s = settings.task.action_step_count * time_step_s
-    for pair, kept in zip(pairs, result.pairs, strict=True):
-        comments = {
-            "design": kept.design,
-            "distance_cm": f"{kept.distance_cm:.3f}",
-            "source": kept.source,
-        }
-        write_gait(folder / kept.gait, pair.gait(action_s, settings.task), comments)
+    _write_gaits(folder, pairs, result.pairs, settings, time_step_s)
     write_json(folder / SUMMARY_FILE, result_to_dict(result))
     return result
+
+
+def _begin(
+    training: Training, folder: Path, provenance: Mapping[str, Any]
+) -> tuple[float, list[str]]:
+    """Begin, or go on with the newest checkpoint: seconds spent before it, and remarks."""
+    if has_checkpoint(folder):
+        return _restore(training, folder, provenance)
+    remarks = _lost(folder, 0)
+    # Policies of a training whose checkpoints are gone are not this one's.
+    shutil.rmtree(folder / FINETUNED_FOLDER, ignore_errors=True)
+    write_json(folder / SETTINGS_FILE, settings_to_dict(training.settings))
+    return 0.0, remarks
+
+
+def _write_gaits(
+    folder: Path,
+    pairs: Sequence[DesignGaitPair],
+    kept: Sequence[KeptPair],
+    settings: CooptSettings,
+    time_step_s: float,
+) -> None:
+    action_s = settings.task.action_step_count * time_step_s
+    for pair, said in zip(pairs, kept, strict=True):
+        comments = {
+            "design": said.design,
+            "distance_cm": f"{said.distance_cm:.3f}",
+            "source": said.source,
+        }
+        write_gait(folder / said.gait, pair.gait(action_s, settings.task), comments)
 
 
 def _restore(

@@ -108,46 +108,25 @@ def assemble_reduced_part(
         ValueError: Shapes disagree, or the part has several membranes.
     """
     mesh, groups = part.mesh, sampled_groups(part, stress_fields)
-    if modes.ndim != 3 or modes.shape[:2] != mesh.nodes.shape:
-        raise ValueError(
-            f"modes must have shape (node, 3, mode) with {len(mesh.nodes)} nodes, got "
-            f"{modes.shape}; they may belong to another mesh"
-        )
-    sheets = len(part.element_groups) - 1
-    if sheets > 1:
-        raise ValueError(
-            f"a part to be reduced may have one membrane, got {sheets}; a reduced "
-            "part has one material for its tetrahedra and one for its membrane"
-        )
     if cubatures is None:
         cubatures = tuple(Cubature.every(group.element_count) for group in groups)
-    if len(cubatures) != len(groups):
-        raise ValueError(
-            f"cubatures must name the sampled elements of each of the {len(groups)} element "
-            f"groups, got {len(cubatures)}"
-        )
+    _check(part, modes, len(groups), len(cubatures))
     modes = modes.astype(np.float32).astype(np.float64)
-    mode_count = modes.shape[2]
     solid_cubature, *membrane_cubatures = cubatures
     solid, *membranes = (
         sample_elements(group, modes, cubature)
         for group, cubature in zip(groups, cubatures, strict=True)
     )
     membrane_cubature = membrane_cubatures[0] if membranes else Cubature.every(0)
-    membrane = membranes[0] if membranes else _no_membrane(part, mode_count)
-    stretches: dict[str, np.ndarray] = {}
+    membrane = membranes[0] if membranes else _no_membrane(part, modes.shape[2])
+    stretches: dict[str, Any] = {}
     if stress_fields is not None:
         sheet = mixed_sheet(part.element_groups[1], mesh.nodes, modes, stress_fields)
         stretches = {"stretch_1": sheet.linear, "stretch_2": sheet.quadratic}
-    cavities = [
-        cavity_polynomial(mesh.nodes, Cavity.of_surface(mesh.surface_connectivity(name)), modes)
-        for name in cavity_regions(mesh)
-    ]
     integrals = mass_integrals(part.node_mass, mesh.nodes, modes)
     if contact_modes is None:
         weights = interpolation_matrix(mesh, mesh.contact_points)
         contact_modes = (weights @ modes.reshape(len(modes), -1)).reshape(-1, 3, modes.shape[2])
-    cube = (mode_count,) * 3
     dilatation = _dilatation(part, modes, pressure_fields)
     series = None if part.branches is None else part.branches.series
     return ReducedPart(
@@ -173,22 +152,49 @@ def assemble_reduced_part(
         relaxation_weight=np.array(() if series is None else series.weights),
         relaxation_time=np.array(() if series is None else series.times_s),
         linear_stiffness=_mount(part, modes, mount_stiffness),
-        cavity_volume=np.array([cavity.constant for cavity in cavities]),
-        cavity_volume_1=np.array([c.linear for c in cavities]).reshape(-1, *cube[:1]),
-        cavity_volume_2=np.array([c.quadratic for c in cavities]).reshape(-1, *cube[:2]),
-        cavity_volume_3=np.array([c.cubic for c in cavities]).reshape(-1, *cube),
-        mass=integrals.mass,
-        first_moment=integrals.first_moment,
-        first_moment_modes=integrals.first_moment_modes,
-        second_moment=integrals.second_moment,
-        second_moment_modes=integrals.second_moment_modes,
-        second_moment_mode_pairs=integrals.second_moment_mode_pairs,
+        **_cavity_volumes(mesh, modes),
+        **vars(integrals),
         contact_points=np.array(mesh.contact_points, dtype=np.float64).reshape(-1, 3),
         contact_modes=contact_modes,
         contact_surface=mesh.contact_surfaces.names,
         contact_area_mm2=mesh.contact_surfaces.area_mm2,
         metadata={**(metadata or {}), **_attachment(mesh), "mesh_digest": mesh.digest()},
     )
+
+
+def _check(part: PartModel, modes: np.ndarray, group_count: int, cubature_count: int) -> None:
+    nodes = part.mesh.nodes
+    if modes.ndim != 3 or modes.shape[:2] != nodes.shape:
+        raise ValueError(
+            f"modes must have shape (node, 3, mode) with {len(nodes)} nodes, got "
+            f"{modes.shape}; they may belong to another mesh"
+        )
+    sheets = len(part.element_groups) - 1
+    if sheets > 1:
+        raise ValueError(
+            f"a part to be reduced may have one membrane, got {sheets}; a reduced "
+            "part has one material for its tetrahedra and one for its membrane"
+        )
+    if cubature_count != group_count:
+        raise ValueError(
+            f"cubatures must name the sampled elements of each of the {group_count} element "
+            f"groups, got {cubature_count}"
+        )
+
+
+def _cavity_volumes(mesh: Mesh, modes: np.ndarray) -> dict[str, Any]:
+    """Volume of each cavity as a polynomial of the modes, as fields of a `ReducedPart`."""
+    found = [
+        cavity_polynomial(mesh.nodes, Cavity.of_surface(mesh.surface_connectivity(name)), modes)
+        for name in cavity_regions(mesh)
+    ]
+    cube = (modes.shape[2],) * 3
+    return {
+        "cavity_volume": np.array([each.constant for each in found]),
+        "cavity_volume_1": np.array([each.linear for each in found]).reshape(-1, *cube[:1]),
+        "cavity_volume_2": np.array([each.quadratic for each in found]).reshape(-1, *cube[:2]),
+        "cavity_volume_3": np.array([each.cubic for each in found]).reshape(-1, *cube),
+    }
 
 
 def sampled_groups(part: PartModel, stress_fields: np.ndarray | None) -> tuple[ElementGroup, ...]:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import resource
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import scipy.sparse as sparse
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import assemble_reduced_part, sampled_groups
 from pneumorph.reduction.blocked_force import even_load
-from pneumorph.reduction.ecsw import ecsw
+from pneumorph.reduction.ecsw import EcswResult, ecsw
 from pneumorph.reduction.errors import (
     ReducedBend,
     ReducedBlockedForce,
@@ -33,6 +34,7 @@ from pneumorph.reduction.learned_fields import (
     weighted_changes,
 )
 from pneumorph.reduction.mixed_sheet import scaled_strain
+from pneumorph.reduction.pod import Pod
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.reduction_report import ReductionReport, StageTimes
 from pneumorph.reduction.reduction_settings import ReductionSettings
@@ -72,21 +74,70 @@ def reduce_part(
     """
     settings = settings or ReductionSettings()
     _check(part, snapshots, settings, mount_stiffness)
-    clock = StageTimes(progress)
-    training, heldout = split_snapshots(snapshots, settings)
-    mirror_nodes = part.mesh.mirror_nodes if settings.symmetric else None
-    curves = SnapshotCurves(part, snapshots, settings.rotation, report_pressure_kPa)
+    asked = _Asked(
+        part,
+        snapshots,
+        settings,
+        mount_stiffness,
+        SnapshotCurves(part, snapshots, settings.rotation, report_pressure_kPa),
+        *split_snapshots(snapshots, settings),
+        StageTimes(progress),
+        progress,
+    )
+    projected = _projected(asked)
+    sampled, report = _measured(asked, projected, _chosen(asked, projected))
+    sampled.metadata.update(
+        settings=settings_to_dict(settings),
+        report=report.to_dict(),
+        snapshots={"sources": snapshots.sources, "details": snapshots.metadata.get("details")},
+    )
+    return sampled, report
 
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """What is reduced and from what; training and heldout are numbers of snapshots."""
+
+    part: PartModel
+    snapshots: SnapshotSet
+    settings: ReductionSettings
+    mount_stiffness: np.ndarray | None
+    curves: SnapshotCurves
+    training: np.ndarray
+    heldout: np.ndarray
+    clock: StageTimes
+    progress: Progress | None
+
+    @property
+    def mirror_nodes(self) -> np.ndarray | None:
+        return self.part.mesh.mirror_nodes if self.settings.symmetric else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Projected:
+    """The part in its modes with all of its elements, and how to assemble it with fewer."""
+
+    metric: sparse.csr_array
+    basis: Pod
+    stresses: np.ndarray | None
+    assembled: Callable[..., ReducedPart]
+    every: ReducedPart
+    bends: Mapping[str, ReducedBend]
+    blocked: ReducedBlockedForce | None
+
+
+def _projected(asked: _Asked) -> _Projected:
+    part, snapshots, training = asked.part, asked.snapshots, asked.training
+    settings, clock = asked.settings, asked.clock
     clock.start("metric")
-    metric = pod_metric(part, snapshots, training, settings, mount_stiffness)
+    metric = pod_metric(part, snapshots, training, settings, asked.mount_stiffness)
     answers = None
     if settings.answer_share > 0.0:
         clock.start("answers to forces")
-        answers = curves.answers()
-
+        answers = asked.curves.answers()
     clock.start("modes")
     basis = learned_modes(
-        part, snapshots, training, answers, metric, mirror_nodes, settings, progress
+        part, snapshots, training, answers, metric, asked.mirror_nodes, settings, asked.progress
     )
 
     def changes() -> Iterator[WeightedChange]:
@@ -97,48 +148,69 @@ def reduce_part(
         assemble_reduced_part,
         part,
         basis.modes,
-        mount_stiffness=mount_stiffness,
+        mount_stiffness=asked.mount_stiffness,
         pressure_fields=learned_pressures(part, changes(), settings),
         stress_fields=stresses,
     )
     every = assembled()
     clock.start("bend of the modes")
-    ideal = curves.bends(every)
+    bends = asked.curves.bends(every)
     clock.start("blocked force of the modes")
-    ideal_blocked = curves.blocked(every)
+    blocked = asked.curves.blocked(every)
+    return _Projected(metric, basis, stresses, assembled, every, bends, blocked)
 
-    clock.start("sampled elements")
-    trained = evenly(training, settings.training_state_limit)
-    alpha = nearest_states(snapshots.states(trained), every.modes, metric)
-    own = _own_equilibria(every, ideal, ideal_blocked, settings)
-    chosen = ecsw(
-        sampled_groups(part, stresses),
+
+def _chosen(asked: _Asked, projected: _Projected) -> EcswResult:
+    """The elements that stand for all."""
+    asked.clock.start("sampled elements")
+    settings, every = asked.settings, projected.every
+    trained = asked.snapshots.states(evenly(asked.training, settings.training_state_limit))
+    alpha = nearest_states(trained, every.modes, projected.metric)
+    own = _own_equilibria(projected, settings)
+    return ecsw(
+        sampled_groups(asked.part, projected.stresses),
         every.modes,
         np.concatenate([alpha, own]),
         settings.ecsw,
         rotation=settings.rotation,
         weights=np.repeat([1.0, settings.ecsw.equilibrium_weight], [len(alpha), len(own)]),
-        mirror_nodes=mirror_nodes,
+        mirror_nodes=asked.mirror_nodes,
         linear_stiffness=every.linear_stiffness,
         mixed=(every.dilatation, every.sheet),
-        relaxing=part.branches is not None,
-        progress=progress,
+        relaxing=asked.part.branches is not None,
+        progress=asked.progress,
     )
 
-    clock.start("errors")
-    sampled = assembled(cubatures=chosen.cubatures, contact_modes=every.contact_modes)
+
+def _own_equilibria(projected: _Projected, settings: ReductionSettings) -> np.ndarray:
+    """Modal coordinates of the free bends and blocked tips that the modes have themselves, where
+    snapshots of the kind have a share of the weight, (state, mode)."""
+    own = [np.zeros((0, projected.every.mode_count))]
+    if settings.bend_share > 0.0:
+        own += [each.alpha[~np.isnan(each.reduced_deg)] for each in projected.bends.values()]
+    if projected.blocked and settings.blocked_share > 0.0:
+        own.append(projected.blocked.alpha)
+    return np.concatenate(own)
+
+
+def _measured(
+    asked: _Asked, projected: _Projected, chosen: EcswResult
+) -> tuple[ReducedPart, ReductionReport]:
+    """The reduced part and its errors."""
+    asked.clock.start("errors")
+    curves, every, basis = asked.curves, projected.every, projected.basis
+    sampled = projected.assembled(cubatures=chosen.cubatures, contact_modes=every.contact_modes)
     bends, blocked = curves.bends(sampled), curves.blocked(sampled)
     # A soft mount gives way besides.
-    compliance = curves.compliance(sampled, bends) if mount_stiffness is None else None
-    node_error, reached = nearest_of_all(snapshots, every.modes, metric)
-    sampled = replace(
-        sampled,
-        snapshot_range=snapshot_range(reached, None if mirror_nodes is None else basis.parity),
-    )
-    measured = heldout if len(heldout) else training
-    tried = nearest_states(snapshots.states(evenly(measured, 100)), every.modes, metric)
-    force_error = force_errors(sampled, every, tried, settings.rotation)
-    clock.stop()
+    compliance = curves.compliance(sampled, bends) if asked.mount_stiffness is None else None
+    node_error, reached = nearest_of_all(asked.snapshots, every.modes, projected.metric)
+    parity = None if asked.mirror_nodes is None else basis.parity
+    sampled = replace(sampled, snapshot_range=snapshot_range(reached, parity))
+    heldout = asked.heldout if len(asked.heldout) else asked.training
+    tried = asked.snapshots.states(evenly(heldout, 100))
+    alpha = nearest_states(tried, every.modes, projected.metric)
+    force_error = force_errors(sampled, every, alpha, asked.settings.rotation)
+    asked.clock.stop()
     report = ReductionReport(
         mode_count=sampled.mode_count,
         symmetric_mode_count=int((basis.parity > 0).sum()),
@@ -149,12 +221,12 @@ def reduce_part(
         stress_count=len(sampled.stretch_1),
         sampling_residual=chosen.relative_residual,
         sampling_converged=chosen.converged,
-        training_node_error_mm=float(node_error[training].mean()),
-        heldout_node_error_mm=float(node_error[measured].mean()),
-        heldout_worst_node_error_mm=float(node_error[measured].max()),
+        training_node_error_mm=float(node_error[asked.training].mean()),
+        heldout_node_error_mm=float(node_error[heldout].mean()),
+        heldout_worst_node_error_mm=float(node_error[heldout].max()),
         heldout_force_error_percent=float(100.0 * np.sqrt(np.mean(force_error**2))),
         bend_error_percent=_worst(bends),
-        bend_error_unsampled_percent=_worst(ideal),
+        bend_error_unsampled_percent=_worst(projected.bends),
         bend=bends[BEND].table() if BEND in bends else {},
         bend_of_cavities={
             name.removeprefix(f"{BEND} of "): curve.table()
@@ -162,18 +234,15 @@ def reduce_part(
             if name != BEND
         },
         blocked_error_percent=blocked.worst_percent if blocked else None,
-        blocked_error_unsampled_percent=ideal_blocked.worst_percent if ideal_blocked else None,
+        blocked_error_unsampled_percent=(
+            projected.blocked.worst_percent if projected.blocked else None
+        ),
         blocked=blocked.table() if blocked else {},
         compliance_error_percent=compliance.worst_percent if compliance else None,
         compliance=compliance.table() if compliance else {},
-        snapshot_count=len(snapshots),
-        stage_seconds=clock.seconds,
+        snapshot_count=len(asked.snapshots),
+        stage_seconds=asked.clock.seconds,
         peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-    )
-    sampled.metadata.update(
-        settings=settings_to_dict(settings),
-        report=report.to_dict(),
-        snapshots={"sources": snapshots.sources, "details": snapshots.metadata.get("details")},
     )
     return sampled, report
 
@@ -206,22 +275,6 @@ def _check(
                 "tip answers forces is found with the attachment held, at free bends"
             )
         even_load(part.mesh, "outer_end_face")
-
-
-def _own_equilibria(
-    every: ReducedPart,
-    bends: Mapping[str, ReducedBend],
-    blocked: ReducedBlockedForce | None,
-    settings: ReductionSettings,
-) -> np.ndarray:
-    """Modal coordinates of the free bends and blocked tips that the modes have themselves, where
-    snapshots of the kind have a share of the weight, (state, mode)."""
-    own = [np.zeros((0, every.mode_count))]
-    if settings.bend_share > 0.0:
-        own += [each.alpha[~np.isnan(each.reduced_deg)] for each in bends.values()]
-    if blocked and settings.blocked_share > 0.0:
-        own.append(blocked.alpha)
-    return np.concatenate(own)
 
 
 def _worst(curves: Mapping[str, ReducedBend]) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -126,28 +126,16 @@ def search(
     designs = _designs(settings, learned) if gaits else {}
     # Before the search, which takes hours: a run that lost its policy ends here.
     policy_cm = _policy_distances(environment, space, learned, list(designs), folder, objective)
-    timesteps = settings.timesteps or _TIMESTEPS
-    if gaits and settings.timesteps is None:
-        gaits_walked = len(designs) * _GAITS_OF_EACH_DESIGN * objective.worlds_per_design
-        timesteps = gaits_walked * task.action_count
     folder.progress.stage(f"searching ({settings.method})")
-    asked = settings_to_dict(settings)
-    same = ("method", "seed", "gaits", "random", "genetic", "space", "task")
     found = run_search(
         _searcher(settings, list(designs)),
         environment,
         space,
-        timesteps,
+        _timesteps(settings, len(designs)),
         folder.path,
         objective=objective,
         finalist_count=max(settings.finalist_count, len(designs)),
-        description={
-            **{name: asked[name] for name in same},
-            "designs": [str(space[design]) for design in designs],
-            "simulation": robot.settings,
-            "leg": robot.reduction_digest(),
-            **({} if worlds is None else {"objective": asked["objective"], **worlds.as_dict()}),
-        },
+        description=_description(settings, robot, list(designs), worlds),
         progress=folder.progress,
     )
     action_s = task.action_step_count * robot.physics.time_step_s
@@ -177,6 +165,31 @@ def search(
         **robot.describe(reduced=False),
         wall_s=time.monotonic() - start,
     )
+
+
+def _timesteps(settings: SearchSettings, design_count: int) -> int:
+    if settings.timesteps is not None or settings.method != "gaits":
+        return settings.timesteps or _TIMESTEPS
+    worlds = settings.objective.worlds_per_design
+    return design_count * _GAITS_OF_EACH_DESIGN * worlds * settings.task.action_count
+
+
+def _description(
+    settings: SearchSettings,
+    robot: RobotSpec,
+    designs: Sequence[int],
+    worlds: TrainingWorlds | None,
+) -> dict[str, Any]:
+    """What a search that goes on must have in common with its beginning."""
+    asked = settings_to_dict(settings)
+    same = ("method", "seed", "gaits", "random", "genetic", "space", "task")
+    return {
+        **{name: asked[name] for name in same},
+        "designs": [str(settings.space[design]) for design in designs],
+        "simulation": robot.settings,
+        "leg": robot.reduction_digest(),
+        **({} if worlds is None else {"objective": asked["objective"], **worlds.as_dict()}),
+    }
 
 
 def _designs(settings: SearchSettings, learned: FinishedRun | None) -> dict[int, str]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.training_environment import TrainingEnvironment
+from pneumorph.environment.training_environment import EnvironmentFactory, TrainingEnvironment
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
@@ -157,15 +157,9 @@ def run_training(
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
-    usual = crawling(spec.assembly, simulator_factory(spec, worlds, settings.seed), settings)
-
-    def make_environment(designs: Sequence[Design]) -> TrainingEnvironment:
-        environment = usual(designs)
-        return environment if own_task is None else own_task(environment)
-
     name = None if own_task is None else task_name(own_task)
     learned = learn_in_folder(
-        make_environment,
+        _environments(settings, spec, worlds, own_task),
         settings,
         folder.path / TRAINING_FOLDER,
         time_step_s=spec.physics.time_step_s,
@@ -197,26 +191,14 @@ def run_training(
             own = RunFolder(folder.path / CERTIFICATE_FOLDER, "certify", folder.progress)
         certified = certify_candidates(found, certificate, spec, own, again)
     # Learning counts what earlier processes spent on it before this one went on.
-    learned_s, best = learned.wall_s + (learned.finetuning_wall_s or 0.0), learned.best
+    learned_s = learned.wall_s + (learned.finetuning_wall_s or 0.0)
     return TrainingResult(
         **vars(expert),
-        best_design=None if best is None else best.design,
-        best_distance_cm=None if best is None else best.distance_cm,
-        best_gait=None if best is None else f"{TRAINING_FOLDER}/{best.gait}",
-        replayed_distance_cm=replayed,
-        timesteps=learned.timesteps,
-        finetuning_timesteps=learned.finetuning_timesteps,
-        update_count=learned.update_count,
-        failed_episode_count=learned.failed_episode_count,
-        seed=settings.seed,
-        pairs=tuple(_learned(pair, f"{TRAINING_FOLDER}/{pair.gait}") for pair in learned.pairs),
-        seen_pairs=tuple(_learned(pair) for pair in learned.seen_pairs),
-        notes=learned.remarks,
+        **_of_learned(learned),
         **spec.describe(),
+        replayed_distance_cm=replayed,
+        seed=settings.seed,
         wall_s=swept_s + learned_s + time.monotonic() - start,
-        training_wall_s=learned.wall_s,
-        **{name: getattr(learned, name) for name in _TIMES},
-        finetuning_wall_s=learned.finetuning_wall_s,
         randomisation=drawn.get("randomisation"),
         ranked_by=_ranked_by(settings, name),
         own_task=name,
@@ -256,6 +238,32 @@ def _check(
 def task_name(own_task: OwnTask) -> str:
     """What a task of one's own is called."""
     return str(getattr(own_task, "__qualname__", type(own_task).__qualname__))
+
+
+def _environments(
+    settings: CooptSettings,
+    spec: RobotSpec,
+    worlds: TrainingWorlds | None,
+    own_task: OwnTask | None,
+) -> EnvironmentFactory:
+    usual = crawling(spec.assembly, simulator_factory(spec, worlds, settings.seed), settings)
+    return usual if own_task is None else lambda designs: own_task(usual(designs))
+
+
+def _of_learned(learned: CooptResult) -> dict[str, Any]:
+    """What the learner tells, as fields of a `TrainingResult`."""
+    best = learned.best
+    same = ("timesteps", "finetuning_timesteps", "update_count", "failed_episode_count")
+    return {
+        **{name: getattr(learned, name) for name in (*same, *_TIMES, "finetuning_wall_s")},
+        "best_design": None if best is None else best.design,
+        "best_distance_cm": None if best is None else best.distance_cm,
+        "best_gait": None if best is None else f"{TRAINING_FOLDER}/{best.gait}",
+        "pairs": tuple(_learned(each, f"{TRAINING_FOLDER}/{each.gait}") for each in learned.pairs),
+        "seen_pairs": tuple(_learned(each) for each in learned.seen_pairs),
+        "notes": learned.remarks,
+        "training_wall_s": learned.wall_s,
+    }
 
 
 def _ranked_by(settings: CooptSettings, own_task: str | None = None) -> str | None:
