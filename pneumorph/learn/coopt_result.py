@@ -46,8 +46,8 @@ class CooptResult:
         policy_best_design: The best design of the last evaluation of the policy; None where no
             simulation came to its end, and so is its distance.
         policy_best_distance_cm: Its distance there [cm].
-        pairs: The best pairs, the highest score first: of the finalists' policies where these were
-            fine-tuned, otherwise of those seen.
+        pairs: The best pairs, the highest score first: of those seen and those of the
+            finalists' policies.
         seen_pairs: The best that were seen before fine-tuning, the highest score first.
         timesteps: Actions of all robots.
         finetuning_timesteps: Those of fine-tuning, which `timesteps` does not count.

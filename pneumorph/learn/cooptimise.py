@@ -19,7 +19,7 @@ from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, has_checkpoint, load_checkpoint, save_checkpoint
 from pneumorph.learn.coopt_result import CooptResult, KeptPair, SeenPair
-from pneumorph.learn.design_gait_pair import DesignGaitPair
+from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
 from pneumorph.learn.metrics import MetricsLog, read_metrics
 from pneumorph.learn.policy_file import save_policy
@@ -50,8 +50,8 @@ def learn_in_folder(
     checkpoints, and at the end ``policy.npz``, ``finetuned/DESIGN.npz`` for the finalists,
     ``gaits/L1.csv`` ... for the best pairs and ``summary.json``.
 
-    The best pairs are those of the finalists' policies without noise; where nothing was
-    fine-tuned, the best that were seen in training or in an evaluation.
+    The best pairs are the best of those that were seen in training or in an evaluation and those
+    of the finalists' policies without noise, all ranked in the same worlds.
 
     Args:
         make_environment: Makes the environment that the designs live in: `crawling`, or one's own.
@@ -106,7 +106,12 @@ def learn_in_folder(
         finetuned = finetune(
             training, designs, folder, folder / FINETUNED_FOLDER, time_step_s, progress
         )
-        pairs = finetuned.pairs[: settings.kept_pair_count]
+        # A policy that learned on may have become worse, with one design as with the other.
+        best = BestPairs(
+            training.space, settings.kept_pair_count, training.environment.is_symmetric
+        )
+        best.offer([*pairs, *finetuned.pairs])
+        pairs = best.pairs
         result = replace(
             result,
             pairs=_kept(training, pairs),
