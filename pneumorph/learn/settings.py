@@ -69,10 +69,6 @@ class CooptSettings(Checked):
     """Transitions kept for learning (paper, appendix A)."""
     learning_start_timestep: Count = 10_000
     """Timestep of the first update; actions are uniform until then (paper, appendix A)."""
-    first_actions: Literal["uniform", "cycles"] = "uniform"
-    """What robots do until learning starts: actions drawn one by one (the authors' experiment), or
-    `cycles` of three to six lowest and highest pressures, which each robot draws and then repeats
-    for an episode: what is drawn one by one hardly ever travels (not in the paper)."""
     updates: CountOrNone = 1
     """Learner's updates each time, see --update-every (paper, appendix A)."""
     update_every: Literal["vector_step", "timestep"] = "vector_step"

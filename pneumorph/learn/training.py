@@ -19,7 +19,6 @@ from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.environments import state_size
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.factored_distribution import FactoredDistribution
-from pneumorph.learn.first_actions import random_cycles
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.replay_buffer import ReplayBuffer
 from pneumorph.learn.round_scores import RoundScores
@@ -134,10 +133,9 @@ class Training:
         returns, distances = np.zeros((2, len(designs)))
         ended, failed = np.zeros((2, len(designs)), dtype=bool)
         commands, losses = [], []
-        first = self._first_actions()
-        for number in range(self.settings.task.action_count):
+        for _ in range(self.settings.task.action_count):
             # Line 4: control the designs, and add the transitions to the replay buffer.
-            action = self._act(observation) if first is None else first[number]
+            action = self._act(observation)
             next_observation, reward, terminated, truncated, info = self._step(action)
             told = ToldStep.of(info, action, reward, self.settings.task)
             self._store(
@@ -156,20 +154,6 @@ class Training:
                 losses.append(loss)
         self._note_pairs(designs, distances, returns, failed, np.array(commands))
         return returns, failed, losses
-
-    def _first_actions(self) -> np.ndarray | None:
-        """Actions of an episode that begins before learning does and is of cycles,
-        (action, robot, regulator); None for others."""
-        settings = self.settings
-        begins_first = self.timestep < settings.learning_start_timestep
-        if settings.first_actions == "uniform" or not begins_first:
-            return None
-        return random_cycles(
-            settings.environment_count,
-            settings.task.action_count,
-            settings.task.regulator_count,
-            self._rng,
-        )
 
     def _actions(self, observation: np.ndarray) -> np.ndarray:
         """Actions from the policy, or uniform ones until learning starts."""
