@@ -8,6 +8,7 @@ import numpy as np
 
 from pneumorph.hardware.healthy_band import HealthyBand
 from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.time_outside import TimeOutside
 from pneumorph.physics.open_loop_gait import SAME_TIME_S
 
 
@@ -15,8 +16,9 @@ class PressureWatch:
     """Looks at every sample; `fault` says what is wrong, or nothing.
 
     A reading is compared with its limits and with what a healthy regulator can have
-    (`HealthyBand`): one that stays outside on the same side, or that does not move where every
-    healthy regulator must have moved, is a fault. One that is no finite number is a fault at once.
+    (`HealthyBand`): one that stays outside, or is outside again and again (`TimeOutside`), or that
+    does not move where every healthy regulator must have moved, is a fault. One that is no finite
+    number is a fault at once.
 
     Args:
         rig: Its channels, its rate or air, and its `SafetySettings`.
@@ -29,8 +31,7 @@ class PressureWatch:
         self._safety = rig.safety
         self._has_sensor = rig.has_sensor
         self._band = HealthyBand(rig.rate_kPa_per_s, rig.safety.slowest_lag_s, rig.slowest_air())
-        self._side = np.zeros(len(rig.channels))
-        self._since_s = np.zeros(len(rig.channels))
+        self._time_outside = TimeOutside(rig.safety.residual_s, len(rig.channels))
         self._history: deque[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = deque()
 
     def fault(self, time_s: float, commanded: np.ndarray, sensed: np.ndarray) -> str | None:
@@ -88,26 +89,30 @@ class PressureWatch:
         return None
 
     def _outside(self, time_s: float, commanded: np.ndarray, sensed: np.ndarray) -> str | None:
-        """Find a reading that stays above or below what a healthy regulator can have."""
-        band, safety = self._band, self._safety
+        """Find a reading that is outside what a healthy regulator can have for too long."""
+        band, safety, times = self._band, self._safety, self._time_outside
         side = np.where(sensed > band.highest_kPa + safety.residual_kPa, 1, 0)
         side = np.where(sensed < band.lowest_kPa - safety.residual_kPa, -1, side)
-        self._since_s = np.where(side == self._side, self._since_s, time_s)
-        self._side = side
-        long = time_s - self._since_s >= safety.residual_s - SAME_TIME_S
-        for channel in np.flatnonzero(long & (side != 0)):
+        times.add(time_s, side)
+        for channel in np.flatnonzero(times.too_long):
+            unbroken = times.unbroken_s[channel] >= safety.residual_s - SAME_TIME_S
+            if unbroken:
+                how_long = f"for {times.unbroken_s[channel]:.2f} s"
+            else:
+                how_long = f"again and again, for {times.sum_s[channel]:.2f} s in all"
             above = side[channel] > 0
-            cause = (
-                "its valve is stuck open, so that venting may not help: cut the air"
-                if above
-                else "a tube is off or burst, it leaks, or its valve is stuck closed"
-            )
+            if times.crossed[channel] or not unbroken:
+                cause = "a wire has a loose contact, or its valve chatters"
+            elif above:
+                cause = "its valve is stuck open, so that venting may not help: cut the air"
+            else:
+                cause = "a tube is off or burst, it leaks, or its valve is stuck closed"
             return (
                 f"channel {channel + 1} senses {sensed[channel]:.1f} kPa, "
-                f"{'above' if above else 'below'} what a healthy regulator has that is commanded "
-                f"{commanded[channel]:.1f} kPa, {band.lowest_kPa[channel]:.1f} to "
+                f"{'above' if above else 'below'} what a healthy regulator has that is "
+                f"commanded {commanded[channel]:.1f} kPa, {band.lowest_kPa[channel]:.1f} to "
                 f"{band.highest_kPa[channel]:.1f} kPa, by more than {safety.residual_kPa:g} kPa "
-                f"for {time_s - self._since_s[channel]:.2f} s: {cause}; or its sensor is off, or "
-                "it is slower than safety.slowest_lag_s or safety.slowest_air_share allow"
+                f"{how_long}: {cause}; or its sensor is off, or it is slower than "
+                "safety.slowest_lag_s or safety.slowest_air_share allow"
             )
         return None
