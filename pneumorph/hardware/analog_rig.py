@@ -52,9 +52,11 @@ class AnalogRig:
         self._supply.set_volts(self._rig.command_volts(pressure_kPa))
 
     def sense(self) -> np.ndarray:
-        """Sensed pressures [real kPa], (channel,)."""
+        """Sensed pressures [real kPa], (channel,); connects the ADC first if need be."""
         if self._adc is None:
             return np.full(SUPPLY_OUTPUTS, np.nan)
+        if not self._adc.is_open:
+            self._adc.open()
         volts = numbers(self._adc.ask("?"), SUPPLY_OUTPUTS, "?")
         return np.array(
             [

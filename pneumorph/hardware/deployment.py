@@ -5,18 +5,21 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 
-from pneumorph.hardware.deployment_log import DeploymentLog
+from pneumorph.hardware.deployment_log import DeploymentLog, LogError
 from pneumorph.hardware.driver import Clock, DriverError, RegulatorDriver
 from pneumorph.hardware.guardian import vent
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.schedule import Schedule
+from pneumorph.hardware.venting import fall_text, sense_until_fallen
 from pneumorph.hardware.watch import PressureWatch
+
+NOT_VENTED = "NOT VENTED: cut the supply by hand"
 
 Progress = Callable[[int, int, str], None]
 """Told (done, total, message)."""
@@ -47,6 +50,14 @@ class DeploymentReport:
     """Latest command after its time in the schedule [s]."""
     sample_count: int
     """Samples logged."""
+    pressure_fell: tuple[bool | None, ...] = field(default=(), kw_only=True)
+    """Of each channel, whether its pressure fell once zero was taken; None where nobody sensed it.
+    Empty in reports of earlier versions."""
+
+    @property
+    def ending(self) -> str:
+        """How its venting went, for the one who stands at the rig."""
+        return fall_text(self.pressure_fell) if self.vented else NOT_VENTED
 
 
 def deploy(
@@ -61,7 +72,8 @@ def deploy(
     """Follow a schedule.
 
     The run stops and vents on Ctrl-C, SIGTERM, SIGHUP, a lost connection, a late or senseless
-    answer, and on whatever `PressureWatch` finds. It never returns without having tried to vent.
+    answer, a log that cannot be written, and on whatever `PressureWatch` finds. It never returns
+    without having tried to vent, and having seen whether the pressures fell where they are sensed.
 
     Args:
         schedule: The commands.
@@ -71,6 +83,9 @@ def deploy(
         clock: The wall's, or the virtual rig's.
         guardian: Told that this process lives; None where it needs none (the virtual rig).
         progress: Told how many commands are done.
+
+    Raises:
+        ValueError: The rig is none that can be watched; nothing has been sent yet.
     """
     state = _Run(schedule, driver, rig, log, clock, guardian, progress)
     reason = "completed"
@@ -78,13 +93,14 @@ def deploy(
         try:
             driver.open()
             state.follow(signals)
-        except (DriverError, ValueError) as error:
+        except (DriverError, LogError, ValueError) as error:
             reason = str(error)
         except BaseException as error:
             # An error of our own must not leave a robot inflated either.
-            state.stop(f"{type(error).__name__}: {error}")
+            report = state.stop(f"{type(error).__name__}: {error}", signals)
+            error.add_note(f"The run was stopped: {report.ending}")
             raise
-        return state.stop(reason)
+        return state.stop(reason, signals)
 
 
 class _Run:
@@ -103,9 +119,12 @@ class _Run:
         self._schedule, self._driver, self._rig = schedule, driver, rig
         self._log, self._clock = log, clock
         self._guardian, self._progress = guardian, progress
+        self._watch = PressureWatch(rig)
         self._start_s = clock.now_s()
         self._worst_delay_s = 0.0
         self._sample_count = 0
+        self._log_problem: str | None = None
+        self._zero = np.zeros(len(rig.channels))
 
     def follow(self, signals: list[str]) -> None:
         """Give the commands in time and look at the sensors in between.
@@ -114,7 +133,6 @@ class _Run:
             signals: Names of the signals that came; the first one ends the run.
         """
         schedule, rig = self._schedule, self._rig
-        watch = PressureWatch(rig)
         given, commanded = -1, np.zeros(schedule.pressure_kPa.shape[1])
         self._start_s = self._clock.now_s()
         self._log.event(0.0, "start")
@@ -140,7 +158,7 @@ class _Run:
             now = self._now()
             self._log.row(now, commanded, sensed)
             self._sample_count += 1
-            fault = watch.fault(now, commanded, sensed)
+            fault = self._watch.fault(now, commanded, sensed)
             if fault is not None:
                 raise DriverError(fault)
             if given == len(schedule.time_s) - 1:
@@ -148,8 +166,13 @@ class _Run:
             # The next sample, or the next command if that is sooner.
             next_s = min(now + rig.sample_interval_s, float(schedule.time_s[given + 1]))
 
-    def stop(self, reason: str) -> DeploymentReport:
-        """Vent, log how it ended, and let go of the rig."""
+    def stop(self, reason: str, signals: list[str]) -> DeploymentReport:
+        """Vent, log how it ended, see whether the pressures fall, and let go of the rig.
+
+        Args:
+            reason: Why; ``completed`` where the schedule was followed.
+            signals: Names of the signals that came; one that comes now is told as well.
+        """
         found_s = self._now()
         completed = reason == "completed"
         try:
@@ -164,12 +187,20 @@ class _Run:
                 self._driver.vent()
             except Exception as error:  # whatever it is, nobody has confirmed the zero
                 errors, vented = [str(error)], False
-        if not completed:
-            self._log.event(found_s, f"stopped: {reason}")
-        for error_text in errors:
-            self._log.event(self._now(), f"vent failed: {error_text}")
-        self._log.event(self._now(), "vented" if vented else "NOT VENTED: cut the supply by hand")
+        with self._logging():
+            if not completed:
+                self._log.command(found_s, self._zero)
+                self._log.event(found_s, f"stopped: {reason}")
+            for error_text in errors:
+                self._log.event(self._now(), f"vent failed: {error_text}")
+            self._log.event(self._now(), "vented" if vented else NOT_VENTED)
+        fell, after = self._fall() if vented else ((None,) * len(self._zero), None)
         self._driver.close()
+        if signals:
+            after = after or f"stopped by {signals[0]}"
+        after = after or self._log_problem
+        if completed and after is not None:
+            completed, reason = False, after
         return DeploymentReport(
             completed,
             reason,
@@ -178,7 +209,36 @@ class _Run:
             vent_time_s,
             self._worst_delay_s,
             self._sample_count,
+            pressure_fell=fell,
         )
+
+    def _fall(self) -> tuple[tuple[bool | None, ...], str | None]:
+        """Sense whether the pressures fall; of each channel, and what went wrong meanwhile."""
+
+        def beat() -> None:
+            with suppress(DriverError):  # a guardian that is gone: zero has been taken already
+                self._beat()
+
+        def told(time_s: float, commanded: np.ndarray, sensed: np.ndarray) -> None:
+            with self._logging():
+                self._log.row(time_s, commanded, sensed)
+                self._sample_count += 1
+
+        fall = sense_until_fallen(
+            self._driver, self._watch, self._rig, self._clock, self._start_s, beat, told
+        )
+        if fall.inflated:
+            with self._logging():
+                self._log.event(self._now(), f"NOT EMPTY: {fall.problem}: CUT THE AIR by hand")
+        return fall.fell, fall.problem
+
+    @contextmanager
+    def _logging(self) -> Iterator[None]:
+        """Note that the log cannot be written instead of raising: venting goes on."""
+        try:
+            yield
+        except LogError as error:
+            self._log_problem = str(error)
 
     def _now(self) -> float:
         return self._clock.now_s() - self._start_s

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,10 @@ COMMAND = "command"
 """Event of the row that is written just before a command is given."""
 
 
+class LogError(OSError):
+    """The log cannot be written: the disk is full, gone or read-only."""
+
+
 class DeploymentLog:
     """Writes rows of time, commanded and sensed pressures, and events.
 
@@ -29,12 +34,15 @@ class DeploymentLog:
         path: The file; replaced if it exists.
         channel_count: Channels of the rig.
         comments: Named remarks for the head of the file, such as the design.
+
+    Raises:
+        LogError: It cannot be written; so does every row and event that is not.
     """
 
     def __init__(
         self, path: Path | str, channel_count: int, comments: Mapping[str, str] | None = None
     ) -> None:
-        path = Path(path)
+        path = self._path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         self._stream = path.open("w", encoding="utf-8", newline="")
         self._channel_count = channel_count
@@ -61,11 +69,13 @@ class DeploymentLog:
         """Write an event and force everything so far to the disk."""
         nothing = np.full(self._channel_count, np.nan)
         self.row(time_s, nothing, nothing, text)
-        os.fsync(self._stream.fileno())
+        with self._writing():
+            os.fsync(self._stream.fileno())
 
     def close(self) -> None:
-        """Close the file."""
-        self._stream.close()
+        """Close the file; never raises: each row was handed over, or has raised already."""
+        with suppress(OSError):
+            self._stream.close()
 
     def __enter__(self) -> DeploymentLog:
         return self
@@ -74,8 +84,16 @@ class DeploymentLog:
         self.close()
 
     def _write(self, cells: list[str]) -> None:
-        self._writer.writerow(cells)
-        self._stream.flush()
+        with self._writing():
+            self._writer.writerow(cells)
+            self._stream.flush()
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise LogError(f"the log {self._path} cannot be written: {error}") from error
 
 
 @dataclass(frozen=True, eq=False)

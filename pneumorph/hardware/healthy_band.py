@@ -20,6 +20,9 @@ LONGEST_PART_S = 0.01
 """Times between samples are gone through in parts of at most this [s]: in each the slower of lag
 and air decides, as it does from instant to instant."""
 
+CLOSING_STEP_S = 0.05
+"""And the time to vent is known to this [s]."""
+
 
 class HealthyBand:
     """Lowest and highest pressure of each healthy regulator, advanced from sample to sample.
@@ -72,6 +75,23 @@ class HealthyBand:
                 self.highest_kPa = self._flowed(self._air, falling, above, passed_s)
                 self.lowest_kPa = self._flowed(self._air, rising, below, passed_s)
         self._time_s, self._command_kPa = time_s, command
+
+    def closing_s(self, start_kPa: np.ndarray, end_kPa: float, limit_s: float) -> float:
+        """How long the slowest regulators take to vent [s]; infinite beyond the limit.
+
+        Args:
+            start_kPa: Where they begin [kPa], (channel,).
+            end_kPa: They are as good as empty here [kPa].
+            limit_s: It is not followed for longer [s].
+        """
+        band = HealthyBand(self._rate_kPa_per_s, self._lag_s, self._air)
+        zero = np.zeros_like(start_kPa)
+        band.advance(0.0, zero, start_kPa)
+        for number in range(1, math.ceil(limit_s / CLOSING_STEP_S) + 1):
+            band.advance(number * CLOSING_STEP_S, zero, zero)
+            if band.highest_kPa.max() <= end_kPa:
+                return number * CLOSING_STEP_S
+        return math.inf
 
     def _flowed(
         self, air: AirRegulators, pressure: np.ndarray, command: np.ndarray, passed_s: float

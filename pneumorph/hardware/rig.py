@@ -13,6 +13,10 @@ from pneumorph.base.settings import load_settings
 from pneumorph.physics.air import Air
 from pneumorph.physics.regulators import AirRegulators, air_regulators
 
+MOST_SENSED_KPA, MOST_OVER_LIMIT = 150.0, 1.5
+"""A sensed pressure is let be up to the first [kPa], or to the second times the highest hard limit
+of the channels where that is more: a limit that no pressure reaches watches nothing."""
+
 DriverKind = Literal["9129b", "serial", "virtual"]
 
 
@@ -83,26 +87,41 @@ class SafetySettings(Checked):
     highest_sensed_kPa: Positive = 100.0
     """A sensed pressure above stops the run [kPa]."""
     lowest_sensed_kPa: Annotated[
-        float, Bounds(below=0.0, why="sensors of vented regulators read about zero")
+        float, Bounds(-50.0, below=0.0, why="sensors of vented regulators read about zero")
     ] = -10.0
     """A sensed pressure below means a broken sensor or wire and stops the run [kPa]."""
-    stuck_s: Positive = 0.4
+    stuck_s: Annotated[
+        float, Bounds(above=0.0, most=2.0, why="a stuck sensor hides a leg that fills meanwhile")
+    ] = 0.4
     """A sensor that shows the very same value for this long while its regulator moves is stuck."""
-    stuck_command_change_kPa: Positive = 5.0
+    stuck_command_change_kPa: Annotated[
+        float, Bounds(above=0.0, most=30.0, why="gaits that move by less would never be watched")
+    ] = 5.0
     """How far every healthy regulator must have moved for that, given its commands [kPa]."""
-    slowest_lag_s: Positive = 0.25
+    slowest_lag_s: Annotated[
+        float,
+        Bounds(above=0.0, most=2.0, why="until it has passed a few times no stuck valve is found"),
+    ] = 0.25
     """A healthy regulator approaches its command at least as fast as with this time constant,
     within the rig's `rate_kPa_per_s` [s]."""
     slowest_air_share: Annotated[float, Bounds(above=0.0, most=1.0)] = 0.6
     """And where the rig's air has a law, at least this share of its conductances flows."""
-    residual_kPa: Positive = 5.0
+    residual_kPa: Annotated[
+        float, Bounds(above=0.0, most=20.0, why="a leg that keeps that much is not empty")
+    ] = 5.0
     """How far a sensed pressure may be outside what a healthy regulator can have [kPa]."""
-    residual_s: NotNegative = 0.2
+    residual_s: Annotated[
+        float, Bounds(0.0, 1.0, why="a leg bursts or a robot falls within that time")
+    ] = 0.2
     """A sensed pressure that is further outside for this long stops the run [s]."""
-    watchdog_s: Positive = 0.45
+    watchdog_s: Annotated[
+        float, Bounds(above=0.0, most=2.0, why="a run that hangs keeps its pressure for so long")
+    ] = 0.45
     """Silence of the deploying process after which the guardian vents [s]; its death is noticed at
     once."""
-    vent_attempts: Count = 3
+    vent_attempts: Annotated[
+        int, Bounds(1, 10, why="each may wait for an answer, and nobody is told meanwhile")
+    ] = 3
     """How often zero is sent until one is taken."""
 
 
@@ -123,13 +142,19 @@ class RigSettings(Checked):
     """Of serial lines."""
     channels: tuple[Channel, ...] = (Channel(), Channel(), Channel())
     """The regulators, in the order of the gait's."""
-    update_interval_s: Positive = 0.33
+    update_interval_s: Annotated[
+        float, Bounds(above=0.0, most=2.0, why="a gait held for longer is another gait")
+    ] = 0.33
     """Time between commands [s]; a 9129B takes 0.2 s for one and its check."""
     sample_interval_s: Positive = 0.1
     """Time between sensor readings, log rows and beats of the watchdog [s]."""
-    reply_timeout_s: Positive = 0.2
+    reply_timeout_s: Annotated[
+        float, Bounds(above=0.0, most=2.0, why="nothing is watched while an answer is waited for")
+    ] = 0.2
     """Longest wait for an answer [s]; later is an error."""
-    command_time_s: NotNegative = 0.1
+    command_time_s: Annotated[
+        float, Bounds(0.0, 1.0, why="zero waits for it like any other message")
+    ] = 0.1
     """Time that a 9129B is busy after each message [s]."""
     rate_kPa_per_s: Positive = 150.0
     """Most change of a command; a healthy regulator moves at least as fast where the rig's air has
@@ -157,6 +182,20 @@ class RigSettings(Checked):
             raise ValueError(
                 f"chambers_mm3 has {len(self.chambers_mm3)} numbers for {len(self.channels)} "
                 "channels, expected one for each"
+            )
+        highest = max(channel.highest_kPa for channel in self.channels)
+        sensed = self.safety.highest_sensed_kPa
+        if highest > sensed:
+            raise ValueError(
+                f"highest_kPa of a channel is {highest:g}, expected at most "
+                f"safety.highest_sensed_kPa, {sensed:g} kPa: a command that is allowed would stop "
+                "the run once it is reached, or a limit was raised where the other was meant"
+            )
+        most = max(MOST_SENSED_KPA, MOST_OVER_LIMIT * highest)
+        if sensed > most:
+            raise ValueError(
+                f"safety.highest_sensed_kPa is {sensed:g}, expected at most {most:g} kPa, where "
+                f"no channel commands more than {highest:g} kPa: it would watch nothing"
             )
         if self.sample_interval_s >= self.safety.watchdog_s:
             raise ValueError(

@@ -12,6 +12,9 @@ from pneumorph.physics.open_loop_gait import SAME_TIME_S, OpenLoopGait, sample_c
 SEARCH_STEP_S = 0.01
 """The gait is looked at this often for changes [s]: the simulation's time step."""
 
+LEAST_SHARE = 0.5
+"""A schedule that reaches less of a regulator's highest pressure is another gait."""
+
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
@@ -64,7 +67,8 @@ def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:
 
     Raises:
         ValueError: Another number of regulators, a pressure beyond the gait's own limit or a
-            channel's hard limits, or a gait that is too short or too long to be stepped through.
+            channel's hard limits, a rig so slow that it would reach less than half of the gait's
+            pressure, or a gait that is too short or too long to be stepped through.
     """
     if gait.regulator_count != len(rig.channels):
         raise ValueError(
@@ -85,6 +89,7 @@ def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:
             pressures.append(_approached(pressures[-1], targets[step], rig, rig.update_interval_s))
     times.append(gait.duration_s)
     pressures.append(np.zeros(gait.regulator_count))
+    _refuse_another_gait(np.max(targets, axis=0), np.max(pressures, axis=0), rig)
     volts = []
     for time_s, pressure in zip(times, pressures, strict=True):
         try:
@@ -92,6 +97,24 @@ def plan_schedule(gait: OpenLoopGait, rig: RigSettings) -> Schedule:
         except ValueError as error:
             raise ValueError(f"the gait's command at {time_s:g} s: {error}") from error
     return Schedule(np.array(times), np.array(pressures), np.array(volts))
+
+
+def _refuse_another_gait(meant: np.ndarray, reached: np.ndarray, rig: RigSettings) -> None:
+    """Refuse a schedule that falls so short of its gait that it is none any more.
+
+    Args:
+        meant: Highest pressure of each regulator in the gait [kPa], (channel,).
+        reached: In the schedule [kPa], (channel,).
+        rig: Its rate and interval.
+    """
+    for channel in np.flatnonzero(reached < LEAST_SHARE * meant):
+        raise ValueError(
+            f"channel {channel + 1} would reach {reached[channel]:.3g} kPa, the gait has "
+            f"{meant[channel]:.3g} kPa, expected at least {LEAST_SHARE:.0%} of it: a command every "
+            f"update_interval_s = {rig.update_interval_s:g} s that changes by no more than "
+            f"rate_kPa_per_s = {rig.rate_kPa_per_s:g} kPa/s cannot follow; likely cause: the "
+            "interval is too long or the rate too low, or the gait too fast for this rig"
+        )
 
 
 def _approached(

@@ -9,11 +9,16 @@ import numpy as np
 
 from pneumorph.base.artefact import write_atomically
 from pneumorph.catalogue.bench_tests import BENCH_TESTS, BEND_TEST_KPA, BenchTest
+from pneumorph.catalogue.measured_worlds import UNCERTAINTIES
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.bend_test import simulated_bend_curve
 from pneumorph.hardware.measured_table import read_rows
+from pneumorph.simulation.distribution import Distribution
 
 COLUMNS = ["test", "reading"]
+
+FAR = 3.0
+"""A number that is this many times beyond the range of the worlds is a mistake in reading."""
 
 
 def read_bench_readings(path: Path | str) -> dict[str, np.ndarray]:
@@ -79,18 +84,41 @@ def measured_numbers(
         spec: The robot that moduli and masses are relative to.
 
     Raises:
-        ValueError: A reading says what cannot be, such as a mass that is not positive.
+        ValueError: A reading says what cannot be, such as a mass that is not positive, or a number
+            far outside of what nobody has measured leaves open (`UNCERTAINTIES`).
     """
     found = {}
     for name, read in readings.items():
         test = bench_test(name)
         values = _numbers(test, read, spec)
+        _refuse_far(test, read, values)
         value = float(values.mean())
         deviation = test.deviation_at(value)
         if len(values) > 2:
             deviation = max(deviation, float(values.std(ddof=1)))
         found[test.number] = value, deviation / float(np.sqrt(len(values)))
     return found
+
+
+def _refuse_far(test: BenchTest, read: np.ndarray, values: np.ndarray) -> None:
+    """Refuse readings that mean a number far outside of the range of the worlds.
+
+    Args:
+        test: What was read.
+        read: As it was read, (repeat,).
+        values: The number by each reading, (repeat,).
+    """
+    range_ = Distribution.parse(UNCERTAINTIES[test.number].distribution)
+    least = range_.lowest / FAR if range_.lowest > 0.0 else range_.lowest * FAR
+    most = range_.highest * FAR
+    for reading, value in zip(read, values, strict=True):
+        if not least <= value <= most:
+            raise ValueError(
+                f"a reading of {test.name!r} is {reading:g} ({test.reading}), which makes "
+                f"{test.number} {value:.4g}, expected {least:.3g} to {most:.3g}: the worlds have "
+                f"{range_.lowest:g} to {range_.highest:g}; likely cause: a slip of the pen, "
+                "another unit or test, or a robot of another kind than is simulated"
+            )
 
 
 def _numbers(test: BenchTest, read: np.ndarray, spec: RobotSpec) -> np.ndarray:

@@ -31,6 +31,7 @@ from pneumorph.hardware.rig import Channel, RigSettings, load_rig
 from pneumorph.hardware.schedule import Schedule, plan_schedule
 from pneumorph.hardware.trial import LOG_FILE
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
+from pneumorph.hardware.watch import PressureWatch
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
@@ -199,6 +200,7 @@ def deploy_gait(
             described |= cut
     rig = with_air(rig, spec, design)
     schedule = plan_schedule(gait, rig)
+    PressureWatch(rig)  # a rig that cannot be watched is refused, though nothing be sent yet
     _save_schedule(schedule, design, folder)
     planned = DeployedGait(
         **described,
@@ -305,12 +307,15 @@ def _each_trial(
         report, distance_cm = trial(number, name)
         trials.append(TrialOutcome(**vars(report), trial=name, distance_cm=distance_cm))
         if not report.completed:
-            folder.save_summary(result_to_dict(replace(planned, trials=tuple(trials))))
-            raise DriverError(
+            message = (
                 f"{name} was stopped after {report.ended_s:.2f} s: {report.reason}; "
-                + ("vented" if report.vented else "NOT VENTED, cut the supply by hand")
-                + f"; its log is {folder.path / name / LOG_FILE}"
+                f"{report.ending}; its log is {folder.path / name / LOG_FILE}"
             )
+            try:
+                folder.save_summary(result_to_dict(replace(planned, trials=tuple(trials))))
+            except OSError as error:  # a full disk must not hide what to do at the rig
+                message += f"; the summary cannot be written: {error}"
+            raise DriverError(message)
     known = [each.distance_cm for each in trials if each.distance_cm is not None]
     return replace(
         planned,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +12,11 @@ import pytest
 
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.deployment import DeploymentReport, deploy
-from pneumorph.hardware.deployment_log import DeploymentLog, read_log
+from pneumorph.hardware.deployment_log import DeploymentLog, LogError, read_log
 from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.schedule import plan_schedule
+from pneumorph.physics.air import Air
 
 RIG = RigSettings()
 GAIT = ExpertGait(period_s=2.0, duration_s=2.0)
@@ -62,9 +65,15 @@ class _Wire:
         if self.told[-1] == "close":
             self.connections += 1
         self._do("vent")
+        self._pressure = np.zeros(3)
 
     def close(self) -> None:
         self.told.append("close")
+
+    @property
+    def obeyed(self) -> list[str]:
+        """What it was told, but for the questions."""
+        return [verb for verb in self.told if verb != "sense"]
 
 
 def _deployed(driver: _Wire, log: Path) -> DeploymentReport:
@@ -81,7 +90,8 @@ def test_a_good_end_vents_once(tmp_path: Path) -> None:
     wire = _Wire()
     report = _deployed(wire, tmp_path / "log.csv")
     assert (report.completed, report.vented) == (True, True)
-    assert wire.told[-2:] == ["vent", "close"]
+    assert wire.obeyed[-2:] == ["vent", "close"]
+    assert wire.told[-2:] == ["sense", "close"]
     assert wire.told.count("vent") == 1
 
 
@@ -90,7 +100,7 @@ def test_after_a_fault_zero_is_proven_on_a_new_connection(tmp_path: Path) -> Non
     wire = _Wire(_lost)
     report = _deployed(wire, tmp_path / "log.csv")
     assert report.reason == "the wire is cut"
-    assert wire.told[-4:] == ["vent", "close", "vent", "close"]
+    assert wire.obeyed[-4:] == ["vent", "close", "vent", "close"]
     assert wire.connections == 2
     assert report.vented
     assert read_log(tmp_path / "log.csv").events[-1][1] == "vented"
@@ -126,7 +136,7 @@ def test_venting_is_tried_again_whatever_the_driver_raises(
     report = _deployed(wire, tmp_path / "log.csv")
     assert report.vented
     # Twice in vain, each time on a connection made anew; then taken; then proven.
-    assert wire.told[-8:] == ["vent", "close"] * 4
+    assert wire.obeyed[-8:] == ["vent", "close"] * 4
 
 
 def test_an_error_of_our_own_vents_and_is_not_hidden(tmp_path: Path) -> None:
@@ -135,7 +145,104 @@ def test_an_error_of_our_own_vents_and_is_not_hidden(tmp_path: Path) -> None:
             raise IndexError("a mistake in a driver")
 
     wire = _Wire(broken)
-    with pytest.raises(IndexError, match="a mistake in a driver"):
+    with pytest.raises(IndexError, match="a mistake in a driver") as raised:
         _deployed(wire, tmp_path / "log.csv")
-    assert wire.told[-4:] == ["vent", "close", "vent", "close"]
+    assert raised.value.__notes__ == ["The run was stopped: vented, and the pressure fell"]
+    assert wire.obeyed[-4:] == ["vent", "close", "vent", "close"]
     assert "IndexError" in read_log(tmp_path / "log.csv").events[-2][1]
+
+
+def test_nothing_is_sent_to_a_rig_that_cannot_be_watched(tmp_path: Path) -> None:
+    wire = _Wire()
+    rig = replace(RIG, air=Air(law="orifice"))
+    with (
+        DeploymentLog(tmp_path / "log.csv", 3) as log,
+        pytest.raises(ValueError, match="chambers_mm3 is empty"),
+    ):
+        deploy(plan_schedule(GAIT, RIG), wire, rig, log, _Clock())
+    assert wire.told == []
+
+
+def test_a_sensor_that_falls_silent_after_venting_is_no_good_end(tmp_path: Path) -> None:
+    """Zero was taken; whether the legs are empty, nobody knows."""
+
+    def silent(wire: _Wire, verb: str) -> None:
+        if verb == "sense" and "vent" in wire.told:
+            raise DriverError("no answer")
+
+    report = _deployed(_Wire(silent), tmp_path / "log.csv")
+    assert not report.completed
+    assert report.vented
+    assert report.reason == "after venting nothing is sensed: no answer"
+    assert report.pressure_fell == (None, None, None)
+    assert report.ending.startswith("vented, but nobody sensed whether the pressure of channel 1,")
+
+
+def test_a_signal_that_comes_while_venting_ends_the_run(tmp_path: Path) -> None:
+    """Ctrl-C between the last command and the end: noted, told, and venting is finished."""
+
+    def interrupt(wire: _Wire, verb: str) -> None:
+        if verb == "vent" and wire.told.count("vent") == 1:
+            signal.raise_signal(signal.SIGINT)
+
+    report = _deployed(_Wire(interrupt), tmp_path / "log.csv")
+    assert not report.completed
+    assert report.reason == "stopped by SIGINT"
+    assert report.vented
+    assert report.pressure_fell == (True, True, True)
+
+
+@pytest.mark.parametrize("sample", [0, 5, None])
+def test_a_log_that_cannot_be_written_stops_and_vents(
+    sample: int | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From some sample on, or from the end on: the disk is full."""
+    wire = _Wire()
+
+    def full(log: DeploymentLog, cells: list[str]) -> None:
+        if "vent" in wire.told or (sample is not None and wire.told.count("sense") > sample):
+            raise LogError("the log cannot be written: no space left")
+        written(log, cells)
+
+    written = DeploymentLog._write
+    monkeypatch.setattr(DeploymentLog, "_write", full)
+    report = _deployed(wire, tmp_path / "log.csv")
+    assert not report.completed
+    assert report.reason == "the log cannot be written: no space left"
+    assert report.vented
+    assert report.pressure_fell == (True, True, True)
+    assert wire.told[-1] == "close"
+    if sample is not None:
+        assert wire.told[: wire.told.index("vent")].count("sense") == sample + 1
+
+
+class _WrongClock(_Clock):
+    """Goes on for a second, and then stands still or goes backward."""
+
+    def __init__(self, going: float) -> None:
+        super().__init__()
+        self._going = going
+
+    def wait_until(self, time_s: float) -> None:
+        if self.time_s < 1.0:
+            super().wait_until(time_s)
+        else:
+            self.time_s = max(0.5, self.time_s + self._going)
+
+
+@pytest.mark.parametrize("going", [0.0, -0.1])
+def test_a_clock_that_goes_wrong_vents_and_ends(going: float, tmp_path: Path) -> None:
+    wire = _Wire()
+    with DeploymentLog(tmp_path / "log.csv", 3) as log:
+        report = deploy(plan_schedule(GAIT, RIG), wire, RIG, log, _WrongClock(going))
+    assert not report.completed
+    assert "the clock stands still or goes backward" in report.reason
+    assert report.vented
+    assert wire.told[-1] == "close"
+
+
+def test_a_full_disk_is_told_by_the_log_s_name(tmp_path: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("this system has no device that is always full")
+    with pytest.raises(LogError, match=r"the log /dev/full cannot be written: .*No space left"):
+        DeploymentLog("/dev/full", 3)

@@ -11,6 +11,8 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.rig import Channel, RigSettings, SafetySettings
 from pneumorph.hardware.schedule import plan_schedule
+from pneumorph.hardware.watch import PressureWatch
+from pneumorph.physics.air import Air
 
 
 def test_interval_rate_and_end() -> None:
@@ -54,9 +56,72 @@ def test_rigs_that_cannot_be_safe_are_refused() -> None:
         Channel(command_volt_at_zero=-1.0)
     with pytest.raises(ValueError, match="expected less than the watchdog's"):
         RigSettings(sample_interval_s=0.5)
-    with pytest.raises(ValueError, match=r"lowest_sensed_kPa must be below 0, got 0\.0; sensors"):
+    with pytest.raises(ValueError, match=r"must be at least -50 and below 0, got 0\.0; sensors"):
         SafetySettings(lowest_sensed_kPa=0.0)
     with pytest.raises(ValueError, match="residual_kPa must be finite, got nan"):
         SafetySettings(residual_kPa=float("nan"))
     with pytest.raises(ValueError, match="resource is empty"):
         RigSettings(driver="serial")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("residual_s", 1e9),
+        ("residual_kPa", 1e9),
+        ("slowest_lag_s", 1e9),
+        ("watchdog_s", 1e9),
+        ("stuck_s", 1e9),
+        ("stuck_command_change_kPa", 1e9),
+        ("lowest_sensed_kPa", -1e9),
+        ("vent_attempts", 10**9),
+    ],
+)
+def test_safety_that_watches_nothing_is_refused(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=f"{name} must be .*at (most|least) .*, got .*; [a-z]+"):
+        SafetySettings(**{name: value})
+
+
+@pytest.mark.parametrize("name", ["update_interval_s", "reply_timeout_s", "command_time_s"])
+def test_times_of_a_rig_have_an_end(name: str) -> None:
+    with pytest.raises(ValueError, match=f"{name} must be .*at most .*, got 1000000000.0; [a-z]+"):
+        replace(RigSettings(), **{name: 1e9})
+
+
+def test_limits_of_commands_and_of_readings_belong_together() -> None:
+    with pytest.raises(
+        ValueError, match="highest_kPa of a channel is 300, expected at most safety"
+    ):
+        RigSettings(channels=(Channel(), Channel(highest_kPa=300.0)))
+    with pytest.raises(ValueError, match=r"highest_sensed_kPa is 1e\+09, expected at most 150 kPa"):
+        RigSettings(safety=SafetySettings(highest_sensed_kPa=1e9))
+    stiff = Channel(highest_kPa=200.0)  # actuators of another kind
+    RigSettings(channels=(stiff,), safety=SafetySettings(highest_sensed_kPa=300.0))
+
+
+@pytest.mark.parametrize(
+    "rig",
+    [
+        RigSettings(rate_kPa_per_s=1.0),
+        RigSettings(air=Air(law="orifice"), chambers_mm3=(1e9,) * 3),
+        RigSettings(air=Air(law="orifice", venting_mm3_per_s_kPa=(1.0,)), chambers_mm3=(3e3,) * 3),
+        replace(
+            RigSettings(air=Air(law="orifice"), chambers_mm3=(3e3,) * 3),
+            safety=SafetySettings(slowest_air_share=1e-3),
+        ),
+    ],
+)
+def test_a_rig_so_slow_that_its_watch_is_blind_is_refused(rig: RigSettings) -> None:
+    with pytest.raises(ValueError, match="takes more than 20 s to vent 100 kPa, expected less"):
+        PressureWatch(rig)
+
+
+def test_a_schedule_that_is_another_gait_is_refused() -> None:
+    """Commands that all but stay at zero, and a pulse between two commands."""
+    with pytest.raises(ValueError, match=r"channel 1 would reach .* kPa, the gait has 90 kPa"):
+        plan_schedule(ExpertGait(), RigSettings(rate_kPa_per_s=1e-9))
+    with pytest.raises(ValueError, match="likely cause: the interval is too long"):
+        plan_schedule(ExpertGait(period_s=2.0), RigSettings(rate_kPa_per_s=15.0))
+    pulse = HeldGait(np.array([0.0, 0.1, 0.2]), np.array([[0.0], [60.0], [0.0]]), 1.0)
+    with pytest.raises(ValueError, match="would reach 0 kPa, the gait has 60 kPa"):
+        plan_schedule(pulse, RigSettings(channels=(Channel(),)))

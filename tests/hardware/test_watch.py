@@ -230,3 +230,22 @@ def test_a_single_disturbed_reading_is_no_fault() -> None:
     assert _first_fault(np.full(20, 20.0), sensed) is None
     slow = replace(RIG, safety=SafetySettings(residual_s=0.0))
     assert _first_fault(np.full(20, 20.0), sensed, slow) is not None
+
+
+@pytest.mark.parametrize("later_s", [0.0, -0.1, -5.0, float("nan")])
+def test_a_clock_that_stands_still_or_goes_backward_stops_at_once(later_s: float) -> None:
+    """Else the band would widen, and no time would pass in which anything could be too long."""
+    watch = PressureWatch(RIG)
+    assert watch.fault(10.0, np.zeros(1), np.zeros(1)) is None
+    found = watch.fault(10.0 + later_s, np.zeros(1), np.full(1, 60.0))
+    assert found is not None
+    assert "the clock stands still or goes backward" in found
+
+
+def test_samples_that_come_late_stop_the_run() -> None:
+    watch = PressureWatch(RIG)
+    for time_s in (0.0, 0.8, 1.6):
+        assert watch.fault(time_s, np.zeros(1), np.zeros(1)) is None
+    found = watch.fault(2.6, np.zeros(1), np.zeros(1))
+    assert found is not None
+    assert "no sample was taken for 1.00 s, expected one within 0.9 s" in found

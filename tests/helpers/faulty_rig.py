@@ -90,6 +90,7 @@ class FaultyRig(VirtualRig):
         air: Its regulators where air flows; None where the rig's rate tells.
 
     Attributes:
+        settings: Of the rig.
         residuals: Time [s] and reading over what a healthy regulator of that lag has [kPa], of
             each sample of the channel.
     """
@@ -104,7 +105,7 @@ class FaultyRig(VirtualRig):
         rig: RigSettings | None = None,
         air: AirRegulators | None = None,
     ) -> None:
-        rig = rig or RigSettings()
+        rig = self.settings = rig or RigSettings()
         moving = air or RateLimited(rig.rate_kPa_per_s)
         super().__init__(Pusher(), rig, VirtualRigSettings(seed=seed), lag_s, STEP_S)
         self.regulators = self._broken = _Regulators(

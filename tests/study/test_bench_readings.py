@@ -11,7 +11,7 @@ import pytest
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.bench_tests import BENCH_TESTS
-from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.measured_worlds import UNCERTAINTIES, measured_worlds
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
@@ -153,3 +153,25 @@ def test_what_cannot_be_read_off_is_refused(
 def test_bench_readings_come_after_what_they_are_read_against() -> None:
     with pytest.raises(ValueError, match="both bench and bends were given"):
         CalibrationSettings(bench=Path("a"), bends=Path("b"))
+
+
+@pytest.mark.parametrize(
+    ("name", "reading", "number"),
+    [
+        ("tilt of a leg", 89.99, "friction sheet 5730"),
+        ("tilt of the hub", 0.01, "friction hub 0.0001745"),
+        ("lag of a regulator", 80.0, "regulator_lag_s 80"),  # milliseconds
+        ("level of the floor", -45.0, "floor_slope_deg -45"),
+        ("weighing", 0.0468, "mass_factor"),  # kilograms
+        ("step up of pressure", 2000.0, "filling_factor 2000"),  # the conductance itself
+    ],
+)
+def test_readings_far_outside_of_what_worlds_allow_are_refused(
+    name: str, reading: float, number: str, spec: RobotSpec
+) -> None:
+    with pytest.raises(ValueError, match=f"{name}' is .*makes {number}.*expected .*likely cause"):
+        measured_numbers({name: np.array([reading])}, spec)
+
+
+def test_every_test_of_the_bench_is_of_a_number_that_worlds_have() -> None:
+    assert {test.number for test in BENCH_TESTS} <= set(UNCERTAINTIES)
