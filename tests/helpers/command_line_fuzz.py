@@ -55,7 +55,7 @@ class Call:
     Attributes:
         arguments: What stands on the command line.
         ended: Exit status, ``stopped`` at the limit of time, or the traceback.
-        said: Last line on standard error.
+        said: The end of standard error.
     """
 
     arguments: tuple[str, ...]
@@ -178,7 +178,7 @@ def make_call(arguments: Sequence[str], earnest: bool, folder: Path) -> Call:
         except Exception:
             ended = traceback.format_exc()
     shutil.rmtree(out, ignore_errors=True)
-    return Call(arguments, ended, said.getvalue()[-400:])
+    return Call(arguments, ended, said.getvalue()[-2000:])
 
 
 def _specified(options: Any) -> dict[str, Any]:
