@@ -207,10 +207,13 @@ def exactly(value: Any, kinds: type | tuple[type, ...]) -> Any:
     return value
 
 
-def _reasons(error: BaseException, prefix: str) -> list[str]:
-    """Return one line for each leaf of a cattrs error, with the path of the setting."""
+def _reasons(error: BaseException, place: str) -> list[str]:
+    """Return one line for each leaf of a cattrs error, with the place of the setting."""
     if not isinstance(error, cattrs.BaseValidationError):
-        return [f"{prefix or 'settings'}: {error}"]
+        said = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
+        if isinstance(error, TypeError | AttributeError):
+            said = "it is of another type than expected"  # Python's words help nobody
+        return [f"{place or 'settings'}: {said}"]
     reasons: list[str] = []
     for inner in error.exceptions:
         name = ""
@@ -219,6 +222,5 @@ def _reasons(error: BaseException, prefix: str) -> list[str]:
                 name = note.name
             elif isinstance(note, cattrs.IterableValidationNote):
                 name = str(note.index)
-        path = f"{prefix}.{name}" if prefix and name else prefix or name
-        reasons += _reasons(inner, path)
+        reasons += _reasons(inner, f"{place}.{name}" if place and name else place or name)
     return reasons

@@ -53,8 +53,14 @@ RUN_VERBS: tuple[tuple[str, ...], ...] = (
     ("report", "{run}", "--figure-files"),
     ("simulate", "--gait", "{run}"),
     ("deploy", "{run}", "--dry-run"),
-    ("analyse", "{run}", "--pair-count=1", "--cycle-s=1", "--lowest-friction=1",
-     "--highest-friction=1"),
+    (
+        "analyse",
+        "{run}",
+        "--pair-count=1",
+        "--cycle-s=1",
+        "--lowest-friction=1",
+        "--highest-friction=1",
+    ),
     ("watch", "{run}", "--once"),
 )
 VERBS: dict[str, tuple[tuple[str, ...], ...]] = {
