@@ -113,6 +113,10 @@ def read_settings_file(path: Path | str) -> dict[str, Any]:
         ValueError: Not JSON or TOML, or no table.
     """
     path = Path(path)
+    if path.suffix in (".yaml", ".yml"):
+        raise ArtefactError(
+            f"settings file {path} is YAML by its name, expected JSON (.json) or TOML (.toml)"
+        )
     if path.suffix != ".toml":
         return read_json(path, "settings")
     text = read_text(path, "settings")

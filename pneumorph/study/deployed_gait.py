@@ -203,8 +203,13 @@ def deploy_gait(
             trained = found.pressure_map or robot.physics.pressure_map
             gait, cut = _calibrated(found.gait, trained, spec.physics.pressure_map, rig, folder)
             described |= cut
-    rig = _with_air(rig, spec, design)
-    schedule = plan_schedule(gait, rig)
+    try:
+        schedule = plan_schedule(gait, rig)  # first: it knows how many channels there must be
+        rig = _with_air(rig, spec, design)
+    except ValueError as error:
+        if settings.rig is None:
+            raise
+        raise ValueError(f"rig file {settings.rig}: {error}") from error
     _save_schedule(schedule, design, folder)
     planned = DeployedGait(
         **described,

@@ -1,9 +1,9 @@
-"""One value of a file in the place of another: each verb that reads it succeeds, or says in one line
-which file is damaged.
+"""One value of a file in the place of another: each verb that reads it succeeds, or says in one
+line which file is damaged.
 
-Files are those of a run, a rig, a calibration, a robot and a reduced leg; values are what an editor,
-a script or a half-done conversion leaves there. Calls are made in this process and stopped after a
-while, for a verb that was given a sound number does what it was asked for::
+Files are those of a run, a rig, a calibration, a robot and a reduced leg; values are what an
+editor, a script or a half-done conversion leaves there. Calls are made in this process and stopped
+after a while, for a verb that was given a sound number does what it was asked for::
 
     PYTHONPATH=tests python -m helpers.damaged_values             # every value of every file
     PYTHONPATH=tests python -m helpers.damaged_values --calls 300 --seed 1 --files summary.json
@@ -33,7 +33,7 @@ from helpers.run_folders import write_run
 from helpers.synthetic_part import synthetic_reduced_part
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import result_to_dict
-from pneumorph.base.settings import save_settings, settings_to_dict
+from pneumorph.base.settings import save_settings
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM
@@ -71,7 +71,8 @@ VERBS: dict[str, tuple[tuple[str, ...], ...]] = {
     "calibration.json": (
         ("simulate", "--part", "{folder}/leg.npz", "--calibration", "{folder}/calibration.json",
          "--expert.duration-s=0.1"),
-        ("deploy", "--physics=published", "--calibration", "{folder}/calibration.json", "--dry-run"),
+        ("deploy", "--physics=published", "--calibration", "{folder}/calibration.json",
+         "--dry-run"),
     ),
     "robot.json": (("simulate", "--robot", "{folder}/robot.json", "--expert.duration-s=0.1"),),
     "leg.npz": (
@@ -80,6 +81,10 @@ VERBS: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
 }  # fmt: skip
 """Who reads each file."""
+
+
+LIMIT_S = 20.0
+"""A call that takes longer is stopped: it does what it was asked for."""
 
 
 @dataclass(frozen=True)
@@ -204,7 +209,7 @@ def call_with(damage: Damage, folder: Path) -> Call:
     whole = path.read_bytes()
     try:
         write_damaged(path, damage.place, damage.value)
-        return make_call(damage.arguments, True, folder)
+        return make_call(damage.arguments, True, folder, LIMIT_S)
     finally:
         path.write_bytes(whole)
 
