@@ -11,8 +11,8 @@ import shutil
 import sys
 import textwrap
 import traceback
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import field, fields, make_dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -74,7 +74,7 @@ def run(arguments: Sequence[str]) -> int:
     except (ValueError, OSError, ImportError, ArithmeticError) as error:
         if debug:
             traceback.print_exc()
-        return _fail(str(error), 1)
+        return _fail(str(error) + getattr(error, _BACKGROUND, ""), 1)
     except MemoryError as error:
         if debug:
             traceback.print_exc()
@@ -109,7 +109,8 @@ def _run_verb(name: str, arguments: list[str]) -> int:
             # At once, so that a run that is killed can be resumed with them.
             folder.save_settings(content)
         try:
-            result = verb.run(options, folder)
+            with _told_of_earlier_run(origin.get("taken_over_from")):
+                result = verb.run(options, folder)
             summary = result_to_dict(result)
         except BaseException as error:
             if fresh:
@@ -181,13 +182,34 @@ def _parsed(
     options = layered(base, layers)
     earlier = verb.taken_over(parsed.options)
     if earlier is not None:
-        taken = layered(base, [earlier.settings])
-        options = layered(taken, layers)
+        with _told_of_earlier_run(str(earlier.run)):
+            taken = layered(base, [earlier.settings])
+            options = layered(taken, layers)
         changed = changed_flags(taken, options)
         but = f", but not {' '.join(changed)}" if changed else ""
         print(f"{earlier.said}{but}", file=sys.stderr)
         origin["taken_over_from"] = str(earlier.run)
     return options, parsed.common, origin
+
+
+_BACKGROUND = "pneumorph_background"
+"""Attribute of an error: what its message ends with on the command line."""
+
+
+@contextmanager
+def _told_of_earlier_run(folder: str | None) -> Iterator[None]:
+    """Say of what fails with settings of an earlier run, which nobody wrote, whose they are.
+
+    Args:
+        folder: The run's; None where no settings are taken over.
+    """
+    try:
+        yield
+    except (ValueError, OSError, ArithmeticError) as error:
+        if folder is not None and folder not in str(error):
+            said = f" (leg and physics are of {Path(folder) / 'settings.json'})"
+            setattr(error, _BACKGROUND, said)
+        raise
 
 
 def _must_be_given(options: Any) -> list[str]:

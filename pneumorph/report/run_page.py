@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.result import result_to_dict
+from pneumorph.base.run_folder import SETTINGS, SUMMARY
 from pneumorph.exchange.conversion import ConvertedFile
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.report import page
@@ -274,16 +277,17 @@ def write_run_page(
     usual = PAGES.get(run.verb, VerbPage(f"pneumorph {run.verb}", ""))
     shown = PAGES.get(f"{run.verb} {run.settings.get('subject')}", usual)
     found = None if shown.result is None else run.result(shown.result)
-    sections = [
-        *walk_sections(run.folder, sheet),
-        *(section for make in shown.sections for section in make(found, run, sheet)),
-        *_picture_sections(run),
-        _results_section(found, run),
-        repeat_section(run),
-    ]
-    physics = physics_of(found)
+    with _told_of(run):
+        sections = [
+            *walk_sections(run.folder, sheet),
+            *(section for make in shown.sections for section in make(found, run, sheet)),
+            *_picture_sections(run),
+            _results_section(found, run),
+            repeat_section(run),
+        ]
+        physics = physics_of(found)
+        headline = _headline(found, run)
     where = f"Run folder {run.folder}" + (f", {physics}." if physics else ".")
-    headline = _headline(found, run)
     page.write_page(path, shown.title, f"{shown.lead} {where}", headline, sections, sheet.head)
     return RunPage(
         page=str(path),
@@ -293,6 +297,24 @@ def write_run_page(
         run_verb=run.verb,
         wall_s=time.monotonic() - start,
     )
+
+
+@contextmanager
+def _told_of(run: FinishedRun) -> Iterator[None]:
+    """Whatever a figure or a table cannot be made of is told with the run's files.
+
+    Raises:
+        ArtefactError: A value is of the type that its place has, and nothing can be drawn of it.
+    """
+    try:
+        yield
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, OSError) as error:
+        if isinstance(error, ValueError | OSError) and str(run.folder) in str(error):
+            raise
+        raise ArtefactError(
+            f"the page of {run.folder} cannot be drawn ({error}): a value of its {SUMMARY} or "
+            f"{SETTINGS} is missing or out of range, or pneumorph is at fault; --debug says where"
+        ) from error
 
 
 def _headline(found: Any, run: FinishedRun) -> str:

@@ -158,7 +158,7 @@ def _pair_sections(
                 f"' {rate:g} kPa/s",
             )
         else:
-            figure, how = pairs_figure(found, run.robot.spec().regulators, plans), ""
+            figure, how = pairs_figure(found, run.spec().regulators, plans), ""
         caption = (
             "Best designs from above, and their gaits: commanded (dashed) and smoothed by the "
             f"regulators{how}."

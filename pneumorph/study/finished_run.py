@@ -7,14 +7,13 @@ run, is refused by the name of the file and the field, and what was expected the
 from __future__ import annotations
 
 import json
-import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.provenance import Provenance
@@ -23,6 +22,7 @@ from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_settings, read_sum
 from pneumorph.base.settings import settings_from_dict
 from pneumorph.base.verbs import VERBS
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
@@ -56,27 +56,6 @@ class Pair:
     gait_file: str
     gait: HeldGait
     distance_cm: float | None
-
-
-class Walked(Protocol):
-    """What walked again, perhaps in another physics."""
-
-    @property
-    def distance_cm(self) -> float | None: ...
-
-
-WalkedAgain = TypeVar("WalkedAgain", bound=Walked)
-
-
-def furthest(walked: Sequence[WalkedAgain]) -> WalkedAgain:
-    """Return what came furthest, the first of them where all failed.
-
-    A run's best pair need not be the best in another physics, or as finite elements.
-
-    Args:
-        walked: One or more, in the run's order.
-    """
-    return max(walked, key=lambda each: -math.inf if each.distance_cm is None else each.distance_cm)
 
 
 @dataclass(frozen=True)
@@ -191,6 +170,17 @@ class FinishedRun:
         """Its leg and physics."""
         return self.structured("robot", RobotOptions)
 
+    def spec(self) -> RobotSpec:
+        """Its robot, specified.
+
+        Raises:
+            ArtefactError: Its settings name a file that is gone, or do not go together.
+        """
+        try:
+            return self.robot.spec()
+        except (ValueError, OSError) as error:
+            raise ArtefactError(f"robot of {self.folder / SETTINGS}: {error}") from error
+
     @cached_property
     def task(self) -> CrawlingTask:
         """What its robots were asked to do."""
@@ -247,7 +237,7 @@ class FinishedRun:
         if not self.has_drawn_worlds:
             return None
         drawn = self.structured("randomisation", Randomisation)
-        return self.robot.spec().agreeing_worlds(drawn)
+        return self.spec().agreeing_worlds(drawn)
 
     def taken_over(self, *groups: str) -> dict[str, Any]:
         """Groups of its settings for a later verb, such as ``robot``: its leg and physics, but not

@@ -125,7 +125,7 @@ def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
         pair.gait,
         pair.design if design is None else Design.parse(design),
         str(folder / pair.gait_file),
-        run.robot.spec().physics.pressure_map,
+        run.spec().physics.pressure_map,
         run.task.settling_step_count,
     )
 

@@ -23,7 +23,8 @@ from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.finished_run import FinishedRun, furthest
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.furthest import furthest
 
 DESIGNS = (BASELINE_DESIGN, "0.0.1.2.1.0.0.0", "0.0.1.2.3.0.0.0")
 SPACE = DesignSpace(maximum_legs=5)
