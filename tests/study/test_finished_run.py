@@ -171,7 +171,7 @@ DAMAGES: dict[str, tuple[str, Change, str]] = {
         "summary.json", _pair(2, design=None), "has no pairs.2.design, expected a str",
     ),
     "a design that is none": (
-        "summary.json", _pair(0, design="1.a.2"), "pairs.0 of {file}: ",
+        "summary.json", _pair(0, design="1.a.2"), "{file}: pairs.0.design: ",
     ),
     "a distance that is a word": (
         "summary.json", _pair(0, distance_cm="far"),
