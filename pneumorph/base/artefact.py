@@ -57,6 +57,8 @@ def reading(path: Path | str, kind: str) -> Iterator[None]:
         if isinstance(error, ValueError) and str(path) in str(error):
             raise
         what = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
+        if isinstance(error, TypeError | AttributeError):
+            what = "a value is of another kind than expected"  # Python's words help nobody
         raise ArtefactError(
             f"{kind} file {path} cannot be read ({what}); it is damaged or was written by another "
             "program"

@@ -18,6 +18,7 @@ from helpers.damaged_values import (
     VERBS,
     Damage,
     all_damages,
+    call_on_whole_files,
     call_with,
     complaint,
     whole_files,
@@ -41,7 +42,7 @@ GAIT = """time_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = whole_files(tmp_path_factory.mktemp("damaged"))
-    (made / "here").mkdir()
+    assert call_on_whole_files(made) == []
     return made
 
 
@@ -82,7 +83,7 @@ def test_a_damaged_value_is_told_with_its_place(
         for each in all_damages(folder)
         if (each.file, each.arguments[0]) == (file, call)
     )  # fmt: skip
-    ended = call_with(replace(damage, place=place, value=value), folder)
+    ended = call_with(replace(damage, place=place, value=value), folder, limit_s=600.0)
     last = ended.said.splitlines()[-1]
     assert ended.ended == 1
     assert said in last

@@ -132,6 +132,7 @@ def whole_files(folder: Path) -> Path:
             for number in (1, 2)
         )
     )  # fmt: skip
+    (folder / "here").mkdir()
     save_settings(folder / "rig.json", RigSettings())
     Calibration(air=Air(), measured={"friction sheet": (0.6, 0.1)}).save(
         folder / "calibration.json"
@@ -203,15 +204,25 @@ def _write_damaged_array(path: Path, name: str, value: str) -> None:
     np.savez(path, **arrays)
 
 
-def call_with(damage: Damage, folder: Path) -> Call:
+def call_with(damage: Damage, folder: Path, limit_s: float = LIMIT_S) -> Call:
     """Make the call on the damaged file, and put the whole one back."""
     path = folder / damage.file
     whole = path.read_bytes()
     try:
         write_damaged(path, damage.place, damage.value)
-        return make_call(damage.arguments, True, folder, LIMIT_S)
+        return make_call(damage.arguments, True, folder, limit_s)
     finally:
         path.write_bytes(whole)
+
+
+def call_on_whole_files(folder: Path) -> list[Call]:
+    """Make each call once on whole files, and return those that did not succeed.
+
+    It imports what a call that is stopped must not leave half imported.
+    """
+    arguments = dict.fromkeys(each.arguments for each in all_damages(folder))
+    calls = [make_call(each, True, folder, limit_s=600.0) for each in arguments]
+    return [call for call in calls if call.ended != 0]
 
 
 def complaint(damage: Damage, call: Call) -> str:
@@ -243,7 +254,7 @@ def main() -> int:
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as temporary:
         folder = whole_files(Path(temporary))
-        (folder / "here").mkdir()
+        assert call_on_whole_files(folder) == []
         damages = [
             each for each in all_damages(folder)
             if any(each.file.endswith(file) for file in asked.files)
