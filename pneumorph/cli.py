@@ -11,41 +11,17 @@ import shutil
 import sys
 import textwrap
 import traceback
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import field, fields, make_dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from pneumorph.base.verbs import VERBS as VERBS
+
 if TYPE_CHECKING:
     from pneumorph.command.verb import CommonOptions, Verb
-
-VERBS = {
-    "mesh": "shape of a part, or a mesh file  ->  mesh with named regions",
-    "reduce": "mesh and material  ->  reduced part with its measured error",
-    "catalogue": "parametric legs by name  ->  each reduced once, for robots to take",
-    "compare": "reduced beside full  ->  node errors, bend, time ratio",
-    "simulate": "design and gait  ->  trajectory, film",
-    "baseline": "the expert's gait  ->  distance at each phase",
-    "coopt": "design space and task  ->  design and gait learned together",
-    "campaign": "many coopt runs: seeds and settings  ->  how they compare",
-    "search": "designs and gaits, without a policy  ->  how good the learned ones are",
-    "evaluate": "learned pairs, simulated again  ->  distances, reduced or full",
-    "certify": "learned pairs, unseen worlds  ->  bands of distances, what to measure next",
-    "analyse": "learned pairs  ->  rewards of each step, tilt, load and friction of each leg",
-    "calibrate": "measured bends, trials  ->  calibration file",
-    "deploy": "gait or policy  ->  timed commands to a rig, logs of its trials",
-    "transfer": "logs and tracks beside the simulation  ->  distances, transfer ratio, figures",
-    "fabricate": "design  ->  moulds, hub, parts list, drawing",
-    "exchange": "gaits and reductions  <->  files of sorotraj and SOFA",
-    "watch": "training, finished or not  ->  live page in the browser",
-    "replay": "trajectories and trials  ->  3D replay as one page, film",
-    "report": "any run folder  ->  one self-contained page",
-    "explore": "design space, scores  ->  one page over all designs",
-    "bench": "how fast robots are simulated on this machine",
-    "demo": "baseline, coopt and report in one go",
-}
 
 _USAGE = """\
 usage: pneumorph VERB [OPTIONS]
@@ -98,7 +74,7 @@ def run(arguments: Sequence[str]) -> int:
     except (ValueError, OSError, ImportError, ArithmeticError) as error:
         if debug:
             traceback.print_exc()
-        return _fail(str(error), 1)
+        return _fail(str(error) + getattr(error, _BACKGROUND, ""), 1)
     except MemoryError as error:
         if debug:
             traceback.print_exc()
@@ -133,7 +109,8 @@ def _run_verb(name: str, arguments: list[str]) -> int:
             # At once, so that a run that is killed can be resumed with them.
             folder.save_settings(content)
         try:
-            result = verb.run(options, folder)
+            with _told_of_earlier_run(origin.get("taken_over_from")):
+                result = verb.run(options, folder)
             summary = result_to_dict(result)
         except BaseException as error:
             if fresh:
@@ -205,13 +182,34 @@ def _parsed(
     options = layered(base, layers)
     earlier = verb.taken_over(parsed.options)
     if earlier is not None:
-        taken = layered(base, [earlier.settings])
-        options = layered(taken, layers)
+        with _told_of_earlier_run(str(earlier.run)):
+            taken = layered(base, [earlier.settings])
+            options = layered(taken, layers)
         changed = changed_flags(taken, options)
         but = f", but not {' '.join(changed)}" if changed else ""
         print(f"{earlier.said}{but}", file=sys.stderr)
         origin["taken_over_from"] = str(earlier.run)
     return options, parsed.common, origin
+
+
+_BACKGROUND = "pneumorph_background"
+"""Attribute of an error: what its message ends with on the command line."""
+
+
+@contextmanager
+def _told_of_earlier_run(folder: str | None) -> Iterator[None]:
+    """Say of what fails with settings of an earlier run, which nobody wrote, whose they are.
+
+    Args:
+        folder: The run's; None where no settings are taken over.
+    """
+    try:
+        yield
+    except (ValueError, OSError, ArithmeticError) as error:
+        if folder is not None and folder not in str(error):
+            said = f" (leg and physics are of {Path(folder) / 'settings.json'})"
+            setattr(error, _BACKGROUND, said)
+        raise
 
 
 def _must_be_given(options: Any) -> list[str]:
@@ -274,5 +272,7 @@ def _print_summary(summary: dict[str, Any]) -> None:
 
 
 def _fail(message: str, status: int) -> int:
-    print(f"pneumorph: {message}", file=sys.stderr)
+    # In one line, whatever a library has said in several.
+    lines = " ".join(line.strip() for line in message.splitlines())
+    print(f"pneumorph: {lines}", file=sys.stderr)
     return status

@@ -57,6 +57,8 @@ def reading(path: Path | str, kind: str) -> Iterator[None]:
         if isinstance(error, ValueError) and str(path) in str(error):
             raise
         what = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
+        if isinstance(error, TypeError | AttributeError):
+            what = "a value is of another kind than expected"  # Python's words help nobody
         raise ArtefactError(
             f"{kind} file {path} cannot be read ({what}); it is damaged or was written by another "
             "program"
@@ -104,7 +106,7 @@ def read_json(path: Path | str, kind: str) -> dict[str, Any]:
         content = json.loads(text)
     except (json.JSONDecodeError, RecursionError) as error:
         raise ArtefactError(
-            f"{kind} file {path} is not valid JSON ({error}); it is truncated"
+            f"{kind} file {path} is not valid JSON ({error}); it is truncated or of another format"
         ) from error
     if not isinstance(content, dict):
         raise ArtefactError(
@@ -193,8 +195,8 @@ def load_artefact(
             metadata = json.loads(str(archive["metadata"]))
     except _UNREADABLE as error:
         raise ArtefactError(
-            f"{path} is not a readable {kind} file ({error}); it is truncated or was not written "
-            "by pneumorph"
+            f"{path} is not a readable {kind} file ({_said(error)}); it is truncated or was not "
+            "written by pneumorph"
         ) from error
     if not isinstance(metadata, dict):
         raise ArtefactError(
@@ -210,6 +212,13 @@ def load_artefact(
             "matching release"
         )
     return arrays, metadata
+
+
+def _said(error: BaseException) -> str:
+    """What went wrong with bytes that are no npz, without numpy's advice to load them unsafely."""
+    if "allow_pickle" in str(error):
+        return "it is no npz archive of plain arrays"
+    return " ".join(str(error).split())
 
 
 def stream_rows(path: Path | str, name: str, row_count: int) -> Iterator[np.ndarray]:
@@ -242,4 +251,4 @@ def stream_rows(path: Path | str, name: str, row_count: int) -> Iterator[np.ndar
     except _UNREADABLE as error:
         if isinstance(error, ArtefactError):
             raise
-        raise ArtefactError(f"{name} of {path} is truncated or missing ({error})") from error
+        raise ArtefactError(f"{name} of {path} is truncated or missing ({_said(error)})") from error

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import cattrs
+import cattrs.v
 import numpy as np
 
 from pneumorph.base.artefact import UNITS, ArtefactError, read_json, write_json
@@ -41,8 +42,14 @@ def result_from_dict(kind: type[Result], content: Mapping[str, Any]) -> Result:
     try:
         return _converter().structure(content, kind)
     except cattrs.BaseValidationError as error:
-        reasons = "; ".join(cattrs.transform_error(error))
+        reasons = "; ".join(cattrs.transform_error(error, format_exception=_reason))
         raise ArtefactError(f"it is no {kind.__name__}: {reasons}") from error
+
+
+def _reason(error: BaseException, kind: type | None) -> str:
+    """What is wrong with a value: what its class says of it, or of which type it should be."""
+    own = type(error) is ValueError and not str(error).startswith("expected ")
+    return str(error) if own else cattrs.v.format_exception(error, kind)
 
 
 def save_result(path: Path | str, result: Any) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import fcntl
 import json
+import math
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -121,7 +122,8 @@ def read_summary(folder: Path) -> dict[str, Any]:
     """Return the summary of an earlier run.
 
     Raises:
-        ArtefactError: The folder holds no summary: the run did not finish or is no run.
+        ArtefactError: The folder holds no summary: the run did not finish or is no run; or a number
+            is NaN or infinite, which no run writes.
     """
     return _read(folder, SUMMARY)
 
@@ -137,7 +139,19 @@ def _read(folder: Path, name: str) -> dict[str, Any]:
         raise ArtefactError(
             f"{folder} holds no {name}; it is not the folder of a finished pneumorph run"
         )
-    return read_json(path, path.stem)
+    content = read_json(path, path.stem)
+    _refuse_not_finite(content, path, "")
+    return content
+
+
+def _refuse_not_finite(value: Any, path: Path, place: str) -> None:
+    """Refuse NaN and infinity, which are no JSON: runs write null, and none counts with them."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ArtefactError(f"{path}: {place}: {value}, expected a finite number, or null for none")
+    if isinstance(value, dict | list):
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        for name, each in items:
+            _refuse_not_finite(each, path, f"{place}.{name}" if place else str(name))
 
 
 def made_once(path: Path, make: Callable[[], Mapping[str, Any]], **made_of: Any) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from cattrs.strategies import configure_union_passthrough
 
 from pneumorph.base.artefact import ArtefactError, read_json, read_text, write_json
 from pneumorph.base.checked import hints_of
+from pneumorph.base.shapes import refuse_other_shapes
 
 Settings = TypeVar("Settings")
 
@@ -61,6 +62,10 @@ def settings_from_dict(
     _refuse_unknown_keys(kind, content, "")
     merged: Any = content if default is None else laid_over(settings_to_dict(default), content)
     try:
+        refuse_other_shapes(kind, merged)
+    except ValueError as error:
+        raise ValueError(f"{kind.__name__} cannot be read: {error}") from error
+    try:
         return _converter().structure(merged, kind)
     except cattrs.BaseValidationError as error:
         reasons = "; ".join(_reasons(error, ""))
@@ -74,6 +79,8 @@ def upgraded(kind: Any, content: Mapping[str, Any]) -> dict[str, Any]:
     a group whose flags have no prefix may stand beside it, as the flags do: earlier versions had no
     such group.
     """
+    if not isinstance(content, Mapping):
+        raise ValueError(f"{kind.__name__} cannot be read: expected a table, got {content!r:.60}")
     now = dict(kind.upgraded(content) if hasattr(kind, "upgraded") else content)
     hints = hints_of(kind)
     for name, hint in hints.items():
@@ -82,7 +89,10 @@ def upgraded(kind: Any, content: Mapping[str, Any]) -> dict[str, Any]:
             group = hints_of(dataclass_of(hint))
             beside = {key: now.pop(key) for key in set(now) & set(group) - set(hints)}
             if beside:
-                now[name] = {**beside, **now.get(name, {})}
+                group_now = now.get(name, {})
+                if not isinstance(group_now, Mapping):
+                    raise ValueError(f"{name}: expected a table, got {group_now!r:.60}")
+                now[name] = {**beside, **group_now}
     for name, value in now.items():
         inner = dataclass_of(hints[name]) if name in hints else None
         if inner is not None and isinstance(value, Mapping):
@@ -103,6 +113,10 @@ def read_settings_file(path: Path | str) -> dict[str, Any]:
         ValueError: Not JSON or TOML, or no table.
     """
     path = Path(path)
+    if path.suffix in (".yaml", ".yml"):
+        raise ArtefactError(
+            f"settings file {path} is YAML by its name, expected JSON (.json) or TOML (.toml)"
+        )
     if path.suffix != ".toml":
         return read_json(path, "settings")
     text = read_text(path, "settings")
@@ -197,15 +211,20 @@ def exactly(value: Any, kinds: type | tuple[type, ...]) -> Any:
     return value
 
 
-def _reasons(error: BaseException, prefix: str) -> list[str]:
-    """Return one line for each leaf of a cattrs error, with the path of the setting."""
+def _reasons(error: BaseException, place: str) -> list[str]:
+    """Return one line for each leaf of a cattrs error, with the place of the setting."""
     if not isinstance(error, cattrs.BaseValidationError):
-        return [f"{prefix or 'settings'}: {error}"]
+        said = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
+        if isinstance(error, TypeError | AttributeError):
+            said = "it is of another type than expected"  # Python's words help nobody
+        return [f"{place or 'settings'}: {said}"]
     reasons: list[str] = []
     for inner in error.exceptions:
         name = ""
         for note in getattr(inner, "__notes__", []):
-            name = str(getattr(note, "name", getattr(note, "index", "")))
-        path = f"{prefix}.{name}" if prefix and name else prefix or name
-        reasons += _reasons(inner, path)
+            if isinstance(note, cattrs.AttributeValidationNote):
+                name = note.name
+            elif isinstance(note, cattrs.IterableValidationNote):
+                name = str(note.index)
+        reasons += _reasons(inner, f"{place}.{name}" if place and name else place or name)
     return reasons

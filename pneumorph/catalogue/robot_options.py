@@ -224,12 +224,15 @@ class RobotOptions(Checked):
         if isinstance(now.get("full"), Mapping) and "height_map" in now["full"]:
             full = dict(now["full"])
             ground = {"ground": {"map": full.pop("height_map")}}
-            now |= {"full": full, "physics": laid_over(ground, now.get("physics", {}))}
+            physics = now.get("physics", {})
+            if not isinstance(physics, Mapping):
+                raise ValueError(f"physics: expected a table, got {physics!r:.60}")
+            now |= {"full": full, "physics": laid_over(ground, physics)}
         if _is_complete(now):
             usual: dict[str, Any] = {"based_on": "published", "leg": "published", "full": {}}
             now = {**usual, "masses": {"model": "published"}, **now}
             robot = now.get("described")
-            if robot is not None and Path(robot).is_file():
+            if isinstance(robot, str) and Path(robot).is_file():
                 said = _all_of(RobotDescription.read(robot).physics.based_on)
                 nothing = {**usual, "masses": settings_to_dict(Masses("published"))}
                 now |= {
@@ -242,6 +245,8 @@ class RobotOptions(Checked):
         older = now.pop(OLDER_GROUP, {})
         if not older:
             return now
+        if not isinstance(older, Mapping):
+            raise ValueError(f"{OLDER_GROUP}: expected a table, got {older!r:.60}")
         numerics = {each.name for each in fields(StepperSettings)}
         if older.get("pressure_map") == settings_to_dict(PressureMap()):
             own = pressure_map(now.get("leg", "published"))

@@ -43,9 +43,8 @@ def read_sorotraj(
     text, yaml = read_text(path, "gait"), _yaml()
     try:
         content = yaml.safe_load(text)
-        kind = str(content["settings"]["traj_type"])
-        config = content["config"]
-        setpoints = config.get("setpoints") or {}
+        kind, config = str(_group(content, "settings")["traj_type"]), _group(content, "config")
+        setpoints = _group(config, "setpoints") if config.get("setpoints") else {}
         parts = [_table(setpoints.get("prefix"))]
         parts += [_main(kind, config, setpoints)] * repetitions
         parts.append(_table(setpoints.get("suffix")))
@@ -57,7 +56,7 @@ def read_sorotraj(
     ) as error:  # fmt: skip
         raise ValueError(
             f"gait file {path} is not a sorotraj trajectory with settings.traj_type, config and "
-            f"pressures in range: {error}"
+            f"pressures in range: {_told(error)}"
         ) from error
 
 
@@ -88,6 +87,31 @@ def write_sorotraj(
     lines += ["    prefix:", "    suffix:"]
     text = "\n".join(lines) + "\n"
     return write_atomically(path, lambda stream: stream.write(text.encode()))
+
+
+def _group(content: Any, name: str) -> Mapping[str, Any]:
+    """A table within a table.
+
+    Raises:
+        ValueError: There is none.
+    """
+    if not isinstance(content, Mapping) or name not in content:
+        raise ValueError(f"{name} is missing")
+    group = content[name]
+    if not isinstance(group, Mapping):
+        raise ValueError(f"{name} is {group!r:.60}, expected a table")
+    return group
+
+
+def _told(error: Exception) -> str:
+    """What is wrong with a file, in one line."""
+    mark = getattr(error, "problem_mark", None)
+    if mark is not None:
+        problem = getattr(error, "problem", "it is no YAML")
+        return f"{problem} in line {mark.line + 1}, column {mark.column + 1}"
+    if isinstance(error, KeyError):
+        return f"{error.args[0]} is missing"
+    return " ".join(str(error).split())
 
 
 def _table(rows: Any) -> np.ndarray | None:

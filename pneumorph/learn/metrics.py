@@ -4,13 +4,14 @@ where asked for, Weights & Biases."""
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pneumorph.base.artefact import read_text, write_atomically
+from pneumorph.base.artefact import ArtefactError, read_text, write_atomically
 from pneumorph.learn.weights_and_biases import open_wandb
 
 METRICS_FILE = "metrics.jsonl"
@@ -69,21 +70,77 @@ class MetricsLog:
             self._wandb.finish()
 
 
-def read_metrics(folder: Path | str) -> list[dict[str, Any]]:
+HISTOGRAM = "score_histogram"
+DRAWN = (
+    "return_mean_cm", "best_distance_cm", "design_entropy", "design_entropy_target", HISTOGRAM,
+)  # fmt: skip
+"""What figures of a training are drawn from."""
+
+
+def read_metrics(folder: Path | str, needed: Collection[str] = ()) -> list[dict[str, Any]]:
     """Read the metrics of a run folder, a dictionary for each round.
 
     A last line that a kill cut short is left out.
+
+    Args:
+        folder: The run folder.
+        needed: Numbers that every round must have, beside its timestep.
+
+    Raises:
+        ArtefactError: A line is no round of numbers; names the line and the number.
     """
     path = Path(folder) / METRICS_FILE
     if not path.exists():
         return []
-    rounds = []
-    for line in read_text(path, "metrics").splitlines():
+    rounds: list[dict[str, Any]] = []
+    lines = read_text(path, "metrics").splitlines(keepends=True)
+    for number, line in enumerate(lines, start=1):
         try:
-            rounds.append(json.loads(line))
-        except json.JSONDecodeError:
-            break
+            content = json.loads(line)
+        except (json.JSONDecodeError, RecursionError) as error:
+            if number == len(lines) and not line.endswith("\n"):
+                break
+            raise ArtefactError(f"{path}, line {number} is not JSON ({error})") from error
+        _check_round(content, f"{path}, line {number}", ["timestep", *needed])
+        bins = [len(each[HISTOGRAM]) for each in (*rounds[:1], content) if HISTOGRAM in each]
+        if bins[:1] != bins[-1:]:
+            raise ArtefactError(
+                f"{path}, line {number}: {HISTOGRAM}: expected the {bins[0]} bins of the first "
+                f"line, got {bins[-1]}"
+            )
+        rounds.append(content)
     return rounds
+
+
+def _check_round(content: Any, where: str, needed: Collection[str]) -> None:
+    """Refuse a line that is no table of finite numbers, with a histogram or without.
+
+    Raises:
+        ArtefactError: It is none.
+    """
+    if not isinstance(content, dict):
+        raise ArtefactError(f"{where}: expected a table of numbers, got {content!r:.60}")
+    for name in needed:
+        if name not in content:
+            raise ArtefactError(f"{where}: {name}: it is missing, expected a value")
+    for name, value in content.items():
+        if name == HISTOGRAM:
+            fits = isinstance(value, list) and bool(value) and all(map(_is_finite, value))
+            expected = "a list of finite numbers"
+        elif name == "timestep":
+            fits, expected = type(value) is int and value >= 0, "a whole number"
+        else:
+            # No robot may have come to the end of its walk yet.
+            may_lack = name not in DRAWN or name == "best_distance_cm"
+            fits = _is_finite(value) or (may_lack and value is None)
+            fits = fits or (name not in DRAWN and isinstance(value, str | list))
+            expected = "a finite number"
+        if not fits:
+            raise ArtefactError(f"{where}: {name}: expected {expected}, got {value!r:.60}")
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)
 
 
 def score_histogram(scores: np.ndarray, probabilities: np.ndarray) -> list[float]:

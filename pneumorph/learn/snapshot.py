@@ -10,7 +10,7 @@ from typing import Any
 from pneumorph.base.artefact import ArtefactError, reading
 from pneumorph.learn.checkpoint import KIND, NEWEST, PREVIOUS, read_checkpoint
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
-from pneumorph.learn.metrics import METRICS_FILE, read_metrics
+from pneumorph.learn.metrics import DRAWN, METRICS_FILE, read_metrics
 from pneumorph.learn.settings import CooptSettings
 
 
@@ -57,7 +57,7 @@ def training_snapshot(folder: Path | str, settings: CooptSettings) -> TrainingSn
     pairs, timestep = _pairs(folder, settings)
     file = folder / METRICS_FILE
     return TrainingSnapshot(
-        metrics=read_metrics(folder),
+        metrics=read_metrics(folder, DRAWN),
         pairs=pairs,
         pairs_timestep=timestep,
         timesteps=settings.training_timesteps,

@@ -15,6 +15,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 from pneumorph.base.artefact import UNITS, read_json, reading, write_json
@@ -126,6 +127,15 @@ class Calibration:
                     f"it has format version {content.get('format_version')}, this pneumorph reads "
                     f"version {FORMAT_VERSION}"
                 )
+            for name in ("measured", "confidence_intervals_95", "fit", "source"):
+                if not isinstance(content.get(name, {}), Mapping):
+                    raise ValueError(f"{name} is {content[name]!r:.60}, expected a table")
+            for name in ("slope", "intercept_kPa"):
+                if type(content[name]) not in (int, float):
+                    raise ValueError(f"{name} is {content[name]!r:.60}, expected a number")
+            for name in ("modulus_factor", "stiffness_damping_s", "friction"):
+                if type(content[name]) not in (int, float, NoneType):
+                    raise ValueError(f"{name} is {content[name]!r:.60}, expected a number or null")
             return cls(
                 PressureMap(float(content["slope"]), float(content["intercept_kPa"])),
                 content["modulus_factor"],

@@ -17,6 +17,7 @@ from pneumorph.geometry.face_tie import ATTACHMENT, ATTACHMENT_FACE
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.reduction.cavity_polynomial import cavity_polynomial
+from pneumorph.reduction.index_check import POINT_COUNTS
 from pneumorph.reduction.inertia import mass_integrals
 from pneumorph.reduction.mixed_dilatation import (
     MixedDilatation,
@@ -158,7 +159,12 @@ def assemble_reduced_part(
         contact_modes=contact_modes,
         contact_surface=mesh.contact_surfaces.names,
         contact_area_mm2=mesh.contact_surfaces.area_mm2,
-        metadata={**(metadata or {}), **_attachment(mesh), "mesh_digest": mesh.digest()},
+        metadata={
+            **(metadata or {}),
+            **_attachment(mesh),
+            POINT_COUNTS: _point_counts(part),
+            "mesh_digest": mesh.digest(),
+        },
     )
 
 
@@ -238,6 +244,13 @@ def _attachment(mesh: Mesh) -> dict[str, list[int]]:
     """Which nodes are tied to what carries the part: a soft mount lets its modes move them."""
     sets = [mesh.node_sets[n] for n in (ATTACHMENT, ATTACHMENT_FACE) if n in mesh.node_sets]
     return {"attachment_nodes": np.unique(np.concatenate(sets)).tolist()} if sets else {}
+
+
+def _point_counts(part: PartModel) -> dict[str, int]:
+    """How many points there are to sample, by which the sampled ones are numbered."""
+    kinds = ("tetrahedron", "membrane")
+    groups = zip(kinds, part.element_groups, strict=False)
+    return {kind: int(group.element_count) for kind, group in groups}
 
 
 def _no_membrane(part: PartModel, mode_count: int) -> SampledElements:

@@ -13,6 +13,7 @@ from jaxtyping import Float, Int, Shaped
 
 from pneumorph.fem.material import Material
 from pneumorph.fem.prony import PronySeries
+from pneumorph.reduction.index_check import check_indices
 from pneumorph.reduction.mixed_sheet import LAW as SHEET_LAW
 
 ROUNDING = 1e-9
@@ -154,6 +155,7 @@ class ReducedArrays:
             numbers = isinstance(value, np.ndarray) and value.dtype.kind != "U"
             if numbers and not np.isfinite(value).all():
                 raise ValueError(f"{item.name} must be finite, got NaN or infinity")
+        check_indices(vars(self), self.metadata)
         if not 0.0 < self.mass < math.inf:
             raise ValueError(f"mass must be positive and finite, got {self.mass}")
         if len(self.dilatation_1) > 0 and self.tetrahedron_material.dilatation != "mean":

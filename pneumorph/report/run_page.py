@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.run_folder import SETTINGS, SUMMARY
 from pneumorph.report import page
 from pneumorph.report.page import Section
 from pneumorph.report.physics_words import physics_of
@@ -71,16 +75,17 @@ def write_run_page(
     found = None if shown.result is None else run.result(shown.result)
     if isinstance(found, SimulatedWalk) and found.status != "completed":
         found = replace(found, distance_cm=None)  # which earlier versions wrote
-    sections = [
-        *walk_sections(run.folder, sheet),
-        *(section for make in shown.sections for section in make(found, run, sheet)),
-        *_picture_sections(run),
-        _results_section(found, run),
-        repeat_section(run),
-    ]
-    physics = physics_of(found)
+    with _told_of(run):
+        sections = [
+            *walk_sections(run.folder, sheet),
+            *(section for make in shown.sections for section in make(found, run, sheet)),
+            *_picture_sections(run),
+            _results_section(found, run),
+            repeat_section(run),
+        ]
+        physics = physics_of(found)
+        headline = _headline(found, run, shown)
     where = f"Run folder {run.folder}" + (f", {physics}." if physics else ".")
-    headline = _headline(found, run, shown)
     page.write_page(path, shown.title, f"{shown.lead} {where}", headline, sections, sheet.head)
     return RunPage(
         page=str(path),
@@ -90,6 +95,24 @@ def write_run_page(
         run_verb=run.verb,
         wall_s=time.monotonic() - start,
     )
+
+
+@contextmanager
+def _told_of(run: FinishedRun) -> Iterator[None]:
+    """Whatever a figure or a table cannot be made of is told with the run's files.
+
+    Raises:
+        ArtefactError: A value is of the type that its place has, and nothing can be drawn of it.
+    """
+    try:
+        yield
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, OSError) as error:
+        if isinstance(error, ValueError | OSError) and str(run.folder) in str(error):
+            raise
+        raise ArtefactError(
+            f"the page of {run.folder} cannot be drawn ({error}): a value of its {SUMMARY} or "
+            f"{SETTINGS} is missing or out of range, or pneumorph is at fault; --debug says where"
+        ) from error
 
 
 def _headline(found: Any, run: FinishedRun, shown: VerbPage) -> str:

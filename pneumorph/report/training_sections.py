@@ -8,7 +8,7 @@ from typing import Protocol
 
 from pneumorph.base.run_folder import TRAINING_FOLDER
 from pneumorph.gait.gait_file import read_gait
-from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM, read_metrics
+from pneumorph.learn.metrics import DRAWN, HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.physics.regulators import RateLimited
 from pneumorph.report import page
 from pneumorph.report.learning_figures import entropy_figure, phase_figure, reward_figure
@@ -17,7 +17,6 @@ from pneumorph.report.pairs_figure import Pair, pairs_figure
 from pneumorph.report.plan import plans_of
 from pneumorph.report.robustness_figures import robustness_figure
 from pneumorph.report.sheet import Sheet
-from pneumorph.robot.design import Design
 from pneumorph.study.baseline import BestPhase
 from pneumorph.study.evaluation import Evaluation
 from pneumorph.study.finished_run import FinishedRun
@@ -39,7 +38,7 @@ def sweep_sections(found: BestPhase, run: FinishedRun, sheet: Sheet) -> list[Sec
 
 def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return the rewards over training and the entropy of the design distribution."""
-    metrics = read_metrics(run.folder / TRAINING_FOLDER)
+    metrics = read_metrics(run.folder / TRAINING_FOLDER, DRAWN)
     if not metrics:
         return []
     # Those that training saw; the best pairs of a fine-tuned run are later than the last of it.
@@ -71,7 +70,7 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
 def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return a training's best pairs with their gaits, beside the baseline."""
     title = "The best pairs" + (f", by {found.ranked_by}" if found.ranked_by else "")
-    return _pair_sections(found.pairs, run.folder, run, sheet, found, title)
+    return _pair_sections(found.pairs, run, sheet, found, title)
 
 
 def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> list[Section]:
@@ -91,7 +90,7 @@ def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> li
     header = ["place in the run", "design", "reported by the run (cm)", f"{found.model} model (cm)"]
     sections = [
         *_pair_sections(
-            found.pairs, Path(found.run), run, sheet, baseline, "The best pairs of the run"
+            found.pairs, run, sheet, baseline, "The best pairs of the run", Path(found.run)
         ),
         Section("Walked again", page.table(header, rows)),
     ]
@@ -127,17 +126,27 @@ class _Pair(Protocol):
 
 def _pair_sections(
     pairs: Sequence[_Pair],
-    gait_folder: Path,
     run: FinishedRun,
     sheet: Sheet,
     baseline: BestPhase | None = None,
     title: str = "The best pairs",
+    gait_folder: Path | None = None,
 ) -> list[Section]:
-    pairs = [pair for pair in pairs if pair.gait]
+    """Sections of the pairs of a run's summary; their gaits are in `gait_folder`, or its own."""
     if not pairs:
         return []
-    drawn = [_drawn(rank, pair, gait_folder) for rank, pair in enumerate(pairs, start=1)]
-    found = [pair for pair in drawn[:_DRAWN_PAIRS] if pair is not None]
+    drawn, missing = [], []
+    for rank, pair in enumerate(pairs, start=1):
+        place = f"pairs.{rank - 1}"
+        path = run.gait_path(place, gait_folder) if pair.gait else None
+        if path is not None and path.is_file():
+            gait, _ = read_gait(path, maximum_pressure_kPa=float("inf"))
+            design = run.design(f"{place}.design", gait.regulator_count)
+            drawn.append(Pair(f"L{rank}", design, gait, pair.distance_cm))
+            continue
+        run.design(f"{place}.design")
+        missing.append(f"L{rank} (no file is named)" if path is None else f"L{rank} ({path})")
+    found = drawn[:_DRAWN_PAIRS]
     header = ["", "design", "distance (cm)", "over the baseline (cm)"]
     body = page.table(header, _rows(pairs, baseline))
     if found:
@@ -149,27 +158,21 @@ def _pair_sections(
                 f"' {rate:g} kPa/s",
             )
         else:
-            figure, how = pairs_figure(found, run.robot.spec().regulators, plans), ""
+            figure, how = pairs_figure(found, run.spec().regulators, plans), ""
         caption = (
             "Best designs from above, and their gaits: commanded (dashed) and smoothed by the "
             f"regulators{how}."
         )
         body = sheet.drawn("pairs", figure, caption) + body
+    if missing:
+        told = f"Gaits that are not there, and not drawn: {', '.join(missing)}."
+        body += page.paragraph(told, "note")
     return [Section(title, body)]
 
 
 def searched_pair_sections(found: SearchFindings, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return the best pairs of a search with their gaits."""
-    return _pair_sections(found.pairs or (), run.folder, run, sheet)
-
-
-def _drawn(rank: int, pair: _Pair, folder: Path) -> Pair | None:
-    """The pair with its gait; None where its file is gone."""
-    path = folder / (pair.gait or "")
-    if not path.is_file():
-        return None
-    gait, _ = read_gait(path, maximum_pressure_kPa=float("inf"))
-    return Pair(f"L{rank}", Design.parse(pair.design), gait, pair.distance_cm)
+    return _pair_sections(found.pairs or (), run, sheet)
 
 
 def _rows(pairs: Sequence[_Pair], baseline: BestPhase | None) -> list[tuple[object, ...]]:

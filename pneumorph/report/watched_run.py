@@ -73,7 +73,7 @@ class WatchedRun:
             raise ArtefactError(f"{folder} holds no training, expected the folder of a coopt run")
         self.folder = folder
         self.settings = run.structured("coopt", CooptSettings)
-        self._spec, self._plan_of = run.robot.spec(), plans_of(run.robot)
+        self._spec, self._plan_of = run.spec(), plans_of(run.robot)
         self._best: tuple[DesignGaitPair, Actor] | None = None
 
     def moment(self) -> WatchedMoment:

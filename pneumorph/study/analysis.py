@@ -21,7 +21,8 @@ from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import Design
-from pneumorph.study.finished_run import FinishedRun, furthest
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.furthest import furthest
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.trajectory import Trajectory
 
@@ -183,7 +184,7 @@ def analyse(
     start = time.monotonic()
     settings = settings or AnalysisSettings()
     run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
-    spec = robot or run.robot.spec()
+    spec = robot or run.spec()
     folder = folder or RunFolder(run.folder / "analysis", "analyse")
     robots = walkers(run, settings.pair_count)
     step_s = run.task.action_step_count * spec.physics.time_step_s

@@ -32,6 +32,14 @@ class BestPhase:
     backsliding_cm: tuple[float, ...] = ()
     """Mean slide back in a cycle; empty in runs of an earlier version."""
 
+    def __post_init__(self) -> None:
+        for name in ("distances_cm", "backsliding_cm"):
+            count = len(getattr(self, name))
+            if count != len(self.phases_deg) and not (name == "backsliding_cm" and count == 0):
+                raise ValueError(
+                    f"{name} has {count} numbers for the {len(self.phases_deg)} of phases_deg"
+                )
+
     @classmethod
     def of(cls, sweep: PhaseSweep, design: str) -> BestPhase:
         """That of a sweep with a design."""

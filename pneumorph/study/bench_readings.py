@@ -29,7 +29,8 @@ def read_bench_readings(path: Path | str) -> dict[str, np.ndarray]:
 
     Raises:
         FileNotFoundError: No such file.
-        ValueError: Another header, a test that is not known, or a reading that is no finite number.
+        ValueError: Another header, a test that is not known, or a reading that is no finite number
+            or cannot be; names the row.
     """
     header, rows = read_rows(path)
     if header[:2] != COLUMNS:
@@ -37,13 +38,14 @@ def read_bench_readings(path: Path | str) -> dict[str, np.ndarray]:
     found: dict[str, list[float]] = {}
     for number, row in enumerate(rows, start=1):
         name, text = row[0].strip(), row[1] if len(row) > 1 else ""
-        bench_test(name, f"{path}, row {number}: ")
+        test = bench_test(name, f"{path}, row {number}: ")
         try:
             reading = float(text)
         except ValueError:
             reading = np.nan
         if not np.isfinite(reading):
             raise ValueError(f"{path}, row {number}: reading is {text!r}, expected a finite number")
+        _refuse_impossible(test, np.array([reading]), f"{path}, row {number}: ")
         found.setdefault(name, []).append(reading)
     return {name: np.array(readings) for name, readings in found.items()}
 
@@ -125,13 +127,7 @@ def _numbers(test: BenchTest, read: np.ndarray, spec: RobotSpec) -> np.ndarray:
     """The world's number by each reading, (repeat,)."""
     if test.reading == "number":
         return read
-    most = 90.0 if test.reading == "tilt_deg" else np.inf
-    wrong = read[(read <= 0.0) | (read >= most)]
-    if len(wrong):
-        bound = "above 0" if most == np.inf else f"between 0 and {most:g}"
-        raise ValueError(
-            f"a reading of {test.name!r} is {wrong[0]:g}, expected {test.reading} {bound}"
-        )
+    _refuse_impossible(test, read)
     if test.reading == "tilt_deg":
         return np.tan(np.radians(read))
     if test.reading == "leg_mass_g":
@@ -142,3 +138,20 @@ def _numbers(test: BenchTest, read: np.ndarray, spec: RobotSpec) -> np.ndarray:
     simulated = float(spec.physics.pressure_map.simulated(BEND_TEST_KPA))
     curve = simulated_bend_curve(leg, mesh, 2.0 * simulated, rotation=spec.physics.rotation)
     return simulated / curve.pressure(read)
+
+
+def _refuse_impossible(test: BenchTest, read: np.ndarray, where: str = "") -> None:
+    """Refuse readings that cannot be.
+
+    Raises:
+        ValueError: One is not positive, or a tilt of a right angle and more.
+    """
+    if test.reading == "number":
+        return
+    most = 90.0 if test.reading == "tilt_deg" else np.inf
+    wrong = read[(read <= 0.0) | (read >= most)]
+    if len(wrong):
+        bound = "above 0" if most == np.inf else f"between 0 and {most:g}"
+        raise ValueError(
+            f"{where}a reading of {test.name!r} is {wrong[0]:g}, expected {test.reading} {bound}"
+        )

@@ -69,7 +69,7 @@ def certify(
     settings = settings or CertificateSettings()
     run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
     folder = folder or RunFolder(run.folder / CERTIFICATE_FOLDER, "certify")
-    robot = robot or run.robot.spec()
+    robot = robot or run.spec()
     worlds = robot.agreeing_worlds(settings.randomisation)
     settings = replace(settings, randomisation=worlds)
     candidates = Candidates.of_run(run, settings)

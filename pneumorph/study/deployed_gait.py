@@ -198,9 +198,14 @@ def deploy_gait(
             trained = found.pressure_map or robot.physics.pressure_map
             gait, cut = calibrated(found.gait, trained, spec.physics.pressure_map, rig, folder)
             described |= cut
-    rig = with_air(rig, spec, design)
-    schedule = plan_schedule(gait, rig)
-    PressureWatch(rig)  # a rig that cannot be watched is refused, though nothing be sent yet
+    try:
+        schedule = plan_schedule(gait, rig)  # first: it knows how many channels there must be
+        rig = with_air(rig, spec, design)
+        PressureWatch(rig)  # a rig that cannot be watched is refused, though nothing be sent yet
+    except ValueError as error:
+        if settings.rig is None:
+            raise
+        raise ValueError(f"rig file {settings.rig}: {error}") from error
     _save_schedule(schedule, design, folder)
     planned = DeployedGait(
         **described,

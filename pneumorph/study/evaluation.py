@@ -20,7 +20,8 @@ from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import known_ratio, range_note
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.finished_run import FinishedRun, Pair, furthest
+from pneumorph.study.finished_run import FinishedRun, Pair
+from pneumorph.study.furthest import furthest
 from pneumorph.study.recorded_walk import Model, recorded_walk
 from pneumorph.study.robustness import (
     Robustness,
@@ -122,7 +123,7 @@ def evaluate(
     start = time.monotonic()
     settings = settings or EvaluationSettings()
     run = run if isinstance(run, FinishedRun) else FinishedRun.read(Path(run))
-    spec = robot or run.robot.spec()
+    spec = robot or run.spec()
     folder = folder or RunFolder(run.folder / "evaluation", "evaluate")
     pairs, task = run.pairs(settings.pair_count), run.task
     if settings.model == "full":

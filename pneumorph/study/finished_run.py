@@ -7,25 +7,28 @@ run, is refused by the name of the file and the field, and what was expected the
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.provenance import Provenance
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_settings, read_summary
 from pneumorph.base.settings import settings_from_dict
+from pneumorph.base.verbs import VERBS
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
+from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.calibration import UsedCalibration
@@ -53,27 +56,6 @@ class Pair:
     gait_file: str
     gait: HeldGait
     distance_cm: float | None
-
-
-class Walked(Protocol):
-    """What walked again, perhaps in another physics."""
-
-    @property
-    def distance_cm(self) -> float | None: ...
-
-
-WalkedAgain = TypeVar("WalkedAgain", bound=Walked)
-
-
-def furthest(walked: Sequence[WalkedAgain]) -> WalkedAgain:
-    """Return what came furthest, the first of them where all failed.
-
-    A run's best pair need not be the best in another physics, or as finite elements.
-
-    Args:
-        walked: One or more, in the run's order.
-    """
-    return max(walked, key=lambda each: -math.inf if each.distance_cm is None else each.distance_cm)
 
 
 @dataclass(frozen=True)
@@ -112,7 +94,12 @@ class FinishedRun:
         Raises:
             ArtefactError: The folder holds no finished run, or its files are damaged.
         """
-        return cls(folder, read_summary(folder), read_settings(folder))
+        run = cls(folder, read_summary(folder), read_settings(folder))
+        if "verb" in run.summary and run.verb not in VERBS:
+            raise ArtefactError(
+                f"{folder / SUMMARY}: verb: {run.verb!r:.60}, expected one of {', '.join(VERBS)}"
+            )
+        return run
 
     @property
     def verb(self) -> str:
@@ -183,6 +170,17 @@ class FinishedRun:
         """Its leg and physics."""
         return self.structured("robot", RobotOptions)
 
+    def spec(self) -> RobotSpec:
+        """Its robot, specified.
+
+        Raises:
+            ArtefactError: Its settings name a file that is gone, or do not go together.
+        """
+        try:
+            return self.robot.spec()
+        except (ValueError, OSError) as error:
+            raise ArtefactError(f"robot of {self.folder / SETTINGS}: {error}") from error
+
     @cached_property
     def task(self) -> CrawlingTask:
         """What its robots were asked to do."""
@@ -239,7 +237,7 @@ class FinishedRun:
         if not self.has_drawn_worlds:
             return None
         drawn = self.structured("randomisation", Randomisation)
-        return self.robot.spec().agreeing_worlds(drawn)
+        return self.spec().agreeing_worlds(drawn)
 
     def taken_over(self, *groups: str) -> dict[str, Any]:
         """Groups of its settings for a later verb, such as ``robot``: its leg and physics, but not
@@ -293,19 +291,74 @@ class FinishedRun:
     def _pair(self, number: int) -> Pair:
         place = f"pairs.{number}"
         limits = (self.task.minimum_pressure_kPa, self.task.maximum_pressure_kPa)
-        file = self.of_summary(f"{place}.gait", str)
-        if not (self.folder / file).is_file():
+        path = self.gait_path(place)
+        if not path.is_file():
             raise FileNotFoundError(
-                f"gait file {self.folder / file} does not exist, expected what "
-                f"{self.folder / SUMMARY} names as {place}.gait; it was moved or lost"
+                f"gait file {path} does not exist, expected what {self.folder / SUMMARY} names as "
+                f"{place}.gait; it was moved or lost"
             )
         far = self.of_summary(place, dict).get("distance_cm")
-        try:
-            design = Design.parse(self.of_summary(f"{place}.design", str))
-        except ValueError as error:
-            raise ArtefactError(f"{place} of {self.folder / SUMMARY}: {error}") from error
         distance = None if far is None else self.of_summary(f"{place}.distance_cm", float)
-        return Pair(design, file, read_gait(self.folder / file, *limits)[0], distance)
+        gait, _ = read_gait(path, *limits)
+        design = self.design(f"{place}.design", gait.regulator_count)
+        return Pair(design, self.of_summary(f"{place}.gait", str), gait, distance)
+
+    def gait_path(self, place: str, folder: Path | None = None) -> Path:
+        """File of the gait of a pair, which need not exist.
+
+        Args:
+            place: Where the summary has the pair, such as ``pairs.0``.
+            folder: The run that the gait is of; None for this one.
+
+        Raises:
+            ArtefactError: None is named, or one outside the run's folder.
+        """
+        folder, file = folder or self.folder, self.of_summary(f"{place}.gait", str)
+        inside = os.path.normpath(file)
+        if os.path.isabs(inside) or inside.split(os.sep)[0] == os.pardir or inside == os.curdir:
+            raise ArtefactError(
+                f"{self.folder / SUMMARY}: {place}.gait: {file!r:.80} is no file in the run's "
+                f"folder {folder}, expected one such as training/gaits/L1.csv"
+            )
+        return folder / file
+
+    def design(self, place: str, regulator_count: int | None = None) -> Design:
+        """A design that the summary names, which the run's robot can have.
+
+        Args:
+            place: Where it stands, such as ``pairs.0.design``.
+            regulator_count: Regulators that its gait commands; None where that is not known.
+
+        Raises:
+            ArtefactError: It is none, is of another number of sites, or needs more regulators.
+        """
+        text = self.of_summary(place, str)
+        try:
+            design = Design.parse(text)
+            sites = self._site_count
+            if sites is not None and design.location_count != sites:
+                raise ValueError(
+                    f"design {text} has {design.location_count} locations, expected {sites}: one "
+                    "for each site of the run's robot"
+                )
+            if regulator_count is not None:
+                design.check_regulators(regulator_count)
+        except ValueError as error:
+            raise ArtefactError(f"{self.folder / SUMMARY}: {place}: {error}") from error
+        return design
+
+    @cached_property
+    def _site_count(self) -> int | None:
+        """Sites of the run's robot; None where that is not known: its file may have been moved."""
+        if "robot" not in self.settings:
+            return None
+        try:
+            described = self.robot.description
+        except FileNotFoundError:
+            return None
+        if described is None:
+            return RadialMounting().location_count
+        return len(described.sites) if described.ring is None else described.ring.location_count
 
     @cached_property
     def baseline(self) -> PhaseSweepSettings:
@@ -329,6 +382,5 @@ class FinishedRun:
         """Digest of settings and best gaits, which tells one training from another."""
         digest = sha256(json.dumps(self.settings, sort_keys=True).encode())
         for number in range(len(self.of_summary("pairs", list))):
-            file = self.of_summary(f"pairs.{number}.gait", str)
-            digest.update((self.folder / file).read_bytes())
+            digest.update(self.gait_path(f"pairs.{number}").read_bytes())
         return digest.hexdigest()[:12]

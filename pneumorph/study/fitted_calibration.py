@@ -214,7 +214,7 @@ def _with_line(
         _write_pairs(folder / PAIRS_FILE, pairs)
         bent = {"name": spec.module.name, "digest": spec.module.bending_digest}
         said = {**_provenance(measured, spec), "bent": bent}
-    line: LineFit = fit_line(pairs.real_kPa, pairs.simulated_kPa)
+    line = _line(pairs, measured)
     fitted = replace(
         calibration,
         pressure_map=PressureMap(line.slope, line.intercept),
@@ -234,6 +234,24 @@ def _with_line(
         source={**calibration.source, "pressure": said},
     )
     return fitted, pairs
+
+
+def _line(pairs: PressurePairs, measured: Path) -> LineFit:
+    """The line through pairs of pressures.
+
+    Raises:
+        ValueError: They are too few, all of one pressure, or fall; names their file.
+    """
+    try:
+        line = fit_line(pairs.real_kPa, pairs.simulated_kPa)
+    except ValueError as error:
+        raise ValueError(f"{measured}: real_pressure: {error}") from error
+    if not line.slope > 0.0:
+        raise ValueError(
+            f"{measured}: simulated_pressure changes by {line.slope:g} kPa for one of "
+            "real_pressure, expected it to rise; the two columns may be of different orders"
+        )
+    return line
 
 
 def _pairs_of_bends(

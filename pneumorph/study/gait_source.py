@@ -68,9 +68,30 @@ def find_gait(
         found = _of_policy(source, design)
     else:
         gait, comments = read_gait(source)
-        found = GaitSource(gait, _design(design, comments.get("design")), str(source))
-    found.design.check_regulators(found.gait.regulator_count)
+        found = GaitSource(gait, _named_design(source, design, comments.get("design")), str(source))
+    try:
+        found.design.check_regulators(found.gait.regulator_count)
+    except ValueError as error:
+        if source is None:
+            raise
+        raise ValueError(
+            f"{source} commands {found.gait.regulator_count} regulators: {error}"
+        ) from error
     return found
+
+
+def _named_design(source: Path, asked: str | None, named: str | None) -> Design:
+    """The design that is asked for, or else the one that a gait's file names.
+
+    Raises:
+        ValueError: It is no design; names the file if that names it.
+    """
+    try:
+        return _design(asked, named)
+    except ValueError as error:
+        if asked is not None:
+            raise
+        raise ValueError(f"gait file {source}: design: {error}") from error
 
 
 def _design(asked: str | None, named: str | None) -> Design:
@@ -104,19 +125,19 @@ def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
         pair.gait,
         pair.design if design is None else Design.parse(design),
         str(folder / pair.gait_file),
-        run.robot.spec().physics.pressure_map,
+        run.spec().physics.pressure_map,
         run.task.settling_step_count,
     )
 
 
 def _of_policy(path: Path, design: str | None) -> GaitSource:
     """The deterministic gait of a design: the policy sees its own last actions only."""
-    if design is None:
-        raise ValueError(f"{path} is a policy for every design, expected --design to name one")
     from pneumorph.learn.policy_file import load_policy
     from pneumorph.learn.sac import Sac
 
     policy, settings, metadata = load_policy(path)
+    if design is None:
+        raise ValueError(f"{path} is a policy for every design, expected --design to name one")
     task, chosen = settings.task, Design.parse(design)
     usual, own = task.state_size + settings.space.feature_count, policy.observation_size
     if own != usual:

@@ -55,7 +55,7 @@ class Call:
     Attributes:
         arguments: What stands on the command line.
         ended: Exit status, ``stopped`` at the limit of time, or the traceback.
-        said: Last line on standard error.
+        said: The end of standard error.
     """
 
     arguments: tuple[str, ...]
@@ -145,13 +145,16 @@ def _names_files(kind: Any, path: tuple[str, ...]) -> bool:
     return "Path" in str(get_type_hints(kind)[path[-1]])
 
 
-def make_call(arguments: Sequence[str], earnest: bool, folder: Path) -> Call:
+def make_call(
+    arguments: Sequence[str], earnest: bool, folder: Path, limit_s: float = LIMIT_S
+) -> Call:
     """Make one call, and return what came of it.
 
     Args:
         arguments: The command line.
         earnest: Whether the verb's work is done.
         folder: Where `ground` has put what it reads; outputs are written there.
+        limit_s: It is stopped then.
     """
     out = folder / "out"
     verb = arguments[0]
@@ -169,7 +172,7 @@ def make_call(arguments: Sequence[str], earnest: bool, folder: Path) -> Call:
         patch.object(module, "VERB", module.VERB if earnest else stub),
     ):
         try:
-            with _limit(LIMIT_S):
+            with _limit(limit_s):
                 ended = run(list(arguments))
         except SystemExit as leave:
             ended = int(leave.code or 0)
@@ -178,7 +181,7 @@ def make_call(arguments: Sequence[str], earnest: bool, folder: Path) -> Call:
         except Exception:
             ended = traceback.format_exc()
     shutil.rmtree(out, ignore_errors=True)
-    return Call(arguments, ended, said.getvalue()[-400:])
+    return Call(arguments, ended, said.getvalue()[-2000:])
 
 
 def _specified(options: Any) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -115,13 +115,13 @@ def damaged_text(whole: bytes) -> st.SearchStrategy[bytes]:
 
 def damaged_json(whole: bytes) -> st.SearchStrategy[bytes]:
     """A value at some place taken away or of another type."""
-    places = list(_places(json.loads(whole), ()))
+    all_places = list(places(json.loads(whole)))
     others = st.sampled_from([None, True, -1, 0, 1e300, "word", "", [], {}, [1, "a"], {"a": 1}])
 
     @st.composite
     def changed(draw: st.DrawFn) -> bytes:
         content = json.loads(whole)
-        *above, last = draw(st.sampled_from(places))
+        *above, last = draw(st.sampled_from(all_places))
         inner: Any = content
         for name in above:
             inner = inner[name]
@@ -134,12 +134,13 @@ def damaged_json(whole: bytes) -> st.SearchStrategy[bytes]:
     return changed()
 
 
-def _places(content: Any, above: tuple[Any, ...]) -> Any:
+def places(content: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Where the values of JSON content stand: names and numbers from the top, tables as well."""
     items = content.items() if isinstance(content, dict) else enumerate(content)
     for name, value in items:
         yield (*above, name)
         if isinstance(value, dict | list):
-            yield from _places(value, (*above, name))
+            yield from places(value, (*above, name))
 
 
 def damaged_npz(whole: bytes) -> st.SearchStrategy[bytes]:

@@ -23,7 +23,8 @@ from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.finished_run import FinishedRun, furthest
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.furthest import furthest
 
 DESIGNS = (BASELINE_DESIGN, "0.0.1.2.1.0.0.0", "0.0.1.2.3.0.0.0")
 SPACE = DesignSpace(maximum_legs=5)
@@ -170,7 +171,7 @@ DAMAGES: dict[str, tuple[str, Change, str]] = {
         "summary.json", _pair(2, design=None), "has no pairs.2.design, expected a str",
     ),
     "a design that is none": (
-        "summary.json", _pair(0, design="1.a.2"), "pairs.0 of {file}: ",
+        "summary.json", _pair(0, design="1.a.2"), "{file}: pairs.0.design: ",
     ),
     "a distance that is a word": (
         "summary.json", _pair(0, distance_cm="far"),

@@ -1,0 +1,74 @@
+"""Whether values read from a file have the shape that settings ask for: tables, lists, names.
+
+What a number or a text must be is said where settings are made (`pneumorph.base.checked`); here a
+value is refused that is of another kind altogether, in the words of whoever writes the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, fields, is_dataclass
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pneumorph.base.checked import hints_of
+
+
+def refuse_other_shapes(hint: Any, value: Any, place: str = "") -> None:
+    """Refuse a value that is no table, list or name where one is expected.
+
+    Args:
+        hint: What is expected: a settings class, or the annotation of one of its fields.
+        value: What was read.
+        place: Where it stands, such as ``channels.0``.
+
+    Raises:
+        ValueError: It is of another shape; names its place.
+    """
+    kind, inner = get_origin(hint), get_args(hint)
+    if kind is Annotated:
+        refuse_other_shapes(inner[0], value, place)
+    elif kind in (Union, UnionType):
+        others = [each for each in inner if each is not NoneType]
+        if len(others) == 1 and not (value is None and NoneType in inner):
+            refuse_other_shapes(others[0], value, place)
+    elif isinstance(hint, type) and is_dataclass(hint):
+        _refuse_other_table(hint, value, place)
+    elif kind is Literal:
+        # A list may stand in the file, and has no place in a set.
+        if not isinstance(value, str | int | bool) or value not in inner:
+            raise ValueError(
+                f"{place}: expected one of {', '.join(map(str, inner))}, got {value!r:.60}"
+            )
+    elif kind is tuple:
+        _refuse_other_list(inner, value, place)
+    elif isinstance(kind, type) and issubclass(kind, Mapping):
+        if not isinstance(value, Mapping):
+            raise ValueError(f"{place}: expected a table, got {value!r:.60}")
+        for name, each in value.items():
+            refuse_other_shapes(inner[1], each, f"{place}.{name}")
+
+
+def _refuse_other_table(kind: Any, value: Any, place: str) -> None:
+    known = [field.name for field in fields(kind)]
+    if not isinstance(value, Mapping):
+        raise ValueError(
+            f"{place or kind.__name__}: expected a table of {', '.join(known)}, got {value!r:.60}"
+        )
+    before, hints = f"{place}." if place else "", hints_of(kind)
+    for field in fields(kind):
+        if field.name in value:
+            refuse_other_shapes(hints[field.name], value[field.name], f"{before}{field.name}")
+        elif field.default is MISSING and field.default_factory is MISSING:
+            raise ValueError(f"{before}{field.name}: it is missing, expected a value")
+
+
+def _refuse_other_list(inner: tuple[Any, ...], value: Any, place: str) -> None:
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        raise ValueError(f"{place}: expected a list, got {value!r:.60}")
+    of_any_length = inner[1:] == (...,)
+    if not of_any_length and len(value) != len(inner):
+        raise ValueError(f"{place}: expected {len(inner)} values, got {value!r:.60}")
+    hints = inner[:1] * len(value) if of_any_length else inner
+    for number, (each, hint) in enumerate(zip(value, hints, strict=True)):
+        refuse_other_shapes(hint, each, f"{place}.{number}")

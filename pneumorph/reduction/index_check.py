@@ -1,0 +1,62 @@
+"""Whether the numbers by which a reduced part names nodes and sampled points are of its mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+POINT_COUNTS = "point_counts"
+"""Entry of a part's metadata: how many points its mesh has, before some were sampled, by
+``tetrahedron`` and ``membrane``; files of earlier versions lack it."""
+_MOST_POINTS_PER_NODE = 50
+"""More than any mesh has: quadratic tetrahedra have some three, linear ones six."""
+
+
+def check_indices(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> None:
+    """Refuse a number of a node or of a sampled point that there is none of.
+
+    Args:
+        arrays: ``rest_nodes``, ``skin``, ``tetrahedron_index`` and ``membrane_index`` of a part.
+        metadata: The part's.
+
+    Raises:
+        ValueError: There is one; names the array or the entry of the metadata.
+    """
+    node_count = len(arrays["rest_nodes"])
+    check_within("skin", arrays["skin"], node_count, "nodes")
+    tied = metadata.get("attachment_nodes", [])
+    if not isinstance(tied, list):
+        raise ValueError(f"attachment_nodes is {tied!r:.60}, expected a list of nodes")
+    check_within("attachment_nodes", np.array(tied), node_count, "nodes")
+    counts = metadata.get(POINT_COUNTS, {})
+    for kind in ("tetrahedron", "membrane"):
+        count = counts.get(kind) if isinstance(counts, Mapping) else counts
+        if count is None:
+            count = _MOST_POINTS_PER_NODE * node_count
+        if not isinstance(count, int):
+            raise ValueError(f"{POINT_COUNTS}.{kind} is {count!r:.60}, expected a whole number")
+        name = f"{kind}_index"
+        check_within(name, arrays[name], count, f"points of the {kind} elements")
+
+
+def check_within(name: str, numbers: np.ndarray, count: int, what: str) -> None:
+    """Refuse numbers that are none of 0 to `count` - 1.
+
+    Args:
+        name: What the message calls them.
+        numbers: Any shape.
+        count: How many there are of what they name.
+        what: What they name.
+
+    Raises:
+        ValueError: One is beyond, or they are not whole.
+    """
+    if numbers.size == 0:
+        return
+    if numbers.dtype.kind not in "iu":
+        raise ValueError(f"{name} has numbers of type {numbers.dtype}, expected whole ones")
+    beyond = numbers[(numbers < 0) | (numbers >= count)]
+    if len(beyond) > 0:
+        raise ValueError(f"{name} has {beyond[0]}, expected 0 to {count - 1}: one of its {what}")

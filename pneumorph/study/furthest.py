@@ -1,0 +1,28 @@
+"""Which of several walks came furthest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Protocol, TypeVar
+
+
+class Walked(Protocol):
+    """What walked again, perhaps in another physics."""
+
+    @property
+    def distance_cm(self) -> float | None: ...
+
+
+WalkedAgain = TypeVar("WalkedAgain", bound=Walked)
+
+
+def furthest(walked: Sequence[WalkedAgain]) -> WalkedAgain:
+    """Return what came furthest, the first of them where all failed.
+
+    A run's best pair need not be the best in another physics, or as finite elements.
+
+    Args:
+        walked: One or more, in the run's order.
+    """
+    return max(walked, key=lambda each: -math.inf if each.distance_cm is None else each.distance_cm)
