@@ -12,8 +12,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
-
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Bounds, Checked, Positive
 from pneumorph.base.settings import (
@@ -32,13 +30,12 @@ from pneumorph.catalogue.paper_leg import LegName, PhysicsName, leg_kind, masses
 from pneumorph.catalogue.paper_robot import ring_of_sites
 from pneumorph.catalogue.robot_spec import RobotSpec, Site
 from pneumorph.catalogue.shipped_data import data_file
+from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mounting import RadialMounting
-from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design_space import DesignSpace
-
-Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -108,30 +105,6 @@ class ModuleDescription(Checked):
 
 
 @dataclass(frozen=True)
-class SiteDescription(Checked):
-    """A place for a module; its frame is where the module's attachment face comes."""
-
-    position_mm: Vector
-    """Middle of the attachment face in the robot's frame [mm]."""
-    yaw_deg: float = 0.0
-    """Where the module points, seen from above, counter-clockwise from forward [degrees]."""
-    pitch_deg: float = 0.0
-    """How much it points down [degrees]."""
-    roll_deg: float = 0.0
-    """Turn about the direction it points in [degrees]."""
-    modules: tuple[str, ...] | None = None
-    """Names of the modules that may be mounted; all by default."""
-    name: str = ""
-    """What messages call it; its number, from 0, by default."""
-
-    @property
-    def pose(self) -> Pose:
-        """The site's frame in the robot's."""
-        turn = rotation_about("z", self.yaw_deg) @ rotation_about("y", self.pitch_deg)
-        return Pose(turn @ rotation_about("x", self.roll_deg), np.array(self.position_mm))
-
-
-@dataclass(frozen=True)
 class ActingDescription(Checked):
     """The physics by name; all else of the table are fields of `Physics` that differ from it."""
 
@@ -159,7 +132,7 @@ class RobotDescription(Checked):
     """What it is called."""
     hub: HubDescription
     """What carries the modules."""
-    modules: dict[str, ModuleDescription]
+    modules: dict[str, ModuleDescription] = field(default_factory=dict)
     """The kinds of modules by name; sites have those that they allow in this order, and a design's
     letters count them there."""
     sites: tuple[SiteDescription, ...] = ()
@@ -177,6 +150,8 @@ class RobotDescription(Checked):
     runs, as `pneumorph catalogue build` has it."""
     folder: Path = Path()
     """Where the paths of files start."""
+    file: Path | None = None
+    """The file that it was read from, which messages name."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -198,6 +173,7 @@ class RobotDescription(Checked):
                         f"sites[{number}].modules names {each!r}, expected one of modules: "
                         f"{', '.join(self.modules)}"
                     )
+        refuse_doubled_sites(self.sites, self.designs.exclusions)
         mounted = {name for names in self._allowed() for name in names}
         for name in self.modules:
             if name not in mounted:
@@ -220,11 +196,31 @@ class RobotDescription(Checked):
         if "physics" in content:
             content["physics"] = {**based_on, "changes": acting}
         try:
-            found = settings_from_dict(cls, {**content, "folder": str(path.parent)})
-            _ = found.acting, found.space
+            place = {"folder": str(path.parent), "file": str(path)}
+            found = settings_from_dict(cls, {**content, **place})
+            _ = found.space
+            found._check_ground()
         except ValueError as error:
             raise ArtefactError(f"robot file {path}: {error}") from error
         return found
+
+    def _check_ground(self) -> None:
+        """Read the map of its ground, which is kept for its walks.
+
+        Raises:
+            FileNotFoundError: There is no such file.
+            ValueError: It is no grid of heights.
+        """
+        ground = self.acting.ground
+        if ground.map.path is None:
+            return
+        where = "physics.ground.map.path"
+        try:
+            _ = ground.grid()
+        except FileNotFoundError as error:
+            raise FileNotFoundError(f"robot file {self.file}: {where}: {error}") from error
+        except ValueError as error:
+            raise ValueError(f"{where}: {error}") from error
 
     @property
     def acting(self) -> Physics:
@@ -281,15 +277,22 @@ class RobotDescription(Checked):
         Raises:
             FileNotFoundError: A file that it names is missing.
             ValueError: A module is not where its site is, weighs what it cannot, or is inflated
-                otherwise than the real one; names the site, the module and the cause.
+                otherwise than the real one; names the file, the site, the module and the cause.
         """
+        try:
+            return self._spec(physics or self.acting, rest)
+        except ValueError as error:
+            if self.file is None or str(self.file) in str(error):
+                raise
+            raise ArtefactError(f"robot file {self.file}: {error}") from error
+
+    def _spec(self, physics: Physics, rest: Mapping[str, Any]) -> RobotSpec:
         built = CATALOGUE_FOLDER.absolute()
         if self.catalogue_folder is not None:
             built = self.folder / self.catalogue_folder
         modules = {
             name: each.module(name, self.folder, built) for name, each in self.modules.items()
         }
-        physics = physics or self.acting
         kind = leg_kind(self.physics.based_on)
         hub = self.hub.spec(self.folder)
         if self.ring is not None:

@@ -192,8 +192,8 @@ class RobotSpec:
 
     def simulator(self, robots: Sequence[Robot | Design | str]) -> BatchedSimulator:
         """Reduced robots side by side, given as designs or as what `assembly` made of them; raises
-        as `reduced`."""
-        assembled = [each if isinstance(each, Robot) else self.assembly(each) for each in robots]
+        as `reduced`, and of robots of other sites."""
+        assembled = [self._own(each) for each in robots]
         return BatchedSimulator(assembled, self.physics, self.stepper, self.thread_count)
 
     def simulator_in_worlds(
@@ -416,11 +416,24 @@ class RobotSpec:
             mounted.append((module, site.pose_of(module), tuple(r - 1 for r in regulators)))
         return mounted
 
+    def _own(self, robot: Robot | Design | str) -> Robot:
+        """A robot of these sites.
+
+        Raises:
+            ValueError: It is of a design of other sites.
+        """
+        if not isinstance(robot, Robot):
+            return self.assembly(robot)
+        if robot.design is not None:
+            self._known(robot.design)
+        return robot
+
     def _known(self, design: Design | str) -> Design:
         design = Design.parse(design) if isinstance(design, str) else design
         if design.location_count != len(self.sites):
+            robot = self.name or "the paper's robot"
             raise ValueError(
                 f"design {design} has {design.location_count} locations, expected "
-                f"{len(self.sites)}: one for each site of the robot"
+                f"{len(self.sites)}: one for each site of {robot}"
             )
         return design

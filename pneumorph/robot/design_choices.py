@@ -70,19 +70,18 @@ class DesignChoices(Checked):
                 f"options has {len(self.options)} entries, expected one for each of the "
                 f"{self.location_count} locations"
             )
-        _, named = self._options
-        if named and self.canonical:
-            raise ValueError(
-                "options name regulators and canonical is true, expected canonical = false: "
-                "regulators that differ may not be renamed"
-            )
         idle = set(range(1, self.regulator_count + 1)) - {
             regulator for each in self._fittings for regulator in each.regulators
         }
         if idle:
             raise ValueError(
                 f"regulator {min(idle)} of {self.regulator_count} drives nothing in any of the "
-                "options, expected as many regulators as are used"
+                "options, expected as many regulators (regulator_count) as are used"
+            )
+        if self._options[1] and self.canonical:
+            raise ValueError(
+                "options name regulators and canonical is true, expected canonical = false: "
+                "regulators that differ may not be renamed"
             )
         _ = self._excluded, self._mirror, self._symmetries  # refuse what is none
 
