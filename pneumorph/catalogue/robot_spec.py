@@ -19,6 +19,7 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import check_calibration
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
+from pneumorph.catalogue.kin_surfaces import surfaces_of, without_idle_surfaces
 from pneumorph.catalogue.module import Module
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
@@ -157,7 +158,7 @@ class RobotSpec:
                 regulators = regulators * part.cavity_count
             pose = tilted(pose, part.rest_nodes, self.mounting_angle_deg)
             mounts.append(Mount(part, pose, regulators))
-        return Robot(self.hub.rigid, tuple(mounts), design)
+        return Robot(self.hub.rigid, tuple(mounts), design, self._kin_surfaces)
 
     def reduced(
         self, design: Design | str, watch: Callable[[Trajectory], None] | None = None
@@ -183,7 +184,7 @@ class RobotSpec:
         return FullRobot(
             self.hub.full(self.hub_model),
             mounts,
-            self.physics,
+            without_idle_surfaces(self.physics, self.hub, mounts, self.modules),
             self.hub.tracked_point,
             None,
             self.full_order,
@@ -283,6 +284,10 @@ class RobotSpec:
     def modules(self) -> tuple[Module, ...]:
         """All kinds of modules, in the order in which the sites first name them."""
         return tuple(dict.fromkeys(module for site in self.sites for module in site.modules))
+
+    @cached_property
+    def _kin_surfaces(self) -> frozenset[str]:
+        return surfaces_of(self.modules)
 
     @cached_property
     def module(self) -> Module:
