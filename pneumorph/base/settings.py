@@ -142,6 +142,12 @@ def _refuse_misread(kind: Any, content: Mapping[str, Any], prefix: str) -> None:
         if key not in names:
             close = difflib.get_close_matches(key, names, n=1)
             hint = f"did you mean {close[0]}?" if close else f"it has {', '.join(names)}"
+            group, *rest = str(key).split(".")
+            if rest and group in names:
+                nested: Any = value
+                for name in reversed((group, *rest)):
+                    nested = {name: nested}
+                hint = f"names of groups nest, expected {nested}"
             raise ValueError(f"unknown setting {prefix}{key} of {kind.__name__}: {hint}")
         _refuse_value(hints[key], value, f"{prefix}{key}")
 

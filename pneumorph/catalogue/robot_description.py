@@ -14,6 +14,7 @@ from typing import Annotated, Any
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Bounds, Checked, Positive
+from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import (
     laid_over,
     read_settings_file,
@@ -125,7 +126,7 @@ class ActingDescription(Checked):
 
 
 @dataclass(frozen=True)
-class RobotDescription(Checked):
+class RobotDescription(Checked, ShownInNotebooks):
     """A robot: what is in its file."""
 
     name: str
@@ -178,6 +179,13 @@ class RobotDescription(Checked):
         for name in self.modules:
             if name not in mounted:
                 raise ValueError(f"modules.{name} is at no site, expected one that allows it")
+
+    def __repr__(self) -> str:
+        count = self.ring.location_count if self.ring is not None else len(self.sites)
+        return (
+            f"RobotDescription({self.name}: {count} sites, {self.acting.regulator_count} "
+            f"regulators, modules {', '.join(self.modules)})"
+        )
 
     @classmethod
     def read(cls, path: Path | str) -> RobotDescription:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.executor import ExecutorSettings
+from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import check_calibration
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
@@ -98,7 +99,7 @@ class Site:
 
 
 @dataclass(frozen=True, eq=False)
-class RobotSpec:
+class RobotSpec(ShownInNotebooks):
     """A hub with sites, and the physics it lives in; a `Design` says which sites carry a module.
 
     Attributes:
