@@ -25,6 +25,7 @@ from pneumorph.catalogue.built_module import CATALOGUE_FOLDER, BuiltModule
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.mounting_check import check_module, check_mounted
 from pneumorph.catalogue.paper_leg import LegName, PhysicsName, leg_kind, masses_of, paper_leg
@@ -37,6 +38,8 @@ from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design_space import DesignSpace
+from pneumorph.robot.usual_design import usual_design
+from pneumorph.simulation.randomisation import Randomisation
 
 
 @dataclass(frozen=True)
@@ -142,6 +145,9 @@ class RobotDescription(Checked, ShownInNotebooks):
     """In place of sites: places around a disk for every module, as the paper's robot has them."""
     physics: ActingDescription = field(default_factory=ActingDescription)
     """What acts on it."""
+    randomisation: Mapping[str, Any] = field(default_factory=dict)
+    """What worlds are drawn from, where it is not what the physics has: fields of `Randomisation`,
+    for trainings, searches and certificates."""
     designs: DesignRules = field(default_factory=DesignRules)
     """Which designs may be built, and which walks where none is named."""
     mounting_tolerance_mm: Positive = 3.0
@@ -206,7 +212,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         try:
             place = {"folder": str(path.parent), "file": str(path)}
             found = settings_from_dict(cls, {**content, **place})
-            _ = found.space
+            _ = found.space, found.worlds
             found._check_ground()
         except ValueError as error:
             raise ArtefactError(f"robot file {path}: {error}") from error
@@ -254,10 +260,38 @@ class RobotDescription(Checked, ShownInNotebooks):
             self.acting.regulator_count,
         )
 
-    @property
+    @cached_property
     def usual_design(self) -> str:
         """The design that walks where none is named."""
-        return self.designs.usual or str(self.space.first)
+        return self.designs.usual or str(usual_design(self.space))
+
+    def design_note(self, design: str) -> str | None:
+        """What to say of a design that walks as its file names no usual one; None where it does,
+        and of another design."""
+        if self.designs.usual is not None or design != self.usual_design:
+            return None
+        return f"no usual design given: {design}"
+
+    @cached_property
+    def worlds(self) -> Randomisation:
+        """What worlds are drawn from: those of its physics, but for what the file says.
+
+        Raises:
+            ValueError: It has no such number, or a distribution is none.
+        """
+        measured = self.physics.based_on == "measured"
+        usual = measured_worlds() if measured else Randomisation()
+        return settings_from_dict(Randomisation, self.randomisation, usual)
+
+    @property
+    def worlds_note(self) -> str | None:
+        """What to say where one robot walks in one world; None where the file has no worlds."""
+        if not self.randomisation:
+            return None
+        return (
+            f"in the world as it stands: [randomisation] of {self.file or self.name} is what "
+            "coopt, search and certificates draw worlds from"
+        )
 
     def expert_settings(self) -> dict[str, Any]:
         """Settings of the expert's gait for its regulators."""
@@ -266,6 +300,10 @@ class RobotDescription(Checked, ShownInNotebooks):
     def baseline_settings(self) -> dict[str, Any]:
         """Settings of a phase sweep for its usual design."""
         return {"design": self.usual_design, "gait": self.expert_settings()}
+
+    def worlds_settings(self) -> dict[str, Any]:
+        """Settings of what worlds are drawn from, where the file says it."""
+        return {"randomisation": settings_to_dict(self.worlds)} if self.randomisation else {}
 
     def training_settings(self) -> dict[str, Any]:
         """Settings of a learner for its designs and regulators."""

@@ -156,6 +156,18 @@ class DesignChoices(Checked):
         """Whether a design's mirror image is one of the robot's as well."""
         return self._mirror is not None
 
+    @property
+    def mirror_pairs(self) -> tuple[tuple[int, ...], ...]:
+        """Locations that the mirror turns into each other, one or two each; of a robot without a
+        mirror each alone."""
+        to = self._mirror or tuple(range(self.location_count))
+        return tuple(dict.fromkeys(tuple(sorted({site, to[site]})) for site in range(len(to))))
+
+    def is_own_image(self, design: Design) -> bool:
+        """Whether a design's legs stand and are driven as those of its mirror image; never where
+        the robot has no mirror."""
+        return self._mirror is not None and design.moved(self._mirror, reflected=True) == design
+
     @cached_property
     def module_count(self) -> int:
         """Kinds of modules that designs choose from."""

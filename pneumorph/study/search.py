@@ -41,6 +41,7 @@ from pneumorph.study.search_findings import (
     SearchCurve,
     SearchFindings,
 )
+from pneumorph.study.search_progress import SearchProgress, ToldEnvironment
 from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
 
 _GAITS_OF_EACH_DESIGN = 960
@@ -53,6 +54,9 @@ class SearchSettings(Checked):
 
     method: Literal["gaits", "random", "genetic"] = "gaits"
     """The best gait of each design, or designs and gaits together."""
+    usual_design: str = BASELINE_DESIGN
+    """Design whose gaits are searched in any case: the expert's, or the usual one of a robot's
+    file."""
     designs: tuple[str, ...] = ()
     """More designs whose gaits are searched."""
     random_design_count: CountOrNone = 30
@@ -114,7 +118,7 @@ def search(
     if objective.is_robust:
         drawn = measured_worlds() if randomisation is None else randomisation
         worlds = TrainingWorlds(robot.agreeing_worlds(drawn), objective.worlds_per_design)
-    environment = CrawlingEnvironment(
+    environment = ToldEnvironment(
         space.some(settings.environment_count),
         robot.assembly,
         simulator_factory(robot, worlds, settings.seed),
@@ -131,16 +135,26 @@ def search(
         gaits_walked = len(designs) * _GAITS_OF_EACH_DESIGN * objective.worlds_per_design
         timesteps = gaits_walked * task.action_count
     folder.progress.stage(f"searching ({settings.method})")
+    finalist_count = max(settings.finalist_count, len(designs))
+    progress = SearchProgress(
+        folder.progress,
+        timesteps,
+        task.action_count,
+        objective,
+        finalist_count,
+        settings.environment_count,
+    )
+    environment.told = progress.stepped
     asked = settings_to_dict(settings)
     same = ("method", "seed", "gaits", "random", "genetic", "space", "task")
     found = run_search(
-        _searcher(settings, list(designs)),
+        progress.of(_searcher(settings, list(designs))),
         environment,
         space,
         timesteps,
         folder.path,
         objective=objective,
-        finalist_count=max(settings.finalist_count, len(designs)),
+        finalist_count=finalist_count,
         description={
             **{name: asked[name] for name in same},
             "designs": [str(space[design]) for design in designs],
@@ -148,7 +162,7 @@ def search(
             "leg": robot.reduction_digest(),
             **({} if worlds is None else {"objective": asked["objective"], **worlds.as_dict()}),
         },
-        progress=folder.progress,
+        progress=progress,
     )
     action_s = task.action_step_count * robot.physics.time_step_s
     _write_curve(folder, found, action_s)
@@ -182,8 +196,8 @@ def search(
 def _designs(settings: SearchSettings, learned: FinishedRun | None) -> dict[int, str]:
     """Designs whose gaits are searched, and why each is among them."""
     space, chosen = settings.space, dict[int, str]()
-    expert = Design.parse(BASELINE_DESIGN)
-    asked = [(BASELINE_DESIGN, "expert's design")] if expert.canonical() in space else []
+    usual = Design.parse(settings.usual_design)
+    asked = [(str(usual), "expert's design")] if _is_one_of(space, usual) else []
     if learned is not None:
         asked += [(str(pair.design), f"L{rank}") for rank, pair in enumerate(learned.pairs(5), 1)]
     asked += [(design, "asked for") for design in settings.designs]
@@ -199,6 +213,14 @@ def _designs(settings: SearchSettings, learned: FinishedRun | None) -> dict[int,
     for design in drawn:
         chosen.setdefault(int(design), "drawn at random")
     return chosen
+
+
+def _is_one_of(space: DesignSpace, design: Design) -> bool:
+    try:
+        _ = space.index(design)
+    except ValueError:
+        return False
+    return True
 
 
 def _searcher(settings: SearchSettings, designs: list[int]) -> Searcher:

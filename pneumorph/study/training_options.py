@@ -111,9 +111,11 @@ def _of_description(content: Mapping[str, Any]) -> dict[str, Any]:
     if robot is None:
         return {}
     mirrored = {} if robot.space.has_mirror else {"mirror_transitions": False}
+    worlds = robot.worlds_settings()
     return {
         "coopt": {**robot.training_settings(), **mirrored},
         "baseline": robot.baseline_settings(),
+        **({**worlds, "randomize": True} if worlds else {}),
     }
 
 
@@ -215,7 +217,11 @@ def train_as_asked(
             rounds=options.rounds,
             randomisation=drawn,
         )
-    return train(
+    described = options.robot.description
+    note = described and described.design_note(options.baseline.design)
+    if note:
+        folder.progress.say(note)
+    found = train(
         options.coopt,
         folder,
         robot,
@@ -227,3 +233,4 @@ def train_as_asked(
         wandb_project=options.wandb_project,
         own_task=own_task,
     )
+    return replace(found, notes=(*found.notes, note)) if note else found
