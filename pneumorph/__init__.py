@@ -25,6 +25,7 @@ _HOMES = {
     "Mesh": "pneumorph.geometry.mesh",
     "Physics": "pneumorph.physics.physics",
     "ReducedPart": "pneumorph.reduction.reduced_part",
+    "RobotDescription": "pneumorph.catalogue.robot_description",
     "RobotSpec": "pneumorph.catalogue.robot_spec",
     "Trajectory": "pneumorph.trajectory",
     "TaskWrapper": "pneumorph.environment.training_environment",
@@ -49,6 +50,7 @@ __all__ = [
     "Mesh",
     "Physics",
     "ReducedPart",
+    "RobotDescription",
     "RobotSpec",
     "TaskWrapper",
     "TrainingEnvironment",
@@ -64,6 +66,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from pneumorph.catalogue.paper_robot import paper_robot
+    from pneumorph.catalogue.robot_description import RobotDescription
     from pneumorph.catalogue.robot_spec import RobotSpec
     from pneumorph.environment.crawling_task import CrawlingTask
     from pneumorph.environment.registration import make_env

@@ -60,7 +60,7 @@ def _refuse_other_table(kind: Any, value: Any, place: str) -> None:
         if field.name in value:
             refuse_other_shapes(hints[field.name], value[field.name], f"{before}{field.name}")
         elif field.default is MISSING and field.default_factory is MISSING:
-            raise ValueError(f"{before}{field.name}: it is missing, expected a value")
+            raise ValueError(f"{before}{field.name} is missing, expected a value")
 
 
 def _refuse_other_list(inner: tuple[Any, ...], value: Any, place: str) -> None:

@@ -22,7 +22,8 @@ class DesignRules(Checked):
     """Options, counts, exclusions and symmetries; see `pneumorph.robot.design_space`."""
 
     usual: str | None = None
-    """Design that walks where none is named; by default the first."""
+    """Design that walks where none is named; by default one that is its own mirror image, with
+    most legs."""
     minimum_legs: CountOrNone = MINIMUM_LEGS
     """Fewest legs."""
     maximum_legs: Count | None = None

@@ -12,10 +12,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
-
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Bounds, Checked, Positive
+from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import (
     laid_over,
     read_settings_file,
@@ -26,19 +25,21 @@ from pneumorph.catalogue.built_module import CATALOGUE_FOLDER, BuiltModule
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.mounting_check import check_module, check_mounted
 from pneumorph.catalogue.paper_leg import LegName, PhysicsName, leg_kind, masses_of, paper_leg
 from pneumorph.catalogue.paper_robot import ring_of_sites
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
+from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mounting import RadialMounting
-from pneumorph.geometry.pose import Pose, rotation_about
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design_space import DesignSpace
-
-Vector = tuple[float, float, float]
+from pneumorph.robot.usual_design import usual_design
+from pneumorph.simulation.randomisation import Randomisation
 
 
 @dataclass(frozen=True)
@@ -108,30 +109,6 @@ class ModuleDescription(Checked):
 
 
 @dataclass(frozen=True)
-class SiteDescription(Checked):
-    """A place for a module; its frame is where the module's attachment face comes."""
-
-    position_mm: Vector
-    """Middle of the attachment face in the robot's frame [mm]."""
-    yaw_deg: float = 0.0
-    """Where the module points, seen from above, counter-clockwise from forward [degrees]."""
-    pitch_deg: float = 0.0
-    """How much it points down [degrees]."""
-    roll_deg: float = 0.0
-    """Turn about the direction it points in [degrees]."""
-    modules: tuple[str, ...] | None = None
-    """Names of the modules that may be mounted; all by default."""
-    name: str = ""
-    """What messages call it; its number, from 0, by default."""
-
-    @property
-    def pose(self) -> Pose:
-        """The site's frame in the robot's."""
-        turn = rotation_about("z", self.yaw_deg) @ rotation_about("y", self.pitch_deg)
-        return Pose(turn @ rotation_about("x", self.roll_deg), np.array(self.position_mm))
-
-
-@dataclass(frozen=True)
 class ActingDescription(Checked):
     """The physics by name; all else of the table are fields of `Physics` that differ from it."""
 
@@ -152,14 +129,14 @@ class ActingDescription(Checked):
 
 
 @dataclass(frozen=True)
-class RobotDescription(Checked):
+class RobotDescription(Checked, ShownInNotebooks):
     """A robot: what is in its file."""
 
     name: str
     """What it is called."""
     hub: HubDescription
     """What carries the modules."""
-    modules: dict[str, ModuleDescription]
+    modules: dict[str, ModuleDescription] = field(default_factory=dict)
     """The kinds of modules by name; sites have those that they allow in this order, and a design's
     letters count them there."""
     sites: tuple[SiteDescription, ...] = ()
@@ -168,6 +145,9 @@ class RobotDescription(Checked):
     """In place of sites: places around a disk for every module, as the paper's robot has them."""
     physics: ActingDescription = field(default_factory=ActingDescription)
     """What acts on it."""
+    randomisation: Mapping[str, Any] = field(default_factory=dict)
+    """What worlds are drawn from, where it is not what the physics has: fields of `Randomisation`,
+    for trainings, searches and certificates."""
     designs: DesignRules = field(default_factory=DesignRules)
     """Which designs may be built, and which walks where none is named."""
     mounting_tolerance_mm: Positive = 3.0
@@ -177,6 +157,8 @@ class RobotDescription(Checked):
     runs, as `pneumorph catalogue build` has it."""
     folder: Path = Path()
     """Where the paths of files start."""
+    file: Path | None = None
+    """The file that it was read from, which messages name."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -198,10 +180,18 @@ class RobotDescription(Checked):
                         f"sites[{number}].modules names {each!r}, expected one of modules: "
                         f"{', '.join(self.modules)}"
                     )
+        refuse_doubled_sites(self.sites, self.designs.exclusions)
         mounted = {name for names in self._allowed() for name in names}
         for name in self.modules:
             if name not in mounted:
                 raise ValueError(f"modules.{name} is at no site, expected one that allows it")
+
+    def __repr__(self) -> str:
+        count = self.ring.location_count if self.ring is not None else len(self.sites)
+        return (
+            f"RobotDescription({self.name}: {count} sites, {self.acting.regulator_count} "
+            f"regulators, modules {', '.join(self.modules)})"
+        )
 
     @classmethod
     def read(cls, path: Path | str) -> RobotDescription:
@@ -220,11 +210,31 @@ class RobotDescription(Checked):
         if "physics" in content:
             content["physics"] = {**based_on, "changes": acting}
         try:
-            found = settings_from_dict(cls, {**content, "folder": str(path.parent)})
-            _ = found.acting, found.space
+            place = {"folder": str(path.parent), "file": str(path)}
+            found = settings_from_dict(cls, {**content, **place})
+            _ = found.space, found.worlds
+            found._check_ground()
         except ValueError as error:
             raise ArtefactError(f"robot file {path}: {error}") from error
         return found
+
+    def _check_ground(self) -> None:
+        """Read the map of its ground, which is kept for its walks.
+
+        Raises:
+            FileNotFoundError: There is no such file.
+            ValueError: It is no grid of heights.
+        """
+        ground = self.acting.ground
+        if ground.map.path is None:
+            return
+        where = "physics.ground.map.path"
+        try:
+            _ = ground.grid()
+        except FileNotFoundError as error:
+            raise FileNotFoundError(f"robot file {self.file}: {where}: {error}") from error
+        except ValueError as error:
+            raise ValueError(f"{where}: {error}") from error
 
     @property
     def acting(self) -> Physics:
@@ -250,10 +260,38 @@ class RobotDescription(Checked):
             self.acting.regulator_count,
         )
 
-    @property
+    @cached_property
     def usual_design(self) -> str:
         """The design that walks where none is named."""
-        return self.designs.usual or str(self.space.first)
+        return self.designs.usual or str(usual_design(self.space))
+
+    def design_note(self, design: str) -> str | None:
+        """What to say of a design that walks as its file names no usual one; None where it does,
+        and of another design."""
+        if self.designs.usual is not None or design != self.usual_design:
+            return None
+        return f"no usual design given: {design}"
+
+    @cached_property
+    def worlds(self) -> Randomisation:
+        """What worlds are drawn from: those of its physics, but for what the file says.
+
+        Raises:
+            ValueError: It has no such number, or a distribution is none.
+        """
+        measured = self.physics.based_on == "measured"
+        usual = measured_worlds() if measured else Randomisation()
+        return settings_from_dict(Randomisation, self.randomisation, usual)
+
+    @property
+    def worlds_note(self) -> str | None:
+        """What to say where one robot walks in one world; None where the file has no worlds."""
+        if not self.randomisation:
+            return None
+        return (
+            f"in the world as it stands: [randomisation] of {self.file or self.name} is what "
+            "coopt, search and certificates draw worlds from"
+        )
 
     def expert_settings(self) -> dict[str, Any]:
         """Settings of the expert's gait for its regulators."""
@@ -262,6 +300,10 @@ class RobotDescription(Checked):
     def baseline_settings(self) -> dict[str, Any]:
         """Settings of a phase sweep for its usual design."""
         return {"design": self.usual_design, "gait": self.expert_settings()}
+
+    def worlds_settings(self) -> dict[str, Any]:
+        """Settings of what worlds are drawn from, where the file says it."""
+        return {"randomisation": settings_to_dict(self.worlds)} if self.randomisation else {}
 
     def training_settings(self) -> dict[str, Any]:
         """Settings of a learner for its designs and regulators."""
@@ -281,15 +323,22 @@ class RobotDescription(Checked):
         Raises:
             FileNotFoundError: A file that it names is missing.
             ValueError: A module is not where its site is, weighs what it cannot, or is inflated
-                otherwise than the real one; names the site, the module and the cause.
+                otherwise than the real one; names the file, the site, the module and the cause.
         """
+        try:
+            return self._spec(physics or self.acting, rest)
+        except ValueError as error:
+            if self.file is None or str(self.file) in str(error):
+                raise
+            raise ArtefactError(f"robot file {self.file}: {error}") from error
+
+    def _spec(self, physics: Physics, rest: Mapping[str, Any]) -> RobotSpec:
         built = CATALOGUE_FOLDER.absolute()
         if self.catalogue_folder is not None:
             built = self.folder / self.catalogue_folder
         modules = {
             name: each.module(name, self.folder, built) for name, each in self.modules.items()
         }
-        physics = physics or self.acting
         kind = leg_kind(self.physics.based_on)
         hub = self.hub.spec(self.folder)
         if self.ring is not None:

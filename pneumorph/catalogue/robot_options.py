@@ -136,6 +136,10 @@ USUAL: PhysicsName = "measured"
 """The physics where none is asked for."""
 
 
+PUBLISHED_LAWS = ("corotational", "st_venant_kirchhoff", "stable_neo_hookean")
+"""Laws of a solid that are none of a silicone as it was measured."""
+
+
 def _physics_of_part(part: ReducedPart) -> PhysicsName:
     """The physics that a reduced leg is of, by whether it relaxes."""
     return "published" if part.relaxation is None else "measured"
@@ -300,8 +304,8 @@ class RobotOptions(Checked):
         Raises:
             FileNotFoundError: The calibration file is missing.
             ArtefactError: It cannot be read.
-            ValueError: It is given together with a pressure map, or the physics have the published
-                leg's pressure map for another leg.
+            ValueError: It is given together with a pressure map, the physics have the published
+                leg's pressure map for another leg, or the reduced leg is of another physics.
         """
         full = self.full
         numerics: dict[str, Any] = {
@@ -320,6 +324,7 @@ class RobotOptions(Checked):
         }
         robot = self.description
         if robot is None:
+            self._refuse_part_of_other_physics()
             leg = paper_leg(self.leg, self.part, full.mesh, masses=self.masses)
             spec = paper_robot(leg, self.physics, self.masses, **numerics)
             usual = pressure_map(self.leg)
@@ -344,6 +349,26 @@ class RobotOptions(Checked):
             ArtefactError: It is no description.
         """
         return None if self.described is None else RobotDescription.read(self.described)
+
+    def _refuse_part_of_other_physics(self) -> None:
+        """Refuse a reduced leg that does not relax, of a law of the published physics, as measured.
+
+        The reverse, one that relaxes in the published physics, its simulator refuses.
+
+        Raises:
+            ValueError: It is such a leg; names it and what was asked for.
+        """
+        if self.part is None or self.leg != "measured":
+            return
+        part = ReducedPart.load(self.part)
+        law = part.tetrahedron_material.law
+        if part.relaxation is None and law in PUBLISHED_LAWS:
+            raise ValueError(
+                f"the reduced leg {self.part} is of the published physics (its law is {law!r} and "
+                "nothing in it relaxes), and the measured leg or physics was asked for, expected "
+                "one of that: leave out --physics and --leg, which the leg then brings itself, or "
+                "reduce it again with pneumorph reduce --preset measured"
+            )
 
     def _refuse_beside_a_description(self, robot: RobotDescription) -> None:
         """Refuse what would be ignored: the description says it.

@@ -16,9 +16,11 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.executor import ExecutorSettings
+from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import check_calibration
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
+from pneumorph.catalogue.kin_surfaces import surfaces_of, without_idle_surfaces
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -44,7 +46,7 @@ from pneumorph.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class RobotSpec:
+class RobotSpec(ShownInNotebooks):
     """A hub with sites, and the physics it lives in; a `Design` says which sites carry a module.
 
     Attributes:
@@ -104,7 +106,7 @@ class RobotSpec:
                 regulators = regulators * part.cavity_count
             pose = tilted(pose, part.rest_nodes, self.mounting_angle_deg)
             mounts.append(Mount(part, pose, regulators))
-        return Robot(self.hub.rigid, tuple(mounts), design)
+        return Robot(self.hub.rigid, tuple(mounts), design, self._kin_surfaces)
 
     def reduced(
         self, design: Design | str, watch: Callable[[Trajectory], None] | None = None
@@ -130,7 +132,7 @@ class RobotSpec:
         return FullRobot(
             self.hub.full(self.hub_model),
             mounts,
-            self.physics,
+            without_idle_surfaces(self.physics, self.hub, mounts, self.modules),
             self.hub.tracked_point,
             None,
             self.full_order,
@@ -139,8 +141,8 @@ class RobotSpec:
 
     def simulator(self, robots: Sequence[Robot | Design | str]) -> BatchedSimulator:
         """Reduced robots side by side, given as designs or as what `assembly` made of them; raises
-        as `reduced`."""
-        assembled = [each if isinstance(each, Robot) else self.assembly(each) for each in robots]
+        as `reduced`, and of robots of other sites."""
+        assembled = [self._own(each) for each in robots]
         return BatchedSimulator(assembled, self.physics, self.stepper, self.thread_count)
 
     def simulator_in_worlds(
@@ -230,6 +232,10 @@ class RobotSpec:
     def modules(self) -> tuple[Module, ...]:
         """All kinds of modules, in the order in which the sites first name them."""
         return tuple(dict.fromkeys(module for site in self.sites for module in site.modules))
+
+    @cached_property
+    def _kin_surfaces(self) -> frozenset[str]:
+        return surfaces_of(self.modules)
 
     @cached_property
     def module(self) -> Module:
@@ -363,11 +369,24 @@ class RobotSpec:
             mounted.append((module, site.pose_of(module), tuple(r - 1 for r in regulators)))
         return mounted
 
+    def _own(self, robot: Robot | Design | str) -> Robot:
+        """A robot of these sites.
+
+        Raises:
+            ValueError: It is of a design of other sites.
+        """
+        if not isinstance(robot, Robot):
+            return self.assembly(robot)
+        if robot.design is not None:
+            self._known(robot.design)
+        return robot
+
     def _known(self, design: Design | str) -> Design:
         design = Design.parse(design) if isinstance(design, str) else design
         if design.location_count != len(self.sites):
+            robot = self.name or "the paper's robot"
             raise ValueError(
                 f"design {design} has {design.location_count} locations, expected "
-                f"{len(self.sites)}: one for each site of the robot"
+                f"{len(self.sites)}: one for each site of {robot}"
             )
         return design

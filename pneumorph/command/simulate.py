@@ -20,7 +20,7 @@ Example: pneumorph simulate --gait runs/quick/training/gaits/L1.csv --film --out
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 from pneumorph.base.layers import layered
@@ -61,9 +61,18 @@ def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
     spec = options.robot.spec()
     if options.walk.model == "reduced":
         options.robot.refuse_full_options()
+    described = options.robot.description
+    notes: list[str] = []
+    if described is not None:
+        free = options.walk.gait is None and options.walk.design is not None
+        of_design = described.design_note(options.walk.design or "") if free else None
+        notes = [note for note in (of_design, described.worlds_note) if note is not None]
+    for note in notes:
+        folder.progress.say(note)
     film = options.film_settings if options.film else None
     live = options.live_settings if options.live else None
-    return simulate_and_show(options.walk, spec, folder, film=film, live=live)
+    walk = simulate_and_show(options.walk, spec, folder, film=film, live=live)
+    return replace(walk, notes=(*walk.notes, *notes))
 
 
 _HYPERELASTIC = {

@@ -25,6 +25,8 @@ class ContactSurfaces:
     """Name of each point's surface, empty where nobody named it, (point,)."""
     area_mm2: np.ndarray
     """Area that each point stands for [mm^2], zero where it is not known, (point,)."""
+    elsewhere: frozenset[str] = frozenset()
+    """Names that none of the points has, and robots of the same kind may have."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "names", np.array(self.names, dtype=str))

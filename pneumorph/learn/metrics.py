@@ -122,7 +122,7 @@ def _check_round(content: Any, where: str, needed: Collection[str]) -> None:
         raise ArtefactError(f"{where}: expected a table of numbers, got {content!r:.60}")
     for name in needed:
         if name not in content:
-            raise ArtefactError(f"{where}: {name}: it is missing, expected a value")
+            raise ArtefactError(f"{where}: {name} is missing, expected a value")
     for name, value in content.items():
         if name == HISTOGRAM:
             fits = isinstance(value, list) and bool(value) and all(map(_is_finite, value))

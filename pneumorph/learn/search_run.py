@@ -12,7 +12,7 @@ worlds is often the luckiest: at the end the best walk again, in the worlds of a
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
@@ -131,11 +131,16 @@ def run_search(
                     )
                 resumed += len(candidates) * walks_each
             else:
-                if progress is not None:
-                    # Before the walk: the time left counts from the first that is made now.
-                    far = "" if np.isnan(furthest) else f", best {furthest:.1f} cm"
-                    progress(done, timesteps, f"searching{far}")
-                score_cm, distance_cm = _walked(candidates, environment, space, objective, done)
+                far = "" if np.isnan(furthest) else f", best {furthest:.1f} cm"
+
+                def report(made: int, before: int = done, far: str = far) -> None:
+                    if progress is not None:
+                        progress(min(before + made, timesteps), timesteps, f"searching{far}")
+
+                report(0)  # before the walk: the time left counts from the first that is made now
+                score_cm, distance_cm = _walked(
+                    candidates, environment, space, objective, done, report
+                )
                 same = np.array_equal(score_cm, distance_cm)
                 line = distance_cm.tolist() if same else [score_cm.tolist(), distance_cm.tolist()]
                 stream.write(json.dumps(line) + "\n")
@@ -173,16 +178,22 @@ def _walked(
     space: DesignSpace,
     objective: Objective,
     timestep: int,
+    report: Callable[[int], None],
 ) -> np.ndarray:
     """Score and distance of every candidate [cm], (2, candidate), in batches for which the
-    environment has room."""
+    environment has room; told are the actions that all robots have made."""
     count = environment.num_envs // objective.worlds_per_design
     found = []
     for begin in range(0, len(candidates), count):
         batch = slice(begin, begin + count)
         design, action = candidates.design[batch], candidates.action[batch]
         seed = timestep if objective.is_robust else None
-        walked = _walked_open_loop(environment, space, design, action, objective, [seed])
+
+        def step(made: int, begin: int = begin, count: int = len(design)) -> None:
+            actions = begin * environment.task.action_count + count * made
+            report(actions * objective.worlds_per_design)
+
+        walked = _walked_open_loop(environment, space, design, action, objective, [seed], step)
         far = np.stack([objective.of(walked.return_cm), walked.distance_cm.mean(axis=1)])
         found.append(np.where(walked.failed.all(axis=1), FAILED_CM, far))
     return np.concatenate(found, axis=1)
@@ -195,12 +206,15 @@ def _walked_open_loop(
     action: np.ndarray,
     objective: Objective,
     seeds: Sequence[int | None],
+    report: Callable[[int], None] | None = None,
 ) -> InWorlds:
     """Walk designs (design,) with a gait each, (design, action, regulator)."""
     worlds = objective.worlds_per_design
     filled = action[filled_batch(np.arange(len(design)), environment.num_envs // worlds)]
     actions = cycle(np.moveaxis(np.repeat(filled, worlds, axis=0), 1, 0))
-    return walk_in_worlds(environment, space, design, lambda _: next(actions), objective, seeds)
+    return walk_in_worlds(
+        environment, space, design, lambda _: next(actions), objective, seeds, report
+    )
 
 
 def _note(

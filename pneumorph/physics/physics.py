@@ -123,14 +123,15 @@ class Physics(Checked):
 
         Raises:
             ValueError: A coefficient is given for a surface that there is not; of a robot that
-                names its surfaces as others do some of these may not touch the floor.
+                names its surfaces as others do some of these may not touch the floor, and others
+                may be of legs that its design has not.
         """
         coefficients = np.full(len(surfaces.names), self.friction)
         for name, value in self.friction_by_surface:
             chosen = surfaces.names == name
             known = surfaces.known_names()
             usual = name in SURFACE_NAMES and any(each in SURFACE_NAMES for each in known)
-            if not chosen.any() and not usual:
+            if not chosen.any() and not usual and name not in surfaces.elsewhere:
                 raise ValueError(
                     f"friction_by_surface names {name!r}, expected one of the robot's surfaces: "
                     f"{', '.join(known) or 'none, its meshes name no regions'}"

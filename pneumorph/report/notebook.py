@@ -11,13 +11,18 @@ from functools import singledispatch
 
 import numpy as np
 
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.robot_shape import stacked
 from pneumorph.report.mesh_figure import mesh_figure
 from pneumorph.report.page import drawn
+from pneumorph.report.plan import plans_of_spec
+from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.replay.page import page_of, replay_fragment
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.scene import Actor
+from pneumorph.robot.design import Design
 from pneumorph.robot.robot import Robot
 from pneumorph.trajectory import Trajectory
 
@@ -31,7 +36,8 @@ _STILL = "<style>.pr-bar, .pr-slider, .pr-time { display: none !important; }</st
 
 @singledispatch
 def html_of(value: object) -> str | None:
-    """HTML of a trajectory (its replay), a robot (at rest, to turn about) or a mesh (its regions).
+    """HTML of a trajectory (its replay), a robot (at rest, to turn about), a mesh (its regions), a
+    robot's description (its usual design from above) or specification (a leg at every site).
 
     Args:
         value: What to show.
@@ -63,6 +69,22 @@ def _(robot: Robot) -> str | None:
 @html_of.register
 def _(mesh: Mesh) -> str:
     return drawn(mesh_figure(mesh), repr(mesh))
+
+
+@html_of.register
+def _(robot: RobotSpec) -> str:
+    return _plan(robot, Design((1,) * len(robot.sites)), repr(robot))
+
+
+@html_of.register
+def _(robot: RobotDescription) -> str:
+    design = robot.usual_design
+    return _plan(robot.spec(), Design.parse(design), f"{robot!r}, {design}")
+
+
+def _plan(spec: RobotSpec, design: Design, alt: str) -> str:
+    """A design from above, forward to the right."""
+    return drawn(plan_view_figure(plans_of_spec(spec)(design)), alt)
 
 
 def _at_rest(robot: Robot) -> Trajectory:

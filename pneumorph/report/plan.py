@@ -13,6 +13,7 @@ from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
     from pneumorph.catalogue.robot_options import RobotOptions
+    from pneumorph.catalogue.robot_spec import RobotSpec
     from pneumorph.geometry.pose import Pose
     from pneumorph.geometry.robot_shape import RobotShape
     from pneumorph.trajectory import Trajectory
@@ -82,7 +83,11 @@ def plans_of(robot: RobotOptions) -> PlanOf:
     of one's own."""
     if robot.description is None and robot.part is None:
         return paper_plan
-    spec = robot.spec()
+    return plans_of_spec(robot.spec())
+
+
+def plans_of_spec(spec: RobotSpec) -> PlanOf:
+    """What the designs of a robot look like, from its hub and modules."""
     hub = _outline(spec.hub.mesh.nodes)
 
     def plan(design: Design) -> Plan:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.reduction.reduction_settings import ReductionSettings
@@ -100,16 +100,23 @@ class HasLeg(Protocol):
     def leg(self) -> PartSummary | None: ...
 
 
+def _told(leg: PartSummary) -> dict[str, Any]:
+    """What a table says of a reduced leg, by name: its size, whether it knows its range, errors."""
+    left_out = ("errors", "bend", "others")
+    sizes = {name: value for name, value in vars(leg).items() if name not in left_out}
+    return {**sizes, **leg.errors}
+
+
 def leg_sections(found: HasLeg, run: FinishedRun, sheet: Sheet) -> list[Section]:
-    """Return size and errors of the reduced leg that a run used or made."""
+    """Return size and errors of each reduced leg that a run used or made."""
     if found.leg is None:
         return []
     leg = found.leg
-    sizes = {
-        name: value for name, value in vars(leg).items() if name not in ("errors", "bend", "others")
-    }
-    rows = [(name.replace("_", " "), value) for name, value in {**sizes, **leg.errors}.items()]
-    body = page.table(["the reduced leg", ""], rows)
+    told = [_told(each) for each in (leg, *getattr(leg, "others", {}).values())]
+    names = dict.fromkeys(name for each in told for name in each)
+    rows = [[name.replace("_", " "), *(each.get(name) for each in told)] for name in names]
+    what = "the reduced leg" if len(told) == 1 else "reduced legs"
+    body = page.table([what, *[""] * len(told)], rows)
     if leg.bend:
         bend = leg.bend
         figure = bend_figure(bend["pressure_kPa"], bend["full_deg"], bend["reduced_deg"])

@@ -70,19 +70,18 @@ class DesignChoices(Checked):
                 f"options has {len(self.options)} entries, expected one for each of the "
                 f"{self.location_count} locations"
             )
-        _, named = self._options
-        if named and self.canonical:
-            raise ValueError(
-                "options name regulators and canonical is true, expected canonical = false: "
-                "regulators that differ may not be renamed"
-            )
         idle = set(range(1, self.regulator_count + 1)) - {
             regulator for each in self._fittings for regulator in each.regulators
         }
         if idle:
             raise ValueError(
                 f"regulator {min(idle)} of {self.regulator_count} drives nothing in any of the "
-                "options, expected as many regulators as are used"
+                "options, expected as many regulators (regulator_count) as are used"
+            )
+        if self._options[1] and self.canonical:
+            raise ValueError(
+                "options name regulators and canonical is true, expected canonical = false: "
+                "regulators that differ may not be renamed"
             )
         _ = self._excluded, self._mirror, self._symmetries  # refuse what is none
 
@@ -156,6 +155,18 @@ class DesignChoices(Checked):
     def has_mirror(self) -> bool:
         """Whether a design's mirror image is one of the robot's as well."""
         return self._mirror is not None
+
+    @property
+    def mirror_pairs(self) -> tuple[tuple[int, ...], ...]:
+        """Locations that the mirror turns into each other, one or two each; of a robot without a
+        mirror each alone."""
+        to = self._mirror or tuple(range(self.location_count))
+        return tuple(dict.fromkeys(tuple(sorted({site, to[site]})) for site in range(len(to))))
+
+    def is_own_image(self, design: Design) -> bool:
+        """Whether a design's legs stand and are driven as those of its mirror image; never where
+        the robot has no mirror."""
+        return self._mirror is not None and design.moved(self._mirror, reflected=True) == design
 
     @cached_property
     def module_count(self) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -119,6 +119,8 @@ class Robot(ShownInNotebooks):
     hub: Hub
     mounts: tuple[Mount, ...]
     design: Design | None = None
+    kin_surfaces: frozenset[str] = frozenset()
+    """Names of surfaces that other designs of the robot have."""
 
     def __repr__(self) -> str:
         whose = "" if self.design is None else f"{self.design}: "
@@ -150,9 +152,10 @@ class Robot(ShownInNotebooks):
     def contact_surfaces(self) -> ContactSurfaces:
         """What all contact points lie on, the hub's first and then those of each mount."""
         hub = self.hub.contact_surfaces
-        return ContactSurfaces.joined(
+        joined = ContactSurfaces.joined(
             [
                 ContactSurfaces.unnamed(len(self.hub.contact_points)) if hub is None else hub,
                 *(mount.part.contact_surfaces for mount in self.mounts),
             ]
         )
+        return replace(joined, elsewhere=self.kin_surfaces)

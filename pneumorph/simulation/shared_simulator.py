@@ -109,6 +109,7 @@ class SharedSimulator:
                 [(used.index(id(mount.part)), mount.pose, mount.regulators)
                  for mount in robot.mounts],
                 robot.design,
+                robot.kin_surfaces,
             )
             for robot in robots
         ]  # fmt: skip
@@ -242,14 +243,14 @@ class _Worker:
         """Replace every robot.
 
         Args:
-            described: Hub, mounts and design of each; a mount is the number of its part, its pose
-                and its regulators.
+            described: Hub, mounts, design and surfaces of its kin of each; a mount is the number of
+                its part, its pose and its regulators.
             worlds: The world of each.
             *parts: The parts.
         """
         robots = [
-            Robot(hub, tuple(Mount(parts[part], *rest) for part, *rest in mounts), design)
-            for hub, mounts, design in described
+            Robot(hub, tuple(Mount(parts[part], *rest) for part, *rest in mounts), *design)
+            for hub, mounts, *design in described
         ]
         if worlds is None:
             self._simulator = BatchedSimulator(robots, self._physics, self._stepper, 1)

@@ -53,6 +53,9 @@ class SearchSettings(Checked):
 
     method: Literal["gaits", "random", "genetic"] = "gaits"
     """The best gait of each design, or designs and gaits together."""
+    usual_design: str = BASELINE_DESIGN
+    """Design whose gaits are searched in any case: the expert's, or the usual one of a robot's
+    file."""
     designs: tuple[str, ...] = ()
     """More designs whose gaits are searched."""
     random_design_count: CountOrNone = 30
@@ -195,8 +198,8 @@ def _description(
 def _designs(settings: SearchSettings, learned: FinishedRun | None) -> dict[int, str]:
     """Designs whose gaits are searched, and why each is among them."""
     space, chosen = settings.space, dict[int, str]()
-    expert = Design.parse(BASELINE_DESIGN)
-    asked = [(BASELINE_DESIGN, "expert's design")] if expert.canonical() in space else []
+    usual = Design.parse(settings.usual_design)
+    asked = [(str(usual), "expert's design")] if _is_one_of(space, usual) else []
     if learned is not None:
         asked += [(str(pair.design), f"L{rank}") for rank, pair in enumerate(learned.pairs(5), 1)]
     asked += [(design, "asked for") for design in settings.designs]
@@ -212,6 +215,14 @@ def _designs(settings: SearchSettings, learned: FinishedRun | None) -> dict[int,
     for design in drawn:
         chosen.setdefault(int(design), "drawn at random")
     return chosen
+
+
+def _is_one_of(space: DesignSpace, design: Design) -> bool:
+    try:
+        _ = space.index(design)
+    except ValueError:
+        return False
+    return True
 
 
 def _searcher(settings: SearchSettings, designs: list[int]) -> Searcher:

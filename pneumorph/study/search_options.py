@@ -12,6 +12,7 @@ from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_d
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_options import USUAL, RobotOptions, described_robot
 from pneumorph.learn.objective import Objective
+from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.finished_run import FinishedRun, TakenOver
 from pneumorph.study.search import SearchSettings
@@ -41,7 +42,14 @@ class SearchOptions:
             if physics is None
             else {"search": usual_aim(physics), "randomisation": usual_worlds(physics)}
         )
-        of_robot = {} if robot is None else {"search": robot.training_settings()}
+        of_robot = (
+            {}
+            if robot is None
+            else {
+                "search": {**robot.training_settings(), "usual_design": robot.usual_design},
+                **robot.worlds_settings(),
+            }
+        )
         return laid_over(of_physics, of_robot)
 
     @property
@@ -58,6 +66,7 @@ class SearchOptions:
             "task": settings_to_dict(learned.task),
             "space": settings_to_dict(learned.space),
             "objective": settings_to_dict(learned.objective or Objective()),
+            "usual_design": learned.settings.get("baseline", {}).get("design", BASELINE_DESIGN),
         }
         return learned.handed_on(
             {**learned.taken_over("robot", "randomisation"), "search": asked},

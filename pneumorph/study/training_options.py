@@ -111,9 +111,11 @@ def _of_description(content: Mapping[str, Any]) -> dict[str, Any]:
     if robot is None:
         return {}
     mirrored = {} if robot.space.has_mirror else {"mirror_transitions": False}
+    worlds = robot.worlds_settings()
     return {
         "coopt": {**robot.training_settings(), **mirrored},
         "baseline": robot.baseline_settings(),
+        **({**worlds, "randomize": True} if worlds else {}),
     }
 
 
@@ -220,7 +222,11 @@ def train_as_asked(
             rounds=options.rounds,
             randomisation=drawn,
         )
-    return run_training(
+    described = options.robot.description
+    note = described and described.design_note(options.baseline.design)
+    if note:
+        folder.progress.say(note)
+    found = run_training(
         options.coopt,
         folder,
         robot,
@@ -232,3 +238,4 @@ def train_as_asked(
         wandb_project=options.wandb_project,
         own_task=own_task,
     )
+    return replace(found, notes=(*found.notes, note)) if note else found

@@ -55,6 +55,13 @@ def test_toml_lies_over_the_default(tmp_path: Path) -> None:
 def test_unknown_key_is_refused_with_its_path_and_neighbour() -> None:
     with pytest.raises(ValueError, match=r"unknown setting contact\.frictoin .* mean friction"):
         settings_from_dict(Simulation, {"contact": {"frictoin": 1.0}})
+    with pytest.raises(ValueError, match=r"groups nest, expected {'contact': {'friction': 0\.5}}"):
+        settings_from_dict(Simulation, {"contact.friction": 0.5})
+
+
+def test_a_text_is_no_list() -> None:
+    with pytest.raises(ValueError, match="phases is '0 10', expected a list"):
+        settings_from_dict(Simulation, {"phases": "0 10"})
 
 
 @pytest.mark.parametrize(

@@ -170,6 +170,31 @@ def test_a_leg_of_another_length_is_mounted_by_its_face() -> None:
         ("minimum_legs = 4", 'options = ["0 *"]', "designs.options has 1 entries"),
         ("position_mm = [0, -46, 36]", "position_mm = [5, -46, 36]", "lies on no site"),
         ('usual = "b1.0.2.2.0.b1"', 'usual = "b1.b3.2.2.0.b1"', "at location 1, expected"),
+        ("pitch_deg", "pich_deg", r"unknown setting sites\[0\].pich_deg .* mean pitch_deg\?$"),
+        ("size_factor", "size_fator", r"setting modules.short.size_fator .* mean size_factor\?$"),
+        ("[76, 24, 36]", "[76, 24]", r"sites\[0\].position_mm is \[76, 24\], .* of 3 entries$"),
+        ("[76, 24, 36]", '"76 24 36"', r"position_mm is '76 24 36', expected a list of 3 entries$"),
+        ('name = "', 'names = "', "unknown setting names of RobotDescription: did you mean name"),
+        (
+            'name = "plate"',
+            "",
+            "name is missing",
+        ),
+        (
+            '"front right"',
+            '"front left"',
+            r"sites\[0\] and sites\[5\] are both called 'front left'",
+        ),
+        (
+            "position_mm = [76, -24, 36]",
+            "position_mm = [76, 24, 36]",
+            r"sites\[0\] \(front left\) and sites\[5\] \(front right\) are both at \[76",
+        ),
+        (
+            "minimum_legs = 4",
+            f"options = {['0 1'] * 3 + ['0 2'] * 3}".replace("'", '"'),
+            "regulator 3 of 4 drives nothing",
+        ),
     ],
 )
 def test_a_file_that_is_none_is_refused(
@@ -204,8 +229,41 @@ def test_a_module_that_is_not_where_its_site_is_is_refused(
     if why is None:  # a mass that was weighed is taken as it is
         assert described.spec().modules[0].reduced.mass == pytest.approx(0.009, rel=1e-12)
         return
-    with pytest.raises(ValueError, match=why):
+    with pytest.raises(ArtefactError, match=why) as error:
         described.spec()
+    assert str(path) in str(error.value)
+
+
+def test_a_ground_that_is_none_is_refused_with_file_and_field(
+    edited: Edited, tmp_path: Path
+) -> None:
+    """When the robot's file is read: before anything walks."""
+    np.save(tmp_path / "line.npy", np.arange(5.0))
+    for name, kind, why in (
+        ("none.npy", FileNotFoundError, "does not exist"),
+        ("edited.toml", ArtefactError, "not an image"),
+        ("line.npy", ArtefactError, r"shape \(row, column\) of at least 4 x 4, got \(5,\)"),
+    ):
+        path = edited("[hub] #", f'[physics.ground.map]\npath = "{name}"\n\n[hub] #')
+        where = rf"{path}: physics.ground.map.path: height map .*{name}.*{why}"
+        with pytest.raises(kind, match=where):
+            RobotDescription.read(path)
+
+
+def test_sites_in_one_place_of_which_one_carries_a_module_are_no_mistake(edited: Edited) -> None:
+    path = edited("[76, -24, 36]\nyaw_deg = 0", "[76, 24, 36]\nyaw_deg = 5")
+    text = path.read_text().replace('usual = "b1.0.2.2.0.b1"', "mirror = false")
+    path.write_text(text + 'exclusions = ["0 5"]\n')
+    described = RobotDescription.read(path)
+    assert all(not (d.assignment[0] and d.assignment[5]) for d in described.space.designs[:500])
+
+
+def test_robots_of_other_sites_are_no_batch() -> None:
+    plate, paper = RobotDescription.read(PLATE).spec(), paper_robot("published")
+    with pytest.raises(ValueError, match=r"1\.0\.0\.2\.2\.0\.0\.1 has 8 .* expected 6: .* plate"):
+        plate.simulator([plate.assembly("b1.0.2.2.0.b1"), paper.assembly("1.0.0.2.2.0.0.1")])
+    with pytest.raises(ValueError, match="expected 8: one for each site of the paper's robot"):
+        paper.simulator(["1.0.0.2.2.0.0.1", plate.assembly("b1.0.2.2.0.b1")])
 
 
 def test_a_mass_of_another_leg_is_told(edited: Edited, tmp_path: Path) -> None:

@@ -10,6 +10,9 @@ from pathlib import Path
 import pytest
 from helpers.run_folders import write_run
 
+from pneumorph.base.layers import layered
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.cli import run
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.study.training_options import TrainingOptions
@@ -67,6 +70,19 @@ def test_a_leg_of_negative_mass_is_refused_with_its_file(
     part.save(file)
     said = refusal(f"simulate --part {file}")
     assert f"ReducedPart file {file} cannot be read (mass must be positive" in said
+
+
+@pytest.mark.parametrize("asked", ["--physics measured", "--leg measured"])
+def test_a_reduced_leg_of_another_physics_is_refused(asked: str, refusal: Refusal) -> None:
+    """Both are named; alone it brings its own physics, and one that relaxes goes on."""
+    part = data_file("leg_published.npz")
+    said = refusal(f"simulate {asked} --part {part} --masses.leg-mass-g 42")
+    assert f"the reduced leg {part} is of the published physics (its law is 'corotational'" in said
+    assert "the measured leg or physics was asked for" in said
+    for own in ("leg_published.npz", "leg_hyperelastic.npz"):
+        layered(RobotOptions(), [{"part": str(data_file(own))}]).spec()
+    relaxing = {"based_on": "measured", "part": str(data_file("leg_measured.npz"))}
+    layered(RobotOptions(), [relaxing]).spec()
 
 
 def test_files_that_are_damaged_are_named(tmp_path: Path, refusal: Refusal) -> None:

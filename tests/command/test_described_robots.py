@@ -12,6 +12,7 @@ from helpers.described_robot import DESIGN, write_described_robot
 from helpers.run_folders import write_run
 from helpers.run_json import run_json
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.cli import run
@@ -19,9 +20,12 @@ from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import Design
+from pneumorph.study import deployed_gait
 from pneumorph.study.analysis import Walker, analysed_robot
 from pneumorph.study.gait_source import robot_of_source
 from pneumorph.study.recorded_walk import recorded_walk
+from pneumorph.study.search import _designs
+from pneumorph.study.search_options import SearchOptions
 from pneumorph.study.training_options import quick_training
 
 SHORT = "--expert.duration-s 1 --expert.period-s 1"
@@ -135,6 +139,59 @@ def test_a_gait_of_its_run_has_its_own_design(
     assert kept["robot"]["described"] == str(robot)
     walked = run_json(f"simulate --gait {folder} --out {robot.parent / 'walk'}", capsys)
     assert walked["design"] == design
+
+
+def test_worlds_of_a_robots_file_are_drawn_in_trainings_and_told_where_one_walks(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A published robot with worlds is trained in them; where one robot walks, they are named."""
+    drawn = robot.with_name("drawn.toml")
+    drawn.write_text(robot.read_text() + '[randomisation]\nfriction = "U(0.4, 0.7)"\n')
+    asked = [{"robot": {"described": str(drawn)}}]
+    training = layered(quick_training(), asked)
+    assert training.randomize
+    assert training.randomisation.friction == "U(0.4, 0.7)"
+    assert layered(SearchOptions(), asked).randomisation.friction == "U(0.4, 0.7)"
+    out = robot.parent / "nominal"
+    found = run_json(f"simulate --robot {drawn} {SHORT} --out {out}", capsys)
+    (note,) = found["notes"]
+    assert f"in the world as it stands: [randomisation] of {drawn}" in note
+    drawn.write_text(robot.read_text() + '[randomisation]\nfrictoin = "1"\n')
+    with pytest.raises(ArtefactError, match=rf"{drawn}: .*frictoin .* did you mean friction\?"):
+        RobotDescription.read(drawn)
+
+
+def test_without_a_usual_design_it_is_told_which_walks(
+    robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nameless = robot.with_name("nameless.toml")
+    nameless.write_text(robot.read_text().replace(f'usual = "{DESIGN}"\n', ""))
+    design = RobotDescription.read(nameless).usual_design
+    assert 0 not in Design.parse(design).assignment
+    for verb in ("simulate", "deploy --dry-run"):
+        out = robot.parent / verb.split()[0]
+        assert run(f"{verb} --robot {nameless} {SHORT} --out {out}".split()) == 0
+        assert f"no usual design given: {design}" in capsys.readouterr().err
+    assert json.loads((robot.parent / "simulate/summary.json").read_text())["notes"]
+
+
+def test_a_search_of_gaits_has_the_usual_design(robot: Path) -> None:
+    asked = layered(SearchOptions(), [{"robot": {"described": str(robot)}}])
+    designs = _designs(asked.search, None)
+    assert designs[asked.search.space.index(Design.parse(DESIGN))] == "expert's design"
+
+
+def test_it_is_told_how_long_finite_elements_take(
+    robot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(deployed_gait, "_virtual_trials", lambda planned, *_: planned)
+    for model, told in (("full", True), ("reduced", False)):
+        out = robot.parent / f"deploy_{model}"
+        command = f"deploy --robot {robot} --model {model} --trials 2 --out {out}"
+        assert run(command.split()) == 0
+        said = capsys.readouterr().err
+        assert ("about 10 min for each of 2 trials of 20 s" in said) == told
+        assert ("--model reduced takes seconds" in said) == told
 
 
 def test_a_policy_of_a_run_walks_in_the_robot_of_the_run(robot: Path) -> None:

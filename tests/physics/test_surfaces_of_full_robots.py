@@ -110,6 +110,20 @@ def test_what_a_hub_and_its_legs_stand_on_has_names():
         block(friction_by_surface=(("sole", 0.1),)).full(DESIGN)
 
 
+def test_friction_of_a_leg_that_a_design_has_not_is_no_mistake():
+    """Neither in the physics nor in a world; what no leg of the robot has is."""
+    spec = block(friction_by_surface=(("felt", 0.1), ("rubber", 0.2), ("lid", 0.3)))
+    for design, own in (("1.0", {"lid", "felt"}), ("0.1", {"lid", "rubber"})):
+        robot = spec.assembly(design)
+        assert set(robot.contact_surfaces.known_names()) == own
+        spec.simulator([robot, spec.assembly(DESIGN)])
+        assert set(spec.full(design).contact_surfaces.known_names()) == own
+    strange = block(friction_by_surface=(("sole", 0.1),))
+    for make in (strange.full, lambda design: strange.simulator([design])):
+        with pytest.raises(ValueError, match="names 'sole', expected"):
+            make("1.0")
+
+
 @pytest.mark.parametrize("exponent", [0.0, -0.3])
 def test_both_models_slide_alike_on_two_surfaces(exponent):
     """The reduced ends have every freedom of their elements, so both are the same robot."""

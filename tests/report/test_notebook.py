@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 
+import pneumorph
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.reduction.part_summary import PartsSummary, PartSummary
+from pneumorph.report.reduction_sections import leg_sections
+from pneumorph.report.sheet import Sheet
 from pneumorph.robot.robot import Robot
 from pneumorph.trajectory import Trajectory
 
@@ -60,6 +66,32 @@ def test_a_mesh_is_a_picture_of_its_regions() -> None:
     assert shown is not None
     assert shown.startswith("<figure><img")
     assert repr(mesh) in shown
+
+
+def test_a_robots_file_is_its_usual_design_from_above() -> None:
+    """In a line, and as a picture; of its specification, which has no design, a leg everywhere."""
+    plate = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
+    described = pneumorph.RobotDescription.read(plate)
+    assert repr(described) == (
+        "RobotDescription(plate: 6 sites, 4 regulators, modules long, short)"
+    )
+    for value, said in ((described, "b1.0.2.2.0.b1"), (described.spec(), "RobotSpec(plate")):
+        shown = value._repr_html_()
+        assert shown is not None
+        assert shown.startswith("<figure><img")
+        assert said in shown
+
+
+def test_every_module_of_a_robot_is_in_the_table_of_its_page(tmp_path: Path) -> None:
+    legs = [
+        PartSummary(name, modes, 9, 0, "m", {"bend_error_percent": error}, None)
+        for name, modes, error in (("long", 4, 1.25), ("short", 5, 2.5))
+    ]
+    found = SimpleNamespace(leg=PartsSummary(**vars(legs[0]), others={"short": legs[1]}))
+    run: Any = None
+    (section,) = leg_sections(found, run, Sheet(tmp_path))
+    for row in ("long</td><td>short", "<td>1.25</td>", "2.5"):
+        assert re.sub(" class=[^>]*", "", row) in re.sub(" class=[^>]*", "", section.body)
 
 
 def test_what_cannot_be_drawn_is_text(

@@ -1,0 +1,56 @@
+"""Each command of the table of tasks in docs/own_robot.md runs, at a size that shows no result."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pneumorph.cli import run
+
+ROOT = Path(__file__).parents[2]
+TINY = (
+    "--total-timesteps 8 --environment-count 4 --task.action-count 2 --task.action-step-count 3 "
+    "--task.settling-step-count 1 --learning-start-timestep 4 --updates 1 --sac.batch-size 4 "
+    "--sac.hidden-sizes 4 4 --schedule.decay-start-timestep 4 --schedule.decay-end-timestep 6 "
+    "--evaluated-design-count 2 --kept-pair-count 1 --certified-world-count 0 "
+    "--finetuning.timesteps 0 --baseline.phase-step-deg 180 --baseline.gait.duration-s 0.2 "
+    "--baseline.gait.period-s 0.2 --checkpoint-interval-timesteps 8"
+)
+TASKS = dict(
+    re.findall(r"^\| ([^|]+) \| `(pneumorph coopt [^`]+)` \|$",
+               (ROOT / "docs/own_robot.md").read_text(), re.MULTILINE)
+)  # fmt: skip
+
+
+def _asked(settings: dict[str, Any], task: str) -> bool:
+    """Whether the settings of a run are those of the task."""
+    reward, physics = settings["coopt"]["task"]["reward"], settings["robot"]["physics"]
+    return {
+        "forward": reward["goal"] == "forward",
+        "a heading, here to the left": (reward["goal"], reward["heading_deg"]) == ("heading", 90),
+        "turning in place": reward["goal"] == "turn_left",
+        "climbing": physics["floor_slope_deg"] == 10.0,
+        "carrying a payload": settings["robot"]["described"].endswith("payload.toml"),
+        "rough ground": physics["ground"]["rough"]["roughness_mm"] == 3.0,
+    }[task]
+
+
+def test_there_are_six() -> None:
+    assert len(TASKS) == 6
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_task_of_the_table_runs(
+    task: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    words = shlex.split(TASKS[task])[1:]
+    words[words.index("--out") + 1] = str(tmp_path / "run")
+    assert run([*words, *TINY.split()]) == 0
+    assert _asked(json.loads((tmp_path / "run/settings.json").read_text()), task)
+    assert json.loads((tmp_path / "run/summary.json").read_text())["pairs"]
