@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from pneumorph.base.checked import Bounds, Checked, Count, NotNegative
+from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone, NotNegative
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
@@ -95,8 +95,9 @@ class FullOptions(Checked):
     displacement_tolerance_mm: NotNegative = 0.0
     """Newton's method with kept tangents ends as well where nodes are this close to the step's end
     [mm]; 0 for by the balance of forces alone."""
-    thread_count: Count = 1
-    """Threads among which Newton's method with kept tangents shares out the legs."""
+    thread_count: CountOrNone = 0
+    """Threads among which Newton's method with kept tangents shares out the legs; 0 takes every
+    processor for a robot that walks by itself, and one for each of several."""
     friction_solver: FrictionSolver = "newton"
     """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
     contact_sweeps: Count = 2000

@@ -36,8 +36,9 @@ class FullOrderSettings(Checked):
     """Whose tangents `implicit_euler` iterates with. `fresh`: those of every iteration, with line
     search. `kept`: those of an earlier trial while they do, which takes a part of the time and ends
     in the same step to the tolerance; for legs whose laws the engine knows, such as `yeoh`."""
-    thread_count: Count = 1
-    """Threads among which `kept` shares out the legs; what is computed does not depend on it."""
+    thread_count: CountOrNone = 0
+    """Threads among which `kept` shares out the legs; what is computed does not depend on it. 0
+    leaves it to who lets robots walk: every processor for one by itself, else one."""
     step_halvings: CountOrNone = 4
     """A step that fails is made as two of half the length, and those again, at most so deep."""
     contact_margin_mm: NotNegative = 1.0

@@ -190,7 +190,7 @@ class RobotBody(Generic[HubState]):
         Legs share nothing, so results do not depend on the number of threads.
         """
         numbers = range(len(self.legs))
-        if self.numerics.thread_count == 1:
+        if self.numerics.thread_count <= 1:
             return [function(number) for number in numbers]
         if self._threads is None:
             self._threads = ThreadPoolExecutor(self.numerics.thread_count)

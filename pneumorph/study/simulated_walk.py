@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pneumorph.base.checked import Checked, Count
+from pneumorph.base.machine import processor_count
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -118,7 +119,7 @@ def simulate(
     folder.progress.stage(f"simulating {source.design} with the {settings.model} model")
     simulation_start = time.monotonic()
     trajectory = recorded_walk(
-        robot,
+        _on_every_processor(robot),
         source.design,
         source.gait,
         settings.model,
@@ -148,6 +149,15 @@ def simulate(
         simulation_wall_s=simulated_s,
         wall_s=time.monotonic() - start,
     )
+
+
+def _on_every_processor(robot: RobotSpec) -> RobotSpec:
+    """The robot whose finite elements share out their legs, where nobody said among how many
+    threads: no other robot walks beside it. What it does depends on none of it."""
+    if robot.full_order.thread_count > 0:
+        return robot
+    shared = replace(robot.full_order, thread_count=processor_count())
+    return replace(robot, full_order=shared)
 
 
 def _read(kind: type[Report], told: dict[str, Any] | None) -> Report | None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tyro
-from scipy.interpolate import PchipInterpolator, griddata
+from scipy.interpolate import PchipInterpolator
 
 from pneumorph.base.artefact import load_artefact, read_json, save_artefact, write_json
 from pneumorph.base.run_folder import made_once
@@ -29,6 +29,7 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
 from pneumorph.geometry.quadratic import quadratic_mesh
+from pneumorph.geometry.tooth_gap import least_tooth_gap_mm
 from pneumorph.report.style import figure_style, new_figure, save_figure
 
 if TYPE_CHECKING:
@@ -120,38 +121,6 @@ def equilibrium(part: PartModel, case: Case, pressure: int, folder: Path, near: 
     return load_artefact(path, "equilibrium", 1)[0]["positions"]
 
 
-def least_gap_mm(mesh: Mesh, positions: np.ndarray) -> float:
-    """Least distance between the facing walls of neighbouring teeth, negative where they cross.
-
-    Points of equal height and breadth at rest are compared along the mean of the walls' normals.
-    """
-    shape = PneuNetShape()
-    bottom = shape.base_plate_mm[2] + shape.tooth_base_mm[2]
-    teeth = mesh.nodes[:, 2] > bottom + 0.1
-    start = -shape.tooth_base_mm[0] / 2.0 + shape.end_tooth_length_mm
-    least = np.inf
-    for number in range(shape.inner_tooth_count + 1):
-        at = start + number * shape.tooth_pitch_mm
-        walls = [
-            np.flatnonzero(teeth & (np.abs(mesh.nodes[:, 0] - x) < 1e-6))
-            for x in (at, at + shape.tooth_gap_mm)
-        ]
-        across = [mesh.nodes[wall][:, 1:] for wall in walls]
-        facing = griddata(across[1], positions[walls[1]], across[0], method="nearest")
-        apart = facing - positions[walls[0]]
-        normals = [_normal(positions[wall]) for wall in walls]
-        normal = sum(each * np.sign(each @ apart.mean(axis=0)) for each in normals)
-        normal /= np.linalg.norm(normal)
-        least = min(least, float((apart @ normal).min()))
-    return least
-
-
-def _normal(points: np.ndarray) -> np.ndarray:
-    """Normal of the plane nearest to points, of either sign, (3,)."""
-    normal: np.ndarray = np.linalg.svd(points - points.mean(axis=0))[2][2]
-    return normal
-
-
 def bend(case: Case, folder: Path, near: Path) -> dict[str, Any]:
     """Bend and gap between teeth of one case at its pressures."""
     part = leg(case)
@@ -159,7 +128,7 @@ def bend(case: Case, folder: Path, near: Path) -> dict[str, Any]:
     for pressure in case.pressures_kPa:
         positions = equilibrium(part, case, pressure, folder, near)
         bends.append(end_face_bend_deg(part.mesh, positions))
-        gaps.append(least_gap_mm(part.mesh, positions))
+        gaps.append(least_tooth_gap_mm(PneuNetShape(), part.mesh, positions))
         print(f"  {pressure} kPa: {bends[-1]:.1f} degrees, gap {gaps[-1]:.2f} mm", flush=True)
     return {"bend_deg": bends, "gap_mm": gaps, "nodes": part.node_count}
 

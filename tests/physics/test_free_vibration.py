@@ -3,6 +3,8 @@
 nu = 0, so that the axial mode is exact in three dimensions: pi / L sqrt(E / rho).
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
@@ -112,15 +114,23 @@ def test_bending_frequency():
     assert 1.0 - correction - lumping < found / slender < 1.0 - correction + 0.1 * lumping
 
 
-def oscillation(damping: str, step: float) -> tuple[float, float, float]:
-    """Decay [1/s] and frequency [rad/s] of the axial mode in 40 steps; its undamped frequency."""
+@cache
+def axial_mode() -> tuple[PartModel, float, np.ndarray]:
+    """A bar, the frequency [rad/s] of its axial mode and this mode."""
     part, along = axial_bar(1, True)
-    frequency, mode = mode_like(part, along * [1.0, 0.0, 0.0], AXIAL)
+    return part, *mode_like(part, along * [1.0, 0.0, 0.0], AXIAL)
+
+
+def oscillation(
+    damping: str, step: float, alpha: float = ALPHA, beta: float = BETA
+) -> tuple[float, float, float]:
+    """Decay [1/s] and frequency [rad/s] of the axial mode in 40 steps; its undamped frequency."""
+    part, frequency, mode = axial_mode()
     physics = Physics(
         time_step_s=step,
         damping=damping,
-        mass_damping_per_s=ALPHA,
-        stiffness_damping_s=BETA,
+        mass_damping_per_s=alpha,
+        stiffness_damping_s=beta,
         gravity_mm_per_s2=0.0,
     )
     body, mass = SoftHub(part), np.repeat(part.node_mass, 3)
@@ -156,3 +166,38 @@ def test_decay_is_rayleighs_to_first_order_in_the_step(damping):
     assert (coarse - decay) / (fine - decay) == pytest.approx(2.0, rel=0.02)
     assert 2.0 * fine - coarse == pytest.approx(decay, rel=1e-3)
     assert 2.0 * fast - slow == pytest.approx(np.sqrt(w**2 - decay**2), rel=1e-3)
+
+
+def added_damping_ratio(turn: float) -> float:
+    """Damping ratio that a step of implicit Euler gives an oscillator without damping.
+
+    It multiplies the amplitude by 1 / (1 - i w h) a step, (8) of docs/physics.md with a = b = 0: by
+    (1 + w^2 h^2)^(-1/2) in size, at the phase arctan(w h).
+
+    Args:
+        turn: w h, how far the oscillator turns in a step [rad].
+    """
+    logarithm, phase = 0.5 * np.log1p(turn**2), np.arctan(turn)
+    return float(logarithm / np.hypot(logarithm, phase))
+
+
+@pytest.mark.parametrize(
+    ("frequency_Hz", "added", "added_by_half"),
+    [
+        (7.8, 0.230, 0.120),
+        (4.3, 0.132, 0.067),
+        (3.4, 0.105, 0.053),
+        (1.0, 0.031, 0.016),
+        (0.25, 0.0079, 0.0039),
+    ],
+)
+def test_what_the_step_of_robots_adds_to_the_damping(frequency_Hz, added, added_by_half):
+    """The table of docs/physics.md to its digits, and steps of the bar, whose mode turns as far in
+    a step as one of this frequency in 0.01 s; strains and rounding as above."""
+    for step_s, told in ((0.01, added), (0.005, added_by_half)):
+        turn = 2.0 * np.pi * frequency_Hz * step_s
+        expected = added_damping_ratio(turn)
+        assert expected == pytest.approx(told, abs=5.1e-4 if told > 0.01 else 5.1e-5)
+        decay, slowed, frequency = oscillation("objective", turn / axial_mode()[1], 0.0, 0.0)
+        assert decay / np.hypot(decay, slowed) == pytest.approx(expected, rel=1e-3)
+        assert slowed / frequency == pytest.approx(np.arctan(turn) / turn, rel=1e-3)
