@@ -8,13 +8,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
 from pneumorph.trajectory import Trajectory
 
 GoalName = Literal["forward", "heading", "turn_left", "turn_right"]
+
+
+class Told(Protocol):
+    """What results tell of a design with its gait."""
+
+    @property
+    def distance_cm(self) -> float | None: ...
+
+    @property
+    def achieved(self) -> float | None: ...
 
 
 @dataclass(frozen=True)
@@ -62,10 +72,18 @@ class Goal:
         }[self.name]
 
     @property
+    def verb(self) -> str:
+        """What a robot did that achieved it."""
+        return "turned" if self.turns else "walked"
+
+    @property
     def axis(self) -> str:
         """The same for an axis or a column, with the unit."""
-        label = "forward distance" if self.is_forward else self.label
-        return f"{label} ({self.symbol.strip()})"
+        return self.in_unit("forward distance" if self.is_forward else self.label)
+
+    def in_unit(self, name: str) -> str:
+        """A name with the unit behind it, for an axis or a column."""
+        return f"{name} ({self.symbol.strip()})"
 
     @property
     def direction(self) -> tuple[float, float, float]:
@@ -112,6 +130,10 @@ class Goal:
         if self.is_forward:
             return trajectory.distance_cm
         return float(self.along(trajectory)[-1]) if trajectory.status == "completed" else None
+
+    def of_pair(self, pair: Told) -> float | None:
+        """What a design with its gait achieved, as a result of any version tells it [`unit`]."""
+        return pair.distance_cm if self.is_forward else pair.achieved
 
     def said(self, achieved: float) -> str:
         """What was achieved, for a person, such as ``12.3 cm`` or ``123°``."""

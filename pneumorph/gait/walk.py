@@ -67,28 +67,28 @@ class Walk:
         Raises:
             ValueError: The walk is shorter than one period.
         """
-        return cycle_slides_cm(self.time_s, self.forward_cm, period_s).mean(axis=0)
+        return cycle_slides(self.time_s, self.forward_cm, period_s).mean(axis=0)
 
 
-def step_rewards_cm(time_s: np.ndarray, forward_cm: np.ndarray, step_s: float) -> np.ndarray:
-    """Travel in each whole step [cm], (step, ...).
+def step_rewards(time_s: np.ndarray, way: np.ndarray, step_s: float) -> np.ndarray:
+    """What is achieved in each whole step, (step, ...).
 
     Args:
         time_s: When [s], (time,).
-        forward_cm: Forward travel [cm], (time, ...).
+        way: What is achieved until then, such as forward travel, (time, ...).
         step_s: Length of a step [s].
 
     Raises:
         ValueError: The walk is shorter than one step.
     """
     edges = step_s * np.arange(_whole_parts(time_s, step_s) + 1)
-    paths = forward_cm.reshape(len(time_s), -1).T
+    paths = way.reshape(len(time_s), -1).T
     at = np.stack([np.interp(edges, time_s, path) for path in paths], axis=-1)
-    return np.diff(at, axis=0).reshape(-1, *forward_cm.shape[1:])
+    return np.diff(at, axis=0).reshape(-1, *way.shape[1:])
 
 
-def cycle_slides_cm(time_s: np.ndarray, forward_cm: np.ndarray, cycle_s: float) -> np.ndarray:
-    """Furthest slide back within each whole cycle [cm], (cycle, ...); arguments as above.
+def cycle_slides(time_s: np.ndarray, way: np.ndarray, cycle_s: float) -> np.ndarray:
+    """Furthest slide back within each whole cycle, (cycle, ...); arguments as above.
 
     Raises:
         ValueError: The walk is shorter than one cycle.
@@ -96,7 +96,7 @@ def cycle_slides_cm(time_s: np.ndarray, forward_cm: np.ndarray, cycle_s: float) 
     slides = []
     for cycle in range(_whole_parts(time_s, cycle_s)):
         inside = (time_s >= cycle * cycle_s - 1e-6) & (time_s <= (cycle + 1) * cycle_s + 1e-6)
-        path = forward_cm[inside]
+        path = way[inside]
         slides.append(np.max(np.maximum.accumulate(path, axis=0) - path, axis=0))
     return np.array(slides)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pneumorph.base.result import result_to_dict
+from pneumorph.environment.goal import Goal
 from pneumorph.exchange.conversion import ConvertedFile
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.report import page
@@ -233,6 +234,15 @@ _HEADLINE = {
 """Numbers that a reader wants first: key of the summary -> its name and how it is written."""
 
 
+_ACHIEVED = {
+    "median": ("of the best pair, median", ""),
+    "tenth_percentile": ("of the best pair, 10th percentile", ""),
+    "expert_median": ("of the expert, median", ""),
+    "best_achieved": ("of the best pair", ""),
+    "baseline_best_achieved": ("of the expert's best phase", ""),
+}
+"""The same of what robots achieve of another goal than forward."""
+
 _SHOWN_ELSEWHERE = (
     "bend", "calibration", "drawing", "node_error", "path_fit", "tolerances", "transfer_gaits",
     "transfer_rewards",
@@ -274,17 +284,21 @@ def write_run_page(
     usual = PAGES.get(run.verb, VerbPage(f"pneumorph {run.verb}", ""))
     shown = PAGES.get(f"{run.verb} {run.settings.get('subject')}", usual)
     found = None if shown.result is None else run.result(shown.result)
+    goal = run.goal
     sections = [
-        *walk_sections(run.folder, sheet),
+        *walk_sections(run.folder, sheet, goal),
         *(section for make in shown.sections for section in make(found, run, sheet)),
         *_picture_sections(run),
         _results_section(found, run),
         repeat_section(run),
     ]
     physics = physics_of(found)
+    title = shown.title
+    if shown is _TRAINING and not goal.is_forward:
+        title = f"A robot learned to {goal.label}"
     where = f"Run folder {run.folder}" + (f", {physics}." if physics else ".")
-    headline = _headline(found, run)
-    page.write_page(path, shown.title, f"{shown.lead} {where}", headline, sections, sheet.head)
+    headline = _headline(found, run, goal)
+    page.write_page(path, title, f"{shown.lead} {where}", headline, sections, sheet.head)
     return RunPage(
         page=str(path),
         page_bytes=path.stat().st_size,
@@ -295,12 +309,15 @@ def write_run_page(
     )
 
 
-def _headline(found: Any, run: FinishedRun) -> str:
+def _headline(found: Any, run: FinishedRun, goal: Goal) -> str:
     known = {} if found is None else _plain(found, result_to_dict(found))
     if run.source is not None and run.source.verb in ("coopt", "demo"):
         expert = run.source.result(BestPhase)
         known.setdefault("baseline_best_distance_cm", expert.baseline_best_distance_cm)
         known.setdefault("baseline_best_phase_deg", expert.baseline_best_phase_deg)
+        known.setdefault("baseline_best_achieved", expert.best_achieved_by_expert)
+    if not goal.is_forward:
+        return page.numbers(_headline_of(known, goal))
     return page.numbers(
         {
             name: pattern.format(known[key])
@@ -308,6 +325,20 @@ def _headline(found: Any, run: FinishedRun) -> str:
             if known.get(key) is not None
         }
     )
+
+
+def _headline_of(known: Mapping[str, Any], goal: Goal) -> dict[str, str]:
+    """The same of a goal other than forward, each number in the goal's unit."""
+    told = {}
+    for key, (name, pattern) in {**_ACHIEVED, **_HEADLINE}.items():
+        value = known.get(key, known.get(f"{key}_cm"))
+        if value is None:
+            continue
+        if key in _ACHIEVED:
+            told[f"{goal.label} {name}".strip()] = goal.said(value)
+        elif not pattern.endswith(" cm"):
+            told[name] = pattern.format(value)
+    return told
 
 
 def _plain(found: Any, content: Mapping[str, Any]) -> dict[str, str | int | float | None]:

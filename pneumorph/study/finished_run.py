@@ -22,6 +22,7 @@ from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_settings, read_sum
 from pneumorph.base.settings import settings_from_dict
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
@@ -47,33 +48,35 @@ class Pair:
         gait_file: Where its gait lies, from the run's folder.
         gait: The gait.
         distance_cm: How far it went in the run [cm]; None where no robot survived it.
+        achieved: What of the run's goal it achieved [its unit]; None likewise.
     """
 
     design: Design
     gait_file: str
     gait: HeldGait
     distance_cm: float | None
+    achieved: float | None
 
 
 class Walked(Protocol):
     """What walked again, perhaps in another physics."""
 
     @property
-    def distance_cm(self) -> float | None: ...
+    def achieved(self) -> float | None: ...
 
 
 WalkedAgain = TypeVar("WalkedAgain", bound=Walked)
 
 
 def furthest(walked: Sequence[WalkedAgain]) -> WalkedAgain:
-    """Return what came furthest, the first of them where all failed.
+    """Return what achieved most of its goal, the first of them where all failed.
 
     A run's best pair need not be the best in another physics, or as finite elements.
 
     Args:
         walked: One or more, in the run's order.
     """
-    return max(walked, key=lambda each: -math.inf if each.distance_cm is None else each.distance_cm)
+    return max(walked, key=lambda each: -math.inf if each.achieved is None else each.achieved)
 
 
 @dataclass(frozen=True)
@@ -189,6 +192,18 @@ class FinishedRun:
         return self.structured(f"{self._learner}task", CrawlingTask)
 
     @cached_property
+    def goal(self) -> Goal:
+        """What counts of its robots' walks; of a run that looks at another, what counts there, and
+        the distance where nothing is asked of them.
+
+        Raises:
+            ArtefactError: One of the two runs is damaged.
+        """
+        if "coopt" in self.settings or "search" in self.settings or "task" in self.settings:
+            return self.task.goal
+        return FORWARD if self.source is None else self.source.goal
+
+    @cached_property
     def space(self) -> DesignSpace:
         """Designs it chose from."""
         return self.structured(f"{self._learner}space", DesignSpace)
@@ -299,13 +314,18 @@ class FinishedRun:
                 f"gait file {self.folder / file} does not exist, expected what "
                 f"{self.folder / SUMMARY} names as {place}.gait; it was moved or lost"
             )
-        far = self.of_summary(place, dict).get("distance_cm")
+        told = self.of_summary(place, dict)
         try:
             design = Design.parse(self.of_summary(f"{place}.design", str))
         except ValueError as error:
             raise ArtefactError(f"{place} of {self.folder / SUMMARY}: {error}") from error
-        distance = None if far is None else self.of_summary(f"{place}.distance_cm", float)
-        return Pair(design, file, read_gait(self.folder / file, *limits)[0], distance)
+        distance, achieved = (
+            None if told.get(name) is None else self.of_summary(f"{place}.{name}", float)
+            for name in ("distance_cm", "achieved")
+        )
+        if self.task.goal.is_forward:
+            achieved = distance
+        return Pair(design, file, read_gait(self.folder / file, *limits)[0], distance, achieved)
 
     @cached_property
     def baseline(self) -> PhaseSweepSettings:
