@@ -72,6 +72,11 @@ class Goal:
         }[self.name]
 
     @property
+    def title(self) -> str:
+        """The same as the begin of a sentence."""
+        return self.label.capitalize()
+
+    @property
     def verb(self) -> str:
         """What a robot did that achieved it."""
         return "turned" if self.turns else "walked"

@@ -68,7 +68,7 @@ def _title(found: Certificate) -> str:
 def certificate_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return the bands, what they depend on, finite elements, and what to measure."""
     caption = (
-        f"{found.goal.label.capitalize()} in {found.world_count} worlds that training never saw. "
+        f"{found.goal.title} in {found.world_count} worlds that training never saw. "
         "The expert's robot has "
         f"the phase of its largest mean in the training's worlds, {found.expert.phase_deg:g}°."
     )
@@ -101,7 +101,9 @@ def _world_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> list[
         if (run.folder / file).is_file()
     }
     drawn = {name: each for name, each in walks.items() if can_be_drawn(each)}
-    return [replay_section(f"{found.best} in two worlds", drawn, sheet)] if drawn else []
+    return (
+        [replay_section(f"{found.best} in two worlds", drawn, sheet, found.goal)] if drawn else []
+    )
 
 
 def _band_table(found: Certificate) -> str:

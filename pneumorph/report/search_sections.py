@@ -45,8 +45,6 @@ def _gaits_section(rows: tuple[DesignsBestGait, ...], sheet: Sheet, goal: Goal) 
     ]  # fmt: skip
     body = page.table(header, table)
     if any(None not in row.with_policy_and_own(goal) for row in rows):
-        caption = (
-            f"{goal.label.capitalize()} with a gait of its own over that with the shared policy."
-        )
+        caption = f"{goal.title} with a gait of its own over that with the shared policy."
         body = sheet.drawn("own_gaits", own_gaits_figure(rows, goal), caption) + body
     return Section("Gaits of each design", body)

@@ -63,9 +63,9 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         sheet.drawn(
             "training",
             rewards,
-            f"{found.goal.label.capitalize()} of each round of episodes. Grey shades: scores of all "
-            "designs, weighted by the design distribution; the last bin holds all beyond it. Dots: where training saw "
-            "its best pairs.",
+            f"{found.goal.title} of each round of episodes. Grey shades: scores of all "
+            "designs, weighted by the design distribution; the last bin holds all beyond it. Dots: "
+            "where training saw its best pairs.",
         ),
         sheet.drawn(
             "entropy",
@@ -109,8 +109,8 @@ def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> li
     ]
     if found.robustness is not None:
         caption = (
-            f"{goal.label.capitalize()} in {found.robustness.world_count} worlds drawn at random: mean, 10th "
-            "percentile, and the world as it stands."
+            f"{goal.title} in {found.robustness.world_count} worlds drawn at random: mean, "
+            "10th percentile, and the world as it stands."
         )
         share, furthest = found.robustness.left_range_share, found.robustness.range_ratio
         if share:

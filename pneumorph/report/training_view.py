@@ -99,8 +99,8 @@ def _figures(snapshot: TrainingSnapshot, baseline: float | None, goal: Goal) -> 
         return ""
     return page.drawn(
         reward_figure(snapshot.metrics, HISTOGRAM_EDGES_CM, baseline, goal=goal),
-        f"{goal.label.capitalize()} of each round of episodes. Grey shades: scores of all designs, weighted by the "
-        "design distribution.",
+        f"{goal.title} of each round of episodes. Grey shades: scores of all designs, weighted by "
+        "the design distribution.",
     ) + page.drawn(
         entropy_figure(snapshot.metrics),
         "The design distribution narrows as its entropy follows the target.",

@@ -139,8 +139,9 @@ def step_figure(
         cycles = cycle_s * np.arange(len(slide) + 1)
         axes.step(cycles, -np.append(slide, slide[-1:]), where="post", color=INK_COLOUR)
         zero_line(axes)
+        back = f"slides back {slide.mean():.2f}{goal.symbol} a cycle"
         axes.set_title(
-            f"{label}: {goal.said(reward.sum())}, slides back {slide.mean():.2f}{goal.symbol} a cycle",
+            f"{label}: {goal.said(reward.sum())}, {back}",
             size=9,
         )
         axes.set_ylabel(goal.symbol.strip())

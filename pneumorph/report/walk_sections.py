@@ -38,7 +38,7 @@ def walk_sections(folder: Path, sheet: Sheet, goal: Goal = FORWARD) -> list[Sect
     for group, trajectories in recorded_trajectories(folder).items():
         seen = {name: each for name, each in trajectories.items() if can_be_drawn(each)}
         if seen:
-            sections.append(replay_section(group, seen, sheet))
+            sections.append(replay_section(group, seen, sheet, goal))
         whole = {name: each for name, each in trajectories.items() if each.status == "completed"}
         if len(whole) < len(trajectories):
             sections.append(_failures_section(group, trajectories))
@@ -71,10 +71,12 @@ def _named(name: str, group: str) -> str:
     return f"{name}_{group.replace(' ', '_')}" if group else name
 
 
-def replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
+def replay_section(
+    group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet, goal: Goal = FORWARD
+) -> Section:
     """Return robots that can be drawn, side by side: a replay, and stills of it."""
     actors = [
-        Actor.of(each, f"{name}\n{each.metadata.get('design', '')}".strip())
+        Actor.of(each, f"{name}\n{each.metadata.get('design', '')}".strip(), goal)
         for name, each in trajectories.items()
     ]
     replay = sheet.replayed(
@@ -85,7 +87,7 @@ def replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sh
     stills = sheet.drawn(
         _named("frames", group),
         frames_figure(actors, [round(each, 2) for each in times_s]),
-        "The robots at instants of their walk, with their travel; lines are 5 cm apart.",
+        f"The robots at instants of their walk, with their {goal.label}; lines are 5 cm apart.",
     )
     return Section(_titled("Replay", group), replay + stills)
 
@@ -94,14 +96,14 @@ def _distance_section(
     group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet, goal: Goal
 ) -> Section:
     return Section(
-        _titled(f"{goal.label.capitalize()} and path", group),
+        _titled(f"{goal.title} and path", group),
         page.side_by_side(
             sheet.drawn(
                 _named("distance", group),
                 distance_figure(trajectories, goal),
                 "Forward distance of the hub's centre."
                 if goal.is_forward
-                else f"{goal.label.capitalize()}, since the start.",
+                else f"{goal.title}, since the start.",
             ),
             sheet.drawn(
                 _named("path", group),
@@ -139,7 +141,7 @@ def _gait_sections(
         step_figure(
             {name: (each.time_s, goal.along(each)) for name, each in long_enough.items()}, goal=goal
         ),
-        f"{goal.label.capitalize()} of every second, and below zero the furthest slide back within each 4 s.",
+        f"{goal.title} of every second, and below zero the furthest slide back within each 4 s.",
     )
     name, walked = next(iter(long_enough.items()))
     if not can_be_drawn(walked):

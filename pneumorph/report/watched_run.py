@@ -175,7 +175,7 @@ class WatchedRun:
                 pair.gait(action_s, task),
                 settling_steps=task.settling_step_count,
             )
-            self._best = pair, Actor.of(trajectory, str(design))
+            self._best = pair, Actor.of(trajectory, str(design), task.goal)
         return self._best[1]
 
 
