@@ -38,7 +38,8 @@ def frames_figure(actors: Sequence[Actor], times_s: Sequence[float], width: int 
         for column, time_s in enumerate(times_s):
             axes = panels[row, column]
             axes.imshow(painter.paint(time_s))
-            axes.text(0.98, 0.03, actor.travelled(actor.frame_at(time_s)), size=7, ha="right", va="bottom",
+            travelled = actor.travelled(actor.frame_at(time_s))
+            axes.text(0.98, 0.03, travelled, size=7, ha="right", va="bottom",
                       transform=axes.transAxes)  # fmt: skip
             axes.set(xticks=[], yticks=[])
             axes.spines[:].set_visible(False)
