@@ -235,13 +235,13 @@ _HEADLINE = {
 
 
 _ACHIEVED = {
-    "median": ("of the best pair, median", ""),
-    "tenth_percentile": ("of the best pair, 10th percentile", ""),
-    "expert_median": ("of the expert, median", ""),
-    "best_achieved": ("of the best pair", ""),
-    "baseline_best_achieved": ("of the expert's best phase", ""),
+    "median": "of the best pair, median",
+    "tenth_percentile": "of the best pair, 10th percentile",
+    "expert_median": "of the expert, median",
+    "best_achieved": "of the best pair",
+    "baseline_best_achieved": "of the expert's best phase",
 }
-"""The same of what robots achieve of another goal than forward."""
+"""What they achieve of a goal, likewise: key without its unit -> its name after the goal's."""
 
 _SHOWN_ELSEWHERE = (
     "bend", "calibration", "drawing", "node_error", "path_fit", "tolerances", "transfer_gaits",
@@ -329,16 +329,17 @@ def _headline(found: Any, run: FinishedRun, goal: Goal) -> str:
 
 def _headline_of(known: Mapping[str, Any], goal: Goal) -> dict[str, str]:
     """The same of a goal other than forward, each number in the goal's unit."""
-    told = {}
-    for key, (name, pattern) in {**_ACHIEVED, **_HEADLINE}.items():
-        value = known.get(key, known.get(f"{key}_cm"))
-        if value is None:
-            continue
-        if key in _ACHIEVED:
-            told[f"{goal.label} {name}".strip()] = goal.said(value)
-        elif not pattern.endswith(" cm"):
-            told[name] = pattern.format(value)
-    return told
+    achieved = {
+        f"{goal.label} {name}": goal.said(value)
+        for key, name in _ACHIEVED.items()
+        if (value := known.get(key, known.get(f"{key}_cm"))) is not None
+    }
+    others = {
+        name: pattern.format(known[key])
+        for key, (name, pattern) in _HEADLINE.items()
+        if known.get(key) is not None and not pattern.endswith(" cm")
+    }
+    return achieved | others
 
 
 def _plain(found: Any, content: Mapping[str, Any]) -> dict[str, str | int | float | None]:
