@@ -6,16 +6,16 @@ takes. JSON has no NaN: a number that is not finite is written as null and read 
 A class may add numbers that follow from its fields (``derived``, a method that returns them by
 name). They are written for those who read the file and passed over when it is read back.
 
-What a robot achieves is told in the unit of its goal: a `measured` field of a result with a
-``goal``, and of all results in it, is called by its name in cm where that is the unit and by its
-own name otherwise; ``unit`` stands beside the goal.
+What a robot achieves is told in the unit of its goal: a field with `in_cm` of a result with a
+``goal``, and of all results in it, is called so where that is the unit and by its own name
+otherwise; ``unit`` stands beside the goal.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import field, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -31,14 +31,10 @@ Result = TypeVar("Result")
 _NAME_IN_CM = "name in cm"
 
 
-def measured(name_in_cm: str, **options: Any) -> Any:
-    """A field of a result in the unit of a goal.
-
-    Args:
-        name_in_cm: What a file calls it where the unit is cm, such as ``median_cm``.
-        options: As `dataclasses.field` takes them, such as a default.
-    """
-    return field(metadata={_NAME_IN_CM: name_in_cm}, **options)
+def in_cm(name: str) -> dict[str, str]:
+    """Metadata of a field in the unit of a goal: what a file calls it where the unit is cm, such as
+    ``median_cm``."""
+    return {_NAME_IN_CM: name}
 
 
 def result_to_dict(result: Any) -> dict[str, Any]:
@@ -85,7 +81,7 @@ def load_result(kind: type[Result], path: Path | str) -> Result:
 
 
 def _named(result: Any, content: Any, unit: str) -> Any:
-    """JSON values of a result with the names that its `measured` fields have in their unit."""
+    """JSON values of a result with the names that its fields have in their unit."""
     if isinstance(result, Mapping):
         return {key: _named(value, content[key], unit) for key, value in result.items()}
     if isinstance(result, list | tuple):
@@ -103,7 +99,7 @@ def _named(result: Any, content: Any, unit: str) -> Any:
 
 
 def _by_field(kind: type[Any], converter: cattrs.Converter) -> Callable[[Any, Any], Any]:
-    """Reads results of a class, whichever names its `measured` fields have."""
+    """Reads results of a class, whichever names its fields have."""
     read = make_dict_structure_fn(kind, converter)
     names = {
         each.metadata[_NAME_IN_CM]: each.name
@@ -119,7 +115,7 @@ def _by_field(kind: type[Any], converter: cattrs.Converter) -> Callable[[Any, An
     return renamed
 
 
-def _has_measured(kind: Any) -> bool:
+def _is_in_a_unit(kind: Any) -> bool:
     return is_dataclass(kind) and any(_NAME_IN_CM in each.metadata for each in fields(kind))
 
 
@@ -140,7 +136,7 @@ def _converter() -> cattrs.Converter:
     )
     converter.register_structure_hook(Any, lambda value, _: value)
     converter.register_structure_hook_factory(
-        _has_measured, lambda kind: _by_field(kind, converter)
+        _is_in_a_unit, lambda kind: _by_field(kind, converter)
     )
     return converter
 

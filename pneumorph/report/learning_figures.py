@@ -250,7 +250,10 @@ def own_gaits_figure(designs: Sequence[DesignsBestGait], goal: Goal = FORWARD) -
         ValueError: No design has both distances.
     """
     rows = [
-        (row.why, both) for row in designs if None not in (both := row.with_policy_and_own(goal))
+        (row.why, (shared, own))
+        for row in designs
+        for shared, own in (row.with_policy_and_own(goal),)
+        if shared is not None and own is not None
     ]
     if not rows:
         raise ValueError("no design has a searched and a learned distance, expected one or more")

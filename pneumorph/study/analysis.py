@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.checked import Checked, Count, Positive
-from pneumorph.base.result import measured, result_to_dict
+from pneumorph.base.result import in_cm, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
@@ -91,11 +91,11 @@ class AnalysedRobot:
     design: str
     status: str
     distance_cm: float | None
-    step_rewards: tuple[float, ...] | None = measured("step_rewards_cm")
+    step_rewards: tuple[float, ...] | None = field(metadata=in_cm("step_rewards_cm"))
     """What of the goal is achieved in each action's time [its unit]."""
-    cycle_slides: tuple[float, ...] | None = measured("cycle_slides_cm")
+    cycle_slides: tuple[float, ...] | None = field(metadata=in_cm("cycle_slides_cm"))
     """Furthest slide back from it within each cycle."""
-    backsliding: float | None = measured("backsliding_cm")
+    backsliding: float | None = field(metadata=in_cm("backsliding_cm"))
     """Their mean."""
     roll_range_deg: tuple[float, float]
     pitch_range_deg: tuple[float, float]
@@ -103,7 +103,7 @@ class AnalysedRobot:
     legs: tuple[AnalysedLeg, ...]
     hub_load_share: float
     """Share of the robot's weight that the floor bears through its hub, in the mean."""
-    over_friction: tuple[float, ...] = measured("distances_over_friction_cm")
+    over_friction: tuple[float, ...] = field(metadata=in_cm("distances_over_friction_cm"))
     """What of the goal is achieved at each friction; NaN where the simulation failed."""
     range_ratio: float | None = None
     """How far any leg went relative to the furthest snapshot it was reduced from; None where that

@@ -16,7 +16,7 @@ from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
 from pneumorph.base.machine import processor_count
-from pneumorph.base.result import measured, result_to_dict
+from pneumorph.base.result import in_cm, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import (
     load_settings,
@@ -123,9 +123,9 @@ class Spread:
     survived any."""
 
     run_count: int
-    mean_best: float | None = measured("mean_best_distance_cm", default=None)
-    least_best: float | None = measured("least_best_distance_cm", default=None)
-    most_best: float | None = measured("most_best_distance_cm", default=None)
+    mean_best: float | None = field(default=None, metadata=in_cm("mean_best_distance_cm"))
+    least_best: float | None = field(default=None, metadata=in_cm("least_best_distance_cm"))
+    most_best: float | None = field(default=None, metadata=in_cm("most_best_distance_cm"))
     goal: Goal = FORWARD
 
     @classmethod

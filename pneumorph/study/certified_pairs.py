@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.base.result import measured
+from pneumorph.base.result import in_cm
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
@@ -22,13 +22,13 @@ from pneumorph.study.sensitivity import Sensitivity, weighted_quantiles
 class Band:
     """What a robot achieves over the worlds [the goal's unit]; a failed simulation counts as 0."""
 
-    low: float = measured("low_cm")
+    low: float = field(metadata=in_cm("low_cm"))
     """10th percentile."""
-    median: float = measured("median_cm")
-    high: float = measured("high_cm")
+    median: float = field(metadata=in_cm("median_cm"))
+    high: float = field(metadata=in_cm("high_cm"))
     """90th percentile."""
-    mean: float = measured("mean_cm")
-    deviation: float = measured("deviation_cm")
+    mean: float = field(metadata=in_cm("mean_cm"))
+    deviation: float = field(metadata=in_cm("deviation_cm"))
     failed_count: int
 
     @classmethod
@@ -63,20 +63,20 @@ class CertifiedPair:
     label: str
     design: str
     gait: str
-    nominal: float | None = measured("nominal_cm")
+    nominal: float | None = field(metadata=in_cm("nominal_cm"))
     """In the world as it stands."""
     band: Band
     share_beyond_expert: float
     """Share of the worlds in which it achieves more than the expert's robot does there."""
-    promised: float | None = measured("promised_cm")
+    promised: float | None = field(metadata=in_cm("promised_cm"))
     """Where the run ranked pairs over worlds the mean there, otherwise what the run reported."""
-    optimism: float | None = measured("optimism_cm")
+    optimism: float | None = field(metadata=in_cm("optimism_cm"))
     """The same less the mean over unseen worlds that are drawn as the training's were: what
     choosing the best made of it and, of a run that did not rank over worlds, also how much harder
     these are than the one it walked in."""
     hub_load_share: float
     """Share of the weight that the floor bears through the hub, in the world as it stands."""
-    backsliding: float | None = measured("backsliding_cm")
+    backsliding: float | None = field(metadata=in_cm("backsliding_cm"))
     """Mean furthest slide back from the goal in a cycle there."""
     legs: tuple[AnalysedLeg, ...]
     """How much of its friction each leg uses there."""
@@ -118,13 +118,13 @@ class Certificate:
     best: str
     """Label of the pair with the largest mean in the training's worlds."""
     best_design: str
-    median: float = measured("median_cm")
+    median: float = field(metadata=in_cm("median_cm"))
     """Of what the best pair achieves of the goal [its unit]."""
-    tenth_percentile: float = measured("tenth_percentile_cm")
-    ninetieth_percentile: float = measured("ninetieth_percentile_cm")
-    expert_median: float = measured("expert_median_cm")
+    tenth_percentile: float = field(metadata=in_cm("tenth_percentile_cm"))
+    ninetieth_percentile: float = field(metadata=in_cm("ninetieth_percentile_cm"))
+    expert_median: float = field(metadata=in_cm("expert_median_cm"))
     share_beyond_expert: float
-    optimism: float | None = measured("optimism_cm")
+    optimism: float | None = field(metadata=in_cm("optimism_cm"))
     measure_next: str | None
     """The test that would narrow the best pair's band most; of some that do as much as nine tenths
     of that, the quickest. None where none does more than chance may."""
@@ -137,7 +137,7 @@ class Certificate:
     """What the worlds were drawn from."""
     numbers: dict[str, tuple[float, ...]]
     """What differed, by name and world."""
-    achieved: tuple[tuple[float, ...], ...] = measured("distances_cm")
+    achieved: tuple[tuple[float, ...], ...] = field(metadata=in_cm("distances_cm"))
     """By the expert and then each pair, (world, robot); NaN where a simulation failed."""
     damping: str
     calibration: UsedCalibration

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from pneumorph.base.artefact import write_json
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.progress import Progress
-from pneumorph.base.result import finite, measured
+from pneumorph.base.result import finite, in_cm
 from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -60,10 +60,10 @@ class FullOrderWalk:
 
     world: int | None
     """Number of the drawn world; None for the world as it stands."""
-    full: float | None = measured("full_cm")
+    full: float | None = field(metadata=in_cm("full_cm"))
     """What of the goal it achieved [its unit]; None where it did not come to its end."""
-    reduced: float | None = measured("reduced_cm")
-    error: float | None = measured("error_cm")
+    reduced: float | None = field(metadata=in_cm("reduced_cm"))
+    error: float | None = field(metadata=in_cm("error_cm"))
     """Reduced less full; None where one of them is not known."""
     agrees: bool
     """Whether both models say as good as the same."""

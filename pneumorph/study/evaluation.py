@@ -259,9 +259,13 @@ def _together(
     )
     told = (walked.distance_cm, walked.achieved(task.goal))
     return [
-        _Walked(*(None if np.isnan(far) else float(far) for far in both), known_ratio(ratio))
-        for *both, ratio in zip(*told, walked.range_ratio, strict=True)
+        _Walked(_known(distance), _known(achieved), known_ratio(ratio))
+        for distance, achieved, ratio in zip(*told, walked.range_ratio, strict=True)
     ]
+
+
+def _known(far: float) -> float | None:
+    return None if np.isnan(far) else float(far)
 
 
 def _one_by_one(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from pneumorph.base.result import measured
+from pneumorph.base.result import in_cm
 from pneumorph.catalogue.bench_tests import BENCH_TESTS
 from pneumorph.study.sensitivity import expected_width, weighted_quantiles
 
@@ -25,9 +25,9 @@ class ExpectedNarrowing:
     number: str
     minutes: float
     how: str
-    width: float = measured("width_cm")
+    width: float = field(metadata=in_cm("width_cm"))
     """Expected width from the 10th to the 90th percentile."""
-    narrowing: float = measured("narrowing_cm")
+    narrowing: float = field(metadata=in_cm("narrowing_cm"))
     """Today's width less that."""
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from pneumorph.base.result import measured
+from pneumorph.base.result import in_cm
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
@@ -28,11 +28,11 @@ class PairInWorlds:
     """What one pair achieves over all worlds [the goal's unit]; a failed simulation counts as 0."""
 
     label: str
-    nominal: float = measured("nominal_distance_cm")
-    mean: float = measured("mean_distance_cm")
-    deviation: float | None = measured("deviation_cm")
+    nominal: float = field(metadata=in_cm("nominal_distance_cm"))
+    mean: float = field(metadata=in_cm("mean_distance_cm"))
+    deviation: float | None = field(metadata=in_cm("deviation_cm"))
     """Standard deviation; None for a single world."""
-    tenth_percentile: float = measured("tenth_percentile_cm")
+    tenth_percentile: float = field(metadata=in_cm("tenth_percentile_cm"))
     """Linear between the middles of worlds, as of a certificate's bands."""
     best_share: float
     """Share of the worlds in which it is the best."""
@@ -54,7 +54,7 @@ class Robustness:
     distributions: dict[str, Any]
     """What the worlds were drawn from."""
     worlds: tuple[World, ...]
-    achieved: np.ndarray = measured("distances_cm")
+    achieved: np.ndarray = field(metadata=in_cm("distances_cm"))
     """What of the goal was achieved [its unit], (world, pair); NaN where a simulation failed."""
     left_range_share: float | None = None
     """Share of the walks that left the range of their legs' snapshots, where the reduced leg

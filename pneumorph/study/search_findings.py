@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 
 from pneumorph.base.artefact import read_json, reading
-from pneumorph.base.result import measured, result_from_dict
+from pneumorph.base.result import in_cm, result_from_dict
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.learn.search_run import CURVE_FILE
 from pneumorph.physics.calibration import UsedCalibration
@@ -82,7 +82,7 @@ class SearchFindings:
     calibration: UsedCalibration | None = None
     designs: tuple[DesignsBestGait, ...] | None = None
     """Of a search for the gaits of designs."""
-    policy_gaps: dict[str, PolicyGap] | None = measured("policy_gaps_cm", default=None)
+    policy_gaps: dict[str, PolicyGap] | None = field(default=None, metadata=in_cm("policy_gaps_cm"))
     """The same, by why a design is among them."""
     pairs: tuple[FoundPair, ...] | None = None
     """Of a search of designs and gaits together: the best, the highest score first."""
@@ -100,7 +100,7 @@ class SearchCurve:
     timesteps: tuple[int, ...]
     simulated_s: tuple[float, ...]
     """Simulated time of all robots [s]."""
-    best_achieved: tuple[float, ...] = measured("best_distance_cm")
+    best_achieved: tuple[float, ...] = field(metadata=in_cm("best_distance_cm"))
     """Of the best pair so far; NaN before any robot came to the end of its walk."""
     goal: Goal = FORWARD
 
