@@ -129,6 +129,20 @@ class Trajectory(ShownInNotebooks):
         return forward
 
     @property
+    def left_cm(self) -> Float[np.ndarray, " frame"]:
+        """Travel of the tracked point to the left since the first frame [cm]."""
+        left: np.ndarray = (self.tracked_point_mm[:, 1] - self.tracked_point_mm[0, 1]) / 10.0
+        return left
+
+    @property
+    def turned_deg(self) -> Float[np.ndarray, " frame"]:
+        """Turn of the hub to the left since the first frame, whole circles counted [degrees]; it
+        turns by less than half a circle from frame to frame."""
+        heading = np.degrees(np.arctan2(self.hub_rotation[:, 1, 0], self.hub_rotation[:, 0, 0]))
+        turned: np.ndarray = np.unwrap(heading, period=360.0) - heading[0]
+        return turned
+
+    @property
     def tilt_deg(self) -> tuple[np.ndarray, np.ndarray]:
         """Roll (left side up) and pitch (front down) of the hub [degrees], (frame,) each.
 

@@ -5,12 +5,17 @@ takes. JSON has no NaN: a number that is not finite is written as null and read 
 
 A class may add numbers that follow from its fields (``derived``, a method that returns them by
 name). They are written for those who read the file and passed over when it is read back.
+
+What a robot achieves is told in the unit of its goal: a field with `in_cm` of a result with a
+``goal``, and of all results in it, is called so where that is the unit and by its own name
+otherwise; ``unit`` stands beside the goal.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,16 +23,24 @@ from typing import Any, TypeVar
 import cattrs
 import cattrs.v
 import numpy as np
+from cattrs.gen import make_dict_structure_fn
 
 from pneumorph.base.artefact import UNITS, ArtefactError, read_json, write_json
 from pneumorph.base.settings import exactly
 
 Result = TypeVar("Result")
+_NAME_IN_CM = "name in cm"
+
+
+def in_cm(name: str) -> dict[str, str]:
+    """Metadata of a field in the unit of a goal: what a file calls it where the unit is cm, such as
+    ``median_cm``."""
+    return {_NAME_IN_CM: name}
 
 
 def result_to_dict(result: Any) -> dict[str, Any]:
     """Return a result as JSON values: arrays and tuples become lists, paths text, NaN null."""
-    content: dict[str, Any] = _converter().unstructure(result)
+    content = _named(result, _converter().unstructure(result), "cm")
     derived = result.derived() if hasattr(result, "derived") else {}
     plain: dict[str, Any] = finite({**content, **derived})
     return plain
@@ -74,6 +87,45 @@ def load_result(kind: type[Result], path: Path | str) -> Result:
         raise ArtefactError(f"{path} cannot be read: {error}") from error
 
 
+def _named(result: Any, content: Any, unit: str) -> Any:
+    """JSON values of a result with the names that its fields have in their unit."""
+    if isinstance(result, Mapping):
+        return {key: _named(value, content[key], unit) for key, value in result.items()}
+    if isinstance(result, list | tuple):
+        return [_named(*both, unit) for both in zip(result, content, strict=True)]
+    if not is_dataclass(result):
+        return content
+    told: dict[str, Any] = {}
+    unit = getattr(getattr(result, "goal", None), "unit", unit)
+    for each in fields(result):
+        name = each.metadata.get(_NAME_IN_CM, each.name) if unit == "cm" else each.name
+        told[name] = _named(getattr(result, each.name), content[each.name], unit)
+    if "goal" in told:
+        told["unit"] = unit
+    return told
+
+
+def _by_field(kind: type[Any], converter: cattrs.Converter) -> Callable[[Any, Any], Any]:
+    """Reads results of a class, whichever names its fields have."""
+    read = make_dict_structure_fn(kind, converter)
+    names = {
+        each.metadata[_NAME_IN_CM]: each.name
+        for each in fields(kind)
+        if _NAME_IN_CM in each.metadata
+    }
+
+    def renamed(content: Any, kind: Any) -> Any:
+        if isinstance(content, Mapping):
+            content = {names.get(name, name): value for name, value in content.items()}
+        return read(content, kind)
+
+    return renamed
+
+
+def _is_in_a_unit(kind: Any) -> bool:
+    return is_dataclass(kind) and any(_NAME_IN_CM in each.metadata for each in fields(kind))
+
+
 @cache  # it keeps what it has made of each class, which takes longer than to use it
 def _converter() -> cattrs.Converter:
     converter = cattrs.Converter()
@@ -90,6 +142,9 @@ def _converter() -> cattrs.Converter:
         float, lambda value, _: math.nan if value is None else float(exactly(value, (int, float)))
     )
     converter.register_structure_hook(Any, lambda value, _: value)
+    converter.register_structure_hook_factory(
+        _is_in_a_unit, lambda kind: _by_field(kind, converter)
+    )
     return converter
 
 

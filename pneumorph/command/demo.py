@@ -45,23 +45,24 @@ def demo(options: TrainingOptions, folder: RunFolder) -> Demo:
 
 
 def _said(found: TrainingResult) -> str:
-    """How far the best pair and the expert come, for a person."""
-    certificate = found.certificate
+    """What the best pair and the expert achieve, for a person."""
+    certificate, goal = found.certificate, found.goal
     if certificate is not None:
         expert = certificate.expert.band
         return (
             f"{certificate.best_design} in {certificate.world_count} worlds that training never "
-            f"saw: {certificate.median_cm:.1f} cm (median), {certificate.tenth_percentile_cm:.1f} "
-            f"to {certificate.ninetieth_percentile_cm:.1f} cm in 80 % of them\n"
-            f"the expert's robot there: {expert.median_cm:.1f} cm, {expert.low_cm:.1f} to "
-            f"{expert.high_cm:.1f} cm; the learned one goes further in "
+            f"saw: {goal.said(certificate.median)} (median), "
+            f"{goal.said(certificate.tenth_percentile)} to "
+            f"{goal.said(certificate.ninetieth_percentile)} in 80 % of them\n"
+            f"the expert's robot there: {goal.said(expert.median)}, {goal.said(expert.low)} to "
+            f"{goal.said(expert.high)}; the learned one goes further in "
             f"{100.0 * certificate.share_beyond_expert:.0f} %"
         )
-    best = found.best_distance_cm
-    far = "no gait that a robot survived" if best is None else f"{best:.1f} cm"
+    best = found.best_distance_cm if goal.is_forward else found.best_achieved
+    far = "no gait that a robot survived" if best is None else goal.said(best)
     return (
         f"learned: {far}, {found.best_design}\n"
-        f"expert: {found.baseline_best_distance_cm:.1f} cm at its best phase, "
+        f"expert: {goal.said(found.best_achieved_by_expert)} at its best phase, "
         f"{found.baseline_best_phase_deg:.0f} degrees"
     )
 

@@ -22,7 +22,8 @@ from pneumorph.environment.crawling_simulator import (
     TurningSimulator,
 )
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.reward import SAMPLE_STEPS, reward_terms
+from pneumorph.environment.goal import turn_between
+from pneumorph.environment.reward import GOAL_TERMS, SAMPLE_STEPS, reward_terms
 from pneumorph.robot.design import Design
 
 _KEPT_ROBOTS = 10_000
@@ -49,8 +50,8 @@ class CrawlingEnvironment(VectorEnv):
 
     ``info`` of a step, all of shape (robot,): ``status``, ``distance_cm`` travelled since the
     robot's episode began, ``command_kPa`` (robot, regulator), ``forward_travel_cm`` and one entry
-    for each reward term; where forward is not the goal ``mirrored_reward_cm``, what a robot's
-    mirror image would get.
+    for each reward term; where forward is not the goal ``achieved``, what of it was in its own
+    unit, and ``mirrored_reward_cm``, what a robot's mirror image would get.
     For robots whose episode ended the same entries stand in ``info["final_info"]`` too.
     """
 
@@ -263,16 +264,18 @@ class CrawlingEnvironment(VectorEnv):
         terms_of: Callable[..., dict[str, np.ndarray]],
         before: tuple[np.ndarray, np.ndarray] | None,
     ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """Terms of the reward, and what the robots' mirror images get where forward is no goal."""
+        """Terms of the reward, and where forward is no goal what was achieved of it and what the
+        robots' mirror images get."""
         after = self._aside()
         if before is None or after is None:
             return terms_of(), {}
         left_mm = after[0] - before[0]
-        # Of two directions the turn that is less than half a circle.
-        turn_deg = (after[1] - before[1] + 180.0) % 360.0 - 180.0
+        turn_deg = turn_between(before[1], after[1])
         image = terms_of(left_mm=-left_mm, turn_deg=-turn_deg)
         told = {"mirrored_reward_cm": np.sum(list(image.values()), axis=0)}
-        return terms_of(left_mm=left_mm, turn_deg=turn_deg), told
+        terms, goal = terms_of(left_mm=left_mm, turn_deg=turn_deg), self.task.goal
+        told["achieved"] = terms[GOAL_TERMS[goal.name]] / goal.cm_per_unit
+        return terms, told
 
     @property
     def _loaded(self) -> LoadedSimulator:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, check_range
+from pneumorph.environment.goal import Goal
 from pneumorph.environment.reward import RewardWeights
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, RegulatorCount, check_commands
 
@@ -45,6 +46,11 @@ class CrawlingTask(Checked):
                 f"pressures from {self.minimum_pressure_kPa} to {self.maximum_pressure_kPa} kPa, "
                 "expected 0 <= minimum_pressure_kPa < maximum_pressure_kPa"
             )
+
+    @property
+    def goal(self) -> Goal:
+        """What counts of a walk."""
+        return self.reward.counted
 
     @property
     def state_size(self) -> int:

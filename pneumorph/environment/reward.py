@@ -6,15 +6,22 @@ Mirrored about the forward axis a robot goes as far forward, and as far to the o
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from pneumorph.base.checked import Checked, NotNegative, Positive
+from pneumorph.environment.goal import Goal, GoalName
 
 MILLIMETRES_PER_CENTIMETRE = 10.0
+
+GOAL_TERMS: dict[GoalName, str] = {
+    "forward": "forward_travel_cm",
+    "heading": "heading_travel_cm",
+    "turn_left": "turn_cm",
+    "turn_right": "turn_cm",
+}
+"""The term of each goal."""
 
 SAMPLE_STEPS = 10
 """Time steps between looks at a robot within an action, where a term asks for them."""
@@ -38,7 +45,7 @@ class RewardWeights(Checked):
     free_tilt_deg: NotNegative = 30.0
     """Up to where it leans for nothing [degrees]; a robot on its side leans by 50 and more, the
     paper's expert by 10 at most."""
-    goal: Literal["forward", "heading", "turn_left", "turn_right"] = "forward"
+    goal: GoalName = "forward"
     """What is rewarded: travel along the forward axis or along a heading, both as the robot stood
     at the start, or turning to a side."""
     heading_deg: float = 0.0
@@ -52,15 +59,18 @@ class RewardWeights(Checked):
         return self.backsliding > 0.0 or self.hub_load > 0.0 or self.tilt > 0.0
 
     @property
+    def counted(self) -> Goal:
+        """The goal as what counts of a walk."""
+        turns = self.goal in ("turn_left", "turn_right")
+        heading_deg = self.heading_deg if self.goal == "heading" else 0.0
+        return Goal(self.goal, heading_deg, self.turn_cm_per_degree if turns else 1.0)
+
+    @property
     def direction(self) -> tuple[float, float, float]:
         """What a cm forward, a cm to the left and a degree turned to the left are worth [cm]."""
-        if self.goal == "forward":
-            return 1.0, 0.0, 0.0
-        if self.goal == "heading":
-            angle = math.radians(self.heading_deg)
-            return math.cos(angle), math.sin(angle), 0.0
-        side = 1.0 if self.goal == "turn_left" else -1.0
-        return 0.0, 0.0, side * self.turn_cm_per_degree
+        goal = self.counted
+        forward, left, turn = goal.direction
+        return forward, left, turn * goal.cm_per_unit
 
     @property
     def is_symmetric(self) -> bool:
@@ -133,12 +143,8 @@ def reward_terms(
         believed &= np.isfinite(left_mm) & np.isfinite(turn_deg)
         forward, left, turn = weights.direction
         travel = (forward * travel_mm + left * left_mm) / MILLIMETRES_PER_CENTIMETRE
-        name, value = (
-            ("heading_travel_cm", travel)
-            if weights.goal == "heading"
-            else ("turn_cm", turn * turn_deg)
-        )
-        terms = {name: np.where(believed, value, 0.0)}
+        value = travel if weights.goal == "heading" else turn * turn_deg
+        terms = {GOAL_TERMS[weights.goal]: np.where(believed, value, 0.0)}
     costs = {
         "backsliding_cm": (weights.backsliding / MILLIMETRES_PER_CENTIMETRE, slide_mm),
         "hub_load_cm": (weights.hub_load, hub_load_share),

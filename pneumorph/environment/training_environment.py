@@ -25,7 +25,8 @@ class TrainingEnvironment(Protocol):
 
     Of ``info`` a training reads, where they are there, each (robot,): ``status``, 0 unless the
     simulation failed; ``forward_travel_cm``, what of the way is told as a pair's distance, by
-    default the reward; ``command_kPa`` (robot, regulator), the pressures of gait files, by default
+    default the reward; ``achieved``, what of the task's goal was in its unit, by default the same;
+    ``command_kPa`` (robot, regulator), the pressures of gait files, by default
     what `CrawlingTask.pressure_kPa` makes of the actions; ``mirrored_reward_cm``, what the robot's
     mirror image would have got, by default the reward.
     """
@@ -104,12 +105,14 @@ class ToldStep:
     Attributes:
         failed: Whether its simulation failed, (robot,) bool.
         distance_cm: What counts as its way [cm], (robot,).
+        achieved: What of the task's goal it achieved [its unit], (robot,).
         mirrored_reward_cm: What its mirror image would have got [cm], (robot,).
         command_kPa: Real pressures [kPa], (robot, regulator).
     """
 
     failed: np.ndarray
     distance_cm: np.ndarray
+    achieved: np.ndarray
     mirrored_reward_cm: np.ndarray
     command_kPa: np.ndarray
 
@@ -126,9 +129,11 @@ class ToldStep:
             task: What an action is.
         """
         command = info.get("command_kPa")
+        distance_cm = info.get("forward_travel_cm", reward)
         return cls(
             failed=np.asarray(info.get("status", np.zeros(len(reward)))) != RUNNING,
-            distance_cm=info.get("forward_travel_cm", reward),
+            distance_cm=distance_cm,
+            achieved=info.get("achieved", distance_cm),
             mirrored_reward_cm=info.get("mirrored_reward_cm", reward),
             command_kPa=task.pressure_kPa(actions) if command is None else command,
         )

@@ -1,4 +1,4 @@
-"""The paper's phase sweep: how far the expert's gait carries the baseline at each phase."""
+"""The paper's phase sweep: what the expert's gait achieves with the baseline at each phase."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.base.checked import Checked, Count, CountOrNone, Positive
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.walk import Progress, walk
 from pneumorph.robot.design import BASELINE_DESIGN, Design
@@ -65,6 +66,8 @@ class PhaseSweep:
         time_s: Recorded times [s], shape (record,).
         forward_cm: Travel over time [cm], shape (record, phase).
         settings: What made it, as nested dictionaries.
+        achieved: What of a goal was achieved at each phase [its unit], shape (phase,); NaN where
+            the simulation failed. None for the distance.
     """
 
     phase_deg: np.ndarray
@@ -73,15 +76,21 @@ class PhaseSweep:
     time_s: np.ndarray
     forward_cm: np.ndarray
     settings: dict[str, Any]
+    achieved: np.ndarray | None = None
+
+    @property
+    def counted(self) -> np.ndarray:
+        """What phases are compared by, shape (phase,): what they achieved of the goal."""
+        return self.distance_cm if self.achieved is None else self.achieved
 
     @property
     def best(self) -> int:
-        """Place of the phase that travels furthest."""
-        return int(np.nanargmax(self.distance_cm))
+        """Place of the phase that achieves most."""
+        return int(np.nanargmax(self.counted))
 
     @property
     def best_phase_deg(self) -> float:
-        """Phase that travels furthest [deg]."""
+        """Phase that achieves most [deg]."""
         return float(self.phase_deg[self.best])
 
     @property
@@ -95,6 +104,8 @@ class PhaseSweep:
             name: getattr(self, name)
             for name in ("phase_deg", "distance_cm", "backsliding_cm", "time_s", "forward_cm")
         }
+        if self.achieved is not None:
+            arrays["achieved"] = self.achieved
         metadata = {"settings": self.settings}
         return save_artefact(path, "PhaseSweep", PHASE_SWEEP_VERSION, arrays, metadata)
 
@@ -113,6 +124,7 @@ def sweep_phases(
     *,
     time_step_s: float = 0.01,
     progress: Progress | None = None,
+    goal: Goal = FORWARD,
 ) -> PhaseSweep:
     """Walk the baseline at every phase, all phases in one batch.
 
@@ -122,9 +134,11 @@ def sweep_phases(
         settings: Phases and gait; None for the paper's.
         time_step_s: The simulator's time step [s].
         progress: Told how far the sweep is.
+        goal: What phases are compared by.
 
     Raises:
-        ValueError: Every simulation failed, or the design uses a regulator the gait does not have.
+        ValueError: Every simulation failed, the design uses a regulator the gait does not have, or
+            the simulator does not know what the goal asks for.
     """
     settings = settings or PhaseSweepSettings()
     design = Design.parse(settings.design)
@@ -153,4 +167,5 @@ def sweep_phases(
         time_s=result.time_s,
         forward_cm=result.forward_cm,
         settings=settings_to_dict(settings),
+        achieved=None if goal.is_forward else result.achieved(goal),
     )

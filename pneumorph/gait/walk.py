@@ -8,7 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from pneumorph.environment.crawling_simulator import RUNNING, CrawlingSimulator, RangedSimulator
+from pneumorph.environment.crawling_simulator import (
+    RUNNING,
+    CrawlingSimulator,
+    RangedSimulator,
+    TurningSimulator,
+)
+from pneumorph.environment.goal import Goal, turn_between
 from pneumorph.environment.reward import MILLIMETRES_PER_CENTIMETRE
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands, step_count
 
@@ -18,7 +24,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """Forward travel of a batch of robots.
+    """Travel of a batch of robots.
 
     Attributes:
         time_s: Recorded times from the start of the gait [s], shape (record,); the first is 0.
@@ -26,17 +32,31 @@ class Walk:
         status: Status of each robot at the end, shape (robot,) uint8.
         range_ratio: How far any leg of each robot went relative to the furthest snapshot it was
             reduced from, shape (robot,); NaN where that is not known.
+        left_cm: Travel to the left [cm], shape (record, robot); None where the simulator does not
+            know it.
+        turned_deg: Turn to the left, whole circles counted [degrees], likewise.
     """
 
     time_s: np.ndarray
     forward_cm: np.ndarray
     status: np.ndarray
     range_ratio: np.ndarray
+    left_cm: np.ndarray | None = None
+    turned_deg: np.ndarray | None = None
 
     @property
     def distance_cm(self) -> np.ndarray:
         """Travel of the whole walk [cm], shape (robot,); NaN where the simulation failed."""
         return np.where(self.status == RUNNING, self.forward_cm[-1], np.nan)
+
+    def achieved(self, goal: Goal) -> np.ndarray:
+        """What of a goal the whole walk achieved [its unit], shape (robot,); NaN as above.
+
+        Raises:
+            ValueError: The simulator does not know it.
+        """
+        way = goal.of(self.forward_cm, self.left_cm, self.turned_deg)
+        return np.where(self.status == RUNNING, way[-1], np.nan)
 
     def backsliding_cm(self, period_s: float) -> np.ndarray:
         """Mean over whole cycles of the furthest slide back within a cycle [cm], shape (robot,).
@@ -47,28 +67,28 @@ class Walk:
         Raises:
             ValueError: The walk is shorter than one period.
         """
-        return cycle_slides_cm(self.time_s, self.forward_cm, period_s).mean(axis=0)
+        return cycle_slides(self.time_s, self.forward_cm, period_s).mean(axis=0)
 
 
-def step_rewards_cm(time_s: np.ndarray, forward_cm: np.ndarray, step_s: float) -> np.ndarray:
-    """Travel in each whole step [cm], (step, ...).
+def step_rewards(time_s: np.ndarray, way: np.ndarray, step_s: float) -> np.ndarray:
+    """What is achieved in each whole step, (step, ...).
 
     Args:
         time_s: When [s], (time,).
-        forward_cm: Forward travel [cm], (time, ...).
+        way: What is achieved until then, such as forward travel, (time, ...).
         step_s: Length of a step [s].
 
     Raises:
         ValueError: The walk is shorter than one step.
     """
     edges = step_s * np.arange(_whole_parts(time_s, step_s) + 1)
-    paths = forward_cm.reshape(len(time_s), -1).T
+    paths = way.reshape(len(time_s), -1).T
     at = np.stack([np.interp(edges, time_s, path) for path in paths], axis=-1)
-    return np.diff(at, axis=0).reshape(-1, *forward_cm.shape[1:])
+    return np.diff(at, axis=0).reshape(-1, *way.shape[1:])
 
 
-def cycle_slides_cm(time_s: np.ndarray, forward_cm: np.ndarray, cycle_s: float) -> np.ndarray:
-    """Furthest slide back within each whole cycle [cm], (cycle, ...); arguments as above.
+def cycle_slides(time_s: np.ndarray, way: np.ndarray, cycle_s: float) -> np.ndarray:
+    """Furthest slide back within each whole cycle, (cycle, ...); arguments as above.
 
     Raises:
         ValueError: The walk is shorter than one cycle.
@@ -76,7 +96,7 @@ def cycle_slides_cm(time_s: np.ndarray, forward_cm: np.ndarray, cycle_s: float) 
     slides = []
     for cycle in range(_whole_parts(time_s, cycle_s)):
         inside = (time_s >= cycle * cycle_s - 1e-6) & (time_s <= (cycle + 1) * cycle_s + 1e-6)
-        path = forward_cm[inside]
+        path = way[inside]
         slides.append(np.max(np.maximum.accumulate(path, axis=0) - path, axis=0))
     return np.array(slides)
 
@@ -135,12 +155,15 @@ def walk(
     simulator.advance(np.zeros_like(commands[0]), settling_step_count)
     start_mm = np.array(simulator.forward_position_mm)
     time_s, forward_mm = [0.0], [np.zeros(len(gaits))]
+    aside = _Aside(simulator) if isinstance(simulator, TurningSimulator) else None
     for begin, end in _held_spans(commands, record_step_count):
         simulator.advance(commands[begin], end - begin)
         if end % record_step_count == 0 or end == steps:
             time_s.append(end * time_step_s)
             running = simulator.status == RUNNING
             forward_mm.append(np.where(running, simulator.forward_position_mm - start_mm, np.nan))
+            if aside is not None:
+                aside.record(running)
             if progress is not None:
                 progress(end, steps, "walking")
     return Walk(
@@ -150,7 +173,34 @@ def walk(
         simulator.range_ratio
         if isinstance(simulator, RangedSimulator)
         else np.full(len(gaits), np.nan),
+        None if aside is None else np.array(aside.left_mm) / MILLIMETRES_PER_CENTIMETRE,
+        None if aside is None else np.array(aside.turned_deg),
     )
+
+
+class _Aside:
+    """What robots do besides going forward, from record to record.
+
+    Attributes:
+        left_mm: Travel to the left [mm], of each record (robot,).
+        turned_deg: Turn to the left, whole circles counted [degrees], likewise.
+    """
+
+    def __init__(self, simulator: TurningSimulator) -> None:
+        self._simulator = simulator
+        self._start_mm = np.array(simulator.left_position_mm)
+        self._heading_deg = np.array(simulator.heading_deg)
+        self._turn_deg = np.zeros(len(self._start_mm))
+        self.left_mm, self.turned_deg = [self._turn_deg], [self._turn_deg]
+
+    def record(self, running: np.ndarray) -> None:
+        """Note where robots are; of two directions the turn is less than half a circle."""
+        heading_deg = np.where(running, self._simulator.heading_deg, self._heading_deg)
+        self._turn_deg = self._turn_deg + turn_between(self._heading_deg, heading_deg)
+        self._heading_deg = heading_deg
+        travel_mm = self._simulator.left_position_mm - self._start_mm
+        self.left_mm.append(np.where(running, travel_mm, np.nan))
+        self.turned_deg.append(np.where(running, self._turn_deg, np.nan))
 
 
 def _held_spans(commands: np.ndarray, record_step_count: int) -> list[tuple[int, int]]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pneumorph.gait.walk import cycle_slides_cm, step_rewards_cm
+from pneumorph.gait.walk import cycle_slides, step_rewards
 from pneumorph.hardware.trial import Trial
 
 
@@ -63,14 +63,14 @@ class TrialComparison:
 
     def rewards_per_step_cm(self) -> tuple[np.ndarray, np.ndarray]:
         """Travel in each step: of the simulation (step,), and of each trial (trial, step) [cm]."""
-        simulated = step_rewards_cm(self.time_s, self.simulated_cm, self.step_s)
-        return simulated, step_rewards_cm(self.time_s, self.measured_cm.T, self.step_s).T
+        simulated = step_rewards(self.time_s, self.simulated_cm, self.step_s)
+        return simulated, step_rewards(self.time_s, self.measured_cm.T, self.step_s).T
 
     def backsliding_cm(self) -> tuple[float, np.ndarray]:
         """Mean slide back per cycle: of the simulation, and of each trial (trial,) [cm]."""
         cycle_s = min(self.cycle_s, float(self.time_s[-1]))
-        simulated = cycle_slides_cm(self.time_s, self.simulated_cm, cycle_s)
-        measured = cycle_slides_cm(self.time_s, self.measured_cm.T, cycle_s)
+        simulated = cycle_slides(self.time_s, self.simulated_cm, cycle_s)
+        measured = cycle_slides(self.time_s, self.measured_cm.T, cycle_s)
         return float(simulated.mean()), measured.mean(axis=0)
 
     def summary(self) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from pneumorph.learn.training import STAGES
@@ -18,6 +18,8 @@ class SeenPair:
         score_cm: What it is ranked by [cm].
         source: What the gait is from, such as ``policy``.
         timestep: Timestep of training at which it was seen.
+        achieved: What of the task's goal it achieved [its unit]; None in files of an earlier
+            version, whose distance it is where that was the goal.
     """
 
     design: str
@@ -25,6 +27,7 @@ class SeenPair:
     score_cm: float
     source: str
     timestep: int
+    achieved: float | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -293,4 +293,5 @@ def _seen(training: Training, pair: DesignGaitPair) -> SeenPair:
         pair.score_cm,
         pair.source,
         pair.timestep,
+        achieved=pair.achieved,
     )

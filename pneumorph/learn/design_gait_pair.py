@@ -30,6 +30,7 @@ class DesignGaitPair:
             training, whose actions were drawn from the policy, ``search`` for a search without
             one. Always a plain open-loop gait.
         timestep: Timestep of training, or of the search, at which it was seen.
+        achieved: As `distance_cm` what of the task's goal it achieved [its unit].
     """
 
     design: int
@@ -38,6 +39,7 @@ class DesignGaitPair:
     score_cm: float
     source: str
     timestep: int
+    achieved: float
 
     def gait(self, action_s: float, task: CrawlingTask | None = None) -> HeldGait:
         """The gait, with each action held for ``action_s`` [s], in a task's range of pressures."""
@@ -58,6 +60,11 @@ class BestPairs:
         self.count = count
         self._twin = space.twin if mirrored else int
         self.pairs: list[DesignGaitPair] = []
+
+    @property
+    def best_achieved(self) -> float | None:
+        """What of the goal the best pair achieved [its unit]; None before the first."""
+        return self.pairs[0].achieved if self.pairs else None
 
     @property
     def best_distance_cm(self) -> float | None:
@@ -87,11 +94,14 @@ class BestPairs:
             "score_cm": np.array([pair.score_cm for pair in self.pairs], dtype=np.float64),
             "source": np.array([SOURCES.index(pair.source) for pair in self.pairs], np.int64),
             "timestep": np.array([pair.timestep for pair in self.pairs], dtype=np.int64),
+            "achieved": np.array([pair.achieved for pair in self.pairs], dtype=np.float64),
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take over what `arrays` gave."""
-        scores = arrays.get("score_cm", arrays["distance_cm"])  # not in those of earlier versions
+        # Neither is in those of earlier versions.
+        scores = arrays.get("score_cm", arrays["distance_cm"])
+        achieved = arrays.get("achieved", arrays["distance_cm"])
         self.pairs = [
             DesignGaitPair(
                 int(arrays["design"][place]),
@@ -100,6 +110,7 @@ class BestPairs:
                 float(scores[place]),
                 SOURCES[int(arrays["source"][place])],
                 int(arrays["timestep"][place]),
+                float(achieved[place]),
             )
             for place in range(len(arrays["design"]))
         ]

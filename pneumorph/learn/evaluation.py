@@ -27,12 +27,14 @@ class Episode:
         command_kPa: Real pressures [kPa], (action, robot, regulator).
         return_cm: Sum of the rewards [cm], (robot,).
         distance_cm: Forward travel [cm], (robot,).
+        achieved: What of the task's goal they achieved [its unit], (robot,).
         failed: Whether its simulation failed, (robot,) bool.
     """
 
     command_kPa: np.ndarray
     return_cm: np.ndarray
     distance_cm: np.ndarray
+    achieved: np.ndarray
     failed: np.ndarray
 
 
@@ -126,6 +128,7 @@ def walk_batch(
             float(walked.return_cm[place]),
             "policy",
             timestep,
+            float(walked.achieved[place]),
         )
         for place, design in enumerate(batch)
         if not walked.failed[place]
@@ -154,6 +157,7 @@ def _walk_in_worlds(
             float(scores[place]),
             "policy",
             timestep,
+            float(walked.achieved[place].mean()),
         )
         for place, design in enumerate(batch)
         if not walked.failed[place].all()
@@ -174,6 +178,7 @@ class InWorlds:
         return_cm: Sum of the rewards [cm], (design, world); where the simulation failed zero, or
             less if it was negative.
         distance_cm: Forward travel [cm], (design, world); where it failed likewise.
+        achieved: What of the task's goal was achieved [its unit], (design, world); likewise.
         failed: Whether the simulation failed, (design, world) bool.
         command_kPa: Real pressures in the first world where it did not [kPa],
             (design, action, regulator).
@@ -181,6 +186,7 @@ class InWorlds:
 
     return_cm: np.ndarray
     distance_cm: np.ndarray
+    achieved: np.ndarray
     failed: np.ndarray
     command_kPa: np.ndarray
 
@@ -191,6 +197,7 @@ class InWorlds:
             self,
             return_cm=self.return_cm[:, few],
             distance_cm=self.distance_cm[:, few],
+            achieved=self.achieved[:, few],
             failed=self.failed[:, few],
         )
 
@@ -238,18 +245,19 @@ def walk_in_worlds(
     fallen = by_world([each.failed for each in walked])
     # A robot that fails begins its episode anew: its gait is that of the first world without.
     rounds, places = np.divmod(np.argmin(fallen, axis=1), side_by_side)
-    returns, distances = (
+    returns, distances, achieved = (
         np.where(fallen, np.minimum(each, 0.0), each)
         for each in (
             by_world([each.return_cm for each in walked]),
             by_world([each.distance_cm for each in walked]),
+            by_world([each.achieved for each in walked]),
         )
     )
     commands = [
         walked[of_round].command_kPa[:, design * side_by_side + place]
         for design, (of_round, place) in enumerate(zip(rounds, places, strict=True))
     ]
-    return InWorlds(returns, distances, fallen, np.array(commands))
+    return InWorlds(returns, distances, achieved, fallen, np.array(commands))
 
 
 def filled_batch(batch: np.ndarray, count: int) -> np.ndarray:
@@ -279,7 +287,7 @@ def walk_episode(
         seed=seed, options={"designs": [space[int(i)] for i in designs]}
     )
     commands = []
-    return_cm, distance_cm = np.zeros((2, len(designs)))
+    return_cm, distance_cm, achieved = np.zeros((3, len(designs)))
     failed = np.zeros(len(designs), dtype=bool)
     for number in range(environment.task.action_count):
         action = act(observation)
@@ -288,7 +296,8 @@ def walk_episode(
         failed |= told.failed
         return_cm += np.where(failed, 0.0, reward)
         distance_cm += np.where(failed, 0.0, told.distance_cm)
+        achieved += np.where(failed, 0.0, told.achieved)
         commands.append(told.command_kPa)
         if report is not None:
             report(number + 1)
-    return Episode(np.array(commands), return_cm, distance_cm, failed)
+    return Episode(np.array(commands), return_cm, distance_cm, achieved, failed)

@@ -1,7 +1,8 @@
 """Run a search to the end of its budget of simulated time; a stopped one goes on to the same bits.
 
-Every generation's distances are a line of ``search.jsonl``, beside them what they were ranked by
-where the reward takes something off. A resumed search is asked and told again what it was before,
+Every generation's distances are a line of ``search.jsonl``, before them what they were ranked by
+where the reward takes something off, and after them what was achieved where forward is not the
+goal. A resumed search is asked and told again what it was before,
 without walking: no state of the searcher needs saving.
 
 Where an objective asks for several worlds, all candidates of a generation walk in the same ones,
@@ -51,8 +52,9 @@ class SearchResult:
         best: The pair of highest score of each design that walked, by its index; where the
             objective asks for several worlds, of those that walked in an evaluation's.
         timesteps: Actions made until the end of each generation, shape (generation,).
-        best_distance_cm: Distance of the best pair until then [cm], shape (generation,), in the
-            worlds of its generation; NaN before any robot came to the end of its walk.
+        best_achieved: What of the task's goal the best pair until then achieved [its unit], shape
+            (generation,), in the worlds of its generation; NaN before any robot came to the end of
+            its walk.
         late_gain_cm: What the last quarter of the budget added to each design's best score [cm],
             by its index: where it is much, the search was too short to call its best the best.
         resumed_timesteps: Actions that an earlier process had made.
@@ -60,7 +62,7 @@ class SearchResult:
 
     best: Mapping[int, DesignGaitPair]
     timesteps: np.ndarray
-    best_distance_cm: np.ndarray
+    best_achieved: np.ndarray
     late_gain_cm: Mapping[int, float]
     resumed_timesteps: int
 
@@ -112,18 +114,19 @@ def run_search(
     header = {"description": json.loads(json.dumps(description or {}))}
     known = _read_or_begin(path, header)
     task = environment.task
+    goal = task.goal
     walks_each = task.action_count * objective.worlds_per_design
     kept_of_design = _KEPT_OF_DESIGN if objective.is_robust else 1
     found: dict[int, list[DesignGaitPair]] = {}
     earlier_cm: dict[int, float] = {}
     reached: list[tuple[int, float]] = []
-    done, resumed, furthest = 0, 0, np.nan
+    done, resumed, most = 0, 0, np.nan
     with path.open("a", encoding="utf-8") as stream:
         while done < timesteps:
             candidates = searcher.ask()
             if known:
-                kept = np.array(known.pop(0), dtype=float)
-                score_cm, distance_cm = np.broadcast_to(kept, (2, kept.shape[-1]))
+                kept = np.atleast_2d(np.array(known.pop(0), dtype=float))
+                score_cm, distance_cm, achieved = kept[0], kept[min(1, len(kept) - 1)], kept[-1]
                 if len(distance_cm) != len(candidates):
                     raise ValueError(
                         f"{path} has a generation of {len(distance_cm)} distances, expected "
@@ -131,32 +134,32 @@ def run_search(
                     )
                 resumed += len(candidates) * walks_each
             else:
-                far = "" if np.isnan(furthest) else f", best {furthest:.1f} cm"
+                far = "" if np.isnan(most) else f", best {goal.said(most)}"
 
                 def report(made: int, before: int = done, far: str = far) -> None:
                     if progress is not None:
                         progress(min(before + made, timesteps), timesteps, f"searching{far}")
 
                 report(0)  # before the walk: the time left counts from the first that is made now
-                score_cm, distance_cm = _walked(
-                    candidates, environment, space, objective, done, report
-                )
-                same = np.array_equal(score_cm, distance_cm)
-                line = distance_cm.tolist() if same else [score_cm.tolist(), distance_cm.tolist()]
-                stream.write(json.dumps(line) + "\n")
+                walked = _walked(candidates, environment, space, objective, done, report)
+                score_cm, distance_cm, achieved = walked
+                same = goal.is_forward and np.array_equal(score_cm, distance_cm)
+                rows = walked[: 2 if goal.is_forward else 3].tolist()
+                stream.write(json.dumps(rows[0] if same else rows) + "\n")
                 stream.flush()
             ended = score_cm > FAILED_CM
             score_cm = np.where(ended, level.centred(score_cm, ended), FAILED_CM)
             searcher.tell(score_cm)
             done += len(candidates) * walks_each
-            _note(candidates, score_cm, distance_cm, environment, done, found, kept_of_design)
+            told = (score_cm, distance_cm, achieved)
+            _note(candidates, told, environment, done, found, kept_of_design)
             if done <= 0.75 * timesteps:
                 earlier_cm = {design: pairs[0].score_cm for design, pairs in found.items()}
             if found:
-                furthest = max(
+                most = max(
                     (pairs[0] for pairs in found.values()), key=lambda pair: pair.score_cm
-                ).distance_cm
-            reached.append((done, furthest))
+                ).achieved
+            reached.append((done, most))
     if progress is not None:
         progress(timesteps, timesteps, "searching")
     curve = np.array(reached).reshape(-1, 2)
@@ -180,8 +183,8 @@ def _walked(
     timestep: int,
     report: Callable[[int], None],
 ) -> np.ndarray:
-    """Score and distance of every candidate [cm], (2, candidate), in batches for which the
-    environment has room; told are the actions that all robots have made."""
+    """Score and distance of every candidate [cm], and what it achieved, (3, candidate), in batches
+    for which the environment has room; told are the actions that all robots have made."""
     count = environment.num_envs // objective.worlds_per_design
     found = []
     for begin in range(0, len(candidates), count):
@@ -194,7 +197,8 @@ def _walked(
             report(actions * objective.worlds_per_design)
 
         walked = _walked_open_loop(environment, space, design, action, objective, [seed], step)
-        far = np.stack([objective.of(walked.return_cm), walked.distance_cm.mean(axis=1)])
+        means = (each.mean(axis=1) for each in (walked.distance_cm, walked.achieved))
+        far = np.stack([objective.of(walked.return_cm), *means])
         found.append(np.where(walked.failed.all(axis=1), FAILED_CM, far))
     return np.concatenate(found, axis=1)
 
@@ -219,21 +223,28 @@ def _walked_open_loop(
 
 def _note(
     candidates: Candidates,
-    score_cm: np.ndarray,
-    distance_cm: np.ndarray,
+    told: tuple[np.ndarray, np.ndarray, np.ndarray],
     environment: CrawlingEnvironment,
     timestep: int,
     found: dict[int, list[DesignGaitPair]],
     count: int,
 ) -> None:
-    """Keep the gaits of highest score of each design, so many."""
+    """Keep the gaits of highest score of each design, so many; told are score, distance and what
+    was achieved, each (candidate,)."""
+    score_cm, distance_cm, achieved = told
     for place, design in enumerate(candidates.design):
         score = float(score_cm[place])
         known = found.setdefault(int(design), []) if score > FAILED_CM else []
         if score > FAILED_CM and (len(known) < count or score > known[-1].score_cm):
             held_kPa = environment.task.pressure_kPa(candidates.action[place])
             pair = DesignGaitPair(
-                int(design), held_kPa, float(distance_cm[place]), score, "search", timestep
+                int(design),
+                held_kPa,
+                float(distance_cm[place]),
+                score,
+                "search",
+                timestep,
+                float(achieved[place]),
             )
             # Of equals the first that was found stays ahead.
             known.append(pair)
@@ -274,9 +285,11 @@ def _best_in_evaluation(
             known = best.get(pair.design)
             if walked.failed[place].all() or (known and known.score_cm >= scores[place]):
                 continue
-            distance_cm = float(walked.distance_cm[place].mean())
             best[pair.design] = replace(
-                pair, distance_cm=distance_cm, score_cm=float(scores[place])
+                pair,
+                distance_cm=float(walked.distance_cm[place].mean()),
+                score_cm=float(scores[place]),
+                achieved=float(walked.achieved[place].mean()),
             )
     return best
 

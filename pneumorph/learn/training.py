@@ -130,7 +130,7 @@ class Training:
             seed=self.timestep,
             options={"designs": [self.space[int(index)] for index in designs]},
         )
-        returns, distances = np.zeros((2, len(designs)))
+        returns, distances, achieved = np.zeros((3, len(designs)))
         ended, failed = np.zeros((2, len(designs)), dtype=bool)
         commands, losses = [], []
         for _ in range(self.settings.task.action_count):
@@ -143,6 +143,7 @@ class Training:
             )
             returns += np.where(ended, 0.0, reward)
             distances += np.where(ended, 0.0, told.distance_cm)
+            achieved += np.where(ended, 0.0, told.achieved)
             failed |= ~ended & told.failed
             ended |= terminated | truncated
             commands.append(told.command_kPa)
@@ -152,7 +153,7 @@ class Training:
             loss = self._learn(update_count)
             if loss:
                 losses.append(loss)
-        self._note_pairs(designs, distances, returns, failed, np.array(commands))
+        self._note_pairs(designs, distances, achieved, returns, failed, np.array(commands))
         return returns, failed, losses
 
     def _actions(self, observation: np.ndarray) -> np.ndarray:
@@ -209,6 +210,7 @@ class Training:
         self,
         designs: np.ndarray,
         distances: np.ndarray,
+        achieved: np.ndarray,
         returns: np.ndarray,
         failed: np.ndarray,
         commands: np.ndarray,
@@ -223,6 +225,7 @@ class Training:
                 float(returns[robot]),
                 "exploration",
                 self.timestep,
+                float(achieved[robot]),
             )
             for robot in np.flatnonzero(~failed)
             if self.best.is_worth_keeping(float(returns[robot]))
@@ -289,6 +292,7 @@ class Training:
             "return_mean_cm": float(returns.mean()),
             "return_maximum_cm": float(returns.max()),
             "best_distance_cm": self.best.best_distance_cm,
+            "best_achieved": self.best.best_achieved,
             "failed_count": int(failed.sum()),
             "design_entropy": distribution.entropy,
             "design_entropy_target": distribution.target_entropy(self.timestep),

@@ -46,12 +46,14 @@ def draw_analysis(
     }
     if not robots:
         return
+    goal = found.goal
     step_s = run.task.action_step_count * spec.physics.time_step_s
     figures = {
         "steps": step_figure(
-            {label: (walk.time_s, walk.forward_cm) for label, (_, _, walk) in robots.items()},
+            {label: (walk.time_s, goal.along(walk)) for label, (_, _, walk) in robots.items()},
             step_s,
             settings.cycle_s,
+            goal,
         ),
         "margin": margin_figure(
             {
@@ -65,12 +67,13 @@ def draw_analysis(
         ),
         "friction": friction_figure(
             found.frictions,
-            {label: each.distances_over_friction_cm for label, (each, _, _) in robots.items()},
+            {label: each.over_friction for label, (each, _, _) in robots.items()},
             None if spec.physics.friction_by_surface else found.friction,
+            goal,
         ),
         "pairs": pairs_figure(
             [
-                Pair(label, walker.design, walker.gait, each.distance_cm)
+                Pair(label, walker.design, walker.gait, goal.of_pair(each), goal)
                 for label, (each, walker, _) in robots.items()
             ],
             spec.regulators,

@@ -33,49 +33,52 @@ _SHOWN_NUMBERS = 4
 
 @figure_style()
 def band_figure(found: Certificate) -> Figure:
-    """Return the distances of the expert and of each pair in every world, with their bands."""
+    """Return what the expert and each pair achieve in every world, with their bands."""
     labels = ["expert", *(pair.label for pair in found.pairs)]
     bands = [found.expert.band, *(pair.band for pair in found.pairs)]
     figure, axes = new_axes(max(4.2, 1.0 + 0.75 * len(labels)), 3.2)
     places = np.arange(len(labels))
     # A fixed spread across, in the worlds' order: the same picture each time.
     across = places + 0.25 * np.linspace(-1.0, 1.0, found.world_count)[:, None]
-    axes.plot(
-        across, np.array(found.distances_cm), ".", color=NEUTRAL_COLOUR, markersize=3, zorder=1
-    )
-    low, high = [band.low_cm for band in bands], [band.high_cm for band in bands]
+    axes.plot(across, np.array(found.achieved), ".", color=NEUTRAL_COLOUR, markersize=3, zorder=1)
+    low, high = [band.low for band in bands], [band.high for band in bands]
     axes.vlines(places, low, high, LEARNED_COLOUR, lw=4.0, alpha=0.6, label="80 % of the worlds")
-    median = [band.median_cm for band in bands]
+    median = [band.median for band in bands]
     axes.hlines(median, places - 0.3, places + 0.3, LEARNED_COLOUR, lw=2.0, label="median")
     full = [
-        (place, each.full_cm)
+        (place, each.full)
         for place, pair in enumerate(found.pairs, start=1)
         for each in pair.full_order
-        if each.full_cm is not None
+        if each.full is not None
     ]
     if full:
         axes.plot(*zip(*full, strict=True), "D", color=INK_COLOUR, ms=5, label="finite elements")
     zero_line(axes)
     axes.set_xticks(places, labels)
-    axes.set(ylabel="forward distance (cm)")
+    axes.set(ylabel=found.goal.axis)
     axes.grid(axis="x", visible=False)
     figure.legend(loc="outside lower center", ncols=3, fontsize=7)
     return figure
 
 
+def _title(found: Certificate) -> str:
+    return "How far, and how sure" if found.goal.unit == "cm" else "How much it turns, and how sure"
+
+
 def certificate_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return the bands, what they depend on, finite elements, and what to measure."""
     caption = (
-        f"Distances in {found.world_count} worlds that training never saw. The expert's robot has "
+        f"{found.goal.title} in {found.world_count} worlds that training never saw. "
+        "The expert's robot has "
         f"the phase of its largest mean in the training's worlds, {found.expert.phase_deg:g}°."
     )
     sections = [
         Section(
-            "How far, and how sure",
+            _title(found),
             sheet.drawn("bands", band_figure(found), caption) + _band_table(found),
         ),
         *_world_sections(found, run, sheet),
-        Section("What the distance depends on", _sensitivity_table(found)),
+        Section(f"What the {found.goal.label} depends on", _sensitivity_table(found)),
     ]
     if found.rounds:
         sections.append(Section("As finite elements", _full_order_table(found)))
@@ -98,24 +101,27 @@ def _world_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> list[
         if (run.folder / file).is_file()
     }
     drawn = {name: each for name, each in walks.items() if can_be_drawn(each)}
-    return [replay_section(f"{found.best} in two worlds", drawn, sheet)] if drawn else []
+    return (
+        [replay_section(f"{found.best} in two worlds", drawn, sheet, found.goal)] if drawn else []
+    )
 
 
 def _band_table(found: Certificate) -> str:
+    unit = found.goal.in_unit
     header = [
-        "robot", "design", "10th percentile (cm)", "median (cm)", "90th percentile (cm)",
-        "further than the expert", "promised (cm)", "optimism (cm)", "weight on the hub",
+        "robot", "design", *map(unit, ("10th percentile", "median", "90th percentile")),
+        "further than the expert", *map(unit, ("promised", "optimism")), "weight on the hub",
     ]  # fmt: skip
     expert = found.expert
-    rows = [["expert", expert.design, *_numbers(expert.band.low_cm, expert.band.median_cm,
-                                                expert.band.high_cm), "", "", "", ""]]  # fmt: skip
+    rows = [["expert", expert.design, *_numbers(expert.band.low, expert.band.median,
+                                                expert.band.high), "", "", "", ""]]  # fmt: skip
     rows += [
         [
             pair.label,
             pair.design,
-            *_numbers(pair.band.low_cm, pair.band.median_cm, pair.band.high_cm),
+            *_numbers(pair.band.low, pair.band.median, pair.band.high),
             f"{100.0 * pair.share_beyond_expert:.0f} %",
-            *_numbers(pair.promised_cm, pair.optimism_cm),
+            *_numbers(pair.promised, pair.optimism),
             f"{100.0 * pair.hub_load_share:.0f} %",
         ]
         for pair in found.pairs
@@ -138,14 +144,15 @@ def _full_order_table(found: Certificate) -> str:
     rows = [
         [number or "the run's", pair.label, pair.design,
          "as it stands" if each.world is None else f"number {each.world}",
-         *_numbers(each.full_cm, each.reduced_cm, each.error_cm),
+         *_numbers(each.full, each.reduced, each.error),
          "agree" if each.agrees else "differ"]
         for number, leg in enumerate(found.rounds)
         for pair in leg.pairs
         for each in pair.full_order
     ]  # fmt: skip
-    header = ["new reductions", "robot", "design", "world", "finite elements (cm)", "reduced (cm)",
-              "difference (cm)", "they"]  # fmt: skip
+    header = ["new reductions", "robot", "design", "world",
+              *map(found.goal.in_unit, ("finite elements", "reduced", "difference")),
+              "they"]  # fmt: skip
     legs = [
         [number or "the run's", leg.leg.part, leg.leg.mode_count,
          leg.leg.tetrahedron_count, f"{leg.made_s / 60.0:.0f}"]
@@ -158,11 +165,17 @@ def _full_order_table(found: Certificate) -> str:
 
 def _tests_table(found: Certificate) -> str:
     rows = [
-        [each.test, each.number, f"{each.minutes:g}", *_numbers(each.width_cm, each.narrowing_cm),
+        [each.test, each.number, f"{each.minutes:g}", *_numbers(each.width, each.narrowing),
          each.how]
         for each in found.tests
     ]  # fmt: skip
-    header = ["test", "of", "minutes", "width then (cm)", "narrower by (cm)", "how"]
+    header = [
+        "test",
+        "of",
+        "minutes",
+        *map(found.goal.in_unit, ("width then", "narrower by")),
+        "how",
+    ]
     said = f"Of {found.best}'s band, 10th to 90th percentile. " + (
         f"Worth most: {found.measure_next}."
         if found.measure_next

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pneumorph.environment.goal import FORWARD
 from pneumorph.report import page
 from pneumorph.report.page import Section
 from pneumorph.report.sheet import Sheet
@@ -12,19 +13,20 @@ from pneumorph.study.finished_run import FinishedRun
 
 def campaign_sections(found: Campaign, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return how the runs of a campaign compare, and why some failed."""
+    goal = found.runs[0].goal if found.runs else FORWARD
     runs = page.table(
-        ["run", "best design", "best (cm)", "expert's best phase (cm)", "timesteps"],
+        ["run", "best design", *map(goal.in_unit, ("best", "expert's best phase")), "timesteps"],
         [
-            (each.name, each.best_design or "none", each.best_distance_cm,
-             each.baseline_best_distance_cm, each.timesteps + each.finetuning_timesteps)
+            (each.name, each.best_design or "none", each.counted,
+             each.baseline_best_distance_cm if goal.is_forward else each.baseline_best_achieved,
+             each.timesteps + each.finetuning_timesteps)
             for each in found.runs
         ],
     )  # fmt: skip
     spread = page.table(
-        ["variant", "runs", "mean best (cm)", "least (cm)", "most (cm)"],
+        ["variant", "runs", *map(goal.in_unit, ("mean best", "least", "most"))],
         [
-            (name, each.run_count, each.mean_best_distance_cm, each.least_best_distance_cm,
-             each.most_best_distance_cm)
+            (name, each.run_count, each.mean_best, each.least_best, each.most_best)
             for name, each in found.variants.items()
         ],
     )  # fmt: skip
@@ -37,10 +39,11 @@ def campaign_sections(found: Campaign, run: FinishedRun, sheet: Sheet) -> list[S
 
 def analysis_sections(found: Analysis, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return how each robot walked and what bears its weight."""
-    header = ["", "design", "how its walk ended", "distance (cm)", "slides back (cm)",
-              "weight on the hub"]  # fmt: skip
+    goal = found.goal
+    header = ["", "design", "how its walk ended",
+              *map(goal.in_unit, (goal.label, "slides back")), "weight on the hub"]  # fmt: skip
     rows = [
-        (each.label, each.design, each.status, each.distance_cm, each.backsliding_cm,
+        (each.label, each.design, each.status, goal.of_pair(each), each.backsliding,
          each.hub_load_share)
         for each in found.robots
     ]  # fmt: skip

@@ -192,10 +192,9 @@ class FramePainter:
         draw.text((space, space + width // 36), self._physics, INK_COLOUR, small)
         right = _label_x(self._actors)
         for actor, frame in zip(self._actors, frames, strict=True):
-            start, now = actor.path_mm[[0, frame], 0]
             ((x, y),) = self._on_floor(np.array([[right, actor.lane_mm]]))
             place = (min(x / _FINE, width - space), y / _FINE)
-            text = f"{actor.label}\n{(now - start) / 10:+.1f} cm"
+            text = f"{actor.label}\n{actor.travelled(frame)}"
             draw.text(place, text, INK_COLOUR, small, anchor="rm", align="right")
 
         # At the top: a video player's controls cover the bottom.

@@ -38,8 +38,8 @@ def frames_figure(actors: Sequence[Actor], times_s: Sequence[float], width: int 
         for column, time_s in enumerate(times_s):
             axes = panels[row, column]
             axes.imshow(painter.paint(time_s))
-            travel_cm = (actor.path_mm[actor.frame_at(time_s), 0] - actor.path_mm[0, 0]) / 10.0
-            axes.text(0.98, 0.03, f"{travel_cm:+.1f} cm", size=7, ha="right", va="bottom",
+            travelled = actor.travelled(actor.frame_at(time_s))
+            axes.text(0.98, 0.03, travelled, size=7, ha="right", va="bottom",
                       transform=axes.transAxes)  # fmt: skip
             axes.set(xticks=[], yticks=[])
             axes.spines[:].set_visible(False)

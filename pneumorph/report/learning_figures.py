@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.report.plan import PlanOf, paper_plan
 from pneumorph.report.plan_view import framed_plan_view
 from pneumorph.report.style import (
@@ -36,19 +37,24 @@ _SECONDS_PER_HOUR = 3600.0
 
 @figure_style()
 def phase_figure(
-    phases_deg: Sequence[float], distances_cm: Sequence[float], learned_cm: float | None = None
+    phases_deg: Sequence[float],
+    achieved: Sequence[float],
+    learned: float | None = None,
+    goal: Goal = FORWARD,
 ) -> Figure:
-    """Return forward distance in cm against phase in degrees, the best phase marked (figure 5d).
+    """Return what of a goal is achieved against phase in degrees, the best phase marked (figure
+    5d).
 
     Args:
         phases_deg: Phase shifts.
-        distances_cm: Distance of each; NaN where the simulation failed.
-        learned_cm: Distance of the best learned gait, drawn as a line to compare with.
+        achieved: By each [the goal's unit]; NaN where the simulation failed.
+        learned: By the best learned gait, drawn as a line to compare with.
+        goal: What is achieved.
 
     Raises:
         ValueError: Lists of different lengths, or no finite distance.
     """
-    distances = np.asarray(distances_cm, dtype=float)
+    distances = np.asarray(achieved, dtype=float)
     if len(phases_deg) != len(distances):
         raise ValueError(f"got {len(phases_deg)} phases and {len(distances)} distances")
     if not np.isfinite(distances).any():
@@ -60,13 +66,13 @@ def phase_figure(
     number = int(np.nanargmax(distances))
     best = (phases_deg[number], distances[number])
     axes.plot(*best, "o", color=INK_COLOUR, markersize=6)
-    axes.annotate(f"{best[1]:.1f} cm at {best[0]:g}°", best, xytext=(0, 7),
+    axes.annotate(f"{goal.said(best[1])} at {best[0]:g}°", best, xytext=(0, 7),
                   textcoords="offset points", ha="center")  # fmt: skip
-    if learned_cm is not None:
-        axes.axhline(learned_cm, color=LEARNED_COLOUR, label=f"learned: {learned_cm:.1f} cm")
+    if learned is not None:
+        axes.axhline(learned, color=LEARNED_COLOUR, label=f"learned: {goal.said(learned)}")
     zero_line(axes)
     axes.margins(y=0.15)
-    axes.set(xlabel="phase shift between fore and hind legs (°)", ylabel="forward distance (cm)")
+    axes.set(xlabel="phase shift between fore and hind legs (°)", ylabel=goal.axis)
     axes.legend(loc="best")
     return figure
 
@@ -75,12 +81,13 @@ def phase_figure(
 def reward_figure(
     metrics: Sequence[Mapping[str, Any]],
     histogram_edges_cm: Sequence[float],
-    baseline_cm: float | None = None,
-    learned_cm: float | None = None,
+    baseline: float | None = None,
+    learned: float | None = None,
     pairs: Sequence[LearnedPair] = (),
     plan_of: PlanOf = paper_plan,
+    goal: Goal = FORWARD,
 ) -> Figure:
-    """Return distances in cm against timesteps (paper, figure 7).
+    """Return what of a goal is achieved, rewards in its unit, against timesteps (paper, figure 7).
 
     The shades are the histogram of scores weighted by the design distribution; the lines are the
     mean and the best episode of each round and the best so far.
@@ -88,10 +95,11 @@ def reward_figure(
     Args:
         metrics: Rounds, as the training's metrics file holds them.
         histogram_edges_cm: Edges of their `score_histogram`.
-        baseline_cm: Distance of the expert's best phase.
-        learned_cm: Distance of the best pair, evaluated after the last round.
+        baseline: What the expert's best phase achieves [the goal's unit].
+        learned: What the best pair does, evaluated after the last round.
         pairs: The best pairs, drawn beside and marked where training saw them; at most five.
         plan_of: What a design looks like from above.
+        goal: What is achieved.
 
     Raises:
         ValueError: No rounds.
@@ -99,7 +107,7 @@ def reward_figure(
     timestep = _timesteps(metrics)
     pairs = pairs[:_MOST_PAIRS]
     figure = new_figure(6.6 if pairs else 5.2, 3.6 if pairs else 3.2)
-    axes = _with_plan_views(figure, pairs, plan_of) if pairs else figure.add_subplot()
+    axes = _with_plan_views(figure, pairs, plan_of, goal) if pairs else figure.add_subplot()
     shares = np.array([each["score_histogram"] for each in metrics])
     if shares.shape[1] >= len(histogram_edges_cm):
         raise ValueError(
@@ -108,45 +116,55 @@ def reward_figure(
         )
     # Runs of an earlier version end at fewer bins of the same size; the square root shows the thin
     # tail of good designs early in training.
-    edges_cm = np.asarray(histogram_edges_cm)[: shares.shape[1] + 1]
-    axes.pcolormesh(np.concatenate([[0.0], timestep]), edges_cm, np.sqrt(shares.T), cmap="Greys",
+    edges = np.asarray(histogram_edges_cm)[: shares.shape[1] + 1] / goal.cm_per_unit
+    axes.pcolormesh(np.concatenate([[0.0], timestep]), edges, np.sqrt(shares.T), cmap="Greys",
                     vmax=1.6, rasterized=True)  # fmt: skip
-    for name, colour, label in (
-        ("best_distance_cm", LEARNED_COLOUR, "best so far"),
-        ("return_mean_cm", NEUTRAL_COLOUR, "mean of the round"),
-    ):
-        values = np.array([each[name] for each in metrics], dtype=float)
-        axes.plot(timestep, values, color=colour, label=label)
-    _draw_baseline(axes, baseline_cm)
-    if learned_cm is not None:
-        axes.plot(timestep[-1], learned_cm, "o", color=LEARNED_COLOUR, clip_on=False)
-        axes.annotate(f"{learned_cm:.1f} cm", (timestep[-1], learned_cm), xytext=(0, 5),
+    best = np.array([best_of_round(each) for each in metrics], dtype=float)
+    mean = np.array([each["return_mean_cm"] for each in metrics]) / goal.cm_per_unit
+    axes.plot(timestep, best, color=LEARNED_COLOUR, label="best so far")
+    axes.plot(timestep, mean, color=NEUTRAL_COLOUR, label="mean of the round")
+    _draw_baseline(axes, baseline, goal)
+    if learned is not None:
+        axes.plot(timestep[-1], learned, "o", color=LEARNED_COLOUR, clip_on=False)
+        axes.annotate(goal.said(learned), (timestep[-1], learned), xytext=(0, 5),
                       textcoords="offset points", ha="right", va="bottom")  # fmt: skip
     # The first pair is the end of the blue line.
     for rank, pair in enumerate(pairs[1:], start=2):
-        if pair.timestep is not None and pair.distance_cm is not None:
-            place = (pair.timestep, pair.distance_cm)
+        far = goal.of_pair(pair)
+        if pair.timestep is not None and far is not None:
+            place = (pair.timestep, far)
             axes.plot(*place, "o", color=INK_COLOUR, markersize=3, clip_on=False)
             axes.annotate(f"L{rank}", place, xytext=(4, -8), textcoords="offset points", size=7,
                           path_effects=white_between())  # fmt: skip
     zero_line(axes)
-    best = max((each["best_distance_cm"] or 0.0) for each in metrics)
-    highest = max(best, baseline_cm or 0.0, learned_cm or 0.0)
-    axes.set_ylim(min(-3.0, float(histogram_edges_cm[0]) / 2), 1.12 * highest + 0.5)
-    axes.set(xlabel="timesteps (actions of all robots)", ylabel="distance in 20 s (cm)")
+    highest = max(np.nan_to_num(best).max(), baseline or 0.0, learned or 0.0)
+    lowest = min(-3.0, float(histogram_edges_cm[0]) / 2) / goal.cm_per_unit
+    axes.set_ylim(lowest, 1.12 * highest + 0.5 / goal.cm_per_unit)
+    ylabel = "distance in 20 s (cm)" if goal.is_forward else goal.axis
+    axes.set(xlabel="timesteps (actions of all robots)", ylabel=ylabel)
     axes.legend(loc="upper left")
     return figure
 
 
-def _with_plan_views(figure: Figure, pairs: Sequence[LearnedPair], plan_of: PlanOf) -> Axes:
+def best_of_round(metrics: Mapping[str, Any]) -> float | None:
+    """What the best pair so far achieved [the goal's unit]; None before the first. Rounds of an
+    earlier version know its distance alone."""
+    best: float | None = metrics.get("best_achieved", metrics["best_distance_cm"])
+    return best
+
+
+def _with_plan_views(
+    figure: Figure, pairs: Sequence[LearnedPair], plan_of: PlanOf, goal: Goal
+) -> Axes:
     """Draw the pairs' designs in a column at the right and return the axes at the left."""
     columns = figure.add_gridspec(1, 2, width_ratios=(5.2, 1.2))
     views = columns[1].subgridspec(_MOST_PAIRS, 1)
     for rank, pair in enumerate(pairs, start=1):
         view = figure.add_subplot(views[rank - 1])
         framed_plan_view(view, plan_of(Design.parse(pair.design)))
-        far = "failed" if pair.distance_cm is None else f"{pair.distance_cm:.1f} cm"
-        view.set_title(f"L{rank}: {far}", size=7, loc="center", pad=2)
+        far = goal.of_pair(pair)
+        said = "failed" if far is None else goal.said(far)
+        view.set_title(f"L{rank}: {said}", size=7, loc="center", pad=2)
     return figure.add_subplot(columns[0])
 
 
@@ -156,10 +174,10 @@ def _timesteps(metrics: Sequence[Mapping[str, Any]]) -> np.ndarray:
     return np.array([each["timestep"] for each in metrics], dtype=float)
 
 
-def _draw_baseline(axes: Axes, baseline_cm: float | None) -> None:
-    if baseline_cm is not None:
-        label = f"expert's best phase: {baseline_cm:.1f} cm"
-        axes.axhline(baseline_cm, color=BASELINE_COLOUR, label=label)
+def _draw_baseline(axes: Axes, baseline: float | None, goal: Goal) -> None:
+    if baseline is not None:
+        label = f"expert's best phase: {goal.said(baseline)}"
+        axes.axhline(baseline, color=BASELINE_COLOUR, label=label)
 
 
 @figure_style()
@@ -187,13 +205,17 @@ def entropy_figure(metrics: Sequence[Mapping[str, Any]]) -> Figure:
 
 @figure_style()
 def learning_curves_figure(
-    curves: Mapping[str, tuple[Sequence[float], Sequence[float]]], baseline_cm: float | None = None
+    curves: Mapping[str, tuple[Sequence[float], Sequence[float]]],
+    baseline: float | None = None,
+    goal: Goal = FORWARD,
 ) -> Figure:
-    """Return the best distance in cm against the simulated time, a line a method.
+    """Return the best so far against the simulated time, a line a method.
 
     Args:
-        curves: Simulated time of all robots [s] and best distance until then [cm], by label.
-        baseline_cm: Distance of the expert's best phase.
+        curves: Simulated time of all robots [s] and what of a goal the best until then achieved
+            [its unit], by label.
+        baseline: What the expert's best phase achieves.
+        goal: What is achieved.
 
     Raises:
         ValueError: No curve.
@@ -202,32 +224,36 @@ def learning_curves_figure(
         raise ValueError("curves is empty, expected at least one method's")
     figure, axes = new_axes(5.6, 3.2)
     colours = [colour for colour in REGULATOR_COLOURS if colour != BASELINE_COLOUR]
-    for number, (label, (simulated_s, best_cm)) in enumerate(curves.items()):
+    for number, (label, (simulated_s, most)) in enumerate(curves.items()):
         hours = np.asarray(simulated_s, dtype=float) / _SECONDS_PER_HOUR
-        best = np.asarray(best_cm, dtype=float)
+        best = np.asarray(most, dtype=float)
         axes.plot(hours, best, color=colours[number % len(colours)], label=label)
-    _draw_baseline(axes, baseline_cm)
+    _draw_baseline(axes, baseline, goal)
     zero_line(axes)
-    axes.set(xlabel="simulated time of all robots (h)", ylabel="best distance so far (cm)")
+    axes.set(
+        xlabel="simulated time of all robots (h)", ylabel=goal.in_unit(f"best {goal.label} so far")
+    )
     axes.set_xlim(left=0)
     figure.legend(loc="outside upper center", ncols=2)
     return figure
 
 
 @figure_style()
-def own_gaits_figure(designs: Sequence[DesignsBestGait]) -> Figure:
-    """Return each design's distance with its own searched gait over that with the shared policy.
+def own_gaits_figure(designs: Sequence[DesignsBestGait], goal: Goal = FORWARD) -> Figure:
+    """Return what each design achieves with its own searched gait over that with the shared policy.
 
     Args:
         designs: What a search for gaits found of each.
+        goal: What is achieved.
 
     Raises:
         ValueError: No design has both distances.
     """
     rows = [
-        (row.why, (row.policy_distance_cm, row.distance_cm))
+        (row.why, (shared, own))
         for row in designs
-        if row.policy_distance_cm is not None and row.distance_cm is not None
+        for shared, own in (row.with_policy_and_own(goal),)
+        if shared is not None and own is not None
     ]
     if not rows:
         raise ValueError("no design has a searched and a learned distance, expected one or more")
@@ -238,9 +264,12 @@ def own_gaits_figure(designs: Sequence[DesignsBestGait]) -> Figure:
         axes.plot(*place, marker, color=colour, markersize=5)
         if why != "drawn at random":
             axes.annotate(why, place, xytext=(4, 3), textcoords="offset points", fontsize=7)
-    distances_cm = [place for _, place in rows]
-    ends = [np.min(distances_cm), np.max(distances_cm)]
+    places = [place for _, place in rows]
+    ends = [np.min(places), np.max(places)]
     axes.margins(0.08)
     axes.plot(ends, ends, color=INK_COLOUR, linewidth=0.7, linestyle=":")
-    axes.set(xlabel="with the shared policy (cm)", ylabel="with its own searched gait (cm)")
+    axes.set(
+        xlabel=goal.in_unit("with the shared policy"),
+        ylabel=goal.in_unit("with its own searched gait"),
+    )
     return figure

@@ -55,6 +55,11 @@ class MarkerActor:
         if not np.isfinite(self.position_mm).all():
             raise ValueError(f"the path of {self.label!r} must be finite; leave lost points out")
 
+    def travelled(self, frame: int) -> str:
+        """How far forward it is at a frame, for a person."""
+        start, now = self.path_mm[[0, frame], 0]
+        return f"{(now - start) / 10:+.1f} cm"
+
     @classmethod
     def of(cls, trial: Trial, label: str) -> MarkerActor:
         """Return the actor of a trial, from the start of its gait on.

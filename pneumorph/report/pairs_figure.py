@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.physics.open_loop_gait import OpenLoopGait, sample_commands
 from pneumorph.physics.regulators import Regulators
 from pneumorph.report.plan import PlanOf, paper_plan
@@ -30,13 +31,15 @@ class Pair:
         label: Such as L1.
         design: The design.
         gait: Its gait.
-        distance_cm: How far it travels [cm]; None where it failed or was not walked.
+        achieved: What of the goal [its unit]; None where it failed or was not walked.
+        goal: What is achieved.
     """
 
     label: str
     design: Design
     gait: OpenLoopGait
-    distance_cm: float | None
+    achieved: float | None
+    goal: Goal = FORWARD
 
 
 @figure_style()
@@ -65,7 +68,7 @@ def pairs_figure(
     for column, pair in enumerate(pairs):
         above = panels[0, column]
         framed_plan_view(above, plan_of(pair.design), number_size=6.5)
-        far = "" if pair.distance_cm is None else f": {pair.distance_cm:.1f} cm"
+        far = "" if pair.achieved is None else f": {pair.goal.said(pair.achieved)}"
         above.set_title(f"{pair.label}{far}\n{pair.design}", size=8, loc="center")
         time_s, commanded, smoothed = _pressures(pair.gait, regulators_of(pair.design))
         for index in range(regulators):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.friction_margin import LIMIT_SHARE, FrictionMargin
 from pneumorph.gait.walk import last_cycle
 from pneumorph.report.style import (
@@ -60,32 +61,34 @@ def margin_figure(
 @figure_style()
 def friction_figure(
     frictions: Sequence[float],
-    distances_cm: Mapping[str, Sequence[float]],
+    achieved: Mapping[str, Sequence[float]],
     trained_friction: float | None = None,
+    goal: Goal = FORWARD,
 ) -> Figure:
-    """Return distances in cm against the friction coefficient, a line a robot.
+    """Return what of a goal is achieved against the friction coefficient, a line a robot.
 
     Args:
         frictions: Coulomb coefficients, of every surface alike.
-        distances_cm: Distance at each, by label; NaN where a simulation failed.
+        achieved: At each [the goal's unit], by label; NaN where a simulation failed.
         trained_friction: Coefficient of every surface that the recorded walks were made with, drawn
             as a line; None where they differ.
+        goal: What is achieved.
     """
     figure, axes = new_axes()
-    for number, (label, distances) in enumerate(distances_cm.items()):
+    for number, (label, distances) in enumerate(achieved.items()):
         colour = REGULATOR_COLOURS[number % len(REGULATOR_COLOURS)]
         axes.plot(frictions, distances, "o-", markersize=3, color=colour, label=label)
     if trained_friction is not None:
         axes.axvline(trained_friction, color=INK_COLOUR, linewidth=0.8, linestyle=":")
     zero_line(axes)
-    axes.set(xlabel="friction coefficient", ylabel="distance (cm)")
+    axes.set(xlabel="friction coefficient", ylabel=goal.in_unit(goal.label))
     legend_beside(axes)
     return figure
 
 
 @figure_style()
 def robustness_figure(found: Robustness) -> Figure:
-    """Return the distance in cm of each pair in every world drawn at random.
+    """Return what each pair achieves in every world drawn at random.
 
     Args:
         found: Pairs in worlds drawn at random.
@@ -93,7 +96,7 @@ def robustness_figure(found: Robustness) -> Figure:
     Raises:
         ValueError: No pairs.
     """
-    pairs, distances = found.pairs, found.distances_cm
+    pairs, distances = found.pairs, found.achieved
     if not pairs:
         raise ValueError("no pairs to draw, expected at least one")
     figure, axes = new_axes(max(4.2, 1.0 + 0.75 * len(pairs)), 3.2)
@@ -102,15 +105,15 @@ def robustness_figure(found: Robustness) -> Figure:
     across = places + 0.25 * np.linspace(-1.0, 1.0, len(distances))[:, None]
     axes.plot(across, distances, ".", color=NEUTRAL_COLOUR, markersize=4, zorder=1)
     for values, half, width, label in (
-        ([pair.mean_distance_cm for pair in pairs], 0.3, 2.2, "mean"),
-        ([pair.tenth_percentile_cm for pair in pairs], 0.18, 1.2, "10th percentile"),
+        ([pair.mean for pair in pairs], 0.3, 2.2, "mean"),
+        ([pair.tenth_percentile for pair in pairs], 0.18, 1.2, "10th percentile"),
     ):
         axes.hlines(values, places - half, places + half, LEARNED_COLOUR, lw=width, label=label)
-    nominal = [pair.nominal_distance_cm for pair in pairs]
+    nominal = [pair.nominal for pair in pairs]
     axes.plot(places, nominal, "D", color=INK_COLOUR, markersize=5, label="the world as it stands")
     zero_line(axes)
     axes.set_xticks(places, [pair.label for pair in pairs])
-    axes.set(ylabel="forward distance (cm)")
+    axes.set(ylabel=found.goal.axis)
     axes.grid(axis="x", visible=False)
     figure.legend(loc="outside lower center", ncols=3, fontsize=7)
     return figure

@@ -11,6 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.run_folder import SETTINGS, SUMMARY
+from pneumorph.environment.goal import Goal
 from pneumorph.report import page
 from pneumorph.report.page import Section
 from pneumorph.report.physics_words import physics_of
@@ -18,11 +19,20 @@ from pneumorph.report.repeat_section import repeat_section
 from pneumorph.report.replay.replay_data import ReplaySettings
 from pneumorph.report.sheet import Sheet
 from pneumorph.report.style import FIGURE_FILES, FigureFormat
-from pneumorph.report.verb_pages import EXPERT, PAGES, VerbPage
+from pneumorph.report.verb_pages import EXPERT, PAGES, TRAINING, VerbPage
 from pneumorph.report.walk_sections import walk_sections
 from pneumorph.study.baseline import BestPhase
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.simulated_walk import SimulatedWalk
+
+_ACHIEVED = {
+    "median": "of the best pair, median",
+    "tenth_percentile": "of the best pair, 10th percentile",
+    "expert_median": "of the expert, median",
+    "best_achieved": "of the best pair",
+    "baseline_best_achieved": "of the expert's best phase",
+}
+"""What they achieve of a goal, likewise: key without its unit -> its name after the goal's."""
 
 _SHOWN_ELSEWHERE = (
     "bend", "calibration", "drawing", "node_error", "path_fit", "tolerances", "transfer_gaits",
@@ -75,18 +85,22 @@ def write_run_page(
     found = None if shown.result is None else run.result(shown.result)
     if isinstance(found, SimulatedWalk) and found.status != "completed":
         found = replace(found, distance_cm=None)  # which earlier versions wrote
+    goal = run.goal
     with _told_of(run):
         sections = [
-            *walk_sections(run.folder, sheet),
+            *walk_sections(run.folder, sheet, goal),
             *(section for make in shown.sections for section in make(found, run, sheet)),
             *_picture_sections(run),
             _results_section(found, run),
             repeat_section(run),
         ]
         physics = physics_of(found)
-        headline = _headline(found, run, shown)
+        headline = _headline(found, run, shown, goal)
     where = f"Run folder {run.folder}" + (f", {physics}." if physics else ".")
-    page.write_page(path, shown.title, f"{shown.lead} {where}", headline, sections, sheet.head)
+    title = shown.title
+    if shown is TRAINING and not goal.is_forward:
+        title = f"A robot learned to {goal.label}"
+    page.write_page(path, title, f"{shown.lead} {where}", headline, sections, sheet.head)
     return RunPage(
         page=str(path),
         page_bytes=path.stat().st_size,
@@ -115,12 +129,12 @@ def _told_of(run: FinishedRun) -> Iterator[None]:
         ) from error
 
 
-def _headline(found: Any, run: FinishedRun, shown: VerbPage) -> str:
+def _headline(found: Any, run: FinishedRun, shown: VerbPage, goal: Goal) -> str:
     first = [(number, found) for number in shown.headline]
     if run.source is not None and run.source.verb in ("coopt", "demo"):
         first += [(number, run.source.result(BestPhase)) for number in EXPERT]
-    written = {number.label: number.of(result) for number, result in first}
-    return page.numbers({label: text for label, text in written.items() if text is not None})
+    written = [number.said(result, goal) for number, result in first]
+    return page.numbers(dict(each for each in written if each is not None))
 
 
 def _picture_sections(run: FinishedRun) -> list[Section]:

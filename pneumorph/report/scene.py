@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.robot_shape import PlacedPart, RobotShape
@@ -44,12 +45,14 @@ class Actor:
         label: What to write beside it.
         shape: What it looks like.
         lane_mm: Where to place it across the direction of travel (y).
+        goal: What of its walk is told.
     """
 
     trajectory: Trajectory
     label: str
     shape: RobotShape
     lane_mm: float = 0.0
+    goal: Goal = FORWARD
 
     def __post_init__(self) -> None:
         nodes, skin = self.trajectory.node_positions_mm, self.trajectory.skin_triangles
@@ -70,7 +73,7 @@ class Actor:
             )
 
     @classmethod
-    def of(cls, trajectory: Trajectory, label: str) -> Actor:
+    def of(cls, trajectory: Trajectory, label: str, goal: Goal = FORWARD) -> Actor:
         """Return the actor of a trajectory.
 
         One of an earlier version does not say what its robot looks like: it is the paper's, with
@@ -79,7 +82,12 @@ class Actor:
         Raises:
             ValueError: Nothing to draw, or neither a shape nor a design.
         """
-        return cls(trajectory, label, shape_of(trajectory, label))
+        return cls(trajectory, label, shape_of(trajectory, label), goal=goal)
+
+    def travelled(self, frame: int) -> str:
+        """What it has achieved at a frame, for a person."""
+        way = self.goal.along(self.trajectory)[frame]
+        return f"{way:+.{0 if self.goal.turns else 1}f}{self.goal.symbol}"
 
     @property
     def regulators(self) -> tuple[int, ...]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from pneumorph.base.run_folder import TRAINING_FOLDER
+from pneumorph.environment.goal import Goal
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.metrics import DRAWN, HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.physics.regulators import RateLimited
@@ -28,12 +29,18 @@ _DRAWN_PAIRS = 5
 
 def sweep_sections(found: BestPhase, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return the expert's gait at every phase."""
-    learned_cm = found.best_distance_cm if isinstance(found, TrainingResult) else None
-    figure = phase_figure(found.phases_deg, found.distances_cm, learned_cm)
+    goal, achieved = found.goal, found.phases_achieved or found.distances_cm
+    learned = _best(found) if isinstance(found, TrainingResult) else None
+    figure = phase_figure(found.phases_deg, achieved, learned, goal)
     caption = f"{found.baseline_design} under two sine waves, the hind legs later by the phase."
     return [
         Section("The expert's gait at every phase", sheet.drawn("phase_sweep", figure, caption))
     ]
+
+
+def _best(found: TrainingResult) -> float | None:
+    """What the best pair achieved [the goal's unit]."""
+    return found.best_distance_cm if found.goal.is_forward else found.best_achieved
 
 
 def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> list[Section]:
@@ -45,18 +52,19 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
     rewards = reward_figure(
         metrics,
         HISTOGRAM_EDGES_CM,
-        found.baseline_best_distance_cm,
-        found.best_distance_cm,
+        found.best_achieved_by_expert,
+        _best(found),
         (found.seen_pairs or found.pairs)[:_DRAWN_PAIRS],
         plans_of(run.robot),
+        found.goal,
     )
     body = page.side_by_side(
         sheet.drawn(
             "training",
             rewards,
-            "Distance of each round of episodes. Grey shades: scores of all designs, weighted by "
-            "the design distribution; the last bin holds all beyond it. Dots: where training saw "
-            "its best pairs.",
+            f"{found.goal.title} of each round of episodes. Grey shades: scores of all "
+            "designs, weighted by the design distribution; the last bin holds all beyond it. Dots: "
+            "where training saw its best pairs.",
         ),
         sheet.drawn(
             "entropy",
@@ -70,34 +78,38 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
 def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return a training's best pairs with their gaits, beside the baseline."""
     title = "The best pairs" + (f", by {found.ranked_by}" if found.ranked_by else "")
-    return _pair_sections(found.pairs, run, sheet, found, title)
+    return _pair_sections(found.pairs, run, sheet, found.goal, found, title)
 
 
 def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return an evaluation's distances beside those reported, and its worlds drawn at random."""
-    learned = run.source
+    learned, goal = run.source, found.goal
     compared = learned is not None and learned.verb in ("coopt", "demo")  # a search has no baseline
     baseline = learned.result(BestPhase) if learned is not None and compared else None
     rows = [
         (
             f"L{rank}",
             pair.design,
-            pair.reported_distance_cm,
-            "failed" if pair.distance_cm is None else pair.distance_cm,
+            pair.reported_distance_cm if goal.is_forward else pair.reported_achieved,
+            "failed" if (far := goal.of_pair(pair)) is None else far,
         )
         for rank, pair in enumerate(found.pairs, start=1)
     ]
-    header = ["place in the run", "design", "reported by the run (cm)", f"{found.model} model (cm)"]
+    header = [
+        "place in the run",
+        "design",
+        *map(goal.in_unit, ("reported by the run", f"{found.model} model")),
+    ]
     sections = [
         *_pair_sections(
-            found.pairs, run, sheet, baseline, "The best pairs of the run", Path(found.run)
+            found.pairs, run, sheet, goal, baseline, "The best pairs of the run", Path(found.run)
         ),
         Section("Walked again", page.table(header, rows)),
     ]
     if found.robustness is not None:
         caption = (
-            f"Distances in {found.robustness.world_count} worlds drawn at random: mean, 10th "
-            "percentile, and the world as it stands."
+            f"{goal.title} in {found.robustness.world_count} worlds drawn at random: mean, "
+            "10th percentile, and the world as it stands."
         )
         share, furthest = found.robustness.left_range_share, found.robustness.range_ratio
         if share:
@@ -123,11 +135,15 @@ class _Pair(Protocol):
     @property
     def distance_cm(self) -> float | None: ...
 
+    @property
+    def achieved(self) -> float | None: ...
+
 
 def _pair_sections(
     pairs: Sequence[_Pair],
     run: FinishedRun,
     sheet: Sheet,
+    goal: Goal,
     baseline: BestPhase | None = None,
     title: str = "The best pairs",
     gait_folder: Path | None = None,
@@ -142,13 +158,13 @@ def _pair_sections(
         if path is not None and path.is_file():
             gait, _ = read_gait(path, maximum_pressure_kPa=float("inf"))
             design = run.design(f"{place}.design", gait.regulator_count)
-            drawn.append(Pair(f"L{rank}", design, gait, pair.distance_cm))
+            drawn.append(Pair(f"L{rank}", design, gait, goal.of_pair(pair), goal))
             continue
         run.design(f"{place}.design")
         missing.append(f"L{rank} (no file is named)" if path is None else f"L{rank} ({path})")
     found = drawn[:_DRAWN_PAIRS]
-    header = ["", "design", "distance (cm)", "over the baseline (cm)"]
-    body = page.table(header, _rows(pairs, baseline))
+    header = ["", "design", *map(goal.in_unit, (goal.label, "over the baseline"))]
+    body = page.table(header, _rows(pairs, baseline, goal))
     if found:
         physics, plans = run.robot.physics, plans_of(run.robot)
         rate = physics.pressure_rate_kPa_per_s
@@ -172,16 +188,18 @@ def _pair_sections(
 
 def searched_pair_sections(found: SearchFindings, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return the best pairs of a search with their gaits."""
-    return _pair_sections(found.pairs or (), run, sheet)
+    return _pair_sections(found.pairs or (), run, sheet, found.goal)
 
 
-def _rows(pairs: Sequence[_Pair], baseline: BestPhase | None) -> list[tuple[object, ...]]:
+def _rows(
+    pairs: Sequence[_Pair], baseline: BestPhase | None, goal: Goal
+) -> list[tuple[object, ...]]:
     rows: list[tuple[object, ...]] = []
-    base_cm = None if baseline is None else baseline.baseline_best_distance_cm
+    base = None if baseline is None else baseline.best_achieved_by_expert
     if baseline is not None:
-        rows.append(("B", baseline.baseline_design, base_cm, 0.0))
+        rows.append(("B", baseline.baseline_design, base, 0.0))
     for rank, pair in enumerate(pairs, start=1):
-        far = pair.distance_cm
-        more = "" if far is None or base_cm is None else far - base_cm
+        far = goal.of_pair(pair)
+        more = "" if far is None or base is None else far - base
         rows.append((f"L{rank}", pair.design, "failed" if far is None else far, more))
     return rows

@@ -8,9 +8,10 @@ from __future__ import annotations
 import html
 from typing import TYPE_CHECKING, Any
 
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM
 from pneumorph.report import page
-from pneumorph.report.learning_figures import entropy_figure, reward_figure
+from pneumorph.report.learning_figures import best_of_round, entropy_figure, reward_figure
 from pneumorph.report.plan import PlanOf, paper_plan
 from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.replay.page import player_script, replay_assets, script_json
@@ -28,8 +29,9 @@ def training_view_data(
     snapshot: TrainingSnapshot,
     space: DesignSpace,
     best: Actor | None,
-    baseline_cm: float | None = None,
+    baseline: float | None = None,
     plan_of: PlanOf = paper_plan,
+    goal: Goal = FORWARD,
 ) -> dict[str, Any]:
     """Return what the page shows, as JSON values.
 
@@ -37,14 +39,15 @@ def training_view_data(
         snapshot: The training.
         space: Its designs.
         best: The best robot crawling; None before the first checkpoint.
-        baseline_cm: Distance of the expert's best phase, where it is known.
+        baseline: What the expert's best phase achieves [the goal's unit], where it is known.
         plan_of: What a design looks like from above.
+        goal: What is achieved.
     """
     return {
         "status": _status(snapshot),
-        "numbers": page.numbers(_headline(snapshot)),
-        "figures": _figures(snapshot, baseline_cm),
-        "designs": _designs(snapshot, space, plan_of),
+        "numbers": page.numbers(_headline(snapshot, goal)),
+        "figures": _figures(snapshot, baseline, goal),
+        "designs": _designs(snapshot, space, plan_of, goal),
         "replay": None if best is None else replay_data([best]),
     }
 
@@ -78,39 +81,39 @@ def _status(snapshot: TrainingSnapshot) -> str:
     return f"Training: {made}; the last round was written {snapshot.last_round_s_ago:.0f} s ago."
 
 
-def _headline(snapshot: TrainingSnapshot) -> dict[str, str]:
+def _headline(snapshot: TrainingSnapshot, goal: Goal) -> dict[str, str]:
     if not snapshot.metrics:
         return {}
     last = snapshot.metrics[-1]
-    best = last["best_distance_cm"]
+    best, mean = best_of_round(last), goal.of_reward(last["return_mean_cm"])
     return {
-        "best distance": "none yet" if best is None else f"{best:.1f} cm",
-        "mean of the last round": f"{last['return_mean_cm']:.1f} cm",
+        f"best {goal.label}": "none yet" if best is None else goal.said(best),
+        "mean of the last round": goal.said(mean),
         "entropy of the designs": f"{last['design_entropy']:.2f}",
         "its target": f"{last['design_entropy_target']:.2f}",
     }
 
 
-def _figures(snapshot: TrainingSnapshot, baseline_cm: float | None) -> str:
+def _figures(snapshot: TrainingSnapshot, baseline: float | None, goal: Goal) -> str:
     if not snapshot.metrics:
         return ""
     return page.drawn(
-        reward_figure(snapshot.metrics, HISTOGRAM_EDGES_CM, baseline_cm),
-        "Distance of each round of episodes. Grey shades: scores of all designs, weighted by the "
-        "design distribution.",
+        reward_figure(snapshot.metrics, HISTOGRAM_EDGES_CM, baseline, goal=goal),
+        f"{goal.title} of each round of episodes. Grey shades: scores of all designs, weighted by "
+        "the design distribution.",
     ) + page.drawn(
         entropy_figure(snapshot.metrics),
         "The design distribution narrows as its entropy follows the target.",
     )
 
 
-def _designs(snapshot: TrainingSnapshot, space: DesignSpace, plan_of: PlanOf) -> str:
+def _designs(snapshot: TrainingSnapshot, space: DesignSpace, plan_of: PlanOf, goal: Goal) -> str:
     if not snapshot.pairs:
         return page.paragraph("They come with the first checkpoint.", "note")
     return "".join(
         page.drawn(
             plan_view_figure(plan_of(space[pair.design])),
-            f"{space[pair.design]}, {pair.distance_cm:.1f} cm",
+            f"{space[pair.design]}, {goal.said(pair.achieved)}",
         )
         for pair in snapshot.pairs[:SHOWN_DESIGNS]
     )

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.exchange.conversion import ConvertedFile
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot
 from pneumorph.report.certificate_sections import (
@@ -70,18 +71,31 @@ class HeadlineNumber:
         attribute: Its name in the verb's result; of a part of it ``part.name``.
         label: What it is called.
         pattern: How it is written, as of `str.format`.
+        achieved: The attribute that tells the same of a goal other than forward, in its unit.
+        of_goal: What follows the goal's label there; empty for what is no travel, and is shown
+            alike whatever the goal.
     """
 
     attribute: str
     label: str
     pattern: str = "{}"
+    achieved: str = ""
+    of_goal: str = ""
 
-    def of(self, found: Any) -> str | None:
-        """The value as it is shown; None where the result has none."""
-        for name in self.attribute.split("."):
-            found = None if found is None else getattr(found, name)
-        unknown = found is None or (isinstance(found, float) and not math.isfinite(found))
-        return None if unknown else self.pattern.format(found)
+    def said(self, found: Any, goal: Goal = FORWARD) -> tuple[str, str] | None:
+        """Label and value as they are shown; None where the result has none."""
+        if self.achieved and not goal.is_forward:
+            value = _value(found, self.achieved)
+            return None if value is None else (f"{goal.label} {self.of_goal}", goal.said(value))
+        value = _value(found, self.attribute)
+        return None if value is None else (self.label, self.pattern.format(value))
+
+
+def _value(found: Any, attribute: str) -> Any:
+    """A result's value; None for one that is not known."""
+    for name in attribute.split("."):
+        found = None if found is None else getattr(found, name)
+    return None if isinstance(found, float) and not math.isfinite(found) else found
 
 
 @dataclass(frozen=True)
@@ -105,19 +119,35 @@ class VerbPage:
 
 def _certified(certificate: str) -> tuple[HeadlineNumber, ...]:
     """Of the best pair in unseen worlds; ``certificate`` leads from the result to them."""
-    return (
-        HeadlineNumber(f"{certificate}median_cm", "median distance of the best pair", "{:.1f} cm"),
-        HeadlineNumber(f"{certificate}tenth_percentile_cm", "10th percentile", "{:.1f} cm"),
-        HeadlineNumber(f"{certificate}expert_median_cm", "the expert's median", "{:.1f} cm"),
+    told = (
+        ("median", "median distance of the best pair", "of the best pair, median"),
+        ("tenth_percentile", "10th percentile", "of the best pair, 10th percentile"),
+        ("expert_median", "the expert's median", "of the expert, median"),
+    )
+    return tuple(
+        HeadlineNumber(f"{certificate}{name}", label, "{:.1f} cm", f"{certificate}{name}", of_goal)
+        for name, label, of_goal in told
     )
 
 
 EXPERT = (
-    HeadlineNumber("baseline_best_distance_cm", "expert's best phase", "{:.1f} cm"),
+    HeadlineNumber(
+        "baseline_best_distance_cm",
+        "expert's best phase",
+        "{:.1f} cm",
+        "best_achieved_by_expert",
+        "of the expert's best phase",
+    ),
     HeadlineNumber("baseline_best_phase_deg", "the expert's best phase", "{:.0f}°"),
 )
 """Of the expert's sweep, which stands beside what is made of a training."""
-_BEST_DISTANCE = HeadlineNumber("best_distance_cm", "distance of the best pair", "{:.1f} cm")
+_BEST_DISTANCE = HeadlineNumber(
+    "best_distance_cm",
+    "distance of the best pair",
+    "{:.1f} cm",
+    "best_achieved",
+    "of the best pair",
+)
 _BEST_DESIGN = HeadlineNumber("best_design", "best design")
 _MEASURED = HeadlineNumber("mean_distance_cm", "measured distance", "{:.1f} cm")
 _BEND_ERROR = HeadlineNumber("bend_error_percent", "bend error", "{:.1f} %")
@@ -125,7 +155,7 @@ _DESIGN = HeadlineNumber("design", "design")
 _STATUS = HeadlineNumber("status", "status")
 _TIME = HeadlineNumber("wall_s", "time taken", "{:.0f} s")
 
-_TRAINING = VerbPage(
+TRAINING = VerbPage(
     "A robot learned to crawl",
     "Design and gait learned together, beside the expert's.",
     TrainingResult,
@@ -186,8 +216,8 @@ PAGES = {
         (*EXPERT, _TIME),
         (sweep_sections, leg_sections),
     ),
-    "coopt": _TRAINING,
-    "demo": _TRAINING,
+    "coopt": TRAINING,
+    "demo": TRAINING,
     "campaign": VerbPage(
         "Many trainings",
         "How seeds and settings compare.",

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumorph.gait.walk import cycle_slides_cm, last_cycle, step_rewards_cm
+from pneumorph.environment.goal import FORWARD, Goal
+from pneumorph.gait.walk import cycle_slides, last_cycle, step_rewards
 from pneumorph.report.ground_surface import ground_below
 from pneumorph.report.plan import Plan, plan_of_walk
 from pneumorph.report.plan_view import draw_plan_view
@@ -35,23 +36,24 @@ if TYPE_CHECKING:
 
 
 @figure_style()
-def distance_figure(trajectories: Mapping[str, Trajectory]) -> Figure:
-    """Return forward distance in cm against time in s, one line a robot (paper, figure 8).
+def distance_figure(trajectories: Mapping[str, Trajectory], goal: Goal = FORWARD) -> Figure:
+    """Return what of a goal is achieved against time in s, one line a robot (paper, figure 8).
 
     Args:
         trajectories: Trajectories by label, the most important first.
+        goal: What is achieved.
     """
     figure, axes = new_axes()
     for number, (label, trajectory) in enumerate(trajectories.items()):
-        time_s, forward_cm = trajectory.time_s, trajectory.forward_cm
+        time_s, way = trajectory.time_s, goal.along(trajectory)
         colour = PATH_COLOURS[number % len(PATH_COLOURS)]
-        axes.plot(time_s, forward_cm, color=colour, label=label)
+        axes.plot(time_s, way, color=colour, label=label)
         axes.annotate(
-            f"{forward_cm[-1]:.1f}", (time_s[-1], forward_cm[-1]), xytext=(4, 0),
+            f"{way[-1]:.{0 if goal.turns else 1}f}", (time_s[-1], way[-1]), xytext=(4, 0),
             textcoords="offset points", va="center", color=colour,
         )  # fmt: skip
     zero_line(axes)
-    axes.set(xlabel="time (s)", ylabel="forward distance (cm)")
+    axes.set(xlabel="time (s)", ylabel=goal.axis)
     axes.legend(loc="upper left")
     return figure
 
@@ -107,15 +109,19 @@ def pressure_figure(trajectory: Trajectory, regulator_count: int | None = None) 
 
 @figure_style()
 def step_figure(
-    paths: Mapping[str, tuple[np.ndarray, np.ndarray]], step_s: float = 1.0, cycle_s: float = 4.0
+    paths: Mapping[str, tuple[np.ndarray, np.ndarray]],
+    step_s: float = 1.0,
+    cycle_s: float = 4.0,
+    goal: Goal = FORWARD,
 ) -> Figure:
     """Return a panel for each robot: reward of each step as bars, slide back in each cycle as a
     line (paper, sections V and VI).
 
     Args:
-        paths: Time [s], (time,), and forward travel [cm], (time,), by label.
+        paths: Time [s], (time,), and what of a goal is achieved [its unit], (time,), by label.
         step_s: Length of a step, over which a reward is counted [s].
         cycle_s: Length of a cycle, over which a slide back is counted [s].
+        goal: What is achieved.
 
     Raises:
         ValueError: No path, or one shorter than a cycle.
@@ -124,19 +130,21 @@ def step_figure(
         raise ValueError("paths is empty, expected at least one robot's")
     figure = new_figure(5.2, 0.6 + 1.5 * len(paths))
     panels = figure.subplots(len(paths), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
-    for number, (label, (time_s, forward_cm)) in enumerate(paths.items()):
+    for number, (label, (time_s, way)) in enumerate(paths.items()):
         axes, colour = panels[number], PATH_COLOURS[number % len(PATH_COLOURS)]
-        reward = step_rewards_cm(time_s, forward_cm, step_s)
+        reward = step_rewards(time_s, way, step_s)
         begin = step_s * np.arange(len(reward))
         axes.bar(begin, reward, step_s, align="edge", color=colour, edgecolor="white")
-        slide = cycle_slides_cm(time_s, forward_cm, cycle_s)
+        slide = cycle_slides(time_s, way, cycle_s)
         cycles = cycle_s * np.arange(len(slide) + 1)
         axes.step(cycles, -np.append(slide, slide[-1:]), where="post", color=INK_COLOUR)
         zero_line(axes)
+        back = f"slides back {slide.mean():.2f}{goal.symbol} a cycle"
         axes.set_title(
-            f"{label}: {reward.sum():.1f} cm, slides back {slide.mean():.2f} cm a cycle", size=9
+            f"{label}: {goal.said(reward.sum())}, {back}",
+            size=9,
         )
-        axes.set_ylabel("cm")
+        axes.set_ylabel(goal.symbol.strip())
     panels[-1].set_xlabel("time (s)")
     figure.supylabel(f"bars: reward of {step_s:g} s; line: slide back in {cycle_s:g} s", size=7)
     return figure

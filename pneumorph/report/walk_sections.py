@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.report import page
 from pneumorph.report.frames_figure import frames_figure
 from pneumorph.report.page import Section
@@ -28,7 +29,7 @@ _CYCLE_S = 4.0
 _STILL_COUNT = 5
 
 
-def walk_sections(folder: Path, sheet: Sheet) -> list[Section]:
+def walk_sections(folder: Path, sheet: Sheet, goal: Goal = FORWARD) -> list[Section]:
     """Return the sections of a run's trajectories, a group of robots after the other.
 
     A robot that did not come to the end of its walk is replayed; it has no distance.
@@ -37,13 +38,13 @@ def walk_sections(folder: Path, sheet: Sheet) -> list[Section]:
     for group, trajectories in recorded_trajectories(folder).items():
         seen = {name: each for name, each in trajectories.items() if can_be_drawn(each)}
         if seen:
-            sections.append(replay_section(group, seen, sheet))
+            sections.append(replay_section(group, seen, sheet, goal))
         whole = {name: each for name, each in trajectories.items() if each.status == "completed"}
         if len(whole) < len(trajectories):
             sections.append(_failures_section(group, trajectories))
         if whole:
-            sections.append(_distance_section(group, whole, sheet))
-            sections += _gait_sections(group, whole, sheet)
+            sections.append(_distance_section(group, whole, sheet, goal))
+            sections += _gait_sections(group, whole, sheet, goal)
     return sections
 
 
@@ -70,10 +71,12 @@ def _named(name: str, group: str) -> str:
     return f"{name}_{group.replace(' ', '_')}" if group else name
 
 
-def replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
+def replay_section(
+    group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet, goal: Goal = FORWARD
+) -> Section:
     """Return robots that can be drawn, side by side: a replay, and stills of it."""
     actors = [
-        Actor.of(each, f"{name}\n{each.metadata.get('design', '')}".strip())
+        Actor.of(each, f"{name}\n{each.metadata.get('design', '')}".strip(), goal)
         for name, each in trajectories.items()
     ]
     replay = sheet.replayed(
@@ -84,19 +87,23 @@ def replay_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sh
     stills = sheet.drawn(
         _named("frames", group),
         frames_figure(actors, [round(each, 2) for each in times_s]),
-        "The robots at instants of their walk, with their travel; lines are 5 cm apart.",
+        f"The robots at instants of their walk, with their {goal.label}; lines are 5 cm apart.",
     )
     return Section(_titled("Replay", group), replay + stills)
 
 
-def _distance_section(group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet) -> Section:
+def _distance_section(
+    group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet, goal: Goal
+) -> Section:
     return Section(
-        _titled("Distance and path", group),
+        _titled(f"{goal.title} and path", group),
         page.side_by_side(
             sheet.drawn(
                 _named("distance", group),
-                distance_figure(trajectories),
-                "Forward distance of the disk's centre.",
+                distance_figure(trajectories, goal),
+                "Forward distance of the hub's centre."
+                if goal.is_forward
+                else f"{goal.title}, since the start.",
             ),
             sheet.drawn(
                 _named("path", group),
@@ -108,7 +115,7 @@ def _distance_section(group: str, trajectories: Mapping[str, Trajectory], sheet:
 
 
 def _gait_sections(
-    group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet
+    group: str, trajectories: Mapping[str, Trajectory], sheet: Sheet, goal: Goal
 ) -> list[Section]:
     first, trajectory = next(iter(trajectories.items()))
     plan = plan_of_walk(trajectory)
@@ -131,8 +138,10 @@ def _gait_sections(
         return sections
     steps = sheet.drawn(
         _named("steps", group),
-        step_figure({name: (each.time_s, each.forward_cm) for name, each in long_enough.items()}),
-        "Reward of every second, and below zero the furthest slide back within each 4 s.",
+        step_figure(
+            {name: (each.time_s, goal.along(each)) for name, each in long_enough.items()}, goal=goal
+        ),
+        f"{goal.title} of every second, and below zero the furthest slide back within each 4 s.",
     )
     name, walked = next(iter(long_enough.items()))
     if not can_be_drawn(walked):
@@ -140,7 +149,7 @@ def _gait_sections(
     cycle = sheet.drawn(
         _named("cycle", group),
         cycle_figure(walked),
-        f"The last whole 4 s of the robot called {name}: pressures, tilt of the disk, how far each "
+        f"The last whole 4 s of the robot called {name}: pressures, tilt of the hub, how far each "
         "leg's lowest point is above the lowest of all, what the floor bears of it where that was "
         "recorded, and travel.",
     )

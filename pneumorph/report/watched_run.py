@@ -147,13 +147,18 @@ class WatchedRun:
         """What the page shows of a snapshot."""
         best = self._crawling(snapshot.pairs[0]) if snapshot.pairs else None
         return training_view_data(
-            snapshot, self.settings.space, best, self._baseline_cm(), self._plan_of
+            snapshot,
+            self.settings.space,
+            best,
+            self._baseline(),
+            self._plan_of,
+            self.settings.task.goal,
         )
 
-    def _baseline_cm(self) -> float | None:
-        """The distance of the expert's best phase, where the sweep is done."""
+    def _baseline(self) -> float | None:
+        """What the expert's best phase achieves, where the sweep is done."""
         file = self.folder / SWEEP_FILE
-        return float(PhaseSweep.load(file).distance_cm.max()) if file.exists() else None
+        return float(PhaseSweep.load(file).counted.max()) if file.exists() else None
 
     def _crawling(self, pair: DesignGaitPair) -> Actor:
         same = self._best is not None and (self._best[0].design, self._best[0].distance_cm) == (
@@ -170,7 +175,7 @@ class WatchedRun:
                 pair.gait(action_s, task),
                 settling_steps=task.settling_step_count,
             )
-            self._best = pair, Actor.of(trajectory, str(design))
+            self._best = pair, Actor.of(trajectory, str(design), task.goal)
         return self._best[1]
 
 

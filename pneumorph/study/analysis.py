@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.checked import Checked, Count, Positive
-from pneumorph.base.result import result_to_dict
+from pneumorph.base.result import in_cm, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.friction_margin import FrictionMargin, friction_margin, point_contacts
-from pneumorph.gait.walk import cycle_slides_cm, step_rewards_cm, walk
+from pneumorph.gait.walk import cycle_slides, step_rewards, walk
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.physics.physics import Physics
@@ -91,23 +92,25 @@ class AnalysedRobot:
     design: str
     status: str
     distance_cm: float | None
-    step_rewards_cm: tuple[float, ...] | None
-    """Forward travel in each action's time [cm]."""
-    cycle_slides_cm: tuple[float, ...] | None
-    """Furthest slide back within each cycle [cm]."""
-    backsliding_cm: float | None
-    """Their mean [cm]."""
+    step_rewards: tuple[float, ...] | None = field(metadata=in_cm("step_rewards_cm"))
+    """What of the goal is achieved in each action's time [its unit]."""
+    cycle_slides: tuple[float, ...] | None = field(metadata=in_cm("cycle_slides_cm"))
+    """Furthest slide back from it within each cycle."""
+    backsliding: float | None = field(metadata=in_cm("backsliding_cm"))
+    """Their mean."""
     roll_range_deg: tuple[float, float]
     pitch_range_deg: tuple[float, float]
     mean_contact_count: float
     legs: tuple[AnalysedLeg, ...]
     hub_load_share: float
     """Share of the robot's weight that the floor bears through its hub, in the mean."""
-    distances_over_friction_cm: tuple[float, ...]
-    """Distance at each friction [cm]; NaN where the simulation failed."""
+    over_friction: tuple[float, ...] = field(metadata=in_cm("distances_over_friction_cm"))
+    """What of the goal is achieved at each friction; NaN where the simulation failed."""
     range_ratio: float | None = None
     """How far any leg went relative to the furthest snapshot it was reduced from; None where that
     is not known."""
+    achieved: float | None = None
+    """What of the goal it achieved; None of one that diverged, and in files of earlier versions."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +119,7 @@ class Analysis:
 
     run: str
     best_design: str
-    """The pair that came furthest here; the run's first where all failed."""
+    """The pair that achieved most of the run's goal here; the run's first where all failed."""
     best_distance_cm: float | None
     damping: str
     friction: float
@@ -129,6 +132,9 @@ class Analysis:
     """What the robots were simulated in; None in files of earlier versions."""
     notes: tuple[str, ...] = ()
     """Robots that left the range of their legs' snapshots."""
+    goal: Goal = FORWARD
+    best_achieved: float | None = None
+    """What of it that pair achieved; None as there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,9 +208,10 @@ def analyse(
         trajectory.with_skin_only().save(folder / walk_file(each.label))
         folder.progress(number, len(robots), "recording")
     folder.progress.stage("walking over the range of friction")
-    distances = _over_friction(spec, robots, settings.frictions, folder)
+    goal = run.task.goal
+    friction = _over_friction(spec, robots, settings.frictions, folder, goal)
     analysed = tuple(
-        analysed_robot(each, trajectory, spec, step_s, settings.cycle_s, distances[each.label])
+        analysed_robot(each, trajectory, spec, step_s, settings.cycle_s, goal, friction[each.label])
         for each, trajectory in zip(robots, recorded, strict=True)
     )
     best = furthest(analysed[1:])
@@ -212,6 +219,8 @@ def analyse(
         run=str(run.folder),
         best_design=best.design,
         best_distance_cm=best.distance_cm,
+        goal=goal,
+        best_achieved=best.achieved,
         **spec.describe(reduced=False),
         friction=spec.physics.friction,
         frictions=settings.frictions,
@@ -220,16 +229,20 @@ def analyse(
         wall_s=time.monotonic() - start,
     )
     content = result_to_dict(found)
-    kept = ("friction", "frictions", "robots")
+    kept = ("friction", "frictions", "robots", "goal", "unit")
     write_json(folder / ANALYSIS_FILE, {name: content[name] for name in kept})
     return found
 
 
 def _over_friction(
-    spec: RobotSpec, robots: Sequence[Walker], frictions: Sequence[float], folder: RunFolder
+    spec: RobotSpec,
+    robots: Sequence[Walker],
+    frictions: Sequence[float],
+    folder: RunFolder,
+    goal: Goal,
 ) -> dict[str, list[float]]:
-    """Distance of each robot at each friction [cm]; NaN where its simulation failed."""
-    distances: dict[str, list[float]] = {each.label: [] for each in robots}
+    """What each robot achieves at each friction; NaN where its simulation failed."""
+    achieved: dict[str, list[float]] = {each.label: [] for each in robots}
     for number, friction in enumerate(frictions, start=1):
         everywhere = replace(spec.physics, friction=friction, friction_by_surface=())
         slippery = replace(spec, physics=everywhere)
@@ -243,10 +256,10 @@ def _over_friction(
                 settling_step_count=together[0].settling_steps,
                 record_step_count=100,
             )
-            for each, distance in zip(together, walked.distance_cm, strict=True):
-                distances[each.label].append(float(distance))
+            for each, far in zip(together, walked.achieved(goal), strict=True):
+                achieved[each.label].append(float(far))
         folder.progress(number, len(frictions), "walking over friction")
-    return distances
+    return achieved
 
 
 def analysed_robot(
@@ -255,7 +268,8 @@ def analysed_robot(
     spec: RobotSpec,
     step_s: float,
     cycle_s: float,
-    distances_cm: Sequence[float] = (),
+    goal: Goal = FORWARD,
+    over_friction: Sequence[float] = (),
 ) -> AnalysedRobot:
     """What one robot did.
 
@@ -265,14 +279,15 @@ def analysed_robot(
         spec: What it walked as.
         step_s: Length of an action [s].
         cycle_s: Length of a cycle [s].
-        distances_cm: Its distance at each friction of an analysis [cm].
+        goal: What counts of its walk.
+        over_friction: What of it is achieved at each friction of an analysis.
     """
     rewards: tuple[float, ...] | None = None
     slides: tuple[float, ...] | None = None
     if trajectory.status == "completed":
-        path = trajectory.time_s, trajectory.forward_cm
-        rewards = tuple(step_rewards_cm(*path, step_s).tolist())
-        slides = tuple(cycle_slides_cm(*path, cycle_s).tolist())
+        path = trajectory.time_s, goal.along(trajectory)
+        rewards = tuple(step_rewards(*path, step_s).tolist())
+        slides = tuple(cycle_slides(*path, cycle_s).tolist())
     margin = friction_margin(trajectory, leg_friction(walker.design, trajectory, spec))
     roll, pitch = trajectory.tilt_deg
     assert trajectory.contact_force_mN is not None  # or there were no margin
@@ -283,16 +298,17 @@ def analysed_robot(
         design=str(walker.design),
         status=trajectory.status,
         distance_cm=trajectory.distance_cm,
-        step_rewards_cm=rewards,
-        cycle_slides_cm=slides,
-        backsliding_cm=None if slides is None else float(np.mean(slides)),
+        step_rewards=rewards,
+        cycle_slides=slides,
+        backsliding=None if slides is None else float(np.mean(slides)),
         roll_range_deg=(float(roll.min()), float(roll.max())),
         pitch_range_deg=(float(pitch.min()), float(pitch.max())),
         mean_contact_count=float(trajectory.contact_count.mean()),
         legs=_analysed_legs(walker.design, margin, spec),
         hub_load_share=1.0 - load_mN / spec.weight_mN(walker.design),
-        distances_over_friction_cm=tuple(distances_cm),
+        over_friction=tuple(over_friction),
         range_ratio=trajectory.metadata.get("range_ratio"),
+        achieved=goal.achieved(trajectory),
     )
 
 

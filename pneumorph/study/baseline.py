@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings, sweep_phases
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
@@ -31,6 +32,18 @@ class BestPhase:
     """NaN where the simulation failed."""
     backsliding_cm: tuple[float, ...] = ()
     """Mean slide back in a cycle; empty in runs of an earlier version."""
+    goal: Goal = FORWARD
+    """What the phase is tuned for; distances are forward whatever it is."""
+    baseline_best_achieved: float | None = None
+    """What of it the best phase achieves [its unit]; None in runs of an earlier version."""
+    phases_achieved: tuple[float, ...] = ()
+    """Of each phase; empty likewise."""
+
+    @property
+    def best_achieved_by_expert(self) -> float:
+        """What of the goal the best phase achieves [its unit], in files of any version."""
+        known = self.baseline_best_achieved
+        return self.baseline_best_distance_cm if known is None else known
 
     def __post_init__(self) -> None:
         for name in ("distances_cm", "backsliding_cm"):
@@ -41,8 +54,8 @@ class BestPhase:
                 )
 
     @classmethod
-    def of(cls, sweep: PhaseSweep, design: str) -> BestPhase:
-        """That of a sweep with a design."""
+    def of(cls, sweep: PhaseSweep, design: str, goal: Goal) -> BestPhase:
+        """That of a sweep with a design, for a goal."""
         return cls(
             baseline_design=design,
             baseline_best_distance_cm=sweep.best_distance_cm,
@@ -50,6 +63,9 @@ class BestPhase:
             phases_deg=tuple(sweep.phase_deg.tolist()),
             distances_cm=tuple(sweep.distance_cm.tolist()),
             backsliding_cm=tuple(sweep.backsliding_cm.tolist()),
+            goal=goal,
+            baseline_best_achieved=float(sweep.counted[sweep.best]),
+            phases_achieved=tuple(sweep.counted.tolist()),
         )
 
 
@@ -72,8 +88,11 @@ def baseline(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -
     return Baseline(**vars(best), **spec.describe(), wall_s=time.monotonic() - start)
 
 
-def swept(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -> BestPhase:
-    """Sweep the phases; save the sweep and the trajectory of its best phase in the folder."""
+def swept(
+    spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder, goal: Goal = FORWARD
+) -> BestPhase:
+    """Sweep the phases; save the sweep and the trajectory of its best phase, which achieves most of
+    the goal, in the folder."""
     folder.progress.stage("walking the expert's gait at every phase")
     sweep = sweep_phases(
         spec.assembly,
@@ -81,6 +100,7 @@ def swept(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -> B
         settings,
         time_step_s=spec.physics.time_step_s,
         progress=folder.progress,
+        goal=goal,
     )
     sweep.save(folder / SWEEP_FILE)
     gait = replace(settings.gait, phase_deg=sweep.best_phase_deg)
@@ -92,4 +112,4 @@ def swept(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -> B
         description={"gait": f"expert, {gait.phase_deg:g}°"},
     )
     trajectory.with_skin_only().save(folder / TRAJECTORY_FILE)
-    return BestPhase.of(sweep, settings.design)
+    return BestPhase.of(sweep, settings.design, goal)

@@ -16,7 +16,7 @@ from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
 from pneumorph.base.machine import processor_count
-from pneumorph.base.result import result_to_dict
+from pneumorph.base.result import in_cm, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import (
     load_settings,
@@ -24,6 +24,7 @@ from pneumorph.base.settings import (
     settings_from_dict,
     settings_to_dict,
 )
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.study.campaign_progress import campaign_progress
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import TrainingOptions, train_once
@@ -98,6 +99,11 @@ class CampaignRun:
     training_wall_s: float
     wall_s: float
     notes: tuple[str, ...]
+    goal: Goal = FORWARD
+    best_achieved: float | None = None
+    """What of it the best pair achieved [its unit]; None in runs of earlier versions."""
+    baseline_best_achieved: float | None = None
+    """What the expert's best phase does."""
 
     @classmethod
     def of(cls, name: str, found: TrainingResult) -> CampaignRun:
@@ -105,23 +111,30 @@ class CampaignRun:
         kept = [each.name for each in fields(cls) if each.name != "name"]
         return cls(name, **{each: getattr(found, each) for each in kept})
 
+    @property
+    def counted(self) -> float | None:
+        """What runs are compared by [the goal's unit]; None where no robot survived."""
+        return self.best_distance_cm if self.best_achieved is None else self.best_achieved
+
 
 @dataclass(frozen=True)
 class Spread:
-    """Best distances of a variant's seeds [cm]; none where no robot survived any."""
+    """The best of a variant's seeds, by what they achieve [the goal's unit]; none where no robot
+    survived any."""
 
     run_count: int
-    mean_best_distance_cm: float | None = None
-    least_best_distance_cm: float | None = None
-    most_best_distance_cm: float | None = None
+    mean_best: float | None = field(default=None, metadata=in_cm("mean_best_distance_cm"))
+    least_best: float | None = field(default=None, metadata=in_cm("least_best_distance_cm"))
+    most_best: float | None = field(default=None, metadata=in_cm("most_best_distance_cm"))
+    goal: Goal = FORWARD
 
     @classmethod
     def of(cls, runs: Sequence[CampaignRun]) -> Spread:
         """That of some runs."""
-        far = [run.best_distance_cm for run in runs if run.best_distance_cm is not None]
+        far = [run.counted for run in runs if run.counted is not None]
         if not far:
             return cls(0)
-        return cls(len(far), float(np.mean(far)), min(far), max(far))
+        return cls(len(far), float(np.mean(far)), min(far), max(far), runs[0].goal)
 
 
 @dataclass(frozen=True)
@@ -164,8 +177,8 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
         for name in options
         if name not in failures
     }
-    walked = [run for run in runs.values() if run.best_distance_cm is not None]
-    best = max(walked, key=lambda run: run.best_distance_cm or 0.0, default=None)
+    walked = [run for run in runs.values() if run.counted is not None]
+    best = max(walked, key=lambda run: run.counted or 0.0, default=None)
     found = Campaign(
         status="completed" if not failures else "some runs failed",
         best_run=None if best is None else best.name,

@@ -11,6 +11,7 @@ import numpy as np
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.goal import Goal
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.gait.walk import walk
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
@@ -53,42 +54,44 @@ def certify_once(
     start = time.monotonic()
     if settings.full:
         spec.check_reduction()
-    task, seen = candidates.task, candidates.seen
+    task, seen, goal = candidates.task, candidates.seen, candidates.task.goal
     walkers = [
         Walker(f"L{rank}", pair.design, pair.gait, task.settling_step_count)
         for rank, pair in enumerate(candidates.pairs, start=1)
     ]
     folder.progress.stage("tuning the expert's phase")
     tuning = seen[: settings.tuning_world_count]
-    expert, phase_deg = _tuned_expert(candidates.baseline, spec, tuning, folder)
-    seen_cm = candidates.seen_cm
-    if seen_cm is None:
+    expert, phase_deg = _tuned_expert(candidates.baseline, spec, tuning, folder, goal)
+    seen_mean = candidates.seen_mean
+    if seen_mean is None:
         folder.progress.stage("walking in the training's worlds")
-        seen_cm = np.nan_to_num(_walked(spec, walkers, seen, folder)[0]).mean(axis=0)
+        seen_mean = np.nan_to_num(_walked(spec, walkers, seen, folder, goal)[0]).mean(axis=0)
     drawn, count, seed = settings.randomisation, settings.world_count, settings.world_seed
     worlds = unseen_worlds(drawn, count, seed)
     folder.progress.stage(f"walking in {len(worlds)} unseen worlds")
-    expert_cm = _walked(spec, [expert], worlds, folder)[0][:, 0]
-    pair_cm, ratios = _walked(spec, walkers, worlds, folder)
-    alike_cm = pair_cm
+    by_expert = _walked(spec, [expert], worlds, folder, goal)[0][:, 0]
+    by_pairs, ratios = _walked(spec, walkers, worlds, folder, goal)
+    alike = by_pairs
     if candidates.drawn != drawn:  # narrowed by what was measured, say
         folder.progress.stage(f"walking in {count} unseen worlds as the training's were")
-        alike_cm, _ = _walked(spec, walkers, unseen_worlds(candidates.drawn, count, seed), folder)
-    reported = [pair.distance_cm for pair in candidates.pairs]
+        others = unseen_worlds(candidates.drawn, count, seed)
+        alike, _ = _walked(spec, walkers, others, folder, goal)
+    reported = [pair.achieved for pair in candidates.pairs]
     evidence = _Evidence(
         spec,
         task.action_step_count * spec.physics.time_step_s,
         settings.cycle_s,
         drawn.numbers_of(worlds),
-        expert_cm,
-        pair_cm,
+        by_expert,
+        by_pairs,
         ratios,
-        _nominal(spec, walkers),
-        list(map(float, seen_cm)) if candidates.ranked_there else reported,
-        np.nan_to_num(alike_cm).mean(axis=0),
+        _nominal(spec, walkers, goal),
+        list(map(float, seen_mean)) if candidates.ranked_there else reported,
+        np.nan_to_num(alike).mean(axis=0),
+        goal,
     )
     # What ranked the pairs of a robust run is its objective, which need not be the mean.
-    best = 0 if candidates.ranked_there else int(np.argmax(seen_cm))
+    best = 0 if candidates.ranked_there else int(np.argmax(seen_mean))
     folder.progress.stage("looking at the walks")
     certified = [
         evidence.of(place, walker, pair.gait_file)
@@ -96,22 +99,22 @@ def certify_once(
     ]
     if settings.full:
         certified = _with_full_order(
-            spec, settings, walkers, certified, best, worlds, pair_cm, folder
+            spec, settings, walkers, certified, best, worlds, by_pairs, folder, goal
         )
     folder.progress.stage("recording a median and a bad world")
-    record_shown_worlds(spec, walkers[best], worlds, pair_cm[:, best], folder)
+    record_shown_worlds(spec, walkers[best], worlds, by_pairs[:, best], folder)
     chosen = certified[best]
-    tests = narrowings(evidence.numbers, np.nan_to_num(pair_cm[:, best]))
+    tests = narrowings(evidence.numbers, np.nan_to_num(by_pairs[:, best]))
     return Certificate(
         run=str(candidates.run),
         best=chosen.label,
         best_design=chosen.design,
-        median_cm=chosen.band.median_cm,
-        tenth_percentile_cm=chosen.band.low_cm,
-        ninetieth_percentile_cm=chosen.band.high_cm,
-        expert_median_cm=(expert_band := Band.of(expert_cm)).median_cm,
+        median=chosen.band.median,
+        tenth_percentile=chosen.band.low,
+        ninetieth_percentile=chosen.band.high,
+        expert_median=(expert_band := Band.of(by_expert)).median,
         share_beyond_expert=chosen.share_beyond_expert,
-        optimism_cm=chosen.optimism_cm,
+        optimism=chosen.optimism,
         measure_next=worth_measuring(tests, len(worlds)),
         pairs=tuple(certified),
         expert=CertifiedExpert(str(expert.design), phase_deg, expert_band),
@@ -120,9 +123,10 @@ def certify_once(
         distributions=settings_to_dict(drawn),
         reduction_digests=reduction_digests(drawn),
         numbers={name: tuple(values.tolist()) for name, values in evidence.numbers.items()},
-        distances_cm=tuple(map(tuple, np.column_stack([expert_cm, pair_cm]).tolist())),
+        achieved=tuple(map(tuple, np.column_stack([by_expert, by_pairs]).tolist())),
+        goal=goal,
         **spec.describe(),
-        notes=tuple(_notes(certified)),
+        notes=tuple(_notes(certified, goal)),
         wall_s=time.monotonic() - start,
     )
 
@@ -136,29 +140,32 @@ class _Evidence:
         action_s: Length of an action [s].
         cycle_s: Length of a cycle [s].
         numbers: Of the unseen worlds by name, each (world,).
-        expert_cm: The expert's distances there [cm], (world,); NaN where a simulation failed.
-        pair_cm: The pairs' [cm], (world, pair); likewise.
+        by_expert: What the expert achieves there [the goal's unit], (world,); NaN where a
+            simulation failed.
+        by_pairs: What the pairs do, (world, pair); likewise.
         range_ratio: How far legs went relative to their snapshots, (world, pair).
-        nominal_cm: Distances in the world as it stands [cm].
-        promised_cm: What the training says of its pairs [cm].
-        alike_cm: Means over unseen worlds that were drawn as the training's [cm], (pair,).
+        nominal: In the world as it stands.
+        promised: What the training says of its pairs.
+        alike: Means over unseen worlds that were drawn as the training's, (pair,).
+        goal: What is achieved.
     """
 
     spec: RobotSpec
     action_s: float
     cycle_s: float
     numbers: Mapping[str, np.ndarray]
-    expert_cm: np.ndarray
-    pair_cm: np.ndarray
+    by_expert: np.ndarray
+    by_pairs: np.ndarray
     range_ratio: np.ndarray
-    nominal_cm: Sequence[float | None]
-    promised_cm: Sequence[float | None]
-    alike_cm: np.ndarray
+    nominal: Sequence[float | None]
+    promised: Sequence[float | None]
+    alike: np.ndarray
+    goal: Goal
 
     def of(self, place: int, walker: Walker, gait_file: str) -> CertifiedPair:
         """What is to be expected of one pair."""
-        distance_cm, promised = self.pair_cm[:, place], self.promised_cm[place]
-        counted, ratio = np.nan_to_num(distance_cm), self.range_ratio[:, place]
+        achieved, promised = self.by_pairs[:, place], self.promised[place]
+        counted, ratio = np.nan_to_num(achieved), self.range_ratio[:, place]
         known = ratio[~np.isnan(ratio)]
         trajectory = recorded_walk(
             self.spec,
@@ -168,18 +175,18 @@ class _Evidence:
             settling_steps=walker.settling_steps,
         )
         cycle_s = min(self.cycle_s, walker.gait.duration_s)
-        did = analysed_robot(walker, trajectory, self.spec, self.action_s, cycle_s)
+        did = analysed_robot(walker, trajectory, self.spec, self.action_s, cycle_s, self.goal)
         return CertifiedPair(
             label=walker.label,
             design=str(walker.design),
             gait=gait_file,
-            nominal_cm=self.nominal_cm[place],
-            band=Band.of(distance_cm),
-            share_beyond_expert=float(np.mean(counted > np.nan_to_num(self.expert_cm))),
-            promised_cm=promised,
-            optimism_cm=None if promised is None else promised - float(self.alike_cm[place]),
+            nominal=self.nominal[place],
+            band=Band.of(achieved),
+            share_beyond_expert=float(np.mean(counted > np.nan_to_num(self.by_expert))),
+            promised=promised,
+            optimism=None if promised is None else promised - float(self.alike[place]),
             hub_load_share=did.hub_load_share,
-            backsliding_cm=did.backsliding_cm,
+            backsliding=did.backsliding,
             legs=did.legs,
             left_range_share=float(np.mean(known > RANGE_TOLERANCE)) if known.size else None,
             sensitivities=sensitivities(self.numbers, counted),
@@ -187,20 +194,28 @@ class _Evidence:
 
 
 def _tuned_expert(
-    sweep: PhaseSweepSettings, spec: RobotSpec, worlds: Sequence[World], folder: RunFolder
+    sweep: PhaseSweepSettings,
+    spec: RobotSpec,
+    worlds: Sequence[World],
+    folder: RunFolder,
+    goal: Goal,
 ) -> tuple[Walker, float]:
     """The expert's robot at the phase of its largest mean, and that phase [degrees]."""
     design = Design.parse(sweep.design)
     gaits = [replace(sweep.gait, phase_deg=phase) for phase in sweep.phases_deg]
-    distances, _ = walks_in_worlds(
-        spec, [design] * len(gaits), gaits, worlds, sweep.settling_step_count, folder
+    achieved, _ = walks_in_worlds(
+        spec, [design] * len(gaits), gaits, worlds, sweep.settling_step_count, folder, goal
     )
-    best = gaits[int(np.argmax(np.nan_to_num(distances).mean(axis=0)))]
+    best = gaits[int(np.argmax(np.nan_to_num(achieved).mean(axis=0)))]
     return Walker(EXPERT, design, best, sweep.settling_step_count), best.phase_deg
 
 
 def _walked(
-    spec: RobotSpec, walkers: Sequence[Walker], worlds: Sequence[World], folder: RunFolder
+    spec: RobotSpec,
+    walkers: Sequence[Walker],
+    worlds: Sequence[World],
+    folder: RunFolder,
+    goal: Goal,
 ) -> tuple[np.ndarray, np.ndarray]:
     """As `walks_in_worlds`."""
     return walks_in_worlds(
@@ -210,11 +225,12 @@ def _walked(
         worlds,
         walkers[0].settling_steps,
         folder,
+        goal,
     )
 
 
-def _nominal(spec: RobotSpec, walkers: Sequence[Walker]) -> list[float | None]:
-    """Distances in the world as it stands [cm]; None where a simulation failed."""
+def _nominal(spec: RobotSpec, walkers: Sequence[Walker], goal: Goal) -> list[float | None]:
+    """What walkers achieve in the world as it stands; None where a simulation failed."""
     walked = walk(
         spec.simulator([each.design for each in walkers]),
         [each.gait for each in walkers],
@@ -223,17 +239,17 @@ def _nominal(spec: RobotSpec, walkers: Sequence[Walker]) -> list[float | None]:
         settling_step_count=walkers[0].settling_steps,
         record_step_count=100,
     )
-    return [None if np.isnan(far) else float(far) for far in walked.distance_cm]
+    return [None if np.isnan(far) else float(far) for far in walked.achieved(goal)]
 
 
-def worst_worlds(distance_cm: np.ndarray, count: int) -> list[int]:
-    """Numbers of the worlds where a pair goes least, the worst first.
+def worst_worlds(achieved: np.ndarray, count: int) -> list[int]:
+    """Numbers of the worlds where a pair achieves least, the worst first.
 
     Args:
-        distance_cm: How far it goes in each [cm], (world,); NaN where it failed, which counts as 0.
+        achieved: By it in each, (world,); NaN where it failed, which counts as 0.
         count: How many.
     """
-    order = np.argsort(np.nan_to_num(distance_cm), kind="stable")
+    order = np.argsort(np.nan_to_num(achieved), kind="stable")
     return [int(number) for number in order[:count]]
 
 
@@ -244,11 +260,12 @@ def _with_full_order(
     pairs: Sequence[CertifiedPair],
     best: int,
     worlds: Sequence[World],
-    pair_cm: np.ndarray,
+    by_pairs: np.ndarray,
     folder: RunFolder,
+    goal: Goal,
 ) -> list[CertifiedPair]:
     """The pairs with their walks as finite elements."""
-    worst = worst_worlds(pair_cm[:, best], settings.worst_world_count)
+    worst = worst_worlds(by_pairs[:, best], settings.worst_world_count)
     # The best pair's first: who stops here has learned most.
     asked: list[tuple[int, int | None]] = [(best, number) for number in (None, *worst)]
     asked += [(place, None) for place in range(len(pairs)) if place != best]
@@ -258,19 +275,20 @@ def _with_full_order(
         [(walkers[place], None if number is None else worlds[number]) for place, number in asked],
         folder,
         spec.executor,
+        goal,
     )
     found: list[list[FullOrderWalk]] = [[] for _ in pairs]
     for (place, number), walked in zip(asked, kept, strict=True):
-        reduced = pairs[place].nominal_cm if number is None else float(pair_cm[number, place])
+        reduced = pairs[place].nominal if number is None else float(by_pairs[number, place])
         if reduced is not None and np.isnan(reduced):
             reduced = None
-        found[place].append(FullOrderWalk.of(number, walked, reduced))
+        found[place].append(FullOrderWalk.of(number, walked, reduced, goal))
     return [
         replace(pair, full_order=tuple(walks)) for pair, walks in zip(pairs, found, strict=True)
     ]
 
 
-def _notes(pairs: Sequence[CertifiedPair]) -> list[str]:
+def _notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:
     notes = []
     for pair in pairs:
         if pair.band.failed_count:
@@ -284,8 +302,7 @@ def _notes(pairs: Sequence[CertifiedPair]) -> list[str]:
             if not each.agrees:
                 where = "as it stands" if each.world is None else f"number {each.world}"
                 full, reduced = (
-                    "no end" if far is None else f"{far:.1f} cm"
-                    for far in (each.full_cm, each.reduced_cm)
+                    "no end" if far is None else goal.said(far) for far in (each.full, each.reduced)
                 )
                 notes.append(
                     f"{pair.label} as finite elements in the world {where} comes to {full}, the "

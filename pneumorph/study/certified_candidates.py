@@ -74,8 +74,8 @@ class Candidates:
         ranked_there: Whether the training ranked its pairs in them.
         drawn: What its worlds were drawn from; where it did not rank over worlds, what the
             certificate's are drawn from.
-        seen_cm: The pairs' mean distances in the training's worlds [cm], (pair,), where it has just
-            ranked them there; None where nobody tells.
+        seen_mean: What the pairs achieve in the training's worlds in the mean [unit of the task's
+            goal], (pair,), where it has just ranked them there; None where nobody tells.
     """
 
     run: Path
@@ -85,7 +85,7 @@ class Candidates:
     seen: tuple[World, ...]
     ranked_there: bool
     drawn: Randomisation
-    seen_cm: np.ndarray | None = None
+    seen_mean: np.ndarray | None = None
 
     @classmethod
     def of_run(cls, run: FinishedRun, settings: CertificateSettings) -> Candidates:
@@ -127,11 +127,12 @@ class Candidates:
                 f"{TRAINING_FOLDER}/{each.gait}",
                 read_gait(run / TRAINING_FOLDER / each.gait, *limits)[0],
                 each.distance_cm,
+                each.achieved,
             )
             for each in pairs[: certificate.pair_count]
         ]
-        seen_cm = np.array([pair.distance_cm for pair in chosen]) if ranked else None
-        return cls(run, tuple(chosen), task, baseline, tuple(seen), ranked, drawn, seen_cm)
+        seen_mean = np.array([pair.achieved for pair in chosen]) if ranked else None
+        return cls(run, tuple(chosen), task, baseline, tuple(seen), ranked, drawn, seen_mean)
 
 
 def unseen_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.result import in_cm
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary, PartSummary
@@ -18,21 +20,21 @@ from pneumorph.study.sensitivity import Sensitivity, weighted_quantiles
 
 @dataclass(frozen=True)
 class Band:
-    """A robot's distance over the worlds [cm]; a failed simulation counts as 0."""
+    """What a robot achieves over the worlds [the goal's unit]; a failed simulation counts as 0."""
 
-    low_cm: float
+    low: float = field(metadata=in_cm("low_cm"))
     """10th percentile."""
-    median_cm: float
-    high_cm: float
+    median: float = field(metadata=in_cm("median_cm"))
+    high: float = field(metadata=in_cm("high_cm"))
     """90th percentile."""
-    mean_cm: float
-    deviation_cm: float
+    mean: float = field(metadata=in_cm("mean_cm"))
+    deviation: float = field(metadata=in_cm("deviation_cm"))
     failed_count: int
 
     @classmethod
-    def of(cls, distance_cm: np.ndarray) -> Band:
-        """That of distances (world,), NaN where a simulation failed."""
-        counted = np.nan_to_num(distance_cm, nan=0.0)
+    def of(cls, achieved: np.ndarray) -> Band:
+        """That of what was achieved (world,), NaN where a simulation failed."""
+        counted = np.nan_to_num(achieved, nan=0.0)
         low, median, high = weighted_quantiles(counted, np.ones(len(counted)))
         return cls(
             float(low),
@@ -40,7 +42,7 @@ class Band:
             float(high),
             float(counted.mean()),
             float(counted.std(ddof=1)),
-            int(np.isnan(distance_cm).sum()),
+            int(np.isnan(achieved).sum()),
         )
 
 
@@ -61,21 +63,21 @@ class CertifiedPair:
     label: str
     design: str
     gait: str
-    nominal_cm: float | None
+    nominal: float | None = field(metadata=in_cm("nominal_cm"))
     """In the world as it stands."""
     band: Band
     share_beyond_expert: float
-    """Share of the worlds in which it goes further than the expert's robot does there."""
-    promised_cm: float | None
+    """Share of the worlds in which it achieves more than the expert's robot does there."""
+    promised: float | None = field(metadata=in_cm("promised_cm"))
     """Where the run ranked pairs over worlds the mean there, otherwise what the run reported."""
-    optimism_cm: float | None
+    optimism: float | None = field(metadata=in_cm("optimism_cm"))
     """The same less the mean over unseen worlds that are drawn as the training's were: what
     choosing the best made of it and, of a run that did not rank over worlds, also how much harder
     these are than the one it walked in."""
     hub_load_share: float
     """Share of the weight that the floor bears through the hub, in the world as it stands."""
-    backsliding_cm: float | None
-    """Mean furthest slide back in a cycle there."""
+    backsliding: float | None = field(metadata=in_cm("backsliding_cm"))
+    """Mean furthest slide back from the goal in a cycle there."""
     legs: tuple[AnalysedLeg, ...]
     """How much of its friction each leg uses there."""
     left_range_share: float | None
@@ -116,12 +118,13 @@ class Certificate:
     best: str
     """Label of the pair with the largest mean in the training's worlds."""
     best_design: str
-    median_cm: float
-    tenth_percentile_cm: float
-    ninetieth_percentile_cm: float
-    expert_median_cm: float
+    median: float = field(metadata=in_cm("median_cm"))
+    """Of what the best pair achieves of the goal [its unit]."""
+    tenth_percentile: float = field(metadata=in_cm("tenth_percentile_cm"))
+    ninetieth_percentile: float = field(metadata=in_cm("ninetieth_percentile_cm"))
+    expert_median: float = field(metadata=in_cm("expert_median_cm"))
     share_beyond_expert: float
-    optimism_cm: float | None
+    optimism: float | None = field(metadata=in_cm("optimism_cm"))
     measure_next: str | None
     """The test that would narrow the best pair's band most; of some that do as much as nine tenths
     of that, the quickest. None where none does more than chance may."""
@@ -134,8 +137,8 @@ class Certificate:
     """What the worlds were drawn from."""
     numbers: dict[str, tuple[float, ...]]
     """What differed, by name and world."""
-    distances_cm: tuple[tuple[float, ...], ...]
-    """Of the expert and then each pair [cm], (world, robot); NaN where a simulation failed."""
+    achieved: tuple[tuple[float, ...], ...] = field(metadata=in_cm("distances_cm"))
+    """By the expert and then each pair, (world, robot); NaN where a simulation failed."""
     damping: str
     calibration: UsedCalibration
     leg: PartsSummary
@@ -146,3 +149,4 @@ class Certificate:
     """Of the other reductions that worlds may have, by their files."""
     rounds: tuple[CertifiedRound, ...] = ()
     """Where pairs walked as finite elements: the run's leg, then each that was reduced again."""
+    goal: Goal = FORWARD

@@ -114,7 +114,7 @@ def certify_candidates(
         own = RunFolder(folder.path / f"round_{len(rounds)}", "reduce", folder.progress)
         made = _reduced_again(spec, again.reduction, rounds, own, folder.path)
         spec, made_s = spec.reduced_again(Path(made.part)), made.wall_s
-        candidates = replace(candidates, seen_cm=None)  # those were of the other leg
+        candidates = replace(candidates, seen_mean=None)  # those were of the other leg
         if again.trained is not None:
             candidates, learned_s = _tuned_again(candidates, again.trained, spec, own)
             made_s += learned_s
@@ -194,6 +194,7 @@ def _tuned_again(
             str(own.path / str(each.gait)),
             read_gait(own.path / str(each.gait), *limits)[0],
             each.distance_cm,
+            each.achieved,
         )
         for each in found.pairs
     )

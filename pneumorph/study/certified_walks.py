@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,11 @@ import numpy as np
 from pneumorph.base.artefact import write_json
 from pneumorph.base.executor import ExecutorSettings, run_tasks
 from pneumorph.base.progress import Progress
-from pneumorph.base.result import finite
+from pneumorph.base.result import finite, in_cm
 from pneumorph.base.run_folder import RunFolder, made_once
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.fem.resumable_rollout import resumable_rollout
@@ -34,17 +35,17 @@ from pneumorph.study.full_order_store import rollout_identity
 COMPRESSION = 3e-4
 """Relative error, in the norm of the rest stiffness, at which states of walks are kept."""
 
-AGREED_SHARE, AGREED_CM = 0.03, 0.3
-"""Reduced and full agree where they differ by no more than one of these, of the full distance or
-[cm]."""
+AGREED_SHARE, AGREED = 0.03, {"cm": 0.3, "degrees": 3.0}
+"""Reduced and full agree where they differ by no more than the share of what the full one achieves,
+or than that in the goal's unit."""
 
 
 @dataclass(frozen=True)
 class KeptWalk:
     """A walk as finite elements, as it is kept."""
 
-    distance_cm: float | None
-    """None where it did not come to its end."""
+    achieved: float | None
+    """What of the goal [its unit]; None where it did not come to its end."""
     status: str
     wall_s: float
     """What the process that ended it took."""
@@ -59,11 +60,11 @@ class FullOrderWalk:
 
     world: int | None
     """Number of the drawn world; None for the world as it stands."""
-    full_cm: float | None
-    """None where it did not come to its end."""
-    reduced_cm: float | None
-    error_cm: float | None
-    """Reduced less full [cm]; None where one of them is not known."""
+    full: float | None = field(metadata=in_cm("full_cm"))
+    """What of the goal it achieved [its unit]; None where it did not come to its end."""
+    reduced: float | None = field(metadata=in_cm("reduced_cm"))
+    error: float | None = field(metadata=in_cm("error_cm"))
+    """Reduced less full; None where one of them is not known."""
     agrees: bool
     """Whether both models say as good as the same."""
     status: str
@@ -75,16 +76,18 @@ class FullOrderWalk:
     @property
     def parts(self) -> bool:
         """Whether finite elements know better."""
-        return not self.agrees and self.full_cm is not None
+        return not self.agrees and self.full is not None
 
     @classmethod
-    def of(cls, world: int | None, full: KeptWalk, reduced_cm: float | None) -> FullOrderWalk:
-        """The walk in a world of that number beside the reduced robot's distance there [cm]."""
-        full_cm, error, agrees = full.distance_cm, None, False
-        if full_cm is not None and reduced_cm is not None:
-            error = reduced_cm - full_cm
-            agrees = abs(error) <= max(AGREED_CM, AGREED_SHARE * abs(full_cm))
-        return cls(world, full_cm, reduced_cm, error, agrees, full.status, full.wall_s, full.states)
+    def of(
+        cls, world: int | None, kept: KeptWalk, reduced: float | None, goal: Goal = FORWARD
+    ) -> FullOrderWalk:
+        """The walk in a world of that number beside what the reduced robot achieves there."""
+        full, error, agrees = kept.achieved, None, False
+        if full is not None and reduced is not None:
+            error = reduced - full
+            agrees = abs(error) <= max(AGREED[goal.unit], AGREED_SHARE * abs(full))
+        return cls(world, full, reduced, error, agrees, kept.status, kept.wall_s, kept.states)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +116,7 @@ def full_order_walks(
     asked: Sequence[tuple[Walker, World | None]],
     folder: RunFolder,
     executor: ExecutorSettings | None = None,
+    goal: Goal = FORWARD,
 ) -> list[KeptWalk]:
     """Walk pairs as finite elements; walks that were stopped go on, finished ones are read.
 
@@ -123,8 +127,9 @@ def full_order_walks(
         asked: Design and gait, and a drawn world or None for the one as it stands, of each walk.
         folder: Keeps the walks, in ``full_order``.
         executor: Where walks are made that are not there yet.
+        goal: What counts of them.
     """
-    walks = [_AskedWalk.of(spec, walker, world, folder) for walker, world in asked]
+    walks = [_AskedWalk.of(spec, walker, world, folder, goal) for walker, world in asked]
     missing = [walk for walk in walks if not walk.file.exists()]
     executor = executor or ExecutorSettings()
     if len(missing) == 1 and executor.backend == "processes":
@@ -143,7 +148,8 @@ def full_order_walks(
         found = made_once(walk.file, dict, made_of=walk.made_of)  # is there now
         whole = found["status"] == "completed" and walk.records
         file = f"full_order/{walk.file.stem}.npz" if whole else None
-        kept.append(KeptWalk(found["distance_cm"], found["status"], found["wall_s"], file))
+        achieved = found["distance_cm" if goal.is_forward else "achieved"]
+        kept.append(KeptWalk(achieved, found["status"], found["wall_s"], file))
     return kept
 
 
@@ -157,6 +163,7 @@ class _AskedWalk:
         spec: The robot in its world.
         walker: Design, and how long it settles.
         gait: What its regulators follow.
+        goal: What counts of it.
     """
 
     file: Path
@@ -164,10 +171,11 @@ class _AskedWalk:
     spec: RobotSpec
     walker: Walker
     gait: OpenLoopGait
+    goal: Goal
 
     @classmethod
     def of(
-        cls, spec: RobotSpec, walker: Walker, world: World | None, folder: RunFolder
+        cls, spec: RobotSpec, walker: Walker, world: World | None, folder: RunFolder, goal: Goal
     ) -> _AskedWalk:
         """The walk in a drawn world, or in the one as it stands."""
         own, gait = spec, walker.gait
@@ -176,8 +184,10 @@ class _AskedWalk:
             gait = LaggingGait.of(gait, world.regulator_lag_s, spec.physics.time_step_s)
         commands = commands_of(gait, spec.physics.time_step_s, spec.physics.regulator_count)
         made_of = _made_of(spec, walker, world)
+        if not goal.is_forward:  # kept walks say what was achieved of it, not how they went
+            made_of["goal"] = settings_to_dict(goal)
         file = folder / f"full_order/{rollout_identity(made_of, commands)[:16]}.json"
-        return cls(file, made_of, own, walker, gait)
+        return cls(file, made_of, own, walker, gait, goal)
 
     @property
     def records(self) -> bool:
@@ -188,7 +198,7 @@ class _AskedWalk:
         """What a worker needs to make it."""
         robot = self.spec.full(self.walker.design)
         checkpoint = self.file.with_name(f"{self.file.stem}_on_its_way.npz")
-        return _Task(robot, self.walker, self.gait, checkpoint, self.records)
+        return _Task(robot, self.walker, self.gait, checkpoint, self.records, self.goal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,6 +208,7 @@ class _Task:
     gait: OpenLoopGait
     checkpoint: Path
     records: bool
+    goal: Goal
 
 
 def _walk(
@@ -218,19 +229,24 @@ def _walk(
             highest_kPa=task.gait.maximum_pressure_kPa,
         )
     except StepError:  # while it settles; the other walks are of use all the same
-        lost = {"status": "diverged", "distance_cm": None, "wall_s": time.monotonic() - start}
-        return lost, None
+        return _ended("diverged", None, None, task.goal, start), None
     states = None
     if task.records and trajectory.status == "completed":
         recorder = LegRecorder(robot, compression=COMPRESSION)
         recorder.follow(trajectory)
         states = recorder.snapshots(f"walk {task.walker.design}", trajectory)
-    walked = {
-        "status": trajectory.status,
-        "distance_cm": trajectory.distance_cm,
-        "wall_s": time.monotonic() - start,
-    }
-    return walked, states
+    achieved = task.goal.achieved(trajectory)
+    ended = _ended(trajectory.status, trajectory.distance_cm, achieved, task.goal, start)
+    return ended, states
+
+
+def _ended(
+    status: str, distance_cm: float | None, achieved: float | None, goal: Goal, start: float
+) -> dict[str, Any]:
+    """How a walk ended, as it is kept."""
+    told = {} if goal.is_forward else {"achieved": achieved}
+    wall_s = time.monotonic() - start
+    return {"status": status, "distance_cm": distance_cm, **told, "wall_s": wall_s}
 
 
 def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, Any]:

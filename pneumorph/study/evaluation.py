@@ -14,6 +14,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.walk import walk
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
@@ -30,8 +31,9 @@ from pneumorph.study.robustness import (
     walks_in_worlds,
 )
 
-REPEATS_WITHIN_CM = 0.05
-"""A replay of the same physics on another machine may round differently, but no more than this."""
+REPEATS_WITHIN = {"cm": 0.05, "degrees": 0.5}
+"""A replay of the same physics on another machine may round differently, but no more than this in
+the goal's unit."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,10 @@ class EvaluatedPair:
     range_ratio: float | None = None
     """How far any leg went relative to the furthest snapshot it was reduced from; None where that
     is not known, and for finite elements."""
+    achieved: float | None = None
+    """What of the goal it achieved [its unit]; None where the simulation failed, and in files of
+    earlier versions."""
+    reported_achieved: float | None = None
 
 
 @dataclass(frozen=True)
@@ -83,7 +89,7 @@ class Evaluation:
     run: str
     model: str
     best_design: str
-    """The pair that came furthest here; the run's first where all failed."""
+    """The pair that achieved most of the run's goal here; the run's first where all failed."""
     best_distance_cm: float | None
     reported_distance_cm: float | None
     """What the run reported of that pair."""
@@ -101,6 +107,9 @@ class Evaluation:
     """How the pairs fare in other worlds, where that was asked for."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    goal: Goal = FORWARD
+    best_achieved: float | None = None
+    """What of it that pair achieved; None as there."""
 
 
 def evaluate(
@@ -109,7 +118,7 @@ def evaluate(
     robot: RobotSpec | None = None,
     folder: RunFolder | None = None,
 ) -> Evaluation:
-    """Walk the best pairs of a run again and return the distances beside those of the run.
+    """Walk the best pairs of a run again and return what they achieve beside what the run says.
 
     Args:
         run: The run or its folder.
@@ -135,10 +144,19 @@ def evaluate(
         walked = _one_by_one(spec, pairs, task, settings.model, folder)
     worlds = None
     if settings.randomize:
-        worlds = _in_worlds(spec, settings, pairs, [far for far, _ in walked], task, folder)
+        nominal = [each.achieved for each in walked]
+        worlds = _in_worlds(spec, settings, pairs, nominal, task, folder)
     evaluated = [
-        EvaluatedPair(str(pair.design), pair.gait_file, pair.distance_cm, distance, ratio)
-        for pair, (distance, ratio) in zip(pairs, walked, strict=True)
+        EvaluatedPair(
+            str(pair.design),
+            pair.gait_file,
+            pair.distance_cm,
+            each.distance_cm,
+            each.range_ratio,
+            each.achieved,
+            pair.achieved,
+        )
+        for pair, each in zip(pairs, walked, strict=True)
     ]
     best = furthest(evaluated)
     return Evaluation(
@@ -147,8 +165,10 @@ def evaluate(
         best_design=best.design,
         best_distance_cm=best.distance_cm,
         reported_distance_cm=best.reported_distance_cm,
+        goal=task.goal,
+        best_achieved=best.achieved,
         **spec.describe(reduced=settings.model == "reduced"),
-        notes=tuple(_notes(evaluated, run)) if settings.model == "reduced" else (),
+        notes=tuple(_notes(evaluated, run, task.goal)) if settings.model == "reduced" else (),
         pairs=tuple(evaluated),
         robustness=worlds,
         wall_s=time.monotonic() - start,
@@ -164,32 +184,34 @@ def _in_worlds(
     spec: RobotSpec,
     settings: EvaluationSettings,
     pairs: Sequence[Pair],
-    nominal_cm: Sequence[float | None],
+    nominal: Sequence[float | None],
     task: CrawlingTask,
     folder: RunFolder,
 ) -> Robustness:
     drawn = spec.agreeing_worlds(settings.randomisation)
     worlds = draw_worlds(drawn, settings.world_count, settings.world_seed)
     folder.progress.stage(f"walking in {len(worlds)} worlds")
-    distances, ratios = walks_in_worlds(
+    achieved, ratios = walks_in_worlds(
         spec,
         [pair.design for pair in pairs],
         [pair.gait for pair in pairs],
         worlds,
         task.settling_step_count,
         folder,
+        task.goal,
     )
     return robustness(
         [f"L{rank}" for rank in range(1, len(pairs) + 1)],
-        np.array([np.nan if far is None else far for far in nominal_cm]),
-        distances,
+        np.array([np.nan if far is None else far for far in nominal]),
+        achieved,
         worlds,
         settings_to_dict(drawn),
         ratios,
+        task.goal,
     )
 
 
-def _notes(pairs: Sequence[EvaluatedPair], run: FinishedRun) -> list[str]:
+def _notes(pairs: Sequence[EvaluatedPair], run: FinishedRun, goal: Goal) -> list[str]:
     """Remarks where a reduced robot did not repeat what its run reported, or left its range."""
     notes = []
     if run.has_drawn_worlds:
@@ -198,28 +220,36 @@ def _notes(pairs: Sequence[EvaluatedPair], run: FinishedRun) -> list[str]:
             "physics say: they need not agree (--randomize walks in drawn worlds)"
         )
     for pair in pairs:
-        now, then = pair.distance_cm, pair.reported_distance_cm
+        now, then = pair.achieved, pair.reported_achieved
         if now is None:
             differ = "worlds" if run.has_drawn_worlds else "physics"
             notes.append(f"{pair.design} diverged; {differ}, leg or machine differ")
         elif (
             then is not None
             and not run.has_drawn_worlds
-            and not abs(now - then) < REPEATS_WITHIN_CM
+            and not abs(now - then) < REPEATS_WITHIN[goal.unit]
         ):
             notes.append(
-                f"{pair.design} walked {now:.2f} cm, the run reported {then:.2f} cm: physics, leg "
-                "or machine differ"
+                f"{pair.design} {goal.verb} {now:.2f}{goal.symbol}, the run reported "
+                f"{then:.2f}{goal.symbol}: physics, leg or machine differ"
             )
         if (note := range_note(pair.design, pair.range_ratio)) is not None:
             notes.append(note)
     return notes
 
 
+@dataclass(frozen=True)
+class _Walked:
+    """What a pair did, None where that is not known: as an `EvaluatedPair` has it."""
+
+    distance_cm: float | None
+    achieved: float | None
+    range_ratio: float | None
+
+
 def _together(
     spec: RobotSpec, pairs: Sequence[Pair], task: CrawlingTask, folder: RunFolder
-) -> list[tuple[float | None, float | None]]:
-    """Distance [cm] and range ratio of each pair."""
+) -> list[_Walked]:
     walked = walk(
         spec.simulator([pair.design for pair in pairs]),
         [pair.gait for pair in pairs],
@@ -228,16 +258,21 @@ def _together(
         settling_step_count=task.settling_step_count,
         progress=folder.progress,
     )
+    told = (walked.distance_cm, walked.achieved(task.goal))
     return [
-        (None if np.isnan(distance) else float(distance), known_ratio(ratio))
-        for distance, ratio in zip(walked.distance_cm, walked.range_ratio, strict=True)
+        _Walked(_known(distance), _known(achieved), known_ratio(ratio))
+        for distance, achieved, ratio in zip(*told, walked.range_ratio, strict=True)
     ]
+
+
+def _known(far: float) -> float | None:
+    return None if np.isnan(far) else float(far)
 
 
 def _one_by_one(
     spec: RobotSpec, pairs: Sequence[Pair], task: CrawlingTask, model: Model, folder: RunFolder
-) -> list[tuple[float | None, float | None]]:
-    walked: list[tuple[float | None, float | None]] = []
+) -> list[_Walked]:
+    walked = []
     for rank, pair in enumerate(pairs, start=1):
         trajectory = recorded_walk(
             spec,
@@ -249,6 +284,12 @@ def _one_by_one(
             progress=folder.progress,
         )
         trajectory.with_skin_only().save(folder / trajectory_file(model, rank))
-        walked.append((trajectory.distance_cm, trajectory.metadata.get("range_ratio")))
+        walked.append(
+            _Walked(
+                trajectory.distance_cm,
+                task.goal.achieved(trajectory),
+                trajectory.metadata.get("range_ratio"),
+            )
+        )
         folder.progress(rank, len(pairs), "walking")
     return walked

@@ -24,6 +24,7 @@ from pneumorph.base.verbs import VERBS
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.held_gait import HeldGait
@@ -50,12 +51,14 @@ class Pair:
         gait_file: Where its gait lies, from the run's folder.
         gait: The gait.
         distance_cm: How far it went in the run [cm]; None where no robot survived it.
+        achieved: What of the run's goal it achieved [its unit]; None likewise.
     """
 
     design: Design
     gait_file: str
     gait: HeldGait
     distance_cm: float | None
+    achieved: float | None
 
 
 @dataclass(frozen=True)
@@ -187,6 +190,18 @@ class FinishedRun:
         return self.structured(f"{self._learner}task", CrawlingTask)
 
     @cached_property
+    def goal(self) -> Goal:
+        """What counts of its robots' walks; of a run that looks at another, what counts there, and
+        the distance where nothing is asked of them.
+
+        Raises:
+            ArtefactError: One of the two runs is damaged.
+        """
+        if "coopt" in self.settings or "search" in self.settings or "task" in self.settings:
+            return self.task.goal
+        return FORWARD if self.source is None else self.source.goal
+
+    @cached_property
     def space(self) -> DesignSpace:
         """Designs it chose from."""
         return self.structured(f"{self._learner}space", DesignSpace)
@@ -297,11 +312,16 @@ class FinishedRun:
                 f"gait file {path} does not exist, expected what {self.folder / SUMMARY} names as "
                 f"{place}.gait; it was moved or lost"
             )
-        far = self.of_summary(place, dict).get("distance_cm")
-        distance = None if far is None else self.of_summary(f"{place}.distance_cm", float)
+        told = self.of_summary(place, dict)
+        distance, achieved = (
+            None if told.get(name) is None else self.of_summary(f"{place}.{name}", float)
+            for name in ("distance_cm", "achieved")
+        )
+        if self.task.goal.is_forward:
+            achieved = distance
         gait, _ = read_gait(path, *limits)
         design = self.design(f"{place}.design", gait.regulator_count)
-        return Pair(design, self.of_summary(f"{place}.gait", str), gait, distance)
+        return Pair(design, self.of_summary(f"{place}.gait", str), gait, distance, achieved)
 
     def gait_path(self, place: str, folder: Path | None = None) -> Path:
         """File of the gait of a pair, which need not exist.

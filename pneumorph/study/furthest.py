@@ -1,4 +1,4 @@
-"""Which of several walks came furthest."""
+"""Which of several walks achieved most."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ class Walked(Protocol):
     """What walked again, perhaps in another physics."""
 
     @property
-    def distance_cm(self) -> float | None: ...
+    def achieved(self) -> float | None: ...
 
 
 WalkedAgain = TypeVar("WalkedAgain", bound=Walked)
 
 
 def furthest(walked: Sequence[WalkedAgain]) -> WalkedAgain:
-    """Return what came furthest, the first of them where all failed.
+    """Return what achieved most of its goal, the first of them where all failed.
 
     A run's best pair need not be the best in another physics, or as finite elements.
 
     Args:
         walked: One or more, in the run's order.
     """
-    return max(walked, key=lambda each: -math.inf if each.distance_cm is None else each.distance_cm)
+    return max(walked, key=lambda each: -math.inf if each.achieved is None else each.achieved)

@@ -97,7 +97,11 @@ def learned_again(
             gait = pair.gait(settings.task.action_step_count * step_s, settings.task)
             comments = {"design": design, "distance_cm": f"{pair.distance_cm:.3f}"}
             write_gait(folder / file, gait, comments)
-            pairs.append(FoundPair(design, pair.distance_cm, file, pair.timestep))
+            pairs.append(
+                FoundPair(
+                    design, pair.distance_cm, file, pair.timestep, pair.score_cm, pair.achieved
+                )
+            )
         return LearnedAgain(tuple(pairs), found.timesteps, found.wall_s)
 
     asked = {

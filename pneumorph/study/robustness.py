@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from pneumorph.base.result import in_cm
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.walk import walk
 from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
@@ -23,14 +25,14 @@ SIDE_BY_SIDE = 96
 
 @dataclass(frozen=True)
 class PairInWorlds:
-    """One pair over all worlds [cm]; a failed simulation counts as 0."""
+    """What one pair achieves over all worlds [the goal's unit]; a failed simulation counts as 0."""
 
     label: str
-    nominal_distance_cm: float
-    mean_distance_cm: float
-    deviation_cm: float | None
+    nominal: float = field(metadata=in_cm("nominal_distance_cm"))
+    mean: float = field(metadata=in_cm("mean_distance_cm"))
+    deviation: float | None = field(metadata=in_cm("deviation_cm"))
     """Standard deviation; None for a single world."""
-    tenth_percentile_cm: float
+    tenth_percentile: float = field(metadata=in_cm("tenth_percentile_cm"))
     """Linear between the middles of worlds, as of a certificate's bands."""
     best_share: float
     """Share of the worlds in which it is the best."""
@@ -43,22 +45,23 @@ class Robustness:
     world_count: int
     failed_count: int
     nominal_ranking: tuple[str, ...]
-    """Labels by distance in the world as it stands."""
+    """Labels by what they achieve in the world as it stands."""
     robust_ranking: tuple[str, ...]
-    """Labels by mean distance."""
+    """Labels by the mean of that."""
     kendall_tau: float | None
     """Agreement of the two rankings; None for a single pair."""
     pairs: tuple[PairInWorlds, ...]
     distributions: dict[str, Any]
     """What the worlds were drawn from."""
     worlds: tuple[World, ...]
-    distances_cm: np.ndarray
-    """Distances [cm], (world, pair); NaN where a simulation failed."""
+    achieved: np.ndarray = field(metadata=in_cm("distances_cm"))
+    """What of the goal was achieved [its unit], (world, pair); NaN where a simulation failed."""
     left_range_share: float | None = None
     """Share of the walks that left the range of their legs' snapshots, where the reduced leg
     extrapolates; None where that is not known."""
     range_ratio: float | None = None
     """The furthest that any leg went, relative to its furthest snapshot."""
+    goal: Goal = FORWARD
 
 
 def walks_in_worlds(
@@ -68,15 +71,17 @@ def walks_in_worlds(
     worlds: Sequence[World],
     settling_steps: int,
     folder: RunFolder,
+    goal: Goal = FORWARD,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Walk every pair in every world.
 
     Returns:
-        Distances [cm], (world, pair), NaN where a simulation failed; and how far any leg went
-        relative to the furthest snapshot it was reduced from, NaN where that is not known.
+        What of the goal was achieved [its unit], (world, pair), NaN where a simulation failed; and
+        how far any leg went relative to the furthest snapshot it was reduced from, NaN where that
+        is not known.
     """
     robots = [spec.assembly(design) for design in designs]
-    distances, ratios = [], []
+    achieved, ratios = [], []
     together = max(1, SIDE_BY_SIDE // len(robots))
     for begin in range(0, len(worlds), together):
         chosen = worlds[begin : begin + together]
@@ -91,10 +96,10 @@ def walks_in_worlds(
             settling_step_count=settling_steps,
             record_step_count=100,
         )
-        distances.append(walked.distance_cm.reshape(-1, len(robots)))
+        achieved.append(walked.achieved(goal).reshape(-1, len(robots)))
         ratios.append(walked.range_ratio.reshape(-1, len(robots)))
         folder.progress(begin + len(chosen), len(worlds), "walking in worlds")
-    return np.concatenate(distances), np.concatenate(ratios)
+    return np.concatenate(achieved), np.concatenate(ratios)
 
 
 def draw_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:
@@ -105,48 +110,51 @@ def draw_worlds(randomisation: Randomisation, count: int, seed: int) -> list[Wor
 
 def robustness(
     labels: Sequence[str],
-    nominal_cm: np.ndarray,
-    distances_cm: np.ndarray,
+    nominal: np.ndarray,
+    achieved: np.ndarray,
     worlds: Sequence[World] = (),
     distributions: dict[str, Any] | None = None,
     range_ratios: np.ndarray | None = None,
+    goal: Goal = FORWARD,
 ) -> Robustness:
-    """Summarise distances over worlds.
+    """Summarise what was achieved over worlds.
 
     Args:
         labels: Name of each pair, best first.
-        nominal_cm: Distance of each in the simulated world as it stands [cm], (pair,).
-        distances_cm: Distances [cm], (world, pair); a failed simulation (NaN) counts as 0.
+        nominal: What each achieves in the simulated world as it stands [the goal's unit], (pair,).
+        achieved: The same in worlds, (world, pair); a failed simulation (NaN) counts as 0.
         worlds: The worlds.
         distributions: What they were drawn from.
         range_ratios: As `walks_in_worlds` returns them, (world, pair).
+        goal: What was achieved.
     """
     from scipy.stats import kendalltau
 
-    distances = np.nan_to_num(distances_cm, nan=0.0)
-    mean, best = distances.mean(axis=0), np.argmax(distances, axis=1)
+    counted = np.nan_to_num(achieved, nan=0.0)
+    mean, best = counted.mean(axis=0), np.argmax(counted, axis=1)
     known = np.zeros(0) if range_ratios is None else range_ratios[~np.isnan(range_ratios)]
-    tau = kendalltau(nominal_cm, mean).statistic if len(labels) > 1 else None
+    tau = kendalltau(nominal, mean).statistic if len(labels) > 1 else None
     return Robustness(
-        world_count=len(distances),
-        failed_count=int(np.isnan(distances_cm).sum()),
-        nominal_ranking=tuple(labels[i] for i in np.argsort(-nominal_cm, kind="stable")),
+        world_count=len(counted),
+        failed_count=int(np.isnan(achieved).sum()),
+        nominal_ranking=tuple(labels[i] for i in np.argsort(-nominal, kind="stable")),
         robust_ranking=tuple(labels[i] for i in np.argsort(-mean, kind="stable")),
         kendall_tau=None if tau is None else float(tau),
         pairs=tuple(
             PairInWorlds(
                 label,
-                float(nominal_cm[i]),
+                float(nominal[i]),
                 float(mean[i]),
-                float(distances[:, i].std(ddof=1)) if len(distances) > 1 else None,
-                float(weighted_quantiles(distances[:, i], np.ones(len(distances)), (0.1,))[0]),
+                float(counted[:, i].std(ddof=1)) if len(counted) > 1 else None,
+                float(weighted_quantiles(counted[:, i], np.ones(len(counted)), (0.1,))[0]),
                 float(np.mean(best == i)),
             )
             for i, label in enumerate(labels)
         ),
         distributions=distributions or {},
         worlds=tuple(worlds),
-        distances_cm=distances_cm,
+        achieved=achieved,
         left_range_share=None if known.size == 0 else float(np.mean(known > RANGE_TOLERANCE)),
         range_ratio=None if known.size == 0 else float(known.max()),
+        goal=goal,
     )

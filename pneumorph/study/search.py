@@ -18,6 +18,7 @@ from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.goal import Goal
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.learn.cooptimise import POLICY_FILE
 from pneumorph.learn.design_gait_pair import DesignGaitPair
@@ -128,7 +129,7 @@ def search(
     gaits = settings.method == "gaits"
     designs = _designs(settings, learned) if gaits else {}
     # Before the search, which takes hours: a run that lost its policy ends here.
-    policy_cm = _policy_distances(environment, space, learned, list(designs), folder, objective)
+    by_policy = _policy_pairs(environment, space, learned, list(designs), folder, objective)
     folder.progress.stage(f"searching ({settings.method})")
     found = run_search(
         _searcher(settings, list(designs)),
@@ -142,12 +143,12 @@ def search(
         progress=folder.progress,
     )
     action_s = task.action_step_count * robot.physics.time_step_s
-    _write_curve(folder, found, action_s)
+    _write_curve(folder, found, action_s, task.goal)
     gait_files = _GaitFiles(folder, space, task, action_s)
     pairs: tuple[FoundPair, ...] | None = None
     rows: tuple[DesignsBestGait, ...] | None = None
     if gaits:
-        rows = _rows(designs, found, gait_files, policy_cm, learned)
+        rows = _rows(designs, found, gait_files, by_policy, learned)
         best: FoundPair | None = max(rows, key=_score)
     else:
         ranked = found.ranked(space, task.reward.is_symmetric)[: settings.kept_pair_count]
@@ -159,12 +160,14 @@ def search(
         best_design=None if best is None else best.design,
         best_distance_cm=None if best is None else best.distance_cm,
         designs=rows,
-        policy_gaps_cm=None if rows is None else _gaps(rows),
+        policy_gaps=None if rows is None else _gaps(rows),
         pairs=pairs,
         timesteps=int(found.timesteps[-1]),
         simulated_s=float(found.timesteps[-1]) * action_s,
         notes=(f"resumed at timestep {resumed}",) if resumed else (),
         seed=settings.seed,
+        goal=task.goal,
+        best_achieved=None if best is None else best.achieved,
         **robot.describe(reduced=False),
         wall_s=time.monotonic() - start,
     )
@@ -234,15 +237,15 @@ def _searcher(settings: SearchSettings, designs: list[int]) -> Searcher:
     return GeneticAlgorithm(space, task, settings.genetic, settings.seed)
 
 
-def _policy_distances(
+def _policy_pairs(
     environment: CrawlingEnvironment,
     space: DesignSpace,
     learned: FinishedRun | None,
     designs: list[int],
     folder: RunFolder,
     objective: Objective,
-) -> dict[int, float]:
-    """How far the run's one policy carries each design without noise [cm]."""
+) -> dict[int, DesignGaitPair]:
+    """What the run's one policy does with each design without noise."""
     if learned is None or not designs:
         return {}
     folder.progress.stage("walking the designs with the learned policy")
@@ -261,7 +264,7 @@ def _policy_distances(
         progress=folder.progress,
         objective=objective,
     )
-    return {pair.design: pair.distance_cm for pair in pairs}
+    return {pair.design: pair for pair in pairs}
 
 
 @dataclass(frozen=True)
@@ -283,28 +286,31 @@ class _GaitFiles:
             "source": pair.source,
         }
         write_gait(self.folder / file, pair.gait(self.action_s, self.task), comments)
-        return FoundPair(name, pair.distance_cm, file, pair.timestep, pair.score_cm)
+        return FoundPair(name, pair.distance_cm, file, pair.timestep, pair.score_cm, pair.achieved)
 
 
 def _rows(
     designs: Mapping[int, str],
     found: SearchResult,
     gait_files: _GaitFiles,
-    policy_cm: Mapping[int, float],
+    by_policy: Mapping[int, DesignGaitPair],
     learned: FinishedRun | None,
 ) -> tuple[DesignsBestGait, ...]:
     pairs = [] if learned is None else learned.pairs(5)
-    learned_cm = {str(pair.design): pair.distance_cm for pair in pairs}
+    by_design = {str(pair.design): pair for pair in pairs}
     rows = []
     for design, why in designs.items():
         best = gait_files.write(design, found.best.get(design))
+        policy, own = by_policy.get(design), by_design.get(best.design)
         rows.append(
             DesignsBestGait(
                 **asdict(best),
                 why=why,
                 late_gain_cm=found.late_gain_cm.get(design),
-                policy_distance_cm=policy_cm.get(design),
-                learned_distance_cm=learned_cm.get(best.design),
+                policy_distance_cm=None if policy is None else policy.distance_cm,
+                learned_distance_cm=None if own is None else own.distance_cm,
+                policy_achieved=None if policy is None else policy.achieved,
+                learned_achieved=None if own is None else own.achieved,
             )
         )
     return tuple(rows)
@@ -317,19 +323,20 @@ def _score(pair: FoundPair) -> float:
 def _gaps(rows: Sequence[DesignsBestGait]) -> dict[str, PolicyGap]:
     groups: dict[str, list[float]] = {}
     for row in rows:
-        if row.distance_cm is not None and row.policy_distance_cm is not None:
+        if row.achieved is not None and row.policy_achieved is not None:
             group = "best pairs" if row.why.startswith("L") else row.why
-            groups.setdefault(group, []).append(row.distance_cm - row.policy_distance_cm)
+            groups.setdefault(group, []).append(row.achieved - row.policy_achieved)
     return {
         group: PolicyGap(len(gaps), float(np.mean(gaps)), max(gaps))
         for group, gaps in groups.items()
     }
 
 
-def _write_curve(folder: RunFolder, found: SearchResult, action_s: float) -> None:
+def _write_curve(folder: RunFolder, found: SearchResult, action_s: float, goal: Goal) -> None:
     curve = SearchCurve(
         tuple(found.timesteps.tolist()),
         tuple((found.timesteps * action_s).tolist()),
-        tuple(found.best_distance_cm.tolist()),
+        tuple(found.best_achieved.tolist()),
+        goal,
     )
     write_json(folder / CURVE_FILE, result_to_dict(curve))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 
 from pneumorph.base.artefact import read_json, reading
-from pneumorph.base.result import result_from_dict
+from pneumorph.base.result import in_cm, result_from_dict
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.learn.search_run import CURVE_FILE
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
@@ -24,6 +25,8 @@ class FoundPair:
     """When it was found."""
     score_cm: float | None = None
     """What it was ranked by; in runs of an earlier version None."""
+    achieved: float | None = None
+    """What of the goal it achieved [its unit]; in runs of an earlier version None."""
 
 
 @dataclass(frozen=True)
@@ -36,14 +39,25 @@ class DesignsBestGait(FoundPair):
     late_gain_cm: float | None
     """What the last quarter of the search added: where it is much, the search was too short."""
     policy_distance_cm: float | None
-    """How far the learned run's one policy carries the design, without noise."""
+    """How far the learned run's one policy carries the design, without noise [cm forward]."""
     learned_distance_cm: float | None
-    """How far the run's own pair came, with the policy that was fine-tuned for it."""
+    """How far the run's own pair came, with the policy that was fine-tuned for it [cm forward]."""
+    policy_achieved: float | None = None
+    """What of the goal that policy achieves [its unit]."""
+    learned_achieved: float | None = None
+    """What that pair does."""
+
+    def with_policy_and_own(self, goal: Goal) -> tuple[float | None, float | None]:
+        """What the design achieves with the shared policy and with its own gait [the goal's unit],
+        in files of any version."""
+        if goal.is_forward:
+            return self.policy_distance_cm, self.distance_cm
+        return self.policy_achieved, self.achieved
 
 
 @dataclass(frozen=True)
 class PolicyGap:
-    """How much further designs' own gaits carry them than the shared policy does [cm]."""
+    """How much more designs' own gaits achieve than the shared policy does."""
 
     count: int
     mean: float
@@ -68,23 +82,27 @@ class SearchFindings:
     calibration: UsedCalibration | None = None
     designs: tuple[DesignsBestGait, ...] | None = None
     """Of a search for the gaits of designs."""
-    policy_gaps_cm: dict[str, PolicyGap] | None = None
+    policy_gaps: dict[str, PolicyGap] | None = field(default=None, metadata=in_cm("policy_gaps_cm"))
     """The same, by why a design is among them."""
     pairs: tuple[FoundPair, ...] | None = None
-    """Of a search of designs and gaits together: the best, the furthest first."""
+    """Of a search of designs and gaits together: the best, the highest score first."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    goal: Goal = FORWARD
+    best_achieved: float | None = None
+    """What of the goal the best pair achieved; None in files of earlier versions."""
 
 
 @dataclass(frozen=True)
 class SearchCurve:
-    """The best distance of a search over its time, an entry for each generation."""
+    """The best of a search over its time, an entry for each generation."""
 
     timesteps: tuple[int, ...]
     simulated_s: tuple[float, ...]
     """Simulated time of all robots [s]."""
-    best_distance_cm: tuple[float, ...]
-    """Furthest so far; NaN before any robot came to the end of its walk."""
+    best_achieved: tuple[float, ...] = field(metadata=in_cm("best_distance_cm"))
+    """Of the best pair so far; NaN before any robot came to the end of its walk."""
+    goal: Goal = FORWARD
 
     @classmethod
     def read(cls, folder: Path) -> SearchCurve:

@@ -26,22 +26,22 @@ class Sensitivity:
 
 
 def sensitivities(
-    numbers: Mapping[str, np.ndarray], distance_cm: np.ndarray
+    numbers: Mapping[str, np.ndarray], achieved: np.ndarray
 ) -> tuple[Sensitivity, ...]:
     """Of each number that differs from world to world, the largest index first.
 
     Args:
         numbers: Values in each world by name, each (world,).
-        distance_cm: Distances [cm], (world,).
+        achieved: What is achieved in each [any unit], (world,).
     """
     from scipy.stats import spearmanr
 
     found = []
     for name, values in numbers.items():
-        if np.ptp(values) == 0.0 or np.ptp(distance_cm) == 0.0:
+        if np.ptp(values) == 0.0 or np.ptp(achieved) == 0.0:
             continue
-        correlation = float(spearmanr(values, distance_cm).statistic)
-        found.append(Sensitivity(name, correlation, first_order_index(values, distance_cm)))
+        correlation = float(spearmanr(values, achieved).statistic)
+        found.append(Sensitivity(name, correlation, first_order_index(values, achieved)))
     return tuple(sorted(found, key=lambda each: -each.first_order_index))
 
 
@@ -88,9 +88,9 @@ def weighted_quantiles(
     return quantiles
 
 
-def expected_width_cm(values: np.ndarray, deviation: float, distance_cm: np.ndarray) -> float:
+def expected_width(values: np.ndarray, deviation: float, achieved: np.ndarray) -> float:
     """Width of the band, 10th to 90th percentile, that a measurement of one number would leave, on
-    average over what it may find [cm].
+    average over what it may find [unit of `achieved`].
 
     Each world is taken for the true one in turn, and the others weighted by how well they agree
     with what would be measured there; where that leaves too few, the measurement is taken for
@@ -99,13 +99,13 @@ def expected_width_cm(values: np.ndarray, deviation: float, distance_cm: np.ndar
     Args:
         values: Of the number, (world,).
         deviation: Standard deviation of the measurement.
-        distance_cm: Distances [cm], (world,).
+        achieved: What is achieved in each [any unit], (world,).
     """
     widths = []
     for true in range(len(values)):
         apart = np.delete(values - values[true], true)
         weights = _weights(apart, deviation)
-        low, _, high = weighted_quantiles(np.delete(distance_cm, true), weights)
+        low, _, high = weighted_quantiles(np.delete(achieved, true), weights)
         widths.append(high - low)
     return float(np.mean(widths))
 

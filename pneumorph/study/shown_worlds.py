@@ -17,14 +17,14 @@ SHOWN_WORLDS = {
     "median world": ("median_world_trajectory.npz", 0.5),
     "bad world": ("bad_world_trajectory.npz", 0.1),
 }
-"""File of a walk and the quantile of the distances that it has, by what the world is called."""
+"""File of a walk and the quantile of what is achieved that it has, by what the world is called."""
 
 
 def record_shown_worlds(
     spec: RobotSpec,
     walker: Walker,
     worlds: Sequence[World],
-    distance_cm: np.ndarray,
+    achieved: np.ndarray,
     folder: RunFolder,
 ) -> None:
     """Record a robot in the worlds of its median and of its 10th percentile.
@@ -36,13 +36,13 @@ def record_shown_worlds(
         spec: The robot in the world as it stands.
         walker: Design and gait.
         worlds: The worlds.
-        distance_cm: How far it goes in each [cm], (world,); NaN where its simulation failed.
+        achieved: What of the goal it achieves in each, (world,); NaN where its simulation failed.
         folder: Receives the files of `SHOWN_WORLDS`.
     """
     own = [number for number, world in enumerate(worlds) if not world.reduction]
     if not own:
         return
-    order = sorted(own, key=lambda number: float(np.nan_to_num(distance_cm[number])))
+    order = sorted(own, key=lambda number: float(np.nan_to_num(achieved[number])))
     for name, (file, quantile) in SHOWN_WORLDS.items():
         number = order[int(quantile * (len(order) - 1))]
         world = worlds[number]

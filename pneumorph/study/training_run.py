@@ -36,6 +36,7 @@ from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduction import ReduceSettings
 from pneumorph.study.reduction_options import from_walks
 from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
+from pneumorph.trajectory import Trajectory
 
 OwnTask = Callable[[TrainingEnvironment], TrainingEnvironment]
 """Turns the usual environment of robots into one of another task."""
@@ -61,6 +62,8 @@ class LearnedPair:
     score_cm: float | None = None
     """What it was ranked by, see `ranked_by` of the training; None in runs of an earlier version,
     whose distance it is."""
+    achieved: float | None = None
+    """As the distance, what of the goal; None in runs of an earlier version."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +78,10 @@ class TrainingResult(BestPhase):
     best_gait: str | None
     replayed_distance_cm: float | None = None
     """That of the gait file, walked once more."""
+    best_achieved: float | None = None
+    """What of the goal the best pair achieved [its unit]; None as there."""
+    replayed_achieved: float | None = None
+    """What the gait file does."""
     timesteps: int
     finetuning_timesteps: int
     update_count: int
@@ -112,9 +119,12 @@ class TrainingResult(BestPhase):
 
     def derived(self) -> dict[str, Any]:
         """Of the best pair over unseen worlds, for those who read the file."""
-        names = ("median_cm", "tenth_percentile_cm", "expert_median_cm", "share_beyond_expert")
-        found = self.certificate
-        return {} if found is None else {name: getattr(found, name) for name in names}
+        names = ("median", "tenth_percentile", "expert_median")
+        found, ending = self.certificate, "_cm" if self.goal.unit == "cm" else ""
+        if found is None:
+            return {}
+        told = {f"{name}{ending}": getattr(found, name) for name in names}
+        return {**told, "share_beyond_expert": found.share_beyond_expert}
 
 
 def run_training(
@@ -153,7 +163,7 @@ def run_training(
     """
     start = time.monotonic()
     _check(settings, spec, folder, resume, worlds, baseline)
-    expert = swept(spec, baseline, folder)
+    expert = swept(spec, baseline, folder, settings.task.goal)
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
@@ -195,8 +205,9 @@ def run_training(
     return TrainingResult(
         **vars(expert),
         **_of_learned(learned),
+        replayed_distance_cm=None if replayed is None else replayed.distance_cm,
+        replayed_achieved=None if replayed is None else settings.task.goal.achieved(replayed),
         **spec.describe(),
-        replayed_distance_cm=replayed,
         seed=settings.seed,
         wall_s=swept_s + learned_s + time.monotonic() - start,
         randomisation=drawn.get("randomisation"),
@@ -258,6 +269,7 @@ def _of_learned(learned: CooptResult) -> dict[str, Any]:
         **{name: getattr(learned, name) for name in (*same, *_TIMES, "finetuning_wall_s")},
         "best_design": None if best is None else best.design,
         "best_distance_cm": None if best is None else best.distance_cm,
+        "best_achieved": None if best is None else best.achieved,
         "best_gait": None if best is None else f"{TRAINING_FOLDER}/{best.gait}",
         "pairs": tuple(_learned(each, f"{TRAINING_FOLDER}/{each.gait}") for each in learned.pairs),
         "seen_pairs": tuple(_learned(each) for each in learned.seen_pairs),
@@ -277,8 +289,8 @@ def _ranked_by(settings: CooptSettings, own_task: str | None = None) -> str | No
 
 def _replay_best(
     spec: RobotSpec, learned: CooptResult, task: CrawlingTask, folder: RunFolder
-) -> float | None:
-    """Walk the best pair's gait file once more, record it, and return its distance in cm."""
+) -> Trajectory | None:
+    """Walk the best pair's gait file once more, and record it."""
     if learned.best is None:
         return None
     folder.progress.stage("recording the best pair")
@@ -295,10 +307,16 @@ def _replay_best(
         description={"gait": learned.best.gait},
     )
     trajectory.with_skin_only().save(folder / BEST_TRAJECTORY_FILE)
-    return trajectory.distance_cm
+    return trajectory
 
 
 def _learned(pair: SeenPair, gait: str | None = None) -> LearnedPair:
     return LearnedPair(
-        pair.design, pair.distance_cm, pair.source, pair.timestep, gait, pair.score_cm
+        pair.design,
+        pair.distance_cm,
+        pair.source,
+        pair.timestep,
+        gait,
+        pair.score_cm,
+        pair.achieved,
     )

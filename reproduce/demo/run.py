@@ -54,12 +54,12 @@ def main(
             best = certificate.pairs[int(certificate.best.removeprefix("L")) - 1]
             row |= {
                 "design": best.design,
-                "median_cm": best.band.median_cm,
-                "tenth_percentile_cm": best.band.low_cm,
-                "ninetieth_percentile_cm": best.band.high_cm,
+                "median_cm": best.band.median,
+                "tenth_percentile_cm": best.band.low,
+                "ninetieth_percentile_cm": best.band.high,
                 "share_beyond_expert": best.share_beyond_expert,
-                "nominal_cm": best.nominal_cm,
-                "expert_median_cm": certificate.expert_median_cm,
+                "nominal_cm": best.nominal,
+                "expert_median_cm": certificate.expert_median,
                 "world_count": certificate.world_count,
             }
             shutil.copy(folder.path / best.gait, out / f"seed_{seed}.csv")

@@ -71,7 +71,7 @@ class Coverage:
     def of(cls, band: Band, distances_cm: list[float]) -> Coverage:
         """That of distances beside a band."""
         far = np.array(distances_cm)
-        below, above = float(np.mean(far < band.low_cm)), float(np.mean(far > band.high_cm))
+        below, above = float(np.mean(far < band.low)), float(np.mean(far > band.high))
         return cls(len(far), 1.0 - below - above, below, above, tuple(distances_cm))
 
 

@@ -84,7 +84,7 @@ def main(
     keep = partial(_kept, made, work, steps, earlier)
     runs = [source, *(FinishedRun.read(each) for each in seeds)]
     # The expert's come first.
-    expert_cm = np.array(certificate.distances_cm, dtype=float)[:, 0]
+    expert_cm = np.array(certificate.achieved, dtype=float)[:, 0]
     keep("seeds", lambda: _seeds(runs, work, expert_cm))
     keep("damping", lambda: _damping(source, certificate, work))
     walks = _read(work / WALKS_FILE, earlier.get("walks", []))
@@ -108,12 +108,12 @@ def main(
         "digest": source.digest(),
         "run": source.summary.get("made_by"),
         "best_design": best.design,
-        "median_cm": best.band.median_cm,
-        "tenth_percentile_cm": best.band.low_cm,
-        "ninetieth_percentile_cm": best.band.high_cm,
-        "expert_median_cm": certificate.expert_median_cm,
+        "median_cm": best.band.median,
+        "tenth_percentile_cm": best.band.low,
+        "ninetieth_percentile_cm": best.band.high,
+        "expert_median_cm": certificate.expert_median,
         "share_beyond_expert": best.share_beyond_expert,
-        "optimism_cm": best.optimism_cm,
+        "optimism_cm": best.optimism,
         "world_count": certificate.world_count,
         "full_order_cm": [walk["full_cm"] for walk in walks],
         "reduced_cm": [walk["reduced_cm"] for walk in walks],
@@ -185,7 +185,7 @@ def _walk_best(
     place = int(certificate.best.removeprefix("L")) - 1
     walker, pair = walkers(run, place + 1)[-1], certificate.pairs[place]
     # The expert's come first.
-    reduced_cm = np.array(certificate.distances_cm, dtype=float)[:, place + 1]
+    reduced_cm = np.array(certificate.achieved, dtype=float)[:, place + 1]
     worst = worst_worlds(reduced_cm, CertificateSettings().worst_world_count)
     worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
     folder, walks = RunFolder(work / "certificate_full", "certify"), []
@@ -198,7 +198,7 @@ def _walk_best(
         kept = there.get(number)
         if kept is None:
             (kept,) = full_order_walks(run.robot.spec(), [(walker, world)], folder)
-        reduced = pair.nominal_cm if number is None else float(reduced_cm[number])
+        reduced = pair.nominal if number is None else float(reduced_cm[number])
         walks.append(result_to_dict(FullOrderWalk.of(number, kept, reduced)))
         write_json(work / WALKS_FILE, finite(walks))
     return walks

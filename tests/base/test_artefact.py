@@ -76,7 +76,7 @@ def test_what_goes_wrong_inside_a_file_is_told_with_its_name() -> None:
 
     with pytest.raises(ArtefactError, match=r"mesh file some\.npz cannot be read \(nodes is miss"):
         trip(KeyError("nodes"))
-    with pytest.raises(ArtefactError, match=r"mesh file some\.npz cannot be read \(a value is of another kind"):
+    with pytest.raises(ArtefactError, match=r"mesh file some\.npz cannot be read \(a value is"):
         trip(TypeError("unhashable"))
     with pytest.raises(ValueError, match=r"^some\.npz is too large$"):
         trip(ValueError("some.npz is too large"))

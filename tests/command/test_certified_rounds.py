@@ -124,7 +124,7 @@ def test_gaits_are_learned_again_on_the_new_leg(learned: Path, certified: Certif
     ]
     content = json.loads((learned / "certificate" / "certificate.json").read_text())
     assert len(content["rounds"]) == 2
-    assert content["median_cm"] == certified.median_cm
+    assert content["median_cm"] == certified.median
     assert "there were 1 new reductions at most" in certified.notes[-1]
 
 
@@ -166,7 +166,7 @@ def test_the_verb_and_its_page_list_the_rounds(
     (only,) = summary["rounds"]
     assert [pair["label"] for pair in only["pairs"]] == ["L1"]
     assert only["pairs"][0]["full_order"][0]["full_cm"] == pytest.approx(
-        certified.rounds[0].pairs[0].full_order[0].full_cm, abs=1e-9
+        certified.rounds[0].pairs[0].full_order[0].full, abs=1e-9
     )
     assert run(["report", str(out), "--out", str(tmp_path / "page")]) == 0
     page = (tmp_path / "page" / "page.html").read_text()

@@ -61,7 +61,7 @@ def test_a_certificate_is_of_the_runs_worlds_unseen(learned: Path, certified: Pa
     assert found.numbers["friction"] == tuple(world.friction for world in worlds)
     assert set(found.numbers["friction"]).isdisjoint(world.friction for world in seen)
     assert [pair.label for pair in found.pairs] == ["L1", "L2"]
-    spec, pairs, distances_cm = source.robot.spec(), source.pairs(), np.array(found.distances_cm)
+    spec, pairs, distances_cm = source.robot.spec(), source.pairs(), np.array(found.achieved)
 
     def distance(number: int, world) -> float:
         simulator = simulator_in_world(
@@ -76,19 +76,19 @@ def test_a_certificate_is_of_the_runs_worlds_unseen(learned: Path, certified: Pa
     for number, pair in enumerate(found.pairs):
         alone = np.array([distance(number, world) for world in worlds])
         np.testing.assert_array_equal(distances_cm[:, number + 1], alone)
-        assert pair.band.mean_cm == pytest.approx(alone.mean())
+        assert pair.band.mean == pytest.approx(alone.mean())
         promised = np.mean([distance(number, world) for world in seen])
-        assert pair.promised_cm == pytest.approx(promised)
-        assert pair.optimism_cm == pytest.approx(promised - alone.mean())
+        assert pair.promised == pytest.approx(promised)
+        assert pair.optimism == pytest.approx(promised - alone.mean())
         beyond = np.mean(alone > distances_cm[:, 0])
         assert pair.share_beyond_expert == pytest.approx(beyond)
         assert pair.full_order == ()
         # A short walk is no mean over time.
         assert -0.02 <= pair.hub_load_share <= 1.02
-    best = max(found.pairs, key=lambda each: each.promised_cm)
+    best = max(found.pairs, key=lambda each: each.promised)
     assert found.best == best.label
-    assert found.median_cm == best.band.median_cm
-    assert found.tests == tuple(sorted(found.tests, key=lambda each: -each.narrowing_cm))
+    assert found.median == best.band.median
+    assert found.tests == tuple(sorted(found.tests, key=lambda each: -each.narrowing))
     assert {each.number for each in found.tests} >= {"damping_factor", "mass_factor"}
     assert "--full makes them" in found.notes[-1]
     assert source.objective is not None
@@ -189,7 +189,7 @@ def test_the_best_pair_walks_in_its_worst_worlds_as_finite_elements(
     )
     found = certify(learned, settings, folder=RunFolder(tmp_path, "certify"))
     place = [pair.label for pair in found.pairs].index(found.best)
-    far = np.array(found.distances_cm)[:, place + 1]
+    far = np.array(found.achieved)[:, place + 1]
     worst = np.argsort(far, kind="stable")[:2]
     worlds = unseen_worlds(WORLDS, 6, 0)
     expected = [(pair.label, None) for pair in found.pairs]
@@ -197,8 +197,8 @@ def test_the_best_pair_walks_in_its_worst_worlds_as_finite_elements(
     assert asked == expected
     walks = found.pairs[place].full_order
     assert [each.world for each in walks] == [None, *worst]
-    assert [each.reduced_cm for each in walks[1:]] == [far[number] for number in worst]
-    assert [each.full_cm for each in walks] == [10.0, -10.0, -10.0]
+    assert [each.reduced for each in walks[1:]] == [far[number] for number in worst]
+    assert [each.full for each in walks] == [10.0, -10.0, -10.0]
     assert sum("as finite elements in the world as it stands" in note for note in found.notes) == 2
     assert sum("as finite elements in the world number" in note for note in found.notes) == 2
     assert not any("--full makes them" in note for note in found.notes)
@@ -219,7 +219,7 @@ def test_a_calibrations_tests_narrow_the_worlds(learned: Path, tmp_path: Path) -
     masses = np.array(by_file.numbers["mass_factor"])
     assert np.all(np.abs(masses - 0.95) < 0.04)
     assert by_file.numbers == by_flag.numbers
-    assert by_file.distances_cm == by_flag.distances_cm
+    assert by_file.achieved == by_flag.achieved
     assert list(map(list, by_file.distributions["measured"])) == [["mass_factor", 0.95, 0.01]]
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, toy_settings
+from helpers.turner import Turner
 
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
@@ -18,32 +19,6 @@ from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.training import Training
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
-
-
-class Turner(ViscousCrawler):
-    """Turns by 300 degrees a second over all borders of the angle, and drifts to the left."""
-
-    steps = 0
-
-    def reset(self, active: np.ndarray | None = None) -> None:
-        super().reset(active)
-        self.steps = 0
-
-    def advance(self, command_kPa, step_count, active=None) -> None:
-        super().advance(command_kPa, step_count, active)
-        self.steps += step_count
-
-    @property
-    def forward_position_mm(self) -> np.ndarray:
-        return np.full(len(self._status), 2.0 * self.steps)
-
-    @property
-    def left_position_mm(self) -> np.ndarray:
-        return np.full(len(self._status), 3.0 * self.steps)
-
-    @property
-    def heading_deg(self) -> np.ndarray:
-        return np.full(len(self._status), (3.0 * self.steps + 180.0) % 360.0 - 180.0)
 
 
 @pytest.mark.parametrize(
@@ -77,6 +52,7 @@ def test_each_goal_pays_what_it_says(
         np.testing.assert_allclose(info[name], wanted, atol=1e-9)
         np.testing.assert_allclose(info["mirrored_reward_cm"], mirrored, atol=1e-9)
         np.testing.assert_allclose(info["forward_travel_cm"], 2.0)
+        np.testing.assert_allclose(info["achieved"], wanted / weights.counted.cm_per_unit)
         np.testing.assert_allclose(info["distance_cm"], 2.0 * number)
     assert weights.is_symmetric == (wanted == mirrored)
 

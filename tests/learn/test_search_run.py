@@ -98,7 +98,7 @@ def test_stopped_search_goes_on_to_the_same_bits(tmp_path: Path, method: str) ->
     resumed = search(method, timesteps, tmp_path / "stopped")
     assert resumed.resumed_timesteps >= timesteps // 2
     np.testing.assert_array_equal(resumed.timesteps, straight.timesteps)
-    np.testing.assert_array_equal(resumed.best_distance_cm, straight.best_distance_cm)
+    np.testing.assert_array_equal(resumed.best_achieved, straight.best_achieved)
     logs = [(tmp_path / name / LOG_FILE).read_text() for name in ("straight", "stopped")]
     assert logs[0] == logs[1]
     for design, pair in straight.best.items():
@@ -107,10 +107,10 @@ def test_stopped_search_goes_on_to_the_same_bits(tmp_path: Path, method: str) ->
 
 def test_pairs_walk_their_distance_again_and_the_curve_only_rises(tmp_path: Path) -> None:
     found = search("genetic", 10 * 20 * TASK.action_count, tmp_path)
-    assert (np.diff(found.best_distance_cm) >= 0.0).all()
+    assert (np.diff(found.best_achieved) >= 0.0).all()
     assert found.timesteps[-1] == 10 * 20 * TASK.action_count
     pairs = found.ranked(SPACE)
-    assert pairs[0].distance_cm == found.best_distance_cm[-1]
+    assert pairs[0].distance_cm == found.best_achieved[-1]
     action_s = TASK.action_step_count * TIME_STEP_S
     for pair in pairs[:5]:
         walked = walk(
@@ -201,7 +201,7 @@ def test_a_pair_keeps_its_distance_where_the_reward_takes_something_off(tmp_path
         assert (again.score_cm, again.distance_cm) == (pair.score_cm, pair.distance_cm)
     ranked = found[0].ranked(SPACE)
     assert ranked[0].score_cm == max(pair.score_cm for pair in found[0].best.values())
-    assert found[0].best_distance_cm[-1] == ranked[0].distance_cm
+    assert found[0].best_achieved[-1] == ranked[0].distance_cm
 
 
 ROBUST = Objective("mean_minus_deviations", worlds_per_design=4, evaluation_worlds=8)

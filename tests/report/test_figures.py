@@ -30,7 +30,7 @@ def test_pressures_have_a_panel_for_each_regulator(make_trajectory) -> None:
 
 
 def test_best_phase_is_marked_and_failures_are_left_out() -> None:
-    figure = phase_figure([0, 10, 20, 30], [0.5, np.nan, 2.0, 1.0], learned_cm=6.0)
+    figure = phase_figure([0, 10, 20, 30], [0.5, np.nan, 2.0, 1.0], learned=6.0)
     marked = figure.axes[0].lines[1]
     assert (marked.get_xdata()[0], marked.get_ydata()[0]) == (20, 2.0)
     with pytest.raises(ValueError, match="every simulation of the sweep failed"):
@@ -77,7 +77,7 @@ def test_training_is_drawn_beside_the_baseline() -> None:
         }
         for number in (1, 2, 3)
     ]
-    axes = reward_figure(metrics, [-1.0, 0.0, 4.0], baseline_cm=1.5, learned_cm=4.0).axes[0]
+    axes = reward_figure(metrics, [-1.0, 0.0, 4.0], baseline=1.5, learned=4.0).axes[0]
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert labels == ["best so far", "mean of the round", "expert's best phase: 1.5 cm"]
     assert axes.lines[0].get_ydata()[1:].tolist() == [2.0, 3.0]

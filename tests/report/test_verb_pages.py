@@ -7,6 +7,7 @@ from typing import Any, get_args, get_type_hints
 import pytest
 from helpers.result_example import example
 
+from pneumorph.environment.goal import Goal
 from pneumorph.report.verb_pages import EXPERT, PAGES, HeadlineNumber
 from pneumorph.study.baseline import BestPhase
 
@@ -38,18 +39,28 @@ def test_a_headline_number_is_a_value_of_the_result(result: Any, number: Headlin
     (kind,) = type_of(result, number.attribute)
     assert kind in (str, int, float)
     assert number.pattern.format(kind(1))
+    if number.achieved:
+        assert type_of(result, number.achieved) == {float}
 
 
 def test_a_value_that_is_not_known_is_not_shown() -> None:
     sweep = example(BestPhase)
     distance = EXPERT[0]
-    assert distance.of(sweep) == f"{sweep.baseline_best_distance_cm:.1f} cm"
+    assert distance.said(sweep) == (
+        "expert's best phase",
+        f"{sweep.baseline_best_distance_cm:.1f} cm",
+    )
+    turn = Goal("turn_left", cm_per_unit=0.1)
+    assert distance.said(sweep, turn) == (
+        "turn to the left of the expert's best phase",
+        f"{sweep.best_achieved_by_expert:.0f}°",
+    )
     object.__setattr__(sweep, "baseline_best_distance_cm", float("nan"))
-    assert distance.of(sweep) is None
+    assert distance.said(sweep) is None
 
 
 @pytest.mark.parametrize("verb", PAGES)
 def test_every_page_has_a_headline(verb: str) -> None:
     page = PAGES[verb]
     found = example(page.result)
-    assert any(number.of(found) for number in page.headline)
+    assert any(number.said(found) for number in page.headline)

@@ -115,7 +115,7 @@ def test_searches_get_the_time_of_the_training(script, learned: Path, tmp_path: 
         if found is not None:  # some robots may have failed in every world
             # Whole generations, which of the few actions here may be several times as many.
             assert found.timesteps >= asked
-            assert found.band.low_cm <= found.band.high_cm
+            assert found.band.low <= found.band.high
             assert found.share_beyond_expert == 1.0
 
 

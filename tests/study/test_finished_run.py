@@ -92,7 +92,7 @@ def test_a_pair_that_no_robot_survived_has_no_distance(tmp_path: Path) -> None:
 def test_what_failed_is_the_furthest_only_where_all_failed(
     distances_cm: tuple[float | None, ...], place: int
 ) -> None:
-    walked = [SimpleNamespace(distance_cm=far) for far in distances_cm]
+    walked = [SimpleNamespace(achieved=far) for far in distances_cm]
     assert furthest(walked) is walked[place]
 
 

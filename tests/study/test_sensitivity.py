@@ -15,7 +15,7 @@ from pneumorph.study.certified_pairs import Band
 from pneumorph.study.measure_next import narrowings, worth_measuring
 from pneumorph.study.robustness import robustness
 from pneumorph.study.sensitivity import (
-    expected_width_cm,
+    expected_width,
     first_order_index,
     sensitivities,
     weighted_quantiles,
@@ -66,8 +66,8 @@ def test_a_tenth_percentile_is_one_thing() -> None:
     """Of pairs in drawn worlds and of a certificate's bands."""
     distances = np.random.default_rng(3).normal(size=64)
     (pair,) = robustness(["L1"], np.zeros(1), distances[:, None]).pairs
-    assert pair.tenth_percentile_cm == Band.of(distances).low_cm
-    assert pair.tenth_percentile_cm == pytest.approx(np.quantile(distances, 0.1, method="hazen"))
+    assert pair.tenth_percentile == Band.of(distances).low
+    assert pair.tenth_percentile == pytest.approx(np.quantile(distances, 0.1, method="hazen"))
 
 
 def test_the_width_that_a_measurement_leaves() -> None:
@@ -76,10 +76,10 @@ def test_the_width_that_a_measurement_leaves() -> None:
     worlds with weights of 16 and more scatter by."""
     x, y = np.random.default_rng(2).normal(size=(2, 400))
     spread = 2.0 * 1.2816
-    width = expected_width_cm(x, 1e-6, 2.0 * x + y)
+    width = expected_width(x, 1e-6, 2.0 * x + y)
     assert width == pytest.approx(spread, rel=0.12)
-    assert expected_width_cm(x, 1.0, 2.0 * x + y) == pytest.approx(spread * np.sqrt(3.0), rel=0.12)
-    assert expected_width_cm(y, 1e3, x) == pytest.approx(spread, rel=0.12)
+    assert expected_width(x, 1.0, 2.0 * x + y) == pytest.approx(spread * np.sqrt(3.0), rel=0.12)
+    assert expected_width(y, 1e3, x) == pytest.approx(spread, rel=0.12)
 
 
 def test_the_test_that_is_worth_making() -> None:
@@ -92,13 +92,13 @@ def test_the_test_that_is_worth_making() -> None:
     tests = narrowings(numbers, 10.0 * numbers["modulus_factor"])
     assert worth_measuring(tests, 200) == "bend at one pressure"
     today = np.ptp(np.quantile(10.0 * numbers["modulus_factor"], [0.1, 0.9], method="hazen"))
-    assert tests[0].narrowing_cm == pytest.approx(today - tests[0].width_cm)
+    assert tests[0].narrowing == pytest.approx(today - tests[0].width)
     # A deviation of 0.03 leaves 2.563 x 0.3 of about 3.2 cm.
-    assert tests[0].width_cm == pytest.approx(0.77, rel=0.1)
+    assert tests[0].width == pytest.approx(0.77, rel=0.1)
     assert worth_measuring(narrowings(numbers, np.ones(200)), 200) is None
     # Of distances that depend on none of them a test seems to take 6 %, and that is chance.
     by_chance = narrowings(numbers, rng.normal(8.0, 2.0, 200))
-    assert by_chance[0].narrowing_cm > 0.0
+    assert by_chance[0].narrowing > 0.0
     assert worth_measuring(by_chance, 200) is None
     both = 10.0 * (numbers["modulus_factor"] + numbers["mass_factor"])
     # Both tell as much, and scales are quicker.
@@ -131,8 +131,8 @@ def test_bands_are_honest_before_and_after_tests() -> None:
         )
         for row, drawn in enumerate((prior, replace(prior, measured=found))):
             said = band(drawn, number)
-            inside[row, number] = said.low_cm <= distance_cm(hidden) <= said.high_cm
-            width[row, number] = said.high_cm - said.low_cm
+            inside[row, number] = said.low <= distance_cm(hidden) <= said.high
+            width[row, number] = said.high - said.low
     assert inside.mean(axis=1) == pytest.approx(0.8, abs=0.134)
     assert width[1].mean() < 0.5 * width[0].mean()
 

@@ -20,7 +20,7 @@ const pneumorphExplorer = (() => {
     return {
       index, entries: legs, name, legs: mounted.length,
       regulators: used.size, symmetric: data.symmetric[index] === "1",
-      score: data.score_cm[index],
+      score: data.scores[index],
       probability: data.probability ? data.probability[index] : null,
       pair: data.pairs[index] || null, robots: data.robots[index] || [],
     };
@@ -28,7 +28,7 @@ const pneumorphExplorer = (() => {
   const places = new Map(designs.map((design) => [design.name, design]));
   const COLUMNS = [
     ["", null], ["design", "name"], ["legs", "legs", "value"], ["regulators", "regulators", "value"],
-    ["score (cm)", "score", "value"], ["probability", "probability", "value"], ["", "pair"],
+    [data.score_name, "score", "value"], ["probability", "probability", "value"], ["", "pair"],
   ];
   const find = (selector) => document.querySelector(selector);
   const form = find(".filters"), list = find(".list"), details = find(".details");
@@ -162,11 +162,11 @@ const pneumorphExplorer = (() => {
     const lines = [
       ["legs", design.legs], ["regulators", design.regulators],
       ["mirror image", design.symmetric ? "itself" : twin],
-      ["score", design.score === null ? "none" : `${design.score.toFixed(2)} cm`],
+      ["score", design.score === null ? "none" : `${design.score.toFixed(2)}${data.unit}`],
     ];
     if (design.probability !== null) lines.push(["probability", chance(design.probability)]);
     if (design.pair) {
-      const far = design.pair[1] === null ? "failed" : `${design.pair[1].toFixed(2)} cm`;
+      const far = design.pair[1] === null ? "failed" : `${design.pair[1].toFixed(2)}${data.unit}`;
       lines.push(["best pair", `${design.pair[0]}, ${far}`]);
     }
     return lines.map(([name, value]) => `<dt>${name}</dt><dd>${value}</dd>`).join("");

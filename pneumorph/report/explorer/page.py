@@ -70,7 +70,9 @@ def explorer_data(
         "designs": [str(design) for design in scored.designs],
         "mirrors": scored.mirrors.tolist(),
         "symmetric": "".join(str(int(same)) for same in scored.is_symmetric),
-        "score_cm": _numbers(scored.score_cm, 3),
+        "scores": _numbers(scored.score_cm / scored.goal.cm_per_unit, 3),
+        "score_name": scored.goal.in_unit("score"),
+        "unit": scored.goal.symbol,
         "probability": None if scored.probability is None else _numbers(scored.probability, 7),
         "pairs": {
             scored.place(index): [label, None if np.isnan(distance) else round(distance, 3)]

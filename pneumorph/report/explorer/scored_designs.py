@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.base.artefact import reading
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.learn.checkpoint import KIND, load_checkpoint
 from pneumorph.learn.design_distribution import gibbs
 from pneumorph.learn.factored_distribution import FactoredDistribution
@@ -30,12 +31,15 @@ class ScoredDesigns:
 
     Attributes:
         space: The designs.
-        score_cm: Distance of each [cm], (design,); NaN where none is known.
+        score_cm: Reward of each [cm], (design,), which is its distance where forward is the goal;
+            NaN where none is known.
         probability: Of each in the design distribution, (design,); None without one.
-        pairs: Label (L1 ...) and distance [cm] of the best pairs, by index of the design.
+        pairs: Label (L1 ...) of the best pairs and what they achieve [the goal's unit], by index of
+            the design.
         trajectories: Recorded walks with their labels, by index of the design.
         meaning: What the score is, in a sentence.
         indices: Indices of the designs in the space, (design,); None for all, in its order.
+        goal: What they are to do.
     """
 
     space: DesignSpace
@@ -45,6 +49,7 @@ class ScoredDesigns:
     trajectories: Mapping[int, Sequence[tuple[str, Trajectory]]] = field(default_factory=dict)
     meaning: str = "No scores: no run was given."
     indices: np.ndarray | None = None
+    goal: Goal = FORWARD
 
     def __post_init__(self) -> None:
         count = len(self.space) if self.indices is None else len(self.indices)
@@ -126,7 +131,9 @@ def scored_by_training(run: FinishedRun) -> ScoredDesigns:
         np.where(scores == 0.0, np.nan, scores),
         gibbs(scores, beta),
         _pairs(space, run),
-        meaning="Score: newest distance in training; none where a design was not tried or failed.",
+        meaning=f"Score: newest {run.goal.label} in training; none where a design was not tried or "
+        "failed.",
+        goal=run.goal,
     )
 
 
@@ -157,8 +164,9 @@ def _scored_by_factors(
         np.array([scores[index] for index in indices.tolist()]),
         distribution.probability_of(indices),
         pairs,
-        meaning=f"Score: newest distance in training. These are {len(indices)} designs that walked "
-        f"or whose mirror image did, of {len(space):.3g}.",
+        goal=run.goal,
+        meaning=f"Score: newest {run.goal.label} in training. These are {len(indices)} designs "
+        f"that walked or whose mirror image did, of {len(space):.3g}.",
         indices=indices,
     )
 
@@ -173,18 +181,21 @@ def scored_by_evaluation(run: FinishedRun, space: DesignSpace) -> ScoredDesigns:
     pairs = _pairs(space, run)
     indices = None if space.is_listed else np.array(sorted(pairs))
     known = np.arange(len(space)) if indices is None else indices
+    goal = run.result(BestPairs).goal
     score_cm = np.array([pairs.get(int(index), ("", np.nan))[1] for index in known])
+    score_cm = score_cm * goal.cm_per_unit
     model = run.of_summary("model", str)
-    meaning = f"Score: distance of the pairs of {run.folder}, {model} model."
-    return ScoredDesigns(space, score_cm, None, pairs, meaning=meaning, indices=indices)
+    meaning = f"Score: {goal.label} of the pairs of {run.folder}, {model} model."
+    return ScoredDesigns(space, score_cm, None, pairs, meaning=meaning, indices=indices, goal=goal)
 
 
 @dataclass(frozen=True)
 class ScoredPair:
-    """A design and how far it went [cm]."""
+    """A design, how far it went [cm], and what of the goal it achieved [its unit]."""
 
     design: str
     distance_cm: float
+    achieved: float | None = None
 
 
 @dataclass(frozen=True)
@@ -192,13 +203,16 @@ class BestPairs:
     """What a training and an evaluation both say."""
 
     pairs: tuple[ScoredPair, ...]
+    goal: Goal = FORWARD
 
 
 def _pairs(space: DesignSpace, run: FinishedRun) -> dict[int, tuple[str, float]]:
     run.of_summary("pairs", list)  # a run of another kind is refused by what it is
+    found = run.result(BestPairs)
+    achieved = [found.goal.of_pair(pair) for pair in found.pairs]
     return {
-        space.index(Design.parse(pair.design)): (f"L{rank}", pair.distance_cm)
-        for rank, pair in enumerate(run.result(BestPairs).pairs, start=1)
+        space.index(Design.parse(pair.design)): (f"L{rank}", np.nan if far is None else far)
+        for rank, (pair, far) in enumerate(zip(found.pairs, achieved, strict=True), start=1)
     }
 
 

@@ -100,7 +100,7 @@ def test_a_design_is_found_whatever_its_regulators_are_called(
 
 
 def _by_score(page: Any) -> Callable[[Design], tuple[bool, float]]:
-    scores = page.evaluate("explorerData.score_cm")
+    scores = page.evaluate("explorerData.scores")
     return lambda d: (scores[SPACE.index(d)] is None, -(scores[SPACE.index(d)] or 0.0))
 
 

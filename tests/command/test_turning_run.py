@@ -1,0 +1,153 @@
+"""A run whose robots are to turn is ranked, certified and told in degrees."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pneumorph.base.result import result_from_dict, result_to_dict
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.cli import run
+from pneumorph.environment.goal import FORWARD
+from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
+from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.robustness import walks_in_worlds
+from pneumorph.study.shown_worlds import SHOWN_WORLDS
+from pneumorph.trajectory import Trajectory
+
+_SHORT = (
+    "--total-timesteps 48 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
+    "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
+    "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
+    "--evaluated-design-count 4 --kept-pair-count 3 --checkpoint-interval-timesteps 20 "
+    "--finetuning.timesteps 0 --baseline.phase-step-deg 90 --baseline.gait.duration-s 4 "
+    "--baseline.record-step-count 10 --task.reward.goal turn_left"
+)
+WORLDS = 5
+
+
+@pytest.fixture(scope="module")
+def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("turning") / "run"
+    assert run(f"coopt --preset fast --part {leg} --out {folder} {_SHORT}".split()) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def certified(learned: Path) -> Path:
+    folder = learned.parent / "certified"
+    asked = f"certify {learned} --world-count {WORLDS} --tuning-world-count 2 --cycle-s 0.4"
+    assert run([*asked.split(), "--out", str(folder)]) == 0
+    return folder
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((folder / "summary.json").read_text())
+    return content
+
+
+def test_a_training_says_what_its_robots_turned(learned: Path) -> None:
+    """A degree is worth 0.1 cm of reward, and nothing is taken off here."""
+    found = _summary(learned)
+    assert (found["goal"]["name"], found["unit"]) == ("turn_left", "degrees")
+    for pair in found["pairs"]:
+        assert pair["achieved"] == pytest.approx(10.0 * pair["score_cm"])
+    assert found["best_achieved"] == found["pairs"][0]["achieved"]
+    walked = Trajectory.load(learned / "best_trajectory.npz")
+    assert found["replayed_achieved"] == pytest.approx(float(walked.turned_deg[-1]))
+    assert found["replayed_achieved"] == pytest.approx(found["best_achieved"], abs=0.05)
+    assert found["best_distance_cm"] == pytest.approx(walked.forward_distance_cm, abs=0.01)
+    phase = int(np.argmax(found["phases_achieved"]))
+    assert found["baseline_best_phase_deg"] == found["phases_deg"][phase]
+
+
+def test_a_certificate_is_of_the_yaw_of_recorded_walks(learned: Path, certified: Path) -> None:
+    content = _summary(certified)
+    found = result_from_dict(Certificate, content)
+    for file, _ in SHOWN_WORLDS.values():
+        walked = Trajectory.load(certified / file)
+        told = found.achieved[walked.metadata["world"]][1 + int(found.best[1:]) - 1]
+        assert told == pytest.approx(float(walked.turned_deg[-1]), abs=0.02)
+    chosen = next(pair for pair in found.pairs if pair.label == found.best)
+    turned = np.array(found.achieved)[:, int(found.best[1:])]
+    assert found.median == chosen.band.median == pytest.approx(float(np.median(turned)))
+    reported = _summary(learned)["pairs"][int(found.best[1:]) - 1]["achieved"]
+    assert chosen.promised == reported
+    assert chosen.nominal == pytest.approx(reported, abs=0.05)
+
+
+def test_nothing_in_degrees_is_called_cm(certified: Path) -> None:
+    content = _summary(certified)
+    assert content["unit"] == "degrees"
+    assert {"median", "tenth_percentile", "optimism", "achieved"} <= set(content)
+    assert set(content["pairs"][0]["band"]) == {
+        "low", "median", "high", "mean", "deviation", "failed_count",
+    }  # fmt: skip
+    numbers = {name: content[name] for name in ("pairs", "expert", "tests", "achieved")}
+    assert "_cm" not in json.dumps(numbers)
+    found = result_from_dict(Certificate, content)
+    told = result_to_dict(found)
+    assert told == {name: content[name] for name in told}
+
+
+def test_names_are_in_cm_where_that_is_the_unit(certified: Path) -> None:
+    """As those of the certificates of crawling robots always were."""
+    found = result_from_dict(Certificate, _summary(certified))
+    told = result_to_dict(replace(found, goal=FORWARD))
+    assert told["unit"] == "cm"
+    assert {"median_cm", "tenth_percentile_cm", "distances_cm", "optimism_cm"} <= set(told)
+    assert told["pairs"][0]["band"]["median_cm"] == found.pairs[0].band.median
+    assert result_from_dict(Certificate, told) == replace(found, goal=FORWARD)
+
+
+def test_a_mirror_image_turns_to_the_other_side_in_every_world(learned: Path) -> None:
+    """Friction is solved to 0.01 mm/s: a second parts images by thousandths of a degree."""
+    source = FinishedRun.read(learned)
+    pair, goal = source.pairs(1)[0], source.goal
+    worlds = unseen_worlds(CertificateSettings().randomisation, 2, 0)
+    folder = RunFolder(learned.parent / "mirrored", "certify")
+    spec = source.robot.spec()
+    designs = [pair.design, pair.design.mirror()]
+    achieved, _ = walks_in_worlds(
+        spec, designs, [pair.gait] * 2, worlds, source.task.settling_step_count, folder, goal
+    )
+    np.testing.assert_allclose(achieved[:, 1], -achieved[:, 0], atol=0.01)
+    assert np.abs(achieved).max() > 0.1
+
+
+def test_verbs_rank_by_the_turn(learned: Path, tmp_path: Path) -> None:
+    for verb in ("evaluate --record", "analyse --cycle-s 0.4 --friction-step 0.8"):
+        name, *flags = verb.split()
+        out = tmp_path / name
+        assert run([name, str(learned), *flags, "--pair-count", "3", "--out", str(out)]) == 0
+        found = _summary(out)
+        pairs = found["pairs"] if name == "evaluate" else found["robots"][1:]
+        best = max(pairs, key=lambda each: each["achieved"])
+        assert (found["best_design"], found["best_achieved"]) == (best["design"], best["achieved"])
+        assert found["unit"] == "degrees"
+    for robot in found["robots"][1:]:
+        assert sum(robot["step_rewards"]) == pytest.approx(robot["achieved"], abs=1e-6)
+    recorded = Trajectory.load(tmp_path / "evaluate/trajectory_reduced_L1.npz")
+    first = _summary(tmp_path / "evaluate")["pairs"][0]
+    assert first["achieved"] == pytest.approx(float(recorded.turned_deg[-1]))
+    assert first["distance_cm"] == pytest.approx(recorded.forward_distance_cm)
+
+
+def test_pages_tell_degrees(learned: Path, certified: Path, tmp_path: Path) -> None:
+    for folder in (learned, certified):
+        out = tmp_path / folder.name
+        assert run(["report", str(folder), "--out", str(out)]) == 0
+    page = (tmp_path / "run/page.html").read_text()
+    assert "A robot learned to turn to the left" in page
+    assert "learned to crawl" not in page
+    assert "turn to the left (°)" in page
+    sure = (tmp_path / "certified/page.html").read_text()
+    for words in ("How much it turns, and how sure", "median (°)", "of the best pair, median"):
+        assert words in sure
+    assert "median (cm)" not in sure
