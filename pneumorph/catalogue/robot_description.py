@@ -293,6 +293,15 @@ class RobotDescription(Checked, ShownInNotebooks):
             "coopt, search and certificates draw worlds from"
         )
 
+    def notes(self, design: str | None) -> tuple[str, ...]:
+        """What to say before one robot walks in one world.
+
+        Args:
+            design: The design that is taken, where nothing but this description chose it.
+        """
+        of_design = None if design is None else self.design_note(design)
+        return tuple(note for note in (of_design, self.worlds_note) if note is not None)
+
     def expert_settings(self) -> dict[str, Any]:
         """Settings of the expert's gait for its regulators."""
         return {"regulator_count": self.acting.regulator_count}

@@ -2,17 +2,13 @@
 
 The robot is the paper's, or what --robot describes (docs/own_robot.md), as its materials were
 measured; --physics published is the paper's simulation. The gait is a CSV file, as coopt writes
-them and a spreadsheet can, a coopt run (its best pair), a policy (RUN/training/policy.npz with
---design), or else the expert's gait at --expert.phase-deg. The design is --design, or the one that
-the file names, or the expert's.
+them, a coopt run (its best pair), a policy (RUN/training/policy.npz with --design), or else the
+expert's gait at --expert.phase-deg. The design is --design, or the file's, or the expert's.
 
-A full robot (--model full) takes half an hour for 20 s, ten minutes with --physics published, and
-an hour or two with the hyperelastic leg. Its way is saved every minute: the same command with the
-same --out goes on where it was stopped. Presets: paper, the paper's robot in either physics, and
-hyperelastic, legs of the silicone's own stiffness with their pressure map, cast mass and damping.
-
-With --live the robot can be watched in the browser while it is simulated: the address is printed,
-and the page keeps what it has seen. Writes trajectory.npz, replay.html and, with --film, film.mp4.
+A full robot (--model full) takes half an hour for 20 s, ten minutes with --physics published; its
+way is saved every minute, and the same command goes on where it was stopped. Presets: paper, the
+paper's robot in either physics, and hyperelastic, legs of the silicone's own stiffness. With --live
+it can be watched in the browser. Writes trajectory.npz, replay.html and with --film film.mp4.
 
 Example: pneumorph simulate --gait runs/quick/training/gaits/L1.csv --film --out runs/replay
 """
@@ -58,21 +54,16 @@ class SimulateOptions:
 
 def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
     """Simulate one robot and show it."""
-    spec = options.robot.spec()
-    if options.walk.model == "reduced":
+    spec, described, asked = options.robot.spec(), options.robot.description, options.walk
+    if asked.model == "reduced":
         options.robot.refuse_full_options()
-    described = options.robot.description
-    notes: list[str] = []
-    if described is not None:
-        free = options.walk.gait is None and options.walk.design is not None
-        of_design = described.design_note(options.walk.design or "") if free else None
-        notes = [note for note in (of_design, described.worlds_note) if note is not None]
+    notes = described.notes(None if asked.gait else asked.design) if described else ()
     for note in notes:
         folder.progress.say(note)
     film = options.film_settings if options.film else None
     live = options.live_settings if options.live else None
-    walk = simulate_and_show(options.walk, spec, folder, film=film, live=live)
-    return replace(walk, notes=(*walk.notes, *notes))
+    found = simulate_and_show(asked, spec, folder, film=film, live=live)
+    return replace(found, notes=(*found.notes, *notes))
 
 
 _HYPERELASTIC = {

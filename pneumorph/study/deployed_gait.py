@@ -238,10 +238,8 @@ def _say_what_is_taken(plan: _Plan, robot: RobotOptions) -> None:
     """Which design and world a described robot has, and how long finite elements will take."""
     settings, described, say = plan.settings, robot.description, plan.folder.progress.say
     if described is not None:
-        of_design = described.design_note(str(plan.design)) if settings.design else None
-        for note in (of_design, described.worlds_note):
-            if note is not None:
-                say(note)
+        for note in described.notes(str(plan.design) if settings.design else None):
+            say(note)
     walks = plan.rig.driver == "virtual" and not (settings.dry_run or settings.bend_test)
     if walks and settings.model == "full":
         measured = _physics_name(robot) == "measured"

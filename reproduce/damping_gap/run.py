@@ -89,7 +89,8 @@ def walk_of(robot: AnalysedRobot, damping: str) -> dict[str, Any]:
         "front_slipping_share": front_slipping(robot),
         "slipping_share_by_leg_angle_deg": slipping,
         **{name: getattr(robot, name) for name in
-           ("distance_cm", "backsliding_cm", "hub_load_share", "pitch_range_deg")},
+           ("distance_cm", "hub_load_share", "pitch_range_deg")},
+        "backsliding_cm": robot.backsliding,
     }  # fmt: skip
     return {f"{damping}_{name}": value for name, value in walk.items()}
 

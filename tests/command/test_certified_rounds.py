@@ -79,7 +79,7 @@ def learned(mesh_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def certified(learned: Path) -> Certificate:
     """Of models that are to agree better than any two of so few modes do."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(certified_walks, "AGREED_CM", 1e-9)
+        patch.setattr(certified_walks, "AGREED", {"cm": 1e-9})
         patch.setattr(certified_walks, "AGREED_SHARE", 0.0)
         return certify(learned, SETTINGS, reduction=REDUCTION)
 
@@ -134,7 +134,7 @@ def test_what_was_made_is_made_once(
     def never(*_: object, **__: object) -> None:
         raise AssertionError("made again")
 
-    monkeypatch.setattr(certified_walks, "AGREED_CM", 1e-9)
+    monkeypatch.setattr(certified_walks, "AGREED", {"cm": 1e-9})
     monkeypatch.setattr(certified_walks, "AGREED_SHARE", 0.0)
     monkeypatch.setattr(certified_walks, "_walk", never)
     monkeypatch.setattr(certified_rounds, "reduce", never)
@@ -149,7 +149,7 @@ def test_what_was_made_is_made_once(
     found = certify(learned, replace(SETTINGS, rounds=budget), reduction=REDUCTION)
     assert len(found.rounds) == 1
     assert f"s of {budget.budget_s:.0f} were spent" in found.notes[-1]
-    monkeypatch.setattr(certified_walks, "AGREED_CM", 10.0)
+    monkeypatch.setattr(certified_walks, "AGREED", {"cm": 10.0})
     found = certify(learned, SETTINGS, reduction=REDUCTION)
     assert [each.agrees for each in found.rounds] == [True]
     assert "agree, after 0 new reductions" in found.notes[-1]

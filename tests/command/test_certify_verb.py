@@ -173,7 +173,7 @@ def test_the_best_pair_walks_in_its_worst_worlds_as_finite_elements(
     """And the other one in the world as it stands; walks that differ are named."""
     asked = []
 
-    def walked(spec, walks, folder, executor):
+    def walked(spec, walks, folder, executor, goal):
         asked.extend((walker.label, world) for walker, world in walks)
         return [KeptWalk(10.0 if world is None else -10.0, "completed", 1.0) for _, world in walks]
 

@@ -40,7 +40,10 @@ def learned(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_coopt_reports_finetuned_pairs_and_where_the_time_went(learned: Path) -> None:
     summary = json.loads((learned / "summary.json").read_text())
-    assert [pair["source"] for pair in summary["pairs"]] == ["policy", "policy"]
+    # Fine-tuning adds to what was seen, and takes nothing away.
+    kept, seen = ([pair["score_cm"] for pair in summary[name]] for name in ("pairs", "seen_pairs"))
+    assert len(kept) == 2
+    assert all(mine >= before for mine, before in zip(kept, seen, strict=True))
     assert summary["finetuning_timesteps"] == 40
     assert summary["finetuning_wall_s"] > 0.0
     spent = ("simulate_s", "learn_s", "log_s", "evaluate_s", "other_s")
@@ -109,9 +112,9 @@ def test_figures_of_an_analysis_know_the_friction_of_each_surface(
         drawn["margins"] = {label: margin for label, (_, margin) in robots.items()}
         return margin_figure(robots, cycle_s)
 
-    def over_friction(frictions: Any, distances_cm: Any, own: float | None) -> Any:
+    def over_friction(frictions: Any, distances_cm: Any, own: float | None, *rest: Any) -> Any:
         drawn["own"] = own
-        return friction_figure(frictions, distances_cm, own)
+        return friction_figure(frictions, distances_cm, own, *rest)
 
     monkeypatch.setattr(analysis_figures, "margin_figure", margins)
     monkeypatch.setattr(analysis_figures, "friction_figure", over_friction)

@@ -266,7 +266,7 @@ def test_gaits_are_exchanged(tmp_path: Path, capsys: pytest.CaptureFixture[str])
         ("calibrate --pairs none.csv", "none.csv does not exist"),
         ("deploy --rig none.toml", "none.toml does not exist"),
         ("deploy none.csv --dry-run", "none.csv does not exist"),
-        ("deploy policy.npz --dry-run", "expected --design to name one"),
+        ("deploy policy.npz --dry-run", "policy.npz does not exist"),
         (
             "deploy --dry-run --expert.amplitude-kPa 48",
             "expected a finite number from 0 to 90",

@@ -54,7 +54,7 @@ def test_a_result_is_read_back_equal(result: Any, tmp_path: Path) -> None:
 @pytest.mark.parametrize("result", RESULTS, ids=lambda result: type(result).__name__)
 def test_a_damaged_summary_is_refused_by_file_and_field(result: Any, tmp_path: Path) -> None:
     lost = fields(result)[0].name
-    content = {"verb": "any", **result_to_dict(result)}
+    content = {"verb": "simulate", **result_to_dict(result)}
     del content[lost]
     (tmp_path / "summary.json").write_text(json.dumps(content))
     (tmp_path / "settings.json").write_text("{}")

@@ -9,6 +9,7 @@ import pytest
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.checkpoint import save_checkpoint
 from pneumorph.learn.design_distribution import gibbs
 from pneumorph.report.explorer.page import explorer_data
@@ -26,6 +27,7 @@ from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study.finished_run import FinishedRun
 
 SPACE = DesignSpace(location_count=4, regulator_count=2, maximum_legs=4)
+TASK = CrawlingTask(regulator_count=2)
 PAIRS = [{"design": "1.2.1.2", "distance_cm": 3.5}, {"design": "0.1.1.2", "distance_cm": None}]
 
 
@@ -37,7 +39,8 @@ def test_a_training_gives_scores_probabilities_and_pairs(tmp_path: Path) -> None
         "settings": {}, "provenance": {}, "wall_s": 1.0, "remarks": [],
     }  # fmt: skip
     save_checkpoint(tmp_path / "training", arrays, metadata)
-    run = FinishedRun(tmp_path, {"pairs": PAIRS}, {"coopt": {"space": settings_to_dict(SPACE)}})
+    asked = {"space": settings_to_dict(SPACE), "task": settings_to_dict(TASK)}
+    run = FinishedRun(tmp_path, {"pairs": PAIRS}, {"coopt": asked})
     scored = scored_by_training(run)
     assert scored.space == SPACE
     assert np.isnan(scored.score_cm[0])  # never tried, or failed
