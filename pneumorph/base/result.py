@@ -97,9 +97,13 @@ def _named(result: Any, content: Any, unit: str) -> Any:
         return content
     told: dict[str, Any] = {}
     unit = getattr(getattr(result, "goal", None), "unit", unit)
-    for each in fields(result):
-        name = each.metadata.get(_NAME_IN_CM, each.name) if unit == "cm" else each.name
-        told[name] = _named(getattr(result, each.name), content[each.name], unit)
+    known = {each.name: each for each in fields(result)}
+    for key, value in content.items():
+        if key not in known:  # a class may be written by a rule of its own
+            told[key] = value
+            continue
+        name = known[key].metadata.get(_NAME_IN_CM, key) if unit == "cm" else key
+        told[name] = _named(getattr(result, key), value, unit)
     if "goal" in told:
         told["unit"] = unit
     return told
