@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from pneumorph.base.progress import Progress
 from pneumorph.base.provenance import source
 from pneumorph.base.result import result_to_dict
-from pneumorph.base.run_folder import SETTINGS, SUMMARY, RunFolder, read_settings
+from pneumorph.base.run_folder import SETTINGS, SUMMARY, RunFolder, read_settings, read_summary
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.study.finished_run import FinishedRun
 
@@ -61,7 +61,9 @@ def study_once(
         if (finished or begun) and (folder.path / SETTINGS).exists():
             _refuse_others(folder.path, asked, free)
         if finished:
-            found = FinishedRun.read(folder.path).result(kind)
+            # Not a verb's run alone: a step of a study is of what its folder says.
+            place = folder.path
+            found = FinishedRun(place, read_summary(place), read_settings(place)).result(kind)
             if getattr(found, "status", "completed") == "completed":
                 return found
         return make_study(folder, asked, make)
