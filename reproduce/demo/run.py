@@ -17,8 +17,9 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import finite
+from pneumorph.base.settings import load_settings
 from pneumorph.study.study_once import study_folder
-from pneumorph.study.training_options import PRESETS, train_once
+from pneumorph.study.training_options import PRESETS, TrainingOptions, train_once
 
 HERE = Path(__file__).parent
 
@@ -28,6 +29,7 @@ def main(
     work: Path = Path("runs/demo_seeds"),
     out: Path = HERE,
     threads: int = 0,
+    settings: Path | None = None,
 ) -> None:
     """Train what is missing, and write what was found.
 
@@ -36,10 +38,13 @@ def main(
         work: Their folders.
         out: Folder of demo.json and the gaits.
         threads: Of the engine; 0 takes every processor.
+        settings: JSON or TOML file of settings laid over the demo's.
     """
     rows = []
     for seed in seeds:
         options = PRESETS["quick"]()
+        if settings is not None:
+            options = load_settings(TrainingOptions, settings, options)
         options = replace(options, coopt=replace(options.coopt, seed=seed))
         folder = study_folder(work / f"seed_{seed}", "coopt")
         found = train_once(options, folder, threads)

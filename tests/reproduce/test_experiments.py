@@ -263,6 +263,38 @@ def test_seeds_of_the_fast_preset_beside_the_full_run(
         assert policy.action_size == kept.task.regulator_count
 
 
+def test_the_demos_trainings_are_kept_by_seed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a dozen actions each; a finished training is read again."""
+    short = {
+        "certified_world_count": 4,
+        "baseline": {"phase_step_deg": 90.0, "gait": {"duration_s": 4.0}},
+        "coopt": {
+            "environment_count": 4,
+            "total_timesteps": 12,
+            "evaluated_design_count": 2,
+            "kept_pair_count": 1,
+            "learning_start_timestep": 100,
+            "task": {"action_count": 3, "action_step_count": 10},
+            "objective": {"evaluation_worlds": 4},
+            "schedule": {"decay_start_timestep": 0, "decay_end_timestep": 12},
+        },
+    }
+    settings = write_json(tmp_path / "short.json", short)
+    asked = ("--seeds", 3, 4, "--work", tmp_path / "runs", "--out", tmp_path, "--threads", 1)
+    for _ in range(2):
+        call("demo", monkeypatch, *asked, "--settings", settings)
+        found = json.loads((tmp_path / "demo.json").read_text())["seeds"]
+        assert [row["seed"] for row in found] == [3, 4]
+    for row in found:
+        assert row["tenth_percentile_cm"] <= row["median_cm"] <= row["ninetieth_percentile_cm"]
+        assert row["world_count"] == 4
+        assert (tmp_path / f"seed_{row['seed']}.csv").exists()
+        kept = read_summary(tmp_path / "runs" / f"seed_{row['seed']}")
+        assert kept["median_cm"] == row["median_cm"]
+
+
 @pytest.mark.parametrize("kept", ["paper_scale", "fast_schedule/seed_0"])
 def test_kept_runs_have_a_page(kept: str, tmp_path: Path) -> None:
     report = ["report", str(REPRODUCE / kept), "--figure-files", "--out", str(tmp_path)]
