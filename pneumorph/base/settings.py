@@ -8,14 +8,13 @@ night of training.
 
 from __future__ import annotations
 
-import difflib
 import json
 import tomllib
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import is_dataclass
 from functools import cache
 from pathlib import Path
-from types import NoneType, UnionType
+from types import UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 import cattrs
@@ -59,12 +58,8 @@ def settings_from_dict(
         ValueError: A key that no field has, or a value of the wrong type or range.
     """
     content = upgraded(kind, content)
-    _refuse_misread(kind, content, "")
     merged: Any = content if default is None else laid_over(settings_to_dict(default), content)
-    try:
-        refuse_other_shapes(kind, merged)
-    except ValueError as error:
-        raise ValueError(f"{kind.__name__} cannot be read: {error}") from error
+    refuse_other_shapes(kind, merged)
     try:
         return _converter().structure(merged, kind)
     except cattrs.BaseValidationError as error:
@@ -145,62 +140,6 @@ def load_settings(
         return settings_from_dict(kind, content, default)
     except ValueError as error:
         raise ValueError(f"settings file {path}: {error}") from error
-
-
-def _refuse_misread(kind: Any, content: Mapping[str, Any], prefix: str) -> None:
-    """Raise for the first key that has no field, with its whole path and its closest neighbour, and
-    for the first list of another length than its field has."""
-    hints = hints_of(kind)
-    names = [field.name for field in fields(kind)]
-    for key, value in content.items():
-        if key not in names:
-            close = difflib.get_close_matches(key, names, n=1)
-            hint = f"did you mean {close[0]}?" if close else f"it has {', '.join(names)}"
-            group, *rest = str(key).split(".")
-            if rest and group in names:
-                nested: Any = value
-                for name in reversed((group, *rest)):
-                    nested = {name: nested}
-                hint = f"names of groups nest, expected {nested}"
-            raise ValueError(f"unknown setting {prefix}{key} of {kind.__name__}: {hint}")
-        _refuse_value(hints[key], value, f"{prefix}{key}")
-
-
-def _refuse_value(hint: Any, value: Any, path: str) -> None:
-    """`_refuse_misread` of one value, and of what is in it."""
-    nested = dataclass_of(hint)
-    if nested is not None and isinstance(value, Mapping):
-        _refuse_misread(nested, value, f"{path}.")
-        return
-    hint = _without_marks(hint)
-    inner = get_args(hint)
-    if get_origin(hint) is dict and isinstance(value, Mapping):
-        for key, each in value.items():
-            _refuse_value(inner[1], each, f"{path}.{key}")
-    elif get_origin(hint) is tuple and value is not None:
-        every = inner[1:] == (...,)
-        if isinstance(value, str) or (not every and not _has_length(value, len(inner))):
-            wanted = "a list" if every else f"a list of {len(inner)} entries"
-            raise ValueError(f"{path} is {value!r}, expected {wanted}")
-        if isinstance(value, Sequence):
-            kinds = inner[:1] * len(value) if every else inner
-            for number, (each, kind) in enumerate(zip(value, kinds, strict=True)):
-                _refuse_value(kind, each, f"{path}[{number}]")
-
-
-def _has_length(value: Any, count: int) -> bool:
-    """Whether a value has so many entries, or is none that has any."""
-    return not isinstance(value, Sequence) or len(value) == count
-
-
-def _without_marks(hint: Any) -> Any:
-    """The annotation of a value that is not left out, without what marks it."""
-    if hasattr(hint, "__metadata__"):
-        return _without_marks(get_args(hint)[0])
-    if get_origin(hint) in (Union, UnionType):
-        given = [each for each in get_args(hint) if each is not NoneType]
-        return _without_marks(given[0]) if len(given) == 1 else hint
-    return hint
 
 
 def dataclass_of(hint: Any) -> Any | None:
