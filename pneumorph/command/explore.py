@@ -1,13 +1,13 @@
 """Put every design of a space on one page: filter, search, sort, and look at each.
 
-RUN is a coopt run (scores and probabilities of its design distribution) or an evaluation
-(distances of its pairs); without one the page shows the designs of --space alone. A design can be
-named, such as 1.0.0.2.2.0.0.1, filtered by legs, regulators and symmetry, and sorted by score. One
-click shows it from above and its replay, or the command that walks it. Without a run the designs
-may be those that a robot's file describes (--robot). The best pairs of a coopt
-run are walked anew for their replays; trajectories of other runs are added with --replays.
+RUN is a coopt run (scores and probabilities of its design distribution) or an evaluation (distances
+of its pairs); without one the page shows only the designs of --space, or those of a robot's file
+(--robot). Search for a design by name, such as 1.0.0.2.2.0.0.1, filter by legs, regulators and
+symmetry, and sort by score. Click a design to see it from above with its replay, or the command
+that simulates it. The best pairs of a coopt run are simulated again for their replays; --replays
+adds trajectories of other runs.
 
-Writes explorer.html into RUN/explorer, or --out: one file that opens from disk with no network.
+Writes explorer.html into RUN/explorer, or --out: one file that opens from disk without a network.
 
 Example: pneumorph explore runs/quick
 """
