@@ -33,7 +33,7 @@ class AnalyseOptions:
     run: tyro.conf.Positional[Path] = tyro.MISSING
     """Folder of a coopt run."""
     afresh: bool = False
-    """Take leg and physics from the flags alone. Otherwise they are the run's, changed by the flags
+    """Take leg and physics only from the flags. Otherwise they are the run's, changed by the flags
     that are given."""
     analysis: Annotated[AnalysisSettings, flat] = field(default_factory=AnalysisSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)

@@ -41,7 +41,7 @@ class CatalogueOptions:
     """What to do with which catalogue."""
 
     action: tyro.conf.Positional[Literal["list", "build"]] = "list"
-    """Show what is there, or make what is not."""
+    """Show what is built, or build what is missing."""
     file: tyro.conf.Positional[Path | None] = None
     """TOML file of the catalogue; by default the one that ships."""
     build: Annotated[BuildSettings, flat] = field(default_factory=BuildSettings)

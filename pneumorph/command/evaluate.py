@@ -41,7 +41,7 @@ class EvaluateOptions:
     run: tyro.conf.Positional[Path] = tyro.MISSING
     """Folder of a coopt run."""
     afresh: bool = False
-    """Take leg and physics from the flags alone. Otherwise they are the run's, changed by the flags
+    """Take leg and physics only from the flags. Otherwise they are the run's, changed by the flags
     that are given."""
     evaluation: Annotated[EvaluationSettings, flat] = field(default_factory=EvaluationSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)

@@ -26,7 +26,7 @@ class ExchangeOptions:
     """What to turn into what."""
 
     source: tyro.conf.Positional[str] = tyro.MISSING
-    """Gait file, reduced leg (npz), `shipped`, or the folder of a reduction by the plugin."""
+    """Gait file, reduced leg (npz), `shipped`, or the folder of a reduction made by the plugin."""
     conversion: Annotated[ConversionSettings, flat] = field(default_factory=ConversionSettings)
 
 

@@ -37,13 +37,13 @@ class ExploreOptions(Checked):
     """Whose designs, and which replays."""
 
     run: tyro.conf.Positional[Path | None] = None
-    """Folder of a coopt run or an evaluation; none for the designs alone."""
+    """Folder of a coopt run or an evaluation; none to show only the designs."""
     replays: tuple[Path, ...] = ()
-    """Run folders whose trajectories are shown as well."""
+    """Run folders whose trajectories are also shown."""
     pair_count: CountOrNone = 5
-    """Best pairs of a coopt run to walk for their replays, a second or two each."""
+    """Best pairs of a coopt run to simulate for their replays, a second or two each."""
     space: DesignSpace = field(default_factory=DesignSpace)
-    """The designs, where no run says which."""
+    """The designs, if there is no run to say which."""
     replay: ReplaySettings = PAGE_REPLAY
     described: Annotated[Path | None, tyro.conf.arg(name="robot")] = None
     """TOML file that describes a robot, see docs/own_robot.md, whose designs are shown; a run has

@@ -41,10 +41,10 @@ class FabricateOptions:
     """The design and how to make it."""
 
     design: tyro.conf.Positional[str] = tyro.MISSING
-    """Design such as 1.0.0.2.2.0.0.1, or a coopt run's folder for its best one."""
+    """Design such as 1.0.0.2.2.0.0.1, or the folder of a coopt run for its best one."""
     fabrication: Annotated[FabricationSettings, flat] = field(default_factory=FabricationSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
-    """The simulation whose masses stand beside those that are built; a run brings its own."""
+    """The simulation whose masses are compared with the built ones; a run brings its own."""
 
 
 def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:

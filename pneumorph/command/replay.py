@@ -34,11 +34,11 @@ class ReplayOptions(Checked):
     motions: tyro.conf.Positional[tuple[str, ...]] = tyro.MISSING
     """Trajectory files and folders of trials, as LABEL=PATH or PATH."""
     spacing_mm: NotNegative = 340.0
-    """Distance between the robots' lanes [mm]; 0 lays them over each other."""
+    """Distance between the robots' lanes [mm]; 0 overlays them."""
     mp4: bool = False
-    """Make film.mp4 as well."""
+    """Also make film.mp4."""
     gif: bool = False
-    """Make film.gif as well."""
+    """Also make film.gif."""
     replay: ReplaySettings = field(default_factory=ReplaySettings)
     film: FilmSettings = field(default_factory=FilmSettings)
     video: VideoSettings = field(default_factory=VideoSettings)

@@ -36,9 +36,9 @@ class SimulateOptions:
 
     walk: Annotated[WalkSettings, flat] = field(default_factory=WalkSettings)
     film: bool = False
-    """Make a film as well."""
+    """Also make a film."""
     live: bool = False
-    """Show the robot in the browser meanwhile; the address is printed."""
+    """Show the robot in the browser while it is simulated; the address is printed."""
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     film_settings: FilmSettings = field(default_factory=FilmSettings)
     live_settings: LiveSettings = field(default_factory=LiveSettings)

@@ -30,7 +30,7 @@ class TransferOptions:
     """What was deployed, and the simulation beside it."""
 
     runs: tyro.conf.Positional[tuple[str, ...]] = tyro.MISSING
-    """Deployments, as LABEL=FOLDER or FOLDER; the first is what the others are compared with."""
+    """Deployments, as LABEL=FOLDER or FOLDER; the others are compared with the first."""
     settings: Annotated[TransferSettings, flat] = field(default_factory=TransferSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 

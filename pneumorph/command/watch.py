@@ -30,11 +30,11 @@ class WatchOptions(Checked):
     run: tyro.conf.Positional[Path] = tyro.MISSING
     """Folder of a coopt run or a demo, finished or not."""
     once: bool = False
-    """Write one self-contained page of this moment instead of serving one."""
+    """Write one self-contained page of the current state instead of serving one."""
     port: Annotated[int, Bounds(0, 65535)] = 0
-    """Port of 127.0.0.1; 0 takes a free one."""
+    """Port on 127.0.0.1; 0 takes a free one."""
     interval_s: Positive = 2.0
-    """How often the run's files are looked at [s]."""
+    """How often the run's files are checked [s]."""
 
 
 def run(options: WatchOptions, folder: RunFolder) -> WatchedMoment:
