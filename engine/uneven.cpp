@@ -54,22 +54,30 @@ inline double gap_at(const Ground& ground, const Settings& settings, const doubl
   return normal[2] * (place[2] - settings.floor_height - height);
 }
 
-// Takes a point in, if it comes near at its velocity.
+// Takes a point in, if it comes near at its velocity. Of the motion that a solve has `found`, those that are not watched
+// yet, and the ground there is looked at, too.
 inline int take_in(const RobotModel& robot, const Settings& settings, const double place[3], const double velocity[3],
-                   int mount, int point, UnevenCandidate* candidates, int count, double& deepest) {
+                   int mount, int point, bool found, UnevenCandidate* candidates, int count, double& deepest) {
+  if (found && is_watched(candidates, count, mount, point)) return count;
   UnevenCandidate& at = candidates[count];
   at.gap = gap_at(*robot.ground, settings, place, at.normal);
   deepest = std::fmax(deepest, -at.gap);
   at.lowest = at.gap + std::fmin(0.0, settings.time_step * dot3(at.normal, velocity));
+  if (found) {
+    double end[3], below[3];
+    for (int i = 0; i < 3; ++i) end[i] = place[i] + settings.time_step * velocity[i];
+    at.lowest = std::fmin(at.lowest, gap_at(*robot.ground, settings, end, below));
+  }
   if (!(at.lowest < settings.contact_margin)) return count;
+  at.working = false;
   for (int i = 0; i < 3; ++i) at.place[i] = place[i];
   at.mount = mount, at.point = point;
   return count + 1;
 }
 
 inline int find_uneven_hub_candidates(const RobotModel& robot, const Settings& settings, const RobotState& state,
-                                      const HubMotion& motion, double reach, UnevenCandidate* candidates, double& deepest) {
-  int count = 0;
+                                      const HubMotion& motion, double reach, bool found, UnevenCandidate* candidates,
+                                      int count, double& deepest) {
   for (int c = 0; c < robot.hub_contact_count; ++c) {
     double place[3], velocity[3];
     multiply(state.rotation, robot.hub_contact_points + 3 * c, place);
@@ -77,7 +85,7 @@ inline int find_uneven_hub_candidates(const RobotModel& robot, const Settings& s
     motion.of(place, state.position, velocity);
     const double lowest = place[2] - settings.floor_height + std::fmin(0.0, settings.time_step * velocity[2]);
     if (lowest > reach + ceiling_over(*robot.ground, place, place)) continue;
-    count = take_in(robot, settings, place, velocity, -1, c, candidates, count, deepest);
+    count = take_in(robot, settings, place, velocity, -1, c, found, candidates, count, deepest);
   }
   return count;
 }
@@ -86,9 +94,9 @@ inline int find_uneven_hub_candidates(const RobotModel& robot, const Settings& s
 // gaps of those that are lower.
 template <int M, class Real>
 int find_uneven_part_candidates(const Part<Real>& part, const RobotModel& robot, int k, const Settings& settings,
-                                const RobotState& state, const HubMotion& motion, double reach, const MountView<M>& view,
-                                UnevenCandidate* candidates, int count, double& deepest) {
-  const double *alpha = state.modes + k * M, *rates = state.mode_rates + k * M, *world = view.world;
+                                const RobotState& state, const HubMotion& motion, const double* rates, double reach, bool found,
+                                const MountView<M>& view, UnevenCandidate* candidates, int count, double& deepest) {
+  const double *alpha = state.modes + k * M, *world = view.world;
   const double h = settings.time_step;
   double origin[3], speed[3], turning[3], lever[3], bent = 0, low[2], high[2];
   multiply(state.rotation, robot.mounts[k].translation, origin);
@@ -127,8 +135,39 @@ int find_uneven_part_candidates(const Part<Real>& part, const RobotModel& robot,
       multiply(world, rate, moved);
       motion.of(place, state.position, velocity);
       for (int i = 0; i < 3; ++i) velocity[i] += moved[i];
-      count = take_in(robot, settings, place, velocity, k, c, candidates, count, deepest);
+      count = take_in(robot, settings, place, velocity, k, c, found, candidates, count, deepest);
     }
+  }
+  return count;
+}
+
+// Candidates with the points besides that the last solve's motion brings near the ground, as take_thrown_points of a plane.
+// Points that are not watched are above the margin; so where none of a part goes far enough to pass the ground, steep as it
+// may be, none is looked at.
+template <int M, class Real>
+int take_thrown_uneven_points(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+                              const RobotState& state, const HubMotion& motion, const Workspace<M, Real>& work,
+                              UnevenCandidate* candidates, int count) {
+  const double h = settings.time_step, slope = robot.ground->steepest, rise = std::sqrt(1 + slope * slope);
+  const double allowed = settings.contact_margin / (h * rise), turning = length_of(motion.turning);
+  double fastest = length_of(motion.velocity) + turning * robot.hub_contact_reach, above = 0;
+  if (robot.hub_contact_count > 0 && fastest > allowed)
+    count = find_uneven_hub_candidates(robot, settings, state, motion, settings.contact_margin * rise + h * slope * fastest, true,
+                                       candidates, count, above);
+  for (int k = 0; k < robot.mount_count; ++k) {
+    const Part<Real>& part = parts[robot.mounts[k].part];
+    double origin[3], centre[3], velocity[3];
+    multiply(state.rotation, robot.mounts[k].translation, origin);
+    multiply(work.views[k].world, part.contact_centre, centre);
+    for (int i = 0; i < 3; ++i) centre[i] += origin[i] + state.position[i];
+    motion.of(centre, state.position, velocity);
+    const double bent = turning * most_bent<M>(state.modes + k * M, part.contact_reach);
+    fastest = length_of(velocity) + turning * length_of(part.contact_half) + bent +
+              most_bent<M>(work.rates[k], part.contact_reach);
+    if (fastest <= allowed) continue;
+    const double reach = settings.contact_margin * rise + h * (slope * fastest + bent);
+    count = find_uneven_part_candidates<M, Real>(part, robot, k, settings, state, motion, work.rates[k], reach, true,
+                                                 work.views[k], candidates, count, above);
   }
   return count;
 }
@@ -176,6 +215,7 @@ int solve_uneven_contacts(const Part<Real>* parts, const RobotModel& robot, cons
     HubMotion motion;
     multiply(state.rotation, work.hub.next_velocity, motion.velocity);
     multiply(state.rotation, work.hub.next_velocity + 3, motion.turning);
+    candidate_count = take_thrown_uneven_points(parts, robot, settings, state, motion, work, candidates, candidate_count);
     const int before = row_count;
     double deepest = 0, passed = 0, place[3];
     for (int c = 0; c < candidate_count; ++c) {
@@ -228,11 +268,11 @@ int uneven_contacts(const Part<Real>* parts, const RobotModel& robot, const Sett
   const double slope = robot.ground->steepest, speed = std::sqrt(dot3(motion.velocity, motion.velocity));
   const double reach = settings.contact_margin * std::sqrt(1 + slope * slope) + settings.time_step * speed * slope;
   UnevenCandidate* candidates = work.uneven_candidates(robot);
-  int count = find_uneven_hub_candidates(robot, settings, state, motion, reach, candidates, deepest);
+  int count = find_uneven_hub_candidates(robot, settings, state, motion, reach, false, candidates, 0, deepest);
   for (int k = 0; k < robot.mount_count; ++k) {
     view_mount<M>(robot, k, state, work.hub, work.mounts[k].leg, work.views[k]);
-    count = find_uneven_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, motion, reach,
-                                                 work.views[k], candidates, count, deepest);
+    count = find_uneven_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, motion,
+                                                 state.mode_rates + k * M, reach, false, work.views[k], candidates, count, deepest);
   }
   return solve_uneven_contacts(parts, robot, settings, state, count, work, report, clock);
 }
