@@ -1,6 +1,7 @@
 // Points that nobody watched and that a step's own impulses throw into the floor: one leg lands, and another comes down
 // faster than it did. After every solve the end of each such point is bounded from below, for a whole part at once; where
-// the bound lets one pass the floor, all points of the part are looked at again, by the motion found.
+// the bound lets one pass the floor, all points of the part are looked at again, by the motion found. So the law (28) of
+// docs/physics.md holds for every point.
 //
 // An unwatched point's gap is above the margin, and so is its gap after a step of the motion before. So it ends above the
 // margin less what the change of its velocity takes, and a change below margin / time step needs no look.

@@ -141,33 +141,75 @@ int find_uneven_part_candidates(const Part<Real>& part, const RobotModel& robot,
   return count;
 }
 
+// The largest change of velocity among all points of a part, but for turning of the deflection; change of its frame's
+// velocity and turning rate along its axes, and of its modal rates [mm/s].
+template <int M, class Real>
+double most_changed(const Part<Real>& part, const double velocity[3], const double turning[3], const double* rates) {
+  using L = Lanes<float, kLane * sizeof(float)>;
+  using Floats = L::type;
+  float of[3], by[3], of_modes[M];
+  for (int i = 0; i < 3; ++i) of[i] = float(velocity[i]), by[i] = float(turning[i]);
+  for (int a = 0; a < M; ++a) of_modes[a] = float(rates[a]);
+  alignas(64) float squares[kLane];
+  float most = 0;
+  for (int block = 0; block * kLane < part.contact_count; ++block) {
+    const float *point = part.contact_point_lanes + block * 3 * kLane, *modes = part.contact_mode_lanes + long(block) * M * 3 * kLane;
+    const Floats x = L::load(point), y = L::load(point + kLane), z = L::load(point + 2 * kLane);
+    Floats u = of[0] + by[1] * z - by[2] * y, v = of[1] + by[2] * x - by[0] * z, w = of[2] + by[0] * y - by[1] * x;
+    for (int a = 0; a < M; ++a, modes += 3 * kLane) {
+      u += of_modes[a] * L::load(modes);
+      v += of_modes[a] * L::load(modes + kLane);
+      w += of_modes[a] * L::load(modes + 2 * kLane);
+    }
+    L::store(squares, u * u + v * v + w * w);
+    for (int lane = 0; lane < kLane && block * kLane + lane < part.contact_count; ++lane) most = std::fmax(most, squares[lane]);
+  }
+  return std::sqrt(double(most));
+}
+
 // Candidates with the points besides that the last solve's motion brings near the ground, as take_thrown_points of a plane.
-// Points that are not watched are above the margin; so where none of a part goes far enough to pass the ground, steep as it
-// may be, none is looked at.
+// A quarter of the margin is kept for what the ground bends along the way.
 template <int M, class Real>
 int take_thrown_uneven_points(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
                               const RobotState& state, const HubMotion& motion, const Workspace<M, Real>& work,
                               UnevenCandidate* candidates, int count) {
-  const double h = settings.time_step, slope = robot.ground->steepest, rise = std::sqrt(1 + slope * slope);
-  const double allowed = settings.contact_margin / (h * rise), turning = length_of(motion.turning);
-  double fastest = length_of(motion.velocity) + turning * robot.hub_contact_reach, above = 0;
-  if (robot.hub_contact_count > 0 && fastest > allowed)
-    count = find_uneven_hub_candidates(robot, settings, state, motion, settings.contact_margin * rise + h * slope * fastest, true,
-                                       candidates, count, above);
+  const double h = settings.time_step, slope = robot.ground->steepest;
+  const double allowed = 0.75 * settings.contact_margin / h, reach = settings.contact_margin * std::sqrt(1 + slope * slope);
+  const double turning = length_of(motion.turning);
+  double above = 0;
+  HubMotion change;
+  for (int i = 0; i < 3; ++i) {
+    change.velocity[i] = motion.velocity[i] - state.velocity[i];
+    change.turning[i] = motion.turning[i] - state.angular_velocity[i];
+  }
+  const double turned = length_of(change.turning);
+  if (robot.hub_contact_count > 0 && length_of(change.velocity) + turned * robot.hub_contact_reach > allowed) {
+    const double fastest = length_of(motion.velocity) + turning * robot.hub_contact_reach;
+    count = find_uneven_hub_candidates(robot, settings, state, motion, reach + h * slope * fastest, true, candidates, count, above);
+  }
   for (int k = 0; k < robot.mount_count; ++k) {
     const Part<Real>& part = parts[robot.mounts[k].part];
-    double origin[3], centre[3], velocity[3];
-    multiply(state.rotation, robot.mounts[k].translation, origin);
+    double place[3], centre[3], velocity[3];
+    multiply(state.rotation, robot.mounts[k].translation, place);
     multiply(work.views[k].world, part.contact_centre, centre);
-    for (int i = 0; i < 3; ++i) centre[i] += origin[i] + state.position[i];
-    motion.of(centre, state.position, velocity);
-    const double bent = turning * most_bent<M>(state.modes + k * M, part.contact_reach);
-    fastest = length_of(velocity) + turning * length_of(part.contact_half) + bent +
-              most_bent<M>(work.rates[k], part.contact_reach);
-    if (fastest <= allowed) continue;
-    const double reach = settings.contact_margin * rise + h * (slope * fastest + bent);
-    count = find_uneven_part_candidates<M, Real>(part, robot, k, settings, state, motion, work.rates[k], reach, true,
-                                                 work.views[k], candidates, count, above);
+    for (int i = 0; i < 3; ++i) place[i] += centre[i] + state.position[i];
+    alignas(64) double rates[M];
+    for (int v = 0; v < M; v += 8) store(rates + v, load(work.rates[k] + v) - load(state.mode_rates + k * M + v));
+    // The lanes leave out how the deflection turns.
+    const double bent = turning * most_bent<M>(state.modes + k * M, part.contact_reach), half = length_of(part.contact_half);
+    change.of(place, state.position, velocity);
+    if (length_of(velocity) + turned * half + bent + most_bent<M>(rates, part.contact_reach) <= allowed) continue;
+    double origin[3], of_frame[3], of_part[3], by_part[3];
+    multiply(state.rotation, robot.mounts[k].translation, origin);
+    for (int i = 0; i < 3; ++i) origin[i] += state.position[i];
+    change.of(origin, state.position, of_frame);
+    multiply_transposed(work.views[k].world, of_frame, of_part);
+    multiply_transposed(work.views[k].world, change.turning, by_part);
+    if (most_changed<M>(part, of_part, by_part, rates) + bent <= allowed) continue;
+    motion.of(place, state.position, velocity);
+    const double fastest = length_of(velocity) + turning * half + bent + most_bent<M>(work.rates[k], part.contact_reach);
+    count = find_uneven_part_candidates<M, Real>(part, robot, k, settings, state, motion, work.rates[k],
+                                                 reach + h * (slope * fastest + bent), true, work.views[k], candidates, count, above);
   }
   return count;
 }
