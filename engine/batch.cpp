@@ -185,6 +185,10 @@ void Batch::set_robots(const std::vector<HubInput>& hubs, const std::vector<int>
     for (int i = 0; i < 9; ++i) robot.hub_second_moment[i] = hub.second_moment[i];
     robot.hub_contact_points = hub_points_[hub_of_robot[r]].data();
     robot.hub_contact_count = int(hub_points_[hub_of_robot[r]].size() / 3);
+    for (int c = 0; c < robot.hub_contact_count; ++c) {
+      const double* at = robot.hub_contact_points + 3 * c;
+      robot.hub_contact_reach = std::fmax(robot.hub_contact_reach, std::hypot(at[0], at[1], at[2]));
+    }
     size_t regulator_total = 0;
     for (const MountInput& mount : mounts[r]) regulator_total += mount.regulators.size();
     regulators_[r].reserve(regulator_total + 1);

@@ -115,6 +115,24 @@ __attribute__((always_inline)) inline void lowest_of_block(const Part<Real>& par
   L::store(lowest, where_negative(approach, lift + approach, lift));
 }
 
+// Height of the frame of mounted part k over the floor [mm].
+inline double height_of_mount(const RobotModel& robot, int k, const Settings& settings, const RobotState& state) {
+  double height = state.position[2] - settings.floor_height;
+  for (int i = 0; i < 3; ++i) height += state.rotation[6 + i] * robot.mounts[k].translation[i];
+  return height;
+}
+
+// Gap of a part's point, with the upward axis along the part's and the height of its frame [mm].
+template <int M, class Real>
+inline double gap_of_point(const Part<Real>& part, int c, const double* alpha, const double up[3], double height) {
+  DoubleLanes sum = {};
+  const double* own = part.contact_modes + long(c) * 3 * M;
+  for (int v = 0; v < M; v += 8)
+    sum += load(alpha + v) * (up[0] * load(own + v) + up[1] * load(own + M + v) + up[2] * load(own + 2 * M + v));
+  const double* r = part.contact_points + 3 * c;
+  return height + up[0] * r[0] + up[1] * r[1] + up[2] * r[2] + sum_lanes(sum);
+}
+
 // Candidates of mounted part k: all points' heights in single precision, those below the margin in double.
 template <int M, class Real>
 int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k, const Settings& settings,
@@ -123,8 +141,7 @@ int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k,
   const double* alpha = state.modes + k * M;
   const double* rates = state.mode_rates + k * M;
   const double* up = view.world + 6;
-  double height = state.position[2] - settings.floor_height;
-  for (int i = 0; i < 3; ++i) height += state.rotation[6 + i] * robot.mounts[k].translation[i];
+  const double height = height_of_mount(robot, k, settings, state);
   // How fast a point approaches the floor at the old velocities, but for turning of its deflection.
   double velocity[6], lever[3], speed = 0;
   for (int i = 0; i < 6; ++i) {
@@ -145,12 +162,7 @@ int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k,
     for (int lane = 0; lane < kLane; ++lane) {
       const int c = block * kLane + lane;
       if (c >= part.contact_count || lowest[lane] >= limit) continue;
-      DoubleLanes sum = {};
-      const double* own = part.contact_modes + long(c) * 3 * M;
-      for (int v = 0; v < M; v += 8)
-        sum += load(alpha + v) * (up[0] * load(own + v) + up[1] * load(own + M + v) + up[2] * load(own + 2 * M + v));
-      const double* r = part.contact_points + 3 * c;
-      const double gap = height + up[0] * r[0] + up[1] * r[1] + up[2] * r[2] + sum_lanes(sum);
+      const double gap = gap_of_point<M>(part, c, alpha, up, height);
       deepest = std::fmax(deepest, -gap);
       candidates[count++] = {gap, height + double(lowest[lane]), k, c, false};
     }

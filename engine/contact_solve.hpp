@@ -1,7 +1,7 @@
 // The friction of one step: which points take part, Newton's method, and Gauss-Seidel sweeps where it fails.
 // Equations (27) to (30) of docs/physics.md.
 #pragma once
-#include "contact_rows.hpp"
+#include "thrown_points.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {

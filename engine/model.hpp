@@ -119,6 +119,7 @@ struct RobotModel {
   double hub_second_moment[9] = {0};         // sum m r r^T about the origin
   int hub_contact_count = 0;
   const double* hub_contact_points = nullptr;  // (point, 3)
+  double hub_contact_reach = 0;              // how far the farthest of them is from the origin [mm]
   int mount_count = 0;
   const Mount* mounts = nullptr;
   int contact_count = 0;                     // hub and legs together

@@ -99,6 +99,7 @@ int solve_contacts(const Part<Real>* parts, const RobotModel& robot, const Setti
     const bool sound = find_velocities(parts, robot, settings, work);
     clock.lap(4);
     if (!sound) return -1;
+    candidate_count = take_thrown_points(parts, robot, settings, state, work, candidates, candidate_count);
     const int before = row_count;
     for (int c = 0; c < candidate_count; ++c) {
       Candidate& at = candidates[c];

@@ -54,22 +54,30 @@ inline double gap_at(const Ground& ground, const Settings& settings, const doubl
   return normal[2] * (place[2] - settings.floor_height - height);
 }
 
-// Takes a point in, if it comes near at its velocity.
+// Takes a point in, if it comes near at its velocity. Of the motion that a solve has `found`, those that are not watched
+// yet, and the ground there is looked at, too.
 inline int take_in(const RobotModel& robot, const Settings& settings, const double place[3], const double velocity[3],
-                   int mount, int point, UnevenCandidate* candidates, int count, double& deepest) {
+                   int mount, int point, bool found, UnevenCandidate* candidates, int count, double& deepest) {
+  if (found && is_watched(candidates, count, mount, point)) return count;
   UnevenCandidate& at = candidates[count];
   at.gap = gap_at(*robot.ground, settings, place, at.normal);
   deepest = std::fmax(deepest, -at.gap);
   at.lowest = at.gap + std::fmin(0.0, settings.time_step * dot3(at.normal, velocity));
+  if (found) {
+    double end[3], below[3];
+    for (int i = 0; i < 3; ++i) end[i] = place[i] + settings.time_step * velocity[i];
+    at.lowest = std::fmin(at.lowest, gap_at(*robot.ground, settings, end, below));
+  }
   if (!(at.lowest < settings.contact_margin)) return count;
+  at.working = false;
   for (int i = 0; i < 3; ++i) at.place[i] = place[i];
   at.mount = mount, at.point = point;
   return count + 1;
 }
 
 inline int find_uneven_hub_candidates(const RobotModel& robot, const Settings& settings, const RobotState& state,
-                                      const HubMotion& motion, double reach, UnevenCandidate* candidates, double& deepest) {
-  int count = 0;
+                                      const HubMotion& motion, double reach, bool found, UnevenCandidate* candidates,
+                                      int count, double& deepest) {
   for (int c = 0; c < robot.hub_contact_count; ++c) {
     double place[3], velocity[3];
     multiply(state.rotation, robot.hub_contact_points + 3 * c, place);
@@ -77,7 +85,7 @@ inline int find_uneven_hub_candidates(const RobotModel& robot, const Settings& s
     motion.of(place, state.position, velocity);
     const double lowest = place[2] - settings.floor_height + std::fmin(0.0, settings.time_step * velocity[2]);
     if (lowest > reach + ceiling_over(*robot.ground, place, place)) continue;
-    count = take_in(robot, settings, place, velocity, -1, c, candidates, count, deepest);
+    count = take_in(robot, settings, place, velocity, -1, c, found, candidates, count, deepest);
   }
   return count;
 }
@@ -86,9 +94,9 @@ inline int find_uneven_hub_candidates(const RobotModel& robot, const Settings& s
 // gaps of those that are lower.
 template <int M, class Real>
 int find_uneven_part_candidates(const Part<Real>& part, const RobotModel& robot, int k, const Settings& settings,
-                                const RobotState& state, const HubMotion& motion, double reach, const MountView<M>& view,
-                                UnevenCandidate* candidates, int count, double& deepest) {
-  const double *alpha = state.modes + k * M, *rates = state.mode_rates + k * M, *world = view.world;
+                                const RobotState& state, const HubMotion& motion, const double* rates, double reach, bool found,
+                                const MountView<M>& view, UnevenCandidate* candidates, int count, double& deepest) {
+  const double *alpha = state.modes + k * M, *world = view.world;
   const double h = settings.time_step;
   double origin[3], speed[3], turning[3], lever[3], bent = 0, low[2], high[2];
   multiply(state.rotation, robot.mounts[k].translation, origin);
@@ -127,8 +135,81 @@ int find_uneven_part_candidates(const Part<Real>& part, const RobotModel& robot,
       multiply(world, rate, moved);
       motion.of(place, state.position, velocity);
       for (int i = 0; i < 3; ++i) velocity[i] += moved[i];
-      count = take_in(robot, settings, place, velocity, k, c, candidates, count, deepest);
+      count = take_in(robot, settings, place, velocity, k, c, found, candidates, count, deepest);
     }
+  }
+  return count;
+}
+
+// The largest change of velocity among all points of a part, but for turning of the deflection; change of its frame's
+// velocity and turning rate along its axes, and of its modal rates [mm/s].
+template <int M, class Real>
+double most_changed(const Part<Real>& part, const double velocity[3], const double turning[3], const double* rates) {
+  using L = Lanes<float, kLane * sizeof(float)>;
+  using Floats = L::type;
+  float of[3], by[3], of_modes[M];
+  for (int i = 0; i < 3; ++i) of[i] = float(velocity[i]), by[i] = float(turning[i]);
+  for (int a = 0; a < M; ++a) of_modes[a] = float(rates[a]);
+  alignas(64) float squares[kLane];
+  float most = 0;
+  for (int block = 0; block * kLane < part.contact_count; ++block) {
+    const float *point = part.contact_point_lanes + block * 3 * kLane, *modes = part.contact_mode_lanes + long(block) * M * 3 * kLane;
+    const Floats x = L::load(point), y = L::load(point + kLane), z = L::load(point + 2 * kLane);
+    Floats u = of[0] + by[1] * z - by[2] * y, v = of[1] + by[2] * x - by[0] * z, w = of[2] + by[0] * y - by[1] * x;
+    for (int a = 0; a < M; ++a, modes += 3 * kLane) {
+      u += of_modes[a] * L::load(modes);
+      v += of_modes[a] * L::load(modes + kLane);
+      w += of_modes[a] * L::load(modes + 2 * kLane);
+    }
+    L::store(squares, u * u + v * v + w * w);
+    for (int lane = 0; lane < kLane && block * kLane + lane < part.contact_count; ++lane) most = std::fmax(most, squares[lane]);
+  }
+  return std::sqrt(double(most));
+}
+
+// Candidates with the points besides that the last solve's motion brings near the ground, as take_thrown_points of a plane.
+// A quarter of the margin is kept for what the ground bends along the way.
+template <int M, class Real>
+int take_thrown_uneven_points(const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+                              const RobotState& state, const HubMotion& motion, const Workspace<M, Real>& work,
+                              UnevenCandidate* candidates, int count) {
+  const double h = settings.time_step, slope = robot.ground->steepest;
+  const double allowed = 0.75 * settings.contact_margin / h, reach = settings.contact_margin * std::sqrt(1 + slope * slope);
+  const double turning = length_of(motion.turning);
+  double above = 0;
+  HubMotion change;
+  for (int i = 0; i < 3; ++i) {
+    change.velocity[i] = motion.velocity[i] - state.velocity[i];
+    change.turning[i] = motion.turning[i] - state.angular_velocity[i];
+  }
+  const double turned = length_of(change.turning);
+  if (robot.hub_contact_count > 0 && length_of(change.velocity) + turned * robot.hub_contact_reach > allowed) {
+    const double fastest = length_of(motion.velocity) + turning * robot.hub_contact_reach;
+    count = find_uneven_hub_candidates(robot, settings, state, motion, reach + h * slope * fastest, true, candidates, count, above);
+  }
+  for (int k = 0; k < robot.mount_count; ++k) {
+    const Part<Real>& part = parts[robot.mounts[k].part];
+    double place[3], centre[3], velocity[3];
+    multiply(state.rotation, robot.mounts[k].translation, place);
+    multiply(work.views[k].world, part.contact_centre, centre);
+    for (int i = 0; i < 3; ++i) place[i] += centre[i] + state.position[i];
+    alignas(64) double rates[M];
+    for (int v = 0; v < M; v += 8) store(rates + v, load(work.rates[k] + v) - load(state.mode_rates + k * M + v));
+    // The lanes leave out how the deflection turns.
+    const double bent = turning * most_bent<M>(state.modes + k * M, part.contact_reach), half = length_of(part.contact_half);
+    change.of(place, state.position, velocity);
+    if (length_of(velocity) + turned * half + bent + most_bent<M>(rates, part.contact_reach) <= allowed) continue;
+    double origin[3], of_frame[3], of_part[3], by_part[3];
+    multiply(state.rotation, robot.mounts[k].translation, origin);
+    for (int i = 0; i < 3; ++i) origin[i] += state.position[i];
+    change.of(origin, state.position, of_frame);
+    multiply_transposed(work.views[k].world, of_frame, of_part);
+    multiply_transposed(work.views[k].world, change.turning, by_part);
+    if (most_changed<M>(part, of_part, by_part, rates) + bent <= allowed) continue;
+    motion.of(place, state.position, velocity);
+    const double fastest = length_of(velocity) + turning * half + bent + most_bent<M>(work.rates[k], part.contact_reach);
+    count = find_uneven_part_candidates<M, Real>(part, robot, k, settings, state, motion, work.rates[k],
+                                                 reach + h * (slope * fastest + bent), true, work.views[k], candidates, count, above);
   }
   return count;
 }
@@ -176,6 +257,7 @@ int solve_uneven_contacts(const Part<Real>* parts, const RobotModel& robot, cons
     HubMotion motion;
     multiply(state.rotation, work.hub.next_velocity, motion.velocity);
     multiply(state.rotation, work.hub.next_velocity + 3, motion.turning);
+    candidate_count = take_thrown_uneven_points(parts, robot, settings, state, motion, work, candidates, candidate_count);
     const int before = row_count;
     double deepest = 0, passed = 0, place[3];
     for (int c = 0; c < candidate_count; ++c) {
@@ -228,11 +310,11 @@ int uneven_contacts(const Part<Real>* parts, const RobotModel& robot, const Sett
   const double slope = robot.ground->steepest, speed = std::sqrt(dot3(motion.velocity, motion.velocity));
   const double reach = settings.contact_margin * std::sqrt(1 + slope * slope) + settings.time_step * speed * slope;
   UnevenCandidate* candidates = work.uneven_candidates(robot);
-  int count = find_uneven_hub_candidates(robot, settings, state, motion, reach, candidates, deepest);
+  int count = find_uneven_hub_candidates(robot, settings, state, motion, reach, false, candidates, 0, deepest);
   for (int k = 0; k < robot.mount_count; ++k) {
     view_mount<M>(robot, k, state, work.hub, work.mounts[k].leg, work.views[k]);
-    count = find_uneven_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, motion, reach,
-                                                 work.views[k], candidates, count, deepest);
+    count = find_uneven_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, motion,
+                                                 state.mode_rates + k * M, reach, false, work.views[k], candidates, count, deepest);
   }
   return solve_uneven_contacts(parts, robot, settings, state, count, work, report, clock);
 }

@@ -15,7 +15,6 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import block_diag
 
 from pneumorph.fem.rigid_hub import rotation_of
 from pneumorph.physics.physics import Physics
@@ -46,8 +45,10 @@ ROWS = [2, 0, 1]
 """World axes in the order of the rows of `contact_kinematics`: z, x, y."""
 DEPTH_MM = 0.01
 """How deep a step may leave a point in the floor before it is solved again [mm]."""
-CONTACT_PASSES = 4
-"""How often it is solved at most."""
+MOST_BENDS = 3
+"""How often for that, at most."""
+CONTACT_PASSES = 10
+"""How often it is solved at most, with those times when points joined."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,8 @@ def reference_step(
         state: Where it is.
         command_kPa: Real pressure asked of each regulator [kPa].
         friction_tolerance: Largest residual (30) allowed [mm/s].
-        margin_mm: Points nearer to the floor than this take part [mm].
+        margin_mm: Points that the motion before brings nearer to the floor than this take part
+            from the start [mm]; others join where the step's impulses throw them into the floor.
 
     Raises:
         ArithmeticError: No impulses were found that obey the contact law.
@@ -96,32 +98,37 @@ def reference_step(
     modes = modes_of(robot, state)
     positions, jacobian = contact_kinematics(robot, state.position, state.rotation, modes)
     floor = physics.floor(robot.standing_points)
-    gaps, speeds = floor.gap(positions), jacobian @ velocity
-    normals = floor.frames(positions)[:, 0, ROWS]
-    coming = gaps + h * np.minimum(np.einsum("pi,pi->p", normals, speeds), 0.0)
+    speeds, normals = jacobian @ velocity, floor.frames(positions)[:, 0, ROWS]
+    coming = floor.gap(positions) + h * np.minimum(_along(normals, speeds), 0.0)
     near = coming < margin_mm
-    rows = jacobian[near].reshape(-1, len(velocity))
-    response = np.linalg.solve(matrix, np.column_stack([right, rows.T]))
-    alone, answers = response[:, 0], response[:, 1:]
-    # Friction (28) of coefficients (42) on the planes (32) that touch the floor: below where the
-    # points come to lie, if the floor bends on their way.
-    friction = physics.contact_friction(robot.contact_surfaces, state.impulses[:, 0])[near]
-    impulses, way = state.impulses[near], np.zeros((int(near.sum()), 3))
+    # Friction (28) of coefficients (42) on the planes (32) that touch the floor: below the points,
+    # and below where they come to lie, if the floor bends on their way. Points that the impulses
+    # throw into the floor take part as well.
+    friction = physics.contact_friction(robot.contact_surfaces, state.impulses[:, 0])
+    impulses, under, bends = state.impulses, np.zeros_like(positions), 0
     for _ in range(CONTACT_PASSES):
-        frames = floor.frames(positions[near] + way)
-        gaps = floor.gap(positions[near] + way) - np.einsum("pi,pi->p", frames[:, 0], way)
-        turn = block_diag(*frames[:, :, ROWS]) if len(frames) else np.zeros((0, 0))
-        free = turn @ rows @ alone + np.kron(gaps / h, [1.0, 0.0, 0.0])
-        law = FrictionLaw(turn @ rows @ answers @ turn.T, free, friction)
-        impulses = solve_friction(law, impulses, friction_tolerance)
-        new = alone + answers @ turn.T @ impulses.ravel()
-        way[:, ROWS] = h * (rows @ new).reshape(-1, 3)
-        if np.min(floor.gap(positions[near] + way), initial=0.0) >= -DEPTH_MM:
-            break
+        frames = floor.frames(positions + under)
+        gaps = floor.gap(positions + under) - _along(frames[:, 0], under)
+        rows = (frames[near][:, :, ROWS] @ jacobian[near]).reshape(-1, len(velocity))
+        response = np.linalg.solve(matrix, np.column_stack([right, rows.T]))
+        alone, answers = response[:, 0], response[:, 1:]
+        free = rows @ alone + np.kron(gaps[near] / h, [1.0, 0.0, 0.0])
+        law = FrictionLaw(rows @ answers, free, friction[near])
+        found = solve_friction(law, impulses[near], friction_tolerance)
+        impulses = np.eye(len(positions))[:, near] @ found
+        new = alone + answers @ found.ravel()
+        way = np.zeros_like(positions)
+        way[:, ROWS] = h * (jacobian @ new)
+        thrown = ~near & (gaps + _along(frames[:, 0], way) < 0.0)
+        if not thrown.any():
+            deep = np.min(floor.gap(positions + way), initial=0.0) < -DEPTH_MM
+            if not deep or bends == MOST_BENDS:
+                break
+            under, bends = way, bends + 1
+        near = near | thrown
     # And on.
     moved = moved_state(robot, state, new, h)
-    placed = np.eye(len(positions))[:, near] @ impulses
-    return replace(moved, regulated=regulated, impulses=placed, memory=b"")
+    return replace(moved, regulated=regulated, impulses=impulses, memory=b"")
 
 
 def step_system(
@@ -245,3 +252,8 @@ def springs_of(robot: Robot, state: ReducedState) -> tuple[np.ndarray, ...]:
 
 def _relaxing_points(mount: Mount) -> int:
     return 0 if mount.part.relaxation is None else len(mount.part.tetrahedron_measure)
+
+
+def _along(normals: np.ndarray, ways: np.ndarray) -> np.ndarray:
+    """Products of the vectors of each point, (point,)."""
+    return np.einsum("pi,pi->p", normals, ways)

@@ -20,8 +20,9 @@ class StepperSettings(Checked):
     """
 
     contact_margin_mm: NotNegative = 2.0
-    """Points nearer to the floor than this are watched: they take part in the contact solve where
-    they would pass the floor [mm]."""
+    """Points that the motion before a step brings nearer to the floor than this are checked one by
+    one after a contact solve, the others by a bound for each part [mm]. All that would pass the
+    floor take part; the margin decides what that costs, not what comes out."""
     contact_tolerance_mm_per_s: Positive = 1e-2
     """The friction solver stops when no contact law is violated by more than this [mm/s]."""
     contact_sweeps: Count = 100
