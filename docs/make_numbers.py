@@ -1,4 +1,4 @@
-"""Write the tables of numbers in the README from what the experiments in reproduce/ found.
+"""Write the tables of numbers in the README and docs/results.md from what reproduce/ found.
 
     python docs/make_numbers.py
 
@@ -115,10 +115,7 @@ def published_table() -> str:
         "| experiment |",
         "|---|---|---|",
     ]
-    lines += [
-        f"| {what} | {number} | [{name}](reproduce/{name}/README.md) |"
-        for what, number, name in rows
-    ]
+    lines += [f"| {what} | {number} | `reproduce/{name}` |" for what, number, name in rows]
     return "\n".join(lines) + "\n"
 
 
@@ -138,25 +135,28 @@ def _distances(gap: dict[str, Any], trained: str, damping: str) -> list[float]:
 
 
 TABLES = {"measured": measured_table, "demo": demo_table, "published": published_table}
+PAGES = {"README.md": ("measured",), "docs/results.md": ("demo", "published")}
+"""Which tables each page has."""
 
 
-def with_numbers(readme: str) -> str:
-    """Return the README with the tables as they are now.
+def with_numbers(page: str, names: tuple[str, ...]) -> str:
+    """Return the text of a page with the named tables as they are now.
 
     Raises:
-        ValueError: The README has no place for one.
+        ValueError: The page has no place for one.
     """
-    for name, table in TABLES.items():
+    for name in names:
         begin, end = f"<!-- {name} numbers: docs/make_numbers.py -->\n", "<!-- end of numbers -->\n"
         place = re.compile(f"(?<={re.escape(begin)}).*?(?={end})", re.DOTALL)
-        if not place.search(readme):
-            raise ValueError(f"the README lacks {begin.strip()} and {end.strip()} after it")
-        now = table()
-        readme = place.sub(lambda _, now=now: now, readme, count=1)
-    return readme
+        if not place.search(page):
+            raise ValueError(f"the page lacks {begin.strip()} and {end.strip()} after it")
+        now = TABLES[name]()
+        page = place.sub(lambda _, now=now: now, page, count=1)
+    return page
 
 
 if __name__ == "__main__":
-    path = ROOT / "README.md"
-    path.write_text(with_numbers(path.read_text()))
-    print(f"wrote {path}")
+    for file, names in PAGES.items():
+        path = ROOT / file
+        path.write_text(with_numbers(path.read_text(), names))
+        print(f"wrote {path}")

@@ -24,14 +24,15 @@ def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> No
     assert re.fullmatch(r"-?\d+\.\d\d cm\n", capsys.readouterr().out)
 
 
-def test_the_numbers_of_the_readme_are_those_of_the_experiments() -> None:
+def test_the_numbers_of_the_pages_are_those_of_the_experiments() -> None:
     specification = importlib.util.spec_from_file_location("numbers", ROOT / "docs/make_numbers.py")
     assert specification is not None
     assert specification.loader is not None
     numbers = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(numbers)
-    readme = (ROOT / "README.md").read_text()
-    assert numbers.with_numbers(readme) == readme
+    for file, names in numbers.PAGES.items():
+        page = (ROOT / file).read_text()
+        assert numbers.with_numbers(page, names) == page, file
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

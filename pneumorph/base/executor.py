@@ -33,15 +33,16 @@ class ExecutorSettings(Checked):
     """Where tasks run."""
 
     backend: Backend = "processes"
-    """`processes` of this machine, or `ray` (needs the extra `ray`)."""
+    """`processes` on this machine, or `ray` (needs the extra `ray`)."""
     process_count: Count | None = None
     """Tasks that run at the same time. None: two processes, or all processors of the Ray cluster.
-    One task at a time with `processes` stays in this process, unless tasks may be given up."""
+    With `processes` and one task at a time, tasks run in this process, unless they may be given
+    up."""
     address: str | None = None
     """Ray cluster to join, such as auto or ray://head:10001, with pneumorph installed on every
-    machine; without it Ray starts on this machine alone."""
+    machine; without it Ray starts on this machine only."""
     attempt_limit: Count = 3
-    """How often a task is tried when its worker dies."""
+    """How many times a task is tried if its worker dies."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -37,7 +37,7 @@ class CastDensities(Checked):
     silicone_g_per_ml: Positive = 1.08
     """Density of the silicone [g/ml]; Dragon Skin 30's by its data sheet."""
     sheet_g_per_m2: NotNegative = 80.0
-    """What the sheet under the leg weighs by its area [g/m^2]: office paper, an assumption."""
+    """Mass per area of the sheet under the leg [g/m^2]; that of office paper, an assumption."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,13 @@ class Masses(Checked):
     """What the robot's parts weigh."""
 
     model: MassModel = "published"
-    """`published`: the hub has 75 g, 2.5 times the real one's mass, and a leg what its materials or
-    its reduction say (105 g of the legs that ship, 2.5 times the real ones). `cast`: a leg is the
-    silicone that its mould holds and its sheet, the hub is the printed one."""
+    """`published`: a hub of 75 g, 2.5 times the real mass, and legs with the mass of their
+    materials or reduction (105 g for the published leg, 2.5 times the real mass). `cast`: a leg
+    weighs the silicone that its mould holds plus its sheet; the hub is the printed one."""
     leg_mass_g: Positive | None = None
-    """Weighed mass of a leg [g], in place of the model's."""
+    """Weighed mass of a leg [g], instead of the model's."""
     hub_mass_g: Positive | None = None
-    """Weighed mass of the hub [g], in place of the model's; its inertia is scaled with it."""
+    """Weighed mass of the hub [g], instead of the model's; its inertia is scaled to match."""
     densities: CastDensities = CastDensities()
     """Densities of cast legs."""
 

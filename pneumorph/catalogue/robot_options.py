@@ -86,22 +86,24 @@ class FullOptions(Checked):
     """Robots of finite elements."""
 
     hub: HubModel = "soft"
-    """Disk as finite elements, or a rigid one."""
+    """Hub of finite elements (soft), or a rigid one."""
     integrator: Integrator = "linearly_implicit"
-    """One linear solve a step as published, or implicit Euler converged by Newton's method."""
+    """`linearly_implicit`: one linear solve per step, as published. `implicit_euler`: implicit
+    Euler, converged by Newton's method."""
     newton_matrix: NewtonMatrix = "fresh"
-    """Newton's method with tangents of every iteration, or with those of an earlier one while they
-    do: a part of the time, for legs whose law the engine knows."""
+    """`fresh`: Newton's method with a new tangent in every iteration. `kept`: with an earlier one
+    for as long as it serves, which is much faster; for legs whose law the engine has."""
     displacement_tolerance_mm: NotNegative = 0.0
-    """Newton's method with kept tangents ends as well where nodes are this close to the step's end
-    [mm]; 0 for by the balance of forces alone."""
+    """Newton's method with kept tangents also stops when the nodes are this close to their end
+    positions [mm]; 0 to stop only on the balance of forces."""
     thread_count: CountOrNone = 0
-    """Threads among which Newton's method with kept tangents shares out the legs; 0 takes every
-    processor for a robot that walks by itself, and one for each of several."""
+    """Threads over which Newton's method with kept tangents distributes the legs; 0 takes every
+    processor if one robot walks alone, and one each if several do."""
     friction_solver: FrictionSolver = "newton"
     """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
     contact_sweeps: Count = 2000
-    """Most Gauss-Seidel sweeps of a contact solve; the published experiment made 250."""
+    """Maximum number of Gauss-Seidel sweeps in a contact solve; the published experiment made
+    250."""
     mesh: Path | None = None
     """Mesh of the legs, as `pneumorph mesh` writes it; by default the one that ships."""
 
@@ -176,30 +178,30 @@ class RobotOptions(Checked):
     """The robot, its leg and the physics."""
 
     described: Annotated[Path | None, tyro.conf.arg(name="robot")] = None
-    """TOML file that describes a robot, see docs/own_robot.md; by default the paper's. It brings
-    its physics and its designs with it, and says itself what its legs and masses are."""
+    """TOML file that describes a robot, see docs/own_robot.md; by default the paper's robot. The
+    file sets its own physics, designs, legs and masses."""
     based_on: Annotated[PhysicsName, tyro.conf.arg(name="physics")] = USUAL
-    """What all of leg, masses, hub and physics are where nothing else is asked for. `measured`: as
-    their materials were measured. `published`: as the article simulated its robots."""
+    """Sets leg, masses, hub and physics together; other flags change single numbers. `measured`:
+    material properties as they were measured. `published`: as the article simulated its robots."""
     leg: LegName = USUAL
-    """`measured`: that of the silicone's tension test, which relaxes, under the pressure of the
-    real leg. `published`: the article's material, linear elements. `hyperelastic`: the silicone's
-    own stiffness, quadratic neo-Hookean elements, a pressure map of its own, and where no
-    `--masses.model` is given the masses that are cast and printed. A leg of another physics brings
-    that with it where no --physics is given; the last two are of the published one."""
+    """`measured`: silicone from its tension test, with relaxation, under the real leg's pressure.
+    `published`: the article's material, linear elements. `hyperelastic`: the silicone's own
+    stiffness, quadratic neo-Hookean elements, its own pressure map and, without `--masses.model`,
+    masses as cast and printed. Without --physics, the leg also sets the physics: published for the
+    last two."""
     part: Path | None = None
-    """Reduced leg, as `pneumorph reduce` writes it; by default the one that ships. One that relaxes
-    is of the measured physics, another one of the published, and brings that with it where neither
-    --physics nor --leg is given."""
+    """Reduced leg, as `pneumorph reduce` writes it; by default one that ships. Without --physics
+    and --leg it also sets the physics: measured if the leg's material relaxes, otherwise
+    published."""
     threads: Annotated[int, Bounds(least=0, why="0 takes every processor")] = 0
     """Threads of the engine; 0 takes every processor."""
     executor: ExecutorSettings = field(default_factory=ExecutorSettings)
-    """Where robots are computed: on this machine, or shared out over the workers of a Ray cluster,
-    with the same bits for any number of workers of one kind of processor. Walks of finite elements
-    are made as many at once."""
+    """Where robots are computed: on this machine, or distributed over the workers of a Ray cluster.
+    Results are the same to the last bit for any number of workers with the same kind of processor.
+    Finite-element walks run this many at a time."""
     full: FullOptions = field(default_factory=lambda: FullOptions(**_full_of(leg_kind(USUAL))))
     masses: Masses = field(default_factory=lambda: masses_of(USUAL))
-    """What legs and hub weigh; a choice of physics or leg brings it."""
+    """What legs and hub weigh; by default set by the choice of physics or leg."""
     calibration: Path | None = None
     """Calibration file, as `pneumorph calibrate` writes it; by default the leg's own
     map of real to simulated pressure."""

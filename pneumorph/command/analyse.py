@@ -1,8 +1,8 @@
 """What the best pairs of a coopt run do: rewards of each step, tilt, load and friction of each leg.
 
 The run's best pairs and, for comparison, the expert's best phase walk once more in the reduced
-model and are recorded with the floor's forces. The same walks over a range of friction coefficients
-tell how far each gait leans on the friction it was found with.
+model, with the floor's forces recorded. They also walk over a range of friction coefficients, which
+shows how much each gait depends on the friction it was found with.
 
 Writes analysis.json, the trajectories, and the figures steps, margin, friction, pairs and a cycle
 of each robot.
@@ -33,7 +33,7 @@ class AnalyseOptions:
     run: tyro.conf.Positional[Path] = tyro.MISSING
     """Folder of a coopt run."""
     afresh: bool = False
-    """Take leg and physics from the flags alone. Otherwise they are the run's, changed by the flags
+    """Take leg and physics only from the flags. Otherwise they are the run's, changed by the flags
     that are given."""
     analysis: Annotated[AnalysisSettings, flat] = field(default_factory=AnalysisSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)

@@ -1,8 +1,8 @@
 """Walk the expert's gait at every phase shift: the baseline that learning has to beat.
 
-The design is that of the paper, 1.0.0.2.2.0.0.1: two fore legs on regulator 1, two hind legs on
-regulator 2. Both follow a sine wave, the hind legs later by the phase. All phases are simulated
-side by side.
+The design is the paper's, 1.0.0.2.2.0.0.1: two front legs on regulator 1, two hind legs on
+regulator 2. Both follow a sine wave, with the hind legs delayed by the phase. All phases are
+simulated side by side.
 
 Writes phase_sweep.npz and baseline_trajectory.npz, the walk of the best phase.
 

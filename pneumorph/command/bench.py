@@ -1,9 +1,9 @@
 """Measure how fast robots are simulated on this machine.
 
-`engine`: reduced robots drawn from the design space, the paper's or that of --robot, walk under
-random gaits. `full`: the finite elements of a whole robot walk the expert's gait, on one thread, by
-stage of a step. The machine's own matrix-product rate is measured in the same run, because a figure
-in steps per second says nothing without it.
+`engine`: reduced robots drawn from a design space, the paper's or that of --robot, walk under
+random gaits. `full`: a whole robot of finite elements walks the expert's gait on one thread, timed
+by stage of a step. The machine's matrix-product rate is measured in the same run, because steps per
+second mean nothing without it.
 
 Example: pneumorph bench engine --json
 

@@ -1,16 +1,16 @@
 """Fit the simulation to measurements of the real robot.
 
-From measured bends of one leg against pressure (--bends) the simulated pressures of equal bend are
-found and a line is fitted, as in the paper; from pairs of pressures found before (--pairs)
-the line alone. From the logs of trials on a rig (--air, a folder of `pneumorph deploy`) the two
-conductances of each regulator, for filling and venting, are fitted to what its sensor read; supply
-and volumes are those of --physics.air. From trials with the marker's tracks in them (--trials)
-modulus, damping and friction are fitted to the paths as well.
+--bends: from measured bends of one leg against pressure, finds the simulated pressures that give
+the same bends and fits a line, as in the paper. --pairs: fits the line to pairs of pressures found
+before. --air: from the logs of a deployment (a folder of `pneumorph deploy`), fits the two
+conductances of each regulator, for filling and venting, to its sensor; supply and volumes are those
+of --physics.air. --trials: from trials with the marker's tracks, fits modulus, damping and friction
+to the paths.
 
 Tables are CSV with units in the header: pressure_kPa,bend_deg for bends (psi, bar, rad ... are
 converted), real_pressure_kPa,simulated_pressure_kPa for pairs.
 
-Writes calibration.json, which --calibration of every other verb reads, and figures of the fits.
+Writes calibration.json, which every other verb reads with --calibration, and figures of the fits.
 
 Example: pneumorph calibrate --bends bend_test.csv --out runs/calibration
 """

@@ -1,11 +1,10 @@
 """Many coopt runs: every seed with every variant of the settings.
 
 A variant is a settings file (JSON or TOML) laid over the preset and the flags. Runs are made one
-after another, or side by side (--executor.process-count) as processes of this machine, or as tasks
-of Ray (--executor.backend ray) on this machine or on a cluster (--executor.address), whose machines
-must see the same run folder. A run whose worker dies is begun again and goes on from its last
-checkpoint; the others do not notice. The same command with the same --out goes on with what is
-left.
+after another, side by side as processes of this machine (--executor.process-count), or as tasks of
+Ray (--executor.backend ray), on this machine or on a cluster (--executor.address) whose machines
+must see the same run folder. A run whose worker dies is restarted from its last checkpoint, without
+affecting the others. The same command with the same --out resumes a stopped campaign.
 
 Writes VARIANT-SEED/ for each run, as `pneumorph coopt` does, and campaign.json.
 

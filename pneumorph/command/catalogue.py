@@ -1,16 +1,16 @@
 """List the modules of a catalogue, or build them: mesh each and reduce it once.
 
-A catalogue is a TOML file of parametric legs by name (docs/own_leg.md); without a file it is the
+A catalogue is a TOML file of parametric legs by name (docs/own_leg.md). Without a file it is the
 one that ships: legs of the measured physics, short and long, narrow and wide, and one with two
-chambers side by side. `build` makes what is not there yet and goes on where it was stopped; `list`
-shows shape, mass, bend at the highest pressure, errors, range and size of what is built.
+chambers side by side. `build` makes what is missing and resumes where it was stopped; `list` shows
+the shape, mass, bend at the highest pressure, errors, range and size of what is built.
 
-A module is kept in the folder under a key of all that it depends on: shape, mesh, materials,
-physics and settings of the reduction. What changes none of it is not made again, and another
-variant lies beside. A robot's file names a module by `catalogue = "long_wide"`.
+A module is stored under a key of all that it depends on: shape, mesh, materials, physics and
+settings of the reduction. It is remade only if one of these changes; the old variant is kept. A
+robot's file names a module by `catalogue = "long_wide"`.
 
-Writes KEY/mesh.npz, KEY/leg.npz and KEY/module.json of each module, and modules/NAME.json that says
-which is which, into runs/catalogue or --out.
+Writes KEY/mesh.npz, KEY/leg.npz and KEY/module.json for each module, and modules/NAME.json, which
+maps names to keys, into runs/catalogue or --out.
 
 Example: pneumorph catalogue build --only two_chambers
 """
@@ -41,7 +41,7 @@ class CatalogueOptions:
     """What to do with which catalogue."""
 
     action: tyro.conf.Positional[Literal["list", "build"]] = "list"
-    """Show what is there, or make what is not."""
+    """Show what is built, or build what is missing."""
     file: tyro.conf.Positional[Path | None] = None
     """TOML file of the catalogue; by default the one that ships."""
     build: Annotated[BuildSettings, flat] = field(default_factory=BuildSettings)

@@ -1,22 +1,23 @@
 """Say how far the best pairs of a coopt run will walk, and how sure that is.
 
-The pairs and the expert's robot walk in worlds that training never saw, drawn from what nobody has
-measured of the robot (--randomisation; those of the run where it was trained in some). For each
-pair: the band from the 10th to the 90th percentile, the share of the worlds in which it goes
-further than the expert, whose phase is tuned in the training's worlds, what choosing made of its
-distance (optimism), how much of the weight lies on the hub and of the friction each leg uses, and
-which uncertain number the distance depends on.
+The pairs and the expert's robot walk in worlds that training never saw, drawn from the ranges of
+what nobody has measured (--randomisation; by default those that the run was trained in, if any).
+For each pair it reports the band from the 10th to the 90th percentile, the share of worlds in which
+it goes further than the expert (whose phase is tuned in the training's worlds), how much selecting
+the best overestimated its distance (optimism), the weight on the hub, the share of its friction
+that each leg uses, and which uncertain numbers the distance depends on.
 
-With --full the best pair walks as finite elements in the world as it stands and in its two worst
-worlds, the others in the former. Where reduced robots part from them by more than 3 % and 0.3 cm
-the leg is reduced again with these walks among its snapshots, the pairs' designs are fine-tuned on
-it, and walk again: until both models agree, or --rounds.limit or --rounds.budget-s is reached.
-Stopped, it goes on with the same --out. Writes certificate.json after each round, full_order/ with
-the walks, and round_1/ ... with each new leg (leg.npz) and its gaits (learned/gaits/).
+With --full the best pair also walks as finite elements, in the nominal world and in its two worst
+worlds; the other pairs in the nominal world. Where reduced robots differ from them by more than 3 %
+and 0.3 cm, the leg is reduced again with these walks among its snapshots, the pairs' designs are
+fine-tuned on it and walk again, until both models agree or --rounds.limit or --rounds.budget-s is
+reached. A stopped certificate resumes with the same --out. Writes certificate.json after each
+round, full_order/ with the walks, and round_1/ ... with each new leg (leg.npz) and its gaits
+(learned/gaits/).
 
-It names the test of the robot that would narrow the band most. What a test found is given as
---randomisation.measured "friction sheet" 0.62 0.03 (value and standard deviation), and the band
-is of the worlds that agree with it.
+It names the test of the robot that would narrow the band most. Pass a test's result as
+--randomisation.measured "friction sheet" 0.62 0.03 (value and standard deviation), and the worlds
+are drawn to agree with it.
 
 Example: pneumorph certify runs/quick --world-count 200 --out runs/certificate
 """
@@ -46,7 +47,7 @@ class CertifyOptions:
     run: tyro.conf.Positional[Path] = tyro.MISSING
     """Folder of a coopt run."""
     afresh: bool = False
-    """Take leg and physics from the flags alone. Otherwise they are the run's, changed by the flags
+    """Take leg and physics only from the flags. Otherwise they are the run's, changed by the flags
     that are given."""
     certificate: Annotated[CertificateSettings, flat] = field(default_factory=CertificateSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)

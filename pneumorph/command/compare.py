@@ -1,14 +1,14 @@
-"""Compare reduced robots with the full ones they stand for.
+"""Compare reduced robots with the finite elements that they stand for.
 
-Three comparisons: the four test animations of the paper's appendix B; the same floating without
-gravity or floor, which tells the error of shapes from what friction makes of it; and held-out
-robots, random designs under random gaits that no snapshot came from. With --periodic-count 8
-further ones walk 20 s under periodic gaits, whose errors add up. A single leg is bent by rising
-pressure. Full-order trajectories take minutes each: they are kept in RUN/full_order, those that
-come with the package are found there, and an interrupted one goes on.
+Three comparisons: the four test animations of the paper's appendix B; the same without gravity or
+floor, which separates errors of shape from the effect of friction; and held-out robots, random
+designs under random gaits that no snapshot came from. --periodic-count 8 adds robots that walk 20 s
+under periodic gaits, where errors accumulate. A single leg is also bent by rising pressure.
+Full-order trajectories take minutes each: they are kept in RUN/full_order, those that ship with the
+package are found there, and an interrupted one is resumed.
 
-Full-order trajectories that come with the package are of the published robot, which this verb takes
-where nothing else is asked for: those of `--physics measured` take hours.
+By default this verb compares the published robot, because the full-order trajectories that ship are
+of that robot; those of `--physics measured` take hours.
 
 With --grid, further reductions of the leg walk the four animations too: their errors against the
 time of a step are figure 12 of the paper.

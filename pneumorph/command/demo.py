@@ -1,10 +1,10 @@
-"""The whole way in one command: the expert's gait at every phase, a design and gait learned
-together, and a page that shows both.
+"""Learn a robot in one command: the expert's gait at every phase, design and gait learned together,
+and a page that shows both.
 
-This is `pneumorph coopt --preset quick` and then `pneumorph report`, with the reduced leg that
-ships with the package, as its silicone was measured: the page begins with how far the best one goes
-in worlds that training never saw, beside the expert's. It takes five minutes on two cores and needs
-no display. No finite elements walk; `pneumorph certify --full` makes them.
+This runs `pneumorph coopt --preset quick` and then `pneumorph report`, with the reduced leg of
+measured silicone that ships with the package. The page begins with how far the best robot goes in
+worlds that training never saw, beside the expert's. It takes five minutes on two cores and needs no
+display. No finite elements are simulated; use `pneumorph certify --full` for that.
 
 Example: pneumorph demo --seed 1 --out runs/demo
 """

@@ -1,17 +1,17 @@
 """Drive a rig with a gait: timed commands, a watchdog, and logs of every trial.
 
 The gait is a run's best pair (runs/quick), a gait file (CSV, or sorotraj YAML), a policy (npz with
---design), or the expert's. The rig is --rig FILE (JSON or TOML: driver, channels, limits), by
-default a virtual one: a robot that is off by a seeded amount behind imperfect regulators. --dry-run
-prints the schedule and commands nothing.
+--design), or by default the expert's. The rig is --rig FILE (JSON or TOML: driver, channels,
+limits), or by default a virtual one: a simulated robot whose parameters are off by seeded amounts,
+behind imperfect regulators. --dry-run prints the schedule and commands nothing.
 
-A run vents on Ctrl-C, on a lost connection, a late or senseless answer, and on a sensed pressure
-that no healthy regulator would have (docs/hardware.md, Safety); on a real rig a guardian process
-vents when this one dies. With --calibration the
-gait's pressures are those that mean to the measured robot what they meant in training.
+A run vents on Ctrl-C, on a lost connection, on a late or malformed answer, and on a sensed pressure
+that no healthy regulator would have (docs/hardware.md, Safety). On a real rig a guardian process
+vents if this one dies. With --calibration, pressures are converted to have the same effect on the
+measured robot as in training.
 
 Writes schedule.csv and, for each trial, trial_N/log.csv and on the virtual rig trial_N/track.csv;
-on a real one put the video tracker's table there. --bend-test measures one leg instead.
+for a real rig put the video tracker's table there. --bend-test measures one leg instead.
 
 Example: pneumorph deploy runs/quick --model reduced --trials 5 --out runs/deploy-L1
 """

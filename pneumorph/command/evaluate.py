@@ -1,13 +1,13 @@
 """Simulate the design-gait pairs of a coopt run once more.
 
 With the reduced model all pairs walk side by side in a second and must repeat the distances that
-the run reported. With --model full each pair walks as finite elements, which takes minutes and
-tells how far the reduction can be trusted for these gaits. Leg, physics and worlds are those of the
-run where no flag says otherwise: --physics.friction 0.8. With --randomize the pairs walk in worlds
-drawn from --randomisation (friction, modulus, mass, regulator lag and floor slope, written like
-"U(0.9, 1.5)") as well.
+the run reported. With --model full each pair walks as finite elements, which takes minutes to half
+an hour and shows how far the reduction can be trusted for these gaits. Leg, physics and worlds are
+the run's unless a flag says otherwise, such as --physics.friction 0.8. With --randomize the pairs
+also walk in worlds drawn from --randomisation (friction, modulus, mass, regulator lag and floor
+slope, written like "U(0.9, 1.5)").
 
-Writes, with --record or --model full, each pair's trajectory and replay.html, which shows them side
+With --record or --model full, writes each pair's trajectory and replay.html, which shows them side
 by side.
 
 Example: pneumorph evaluate runs/quick --model full --pair-count 1 --out runs/check
@@ -41,7 +41,7 @@ class EvaluateOptions:
     run: tyro.conf.Positional[Path] = tyro.MISSING
     """Folder of a coopt run."""
     afresh: bool = False
-    """Take leg and physics from the flags alone. Otherwise they are the run's, changed by the flags
+    """Take leg and physics only from the flags. Otherwise they are the run's, changed by the flags
     that are given."""
     evaluation: Annotated[EvaluationSettings, flat] = field(default_factory=EvaluationSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)

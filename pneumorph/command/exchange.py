@@ -1,9 +1,9 @@
-"""Turn gaits and reductions into other programs' files, and back.
+"""Convert gaits and reductions to other programs' files, and back.
 
-A gait (CSV, or sorotraj YAML) becomes the other of the two: --to csv or --to sorotraj. A reduced
-leg (npz, or `shipped` for the one that ships) becomes a SOFA scene for the ModelOrderReduction
-plugin with --to sofa; a folder of such a reduction of one's own becomes a reduced leg with
---to part.
+A gait (CSV, or sorotraj YAML) is converted to the other format: --to csv or --to sorotraj. A
+reduced leg (npz, or `shipped` for the one that ships) becomes a SOFA scene for the
+ModelOrderReduction plugin with --to sofa; a folder with your own reduction in that plugin's format
+becomes a reduced leg with --to part.
 
 Writes gait.csv, gait.yaml, scene.py with its files, or part.npz.
 
@@ -26,7 +26,7 @@ class ExchangeOptions:
     """What to turn into what."""
 
     source: tyro.conf.Positional[str] = tyro.MISSING
-    """Gait file, reduced leg (npz), `shipped`, or the folder of a reduction by the plugin."""
+    """Gait file, reduced leg (npz), `shipped`, or the folder of a reduction made by the plugin."""
     conversion: Annotated[ConversionSettings, flat] = field(default_factory=ConversionSettings)
 
 

@@ -1,13 +1,13 @@
 """Put every design of a space on one page: filter, search, sort, and look at each.
 
-RUN is a coopt run (scores and probabilities of its design distribution) or an evaluation
-(distances of its pairs); without one the page shows the designs of --space alone. A design can be
-named, such as 1.0.0.2.2.0.0.1, filtered by legs, regulators and symmetry, and sorted by score. One
-click shows it from above and its replay, or the command that walks it. Without a run the designs
-may be those that a robot's file describes (--robot). The best pairs of a coopt
-run are walked anew for their replays; trajectories of other runs are added with --replays.
+RUN is a coopt run (scores and probabilities of its design distribution) or an evaluation (distances
+of its pairs); without one the page shows only the designs of --space, or those of a robot's file
+(--robot). Search for a design by name, such as 1.0.0.2.2.0.0.1, filter by legs, regulators and
+symmetry, and sort by score. Click a design to see it from above with its replay, or the command
+that simulates it. The best pairs of a coopt run are simulated again for their replays; --replays
+adds trajectories of other runs.
 
-Writes explorer.html into RUN/explorer, or --out: one file that opens from disk with no network.
+Writes explorer.html into RUN/explorer, or --out: one file that opens from disk without a network.
 
 Example: pneumorph explore runs/quick
 """
@@ -37,13 +37,13 @@ class ExploreOptions(Checked):
     """Whose designs, and which replays."""
 
     run: tyro.conf.Positional[Path | None] = None
-    """Folder of a coopt run or an evaluation; none for the designs alone."""
+    """Folder of a coopt run or an evaluation; none to show only the designs."""
     replays: tuple[Path, ...] = ()
-    """Run folders whose trajectories are shown as well."""
+    """Run folders whose trajectories are also shown."""
     pair_count: CountOrNone = 5
-    """Best pairs of a coopt run to walk for their replays, a second or two each."""
+    """Best pairs of a coopt run to simulate for their replays, a second or two each."""
     space: DesignSpace = field(default_factory=DesignSpace)
-    """The designs, where no run says which."""
+    """The designs, if there is no run to say which."""
     replay: ReplaySettings = PAGE_REPLAY
     described: Annotated[Path | None, tyro.conf.arg(name="robot")] = None
     """TOML file that describes a robot, see docs/own_robot.md, whose designs are shown; a run has

@@ -1,14 +1,14 @@
 """Make the files that a workshop needs to build a design.
 
-STEP and STL of the mould's two halves (with registration pins, pour and vent holes), of the core
-for the cavity and of the hub with its sockets and tube channels; the parts list with the silicone's
-volume and mass; the tube plan; and an assembly drawing of this design.
+STEP and STL files of the mould's two halves (with registration pins, pour and vent holes), of the
+core for the cavity and of the hub with its sockets and tube channels; the parts list with the
+silicone's volume and mass; the tube plan; and an assembly drawing of this design.
 
-The masses of the simulation stand beside those that are built, with a warning where they differ by
-more than a tenth and the flag that makes them agree; --check-hub says how far the hub gives way.
+It compares simulated with built masses, and where they differ by more than a tenth warns and names
+the flag that makes them agree. --check-hub computes how far the hub gives way.
 
 Everything is checked: surfaces are watertight, the mould comes off without undercut, the cast
-volume is that of the mesh within 0.5 %, and no wall is thinner than can be made.
+volume is that of the mesh within 0.5 %, and no wall is too thin to make.
 
 Writes mould_upper, mould_lower, core, hub and leg (.step, .stl), parts.csv, tubes.csv, drawing.pdf.
 
@@ -41,10 +41,10 @@ class FabricateOptions:
     """The design and how to make it."""
 
     design: tyro.conf.Positional[str] = tyro.MISSING
-    """Design such as 1.0.0.2.2.0.0.1, or a coopt run's folder for its best one."""
+    """Design such as 1.0.0.2.2.0.0.1, or the folder of a coopt run for its best one."""
     fabrication: Annotated[FabricationSettings, flat] = field(default_factory=FabricationSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
-    """The simulation whose masses stand beside those that are built; a run brings its own."""
+    """The simulation whose masses are compared with the built ones; a run brings its own."""
 
 
 def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:

@@ -1,10 +1,10 @@
 """Mesh a part, or read a mesh of your own, and check it.
 
-The leg and the disk of the paper come out as they are; every size is a flag. A mesh file of your
-own (gmsh, VTK, ...) is read with --file: its regions are gmsh's physical groups by name, or cell
-data `region` whose numbers --regions names, such as --regions 1=cavity 2=sheet 3=attachment. A leg
-to be reduced needs the surfaces cavity and sheet and the node sets attachment and outer_end_face. A
-mesh that cannot be computed with is refused with its reason.
+By default it makes the paper's leg or disk; every size is a flag. --file reads a mesh file of your
+own (gmsh, VTK, ...): its regions are gmsh's named physical groups, or cell data `region` whose
+numbers --regions names, such as --regions 1=cavity 2=sheet 3=attachment. To be reduced, a leg needs
+the surfaces cavity and sheet and the node sets attachment and outer_end_face. A mesh that cannot be
+used is refused, with the reason.
 
 Writes mesh.npz, which `pneumorph reduce --mesh` reads.
 

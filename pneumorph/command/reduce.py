@@ -1,16 +1,15 @@
 """Reduce a leg: collect snapshots of the full model, choose modes and elements, measure the error.
 
-Snapshots are free bending, equilibria under random contact forces, and legs that carry walking
-robots. They are kept in RUN/snapshots: the same command with the same --out goes on where it
-stopped, and other tolerances reuse them. Modes live in the frame of the hub (POD), elements are
-sampled by ECSW.
+Snapshots are free bending, equilibria under random contact forces, and the legs of walking robots.
+They are kept in RUN/snapshots: the same command with the same --out resumes, and other tolerances
+reuse them. Modes are in the frame of the hub (POD); elements are sampled by ECSW.
 
-Presets: paper (what made the leg that ships), hyperelastic (the silicone's own stiffness), measured
-(the silicone's tension test, relaxing; as --physics measured has it), quick (equilibria alone),
-corners: the paper's protocol and tolerances, all 255 robots through every corner of their
-pressures. That is days of one processor; each robot is a task, and --snapshots.executor shares them
-out over processes or, with Ray, machines. learned: equilibria and the robots of --walked.gaits,
-with more modes and elements: a leg to walk what was learned once more.
+Presets: paper (made the published leg that ships); hyperelastic (the silicone's own stiffness);
+measured (the silicone's tension test, with relaxation, as in --physics measured); quick (equilibria
+alone); learned (equilibria and the robots of --walked.gaits, with more modes and elements: a leg
+for testing learned gaits again); corners (the paper's protocol and tolerances: all 255 robots
+through every corner of their pressures, which takes days on one processor; --snapshots.executor
+distributes the robots over processes or, with Ray, machines).
 
 Writes leg.npz, which every other verb takes as --part.
 

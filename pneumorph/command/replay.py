@@ -1,11 +1,11 @@
 """Look at trajectories in 3D: one page that opens in any browser, from disk and without a network.
 
 Takes trajectory files (trajectory.npz of simulate, best_trajectory.npz of coopt ...) and folders of
-measured trials (log.csv and track.csv of deploy), each as LABEL=PATH or PATH; robots stand side by
-side. Of a real robot only the path of its marker is known: it is shown as a path and a triad.
+measured trials (log.csv and track.csv of deploy), each as LABEL=PATH or PATH; robots are shown side
+by side. For a real robot only the marker's path is known, so it is shown as a path and a triad.
 
-The page has a time line to drag, with pressures and distances, speed, pause, single steps and
-cameras. Legs are coloured by regulator or by pressure. With --mp4 and --gif a film is made as well.
+The page has a draggable time line with pressures and distances, speed, pause, single steps and
+cameras. Legs are coloured by regulator or by pressure. --mp4 and --gif also make a film.
 
 Writes replay.html and, where asked for, film.mp4 and film.gif.
 
@@ -34,11 +34,11 @@ class ReplayOptions(Checked):
     motions: tyro.conf.Positional[tuple[str, ...]] = tyro.MISSING
     """Trajectory files and folders of trials, as LABEL=PATH or PATH."""
     spacing_mm: NotNegative = 340.0
-    """Distance between the robots' lanes [mm]; 0 lays them over each other."""
+    """Distance between the robots' lanes [mm]; 0 overlays them."""
     mp4: bool = False
-    """Make film.mp4 as well."""
+    """Also make film.mp4."""
     gif: bool = False
-    """Make film.gif as well."""
+    """Also make film.gif."""
     replay: ReplaySettings = field(default_factory=ReplaySettings)
     film: FilmSettings = field(default_factory=FilmSettings)
     video: VideoSettings = field(default_factory=VideoSettings)

@@ -31,7 +31,7 @@ class ReportOptions:
     run: tyro.conf.Positional[Path] = tyro.MISSING
     """Folder of a finished run of any verb."""
     figure_files: tuple[FigureFormat, ...] = FIGURE_FILES
-    """What each figure is saved as beside the page; with none named the page is alone."""
+    """Formats in which each figure is saved beside the page; none to save only the page."""
     replay: ReplaySettings = PAGE_REPLAY
 
 

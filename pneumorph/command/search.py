@@ -1,12 +1,12 @@
 """Search for gaits or designs without learning a policy, to see how good the learned ones are.
 
---method gaits looks for the best gait of each design alone, by CMA-ES over all numbers of the gait:
-of the expert's design, of a coopt run's best pairs (--run), of --designs, and of designs drawn at
-random. With --run the policy's own distance stands beside each. --method random and --method
+--method gaits searches for the best gait of each design separately, by CMA-ES over all numbers of
+the gait: for the expert's design, a coopt run's best pairs (--run), --designs, and designs drawn at
+random. With --run, the policy's own distance is shown beside each. --method random and --method
 genetic search designs and gaits together, with as much simulated time as a coopt run of equal
---timesteps; their learning curves compare with its own. In the measured physics they have the
-worlds, the objective and the reward of a training there. All robots walk side by side in the
-reduced model. A stopped search goes on with the same --out.
+--timesteps, so that their learning curves can be compared. In the measured physics they use the
+worlds, objective and reward of a training there. All robots walk side by side in the reduced model.
+A stopped search resumes with the same --out.
 
 Writes search.jsonl, learning_curve.json and the best gaits as gaits/DESIGN.csv.
 

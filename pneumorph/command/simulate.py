@@ -1,14 +1,14 @@
 """Simulate any design with any gait, reduced or full.
 
-The robot is the paper's, or what --robot describes (docs/own_robot.md), as its materials were
-measured; --physics published is the paper's simulation. The gait is a CSV file, as coopt writes
-them, a coopt run (its best pair), a policy (RUN/training/policy.npz with --design), or else the
-expert's gait at --expert.phase-deg. The design is --design, or the file's, or the expert's.
+The robot is the paper's, or that of --robot (docs/own_robot.md), with measured material properties;
+--physics published is the paper's simulation. The gait is a CSV file, as coopt writes them, a coopt
+run (its best pair), a policy (RUN/training/policy.npz with --design), or by default the expert's at
+--expert.phase-deg. The design is --design, or the gait file's, or the expert's.
 
-A full robot (--model full) takes half an hour for 20 s, ten minutes with --physics published; its
-way is saved every minute, and the same command goes on where it was stopped. Presets: paper, the
-paper's robot in either physics, and hyperelastic, legs of the silicone's own stiffness. With --live
-it can be watched in the browser. Writes trajectory.npz, replay.html and with --film film.mp4.
+A full robot (--model full) takes half an hour for 20 s, or ten minutes with --physics published.
+Its state is saved every minute, and the same command resumes it. Presets: paper, the paper's robot
+in either physics; hyperelastic, a full robot with legs of the silicone's own stiffness. --live
+shows the robot in the browser. Writes trajectory.npz, replay.html and with --film film.mp4.
 
 Example: pneumorph simulate --gait runs/quick/training/gaits/L1.csv --film --out runs/replay
 """
@@ -36,9 +36,9 @@ class SimulateOptions:
 
     walk: Annotated[WalkSettings, flat] = field(default_factory=WalkSettings)
     film: bool = False
-    """Make a film as well."""
+    """Also make a film."""
     live: bool = False
-    """Show the robot in the browser meanwhile; the address is printed."""
+    """Show the robot in the browser while it is simulated; the address is printed."""
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     film_settings: FilmSettings = field(default_factory=FilmSettings)
     live_settings: LiveSettings = field(default_factory=LiveSettings)

@@ -2,7 +2,7 @@
 
 Takes folders of `pneumorph deploy`, each as LABEL=FOLDER or FOLDER, whose trials hold a log and the
 marker's track (time_s,x_mm,y_mm, or a table of Tracker, DeepLabCut or SLEAP, see --video). Each
-design is simulated with the commands that were given, and set beside its trials: reward per step,
+design is simulated with the commands that were sent and compared with its trials: reward per step,
 commanded against sensed pressure, backsliding, mean and spread, and the transfer ratio.
 
 Writes the paper's two comparison figures, transfer_rewards and transfer_gaits (PNG and PDF), the
@@ -30,7 +30,7 @@ class TransferOptions:
     """What was deployed, and the simulation beside it."""
 
     runs: tyro.conf.Positional[tuple[str, ...]] = tyro.MISSING
-    """Deployments, as LABEL=FOLDER or FOLDER; the first is what the others are compared with."""
+    """Deployments, as LABEL=FOLDER or FOLDER; the others are compared with the first."""
     settings: Annotated[TransferSettings, flat] = field(default_factory=TransferSettings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 

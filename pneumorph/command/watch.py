@@ -1,10 +1,10 @@
-"""Look at a training in the browser while it goes on, or when it is finished.
+"""Look at a training in the browser while it runs, or when it is finished.
 
 Shows the returns, the entropy of the design distribution against its target, the five best designs
-from above and the best robot crawling. The address of the page is printed; it is renewed with every
-round and checkpoint until Ctrl-C. With --once one self-contained file is written instead,
-watch.html, and with --json alone the numbers of the moment are printed. TensorBoard reads the same
-run: tensorboard --logdir RUN/training/tensorboard.
+from above and the best robot crawling. The page's address is printed, and the page updates with
+every round and checkpoint until Ctrl-C. --once writes one self-contained file instead, watch.html;
+with --json only the current numbers are printed. TensorBoard reads the same run: tensorboard
+--logdir RUN/training/tensorboard.
 
 Example: pneumorph watch runs/quick
 """
@@ -30,11 +30,11 @@ class WatchOptions(Checked):
     run: tyro.conf.Positional[Path] = tyro.MISSING
     """Folder of a coopt run or a demo, finished or not."""
     once: bool = False
-    """Write one self-contained page of this moment instead of serving one."""
+    """Write one self-contained page of the current state instead of serving one."""
     port: Annotated[int, Bounds(0, 65535)] = 0
-    """Port of 127.0.0.1; 0 takes a free one."""
+    """Port on 127.0.0.1; 0 takes a free one."""
     interval_s: Positive = 2.0
-    """How often the run's files are looked at [s]."""
+    """How often the run's files are checked [s]."""
 
 
 def run(options: WatchOptions, folder: RunFolder) -> WatchedMoment:

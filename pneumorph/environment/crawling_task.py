@@ -37,7 +37,7 @@ class CrawlingTask(Checked):
     time_limit_is_terminal: bool = True
     """Whether the last action of an episode terminates it (the paper) or truncates it."""
     reward: RewardWeights = field(default_factory=RewardWeights)
-    """What is taken off the distance."""
+    """The goal, and what is subtracted from the distance."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -32,26 +32,27 @@ class RewardWeights(Checked):
     """What is rewarded, and what is taken off; by default forward travel alone, as published."""
 
     backsliding: NotNegative = 0.0
-    """Of the furthest slide back within an action [cm per cm]."""
+    """Penalty for the furthest slide back within an action [cm per cm]."""
     hub_load: NotNegative = 0.0
-    """Of the share of the weight that the floor bears through the hub, in the mean over an action
-    [cm for all of it]: against robots that drag their hub like a sled."""
+    """Penalty for the share of the weight that the floor bears through the hub, averaged over an
+    action [cm for all of the weight]: against robots that drag their hub like a sled."""
     pressure_change: NotNegative = 0.0
-    """Of how much commands change from one action to the next, summed over the regulators [cm for
-    one of them over its whole range]: against gaits that need much air."""
+    """Penalty for the change of commands from one action to the next, summed over the regulators
+    [cm for one regulator over its whole range]: against gaits that use much air."""
     tilt: NotNegative = 0.0
-    """Of how far the hub leans beyond `free_tilt_deg`, in the mean over an action [cm per degree]:
-    against robots that fall over, which goes far once."""
+    """Penalty for how far the hub leans beyond `free_tilt_deg`, averaged over an action [cm per
+    degree]: against robots that fall over, which gains much distance once."""
     free_tilt_deg: NotNegative = 30.0
-    """Up to where it leans for nothing [degrees]; a robot on its side leans by 50 and more, the
-    paper's expert by 10 at most."""
+    """Lean that is not penalised [degrees]; a robot on its side leans by 50 and more, the paper's
+    expert by 10 at most."""
     goal: GoalName = "forward"
     """What is rewarded: travel along the forward axis or along a heading, both as the robot stood
-    at the start, or turning to a side."""
+    at the start, or turning to one side."""
     heading_deg: float = 0.0
-    """Where `heading` goes, from forward to the left [degrees]: 90 is to the left, 180 back."""
+    """Direction of the goal `heading`, counted from forward to the left [degrees]: 90 is to the
+    left, 180 back."""
     turn_cm_per_degree: Positive = 0.1
-    """What a degree of turning is worth [cm per degree]: a circle is worth 36 cm."""
+    """Reward for a degree of turning [cm per degree]: by default a full circle is worth 36 cm."""
 
     @property
     def needs_samples(self) -> bool:

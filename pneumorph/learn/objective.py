@@ -30,21 +30,21 @@ class Objective(Checked):
     """
 
     kind: ObjectiveKind = "mean"
-    """`mean` over the worlds, the mean less some standard deviations, or the mean over the share of
-    the worlds that are worst (conditional value at risk)."""
+    """`mean` over the worlds, the mean minus some standard deviations, or the mean over the worst
+    share of the worlds (conditional value at risk)."""
     deviations: NotNegative = 1.0
-    """How many standard deviations are taken off."""
+    """How many standard deviations are subtracted."""
     share: Annotated[float, Bounds(above=0.0, most=1.0)] = 0.25
-    """Which share of the worlds is the worst."""
+    """Which share of the worlds counts as the worst."""
     worlds_per_design: Count = 1
-    """Worlds that each design of a round walks in; all designs of a round share them."""
+    """Number of worlds in which each design of a round walks; all designs of a round share them."""
     evaluation_worlds: Count = 32
-    """Worlds that gaits of the policy without noise are ranked in, where designs walk in several;
-    always the same."""
+    """Number of worlds in which gaits of the policy without noise are ranked, if designs walk in
+    several; always the same worlds."""
     centring_rounds: CountOrNone = 0
-    """Worlds of a round that are easy or hard for all designs are no merit of theirs: scores are
-    shifted by what the mean of the round's designs that did not fail differs from that over about
-    as many rounds before; 0 for not."""
+    """Corrects scores for rounds whose worlds are easy or hard for all designs: scores are shifted
+    by the difference between the round's mean over designs that did not fail and the mean of about
+    this many earlier rounds; 0 for no correction."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

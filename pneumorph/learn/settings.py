@@ -20,11 +20,12 @@ class FinetuningSettings(Checked):
     """Learning on the best designs alone after training (the paper gives no numbers)."""
 
     finalist_count: Count = 8
-    """Designs that the policy is fine-tuned for, each from the end of training."""
+    """Number of designs for which the policy is fine-tuned, each starting from the end of
+    training."""
     timesteps: CountOrNone = 19_200
     """Actions of all robots for each finalist, rounded up to whole episodes; 0 for none."""
     updates_per_vector_step: Count = 16
-    """Learner's updates after each action of all robots together."""
+    """Updates of the learner after each action of all robots together."""
 
     def round_count(self, timesteps_per_round: int) -> int:
         """Episodes of every robot for each finalist."""
@@ -56,42 +57,42 @@ class CooptSettings(Checked):
     schedule: EntropySchedule = field(default_factory=EntropySchedule)
     """How the design distribution narrows."""
     distribution: Literal["by_size", "enumerated", "factored"] = "by_size"
-    """What is believed of designs: `enumerated`, a score for each (the paper), or `factored`, a
-    weight for each option of each location, which needs no list of designs (not in the paper).
-    `by_size`: enumerated up to 100 000 designs."""
+    """How the distribution scores designs. `enumerated`: one score for each design (the paper).
+    `factored`: a weight for each option of each location, which needs no list of designs (not in
+    the paper). `by_size`: enumerated up to 100 000 designs."""
     factored: FactoredSettings = field(default_factory=FactoredSettings)
-    """How weights of options follow from scores."""
+    """How the weights of options are fitted to scores."""
     finetuning: FinetuningSettings = field(default_factory=FinetuningSettings)
-    """What follows training, for the best designs."""
+    """Fine-tuning of the best designs after training."""
     objective: Objective = field(default_factory=Objective)
-    """What of distances in several worlds counts."""
+    """How distances in several worlds become one score."""
     buffer_size: Count = 100_000
     """Transitions kept for learning (paper, appendix A)."""
     learning_start_timestep: Count = 10_000
     """Timestep of the first update; actions are uniform until then (paper, appendix A)."""
     updates: CountOrNone = 1
-    """Learner's updates each time, see --update-every (paper, appendix A)."""
+    """Number of learner updates each time, see --update-every (paper, appendix A)."""
     update_every: Literal["vector_step", "timestep"] = "vector_step"
-    """When the learner updates; the paper's "timesteps per SAC update: 1" has two readings.
+    """When the learner updates; the paper's "timesteps per SAC update: 1" can be read in two ways.
     `vector_step`: after each action of all robots together (the authors' experiment). `timestep`:
     once for each action of each robot."""
     mirror_transitions: bool = False
-    """Let each transition and return count for the mirror image of its design as well, which walks
-    the mirrored path (not in the paper). Where the goal lies to a side, the image's transitions
-    have the reward that it would get, and returns count for the design alone."""
+    """Also learn from the mirror image of each transition and return, since a mirrored design walks
+    the mirrored path (not in the paper). If the goal lies to one side, the image's transitions get
+    the reward that it would earn, and returns count only for the design itself."""
     expected_scores: bool = False
-    """Take what the critic expects of a design as its least score, once the entropy falls. The
-    published score is the newest return, which says nothing of designs that never walked, and
-    little of those that walked when the policy knew less (not in the paper)."""
+    """Once the entropy falls, score a design at no less than the critic expects of it (not in the
+    paper). The published score is the newest return, which says nothing about designs that never
+    walked, and little about those that walked when the policy was worse."""
     checkpoint_interval_timesteps: Count = 50_000
-    """Most timesteps between checkpoints, which is what a killed run may lose; at least one
+    """Maximum timesteps between checkpoints, which is what a killed run may lose; at least one
     round."""
     evaluation_interval_timesteps: CountOrNone = 0
-    """Timesteps between deterministic evaluations; 0 for one at the end only."""
+    """Timesteps between deterministic evaluations; 0 for a single one at the end."""
     evaluated_design_count: Count = 96
-    """Designs of highest score that an evaluation walks with the deterministic policy."""
+    """Number of top-scoring designs that an evaluation walks with the deterministic policy."""
     kept_pair_count: Count = 5
-    """Best design-gait pairs reported; a design and its mirror image count as one."""
+    """Number of best design-gait pairs to report; a design and its mirror image count as one."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -42,22 +42,23 @@ class Air(Checked):
     """
 
     law: AirLaw = "rate_limit"
-    """`rate_limit`: pressures move at `pressure_rate_kPa_per_s`, as published, and nothing else
-    here counts. `orifice`: air flows through a valve into tube and chambers."""
+    """`rate_limit`: pressures move at `pressure_rate_kPa_per_s`, as published, and the other
+    settings of air have no effect. `orifice`: air flows through a valve into tube and chambers."""
     supply_kPa: Annotated[
         float, Bounds(least=1.0, most=1e4, why="pressure above the outside's, in kPa, not in Pa")
     ] = 200.0
-    """Pressure that regulators are fed with, above the outside's [kPa]."""
+    """Gauge pressure of the regulators' supply [kPa]."""
     filling_mm3_per_s_kPa: tuple[Conductance, ...] = (78.0,)
     """Conductance from the supply [mm^3/(s kPa)]."""
     venting_mm3_per_s_kPa: tuple[Conductance, ...] = (1100.0,)
     """Conductance to the outside [mm^3/(s kPa)]."""
     critical_ratio: Annotated[float, Bounds(least=0.0, most=0.99)] = 0.5
-    """Pressure behind a valve over that before it, both absolute, below which flow is choked."""
+    """Ratio of the pressure behind a valve to that before it, both absolute, below which flow is
+    choked."""
     tube_mm3: Annotated[float, Bounds(least=1e-3, most=1e9)] = 1000.0
     """Volume of a regulator's tubes [mm^3]."""
     chamber_growth: tuple[Annotated[float, Bounds(0.0, 1.0)], ...] = (0.009, 0.00019)
-    """A chamber's volume over that at rest is 1 + g1 p + g2 p^2 ..., p in real kPa."""
+    """A chamber's volume relative to that at rest is 1 + g1 p + g2 p^2 ..., p in real kPa."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -28,10 +28,10 @@ class RoughGround(Checked):
     roughness_mm: NotNegative = 0.0
     """Standard deviation of the heights [mm]."""
     correlation_mm: Positive = 40.0
-    """Distance over which heights are alike: at this distance their correlation is 1/e [mm]. Slopes
-    along any direction have the standard deviation roughness sqrt(2) / correlation."""
+    """Correlation length of the heights, at which their correlation is 1/e [mm]. Slopes along any
+    direction have the standard deviation roughness sqrt(2) / correlation."""
     seed: CountOrNone = 0
-    """Which surface of its kind it is."""
+    """Seed of the heights."""
 
     def heights_mm(self, shape: tuple[int, int], spacing_mm: float) -> np.ndarray:
         """Heights on a grid that goes round at its edges [mm], (row, column).
@@ -61,15 +61,15 @@ class Steps(Checked):
     """Steps or ramps across the way of a robot that walks forward (x)."""
 
     rise_mm: float = 0.0
-    """How much higher each step is, negative for down [mm]."""
+    """Height of each step, negative for down [mm]."""
     start_mm: float = 150.0
-    """Where the first begins, x [mm]."""
+    """Where the first step begins, x [mm]."""
     run_mm: Positive = 20.0
-    """Over what length each rises [mm]; a long one is a ramp."""
+    """Length over which each step rises [mm]; a long one is a ramp."""
     tread_mm: NotNegative = 100.0
-    """How far it is level behind each [mm]."""
+    """Length of the level part behind each step [mm]."""
     count: Annotated[int, Bounds(least=1, most=1000)] = 1
-    """How many there are."""
+    """Number of steps."""
 
     def height(self, x: np.ndarray) -> np.ndarray:
         """Heights at places along x [mm]: a cubic that begins and ends level for each step."""
@@ -89,18 +89,18 @@ class Ground(Checked):
     """
 
     map: HeightMap = field(default_factory=HeightMap)
-    """Heights from a file, whose grid is the ground's."""
+    """Heights from a file, whose grid the ground then uses."""
     rough: RoughGround = field(default_factory=RoughGround)
     """Random heights."""
     steps: Steps = field(default_factory=Steps)
     """Steps or ramps."""
     length_mm: Positive = 2000.0
-    """How far a ground without a map reaches along x, the origin in its middle [mm]; beyond, ground
-    goes on level at the height of its edge."""
+    """Extent along x of a ground without a map, centred on the origin [mm]; beyond it the ground
+    continues level at the height of its edge."""
     width_mm: Positive = 1200.0
-    """How far it reaches along y [mm]."""
+    """Extent along y [mm]."""
     spacing_mm: Positive = 5.0
-    """Distance between its nodes [mm]."""
+    """Distance between the nodes of the ground's grid [mm]."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -59,9 +59,9 @@ class Physics(Checked):
     ] = 0.01
     """Time step [s]."""
     damping: Damping = "published"
-    """`published`: Rayleigh damping on absolute velocities, by the rotated linear stiffness with
-    edge-based element rotations, as in the paper; it resists turning an inflated leg. `objective`:
-    frame-indifferent damping, on rates of deformation alone, with polar rotations."""
+    """`published`: Rayleigh damping on absolute velocities, with the rotated linear stiffness and
+    edge-based element rotations, as in the paper; it resists rotating an inflated leg. `objective`:
+    frame-indifferent damping, only on rates of deformation, with polar rotations."""
     mass_damping_per_s: NotNegative = 0.1
     """Rayleigh mass coefficient alpha [1/s]."""
     stiffness_damping_s: NotNegative = 0.1
@@ -71,22 +71,24 @@ class Physics(Checked):
     floor_slope_deg: Annotated[
         float, Bounds(above=-90.0, below=90.0, why="a floor that is steeper is a ceiling")
     ] = 0.0
-    """How steeply the floor rises forward (x) [degrees]; x and z are along and normal to it."""
+    """Slope of the floor, positive if it rises forward (x) [degrees]; x and z are along and normal
+    to it."""
     friction: NotNegative = 1.2
     """Coulomb friction coefficient of every contact whose surface is not named below."""
     friction_by_surface: tuple[tuple[str, NotNegative], ...] = ()
     """Coefficients of surfaces by name, such as `sheet 0.6 skin 1.0 hub 0.3`: the named regions of
     the parts' meshes, and the hub's."""
     friction_pressure: FrictionPressure = field(default_factory=FrictionPressure)
-    """How every coefficient changes with pressure."""
+    """How every friction coefficient changes with contact pressure."""
     floor_height_mm: float = -12.797
     """Height where contact points rest [mm] on a level floor."""
     ground: Ground = field(default_factory=Ground)
-    """What the floor is like where it is no plane."""
+    """Shape of the floor where it is not a plane."""
     regulator_count: RegulatorCount = 3
     """Number of pressure regulators."""
     pressure_rate_kPa_per_s: Positive = 150.0
-    """How fast a regulator moves towards its command, where air has no law [real kPa/s]."""
+    """How fast a regulator moves towards its command with `--physics.air.law rate_limit` [real
+    kPa/s]."""
     air: Air = field(default_factory=Air)
     """How air fills and vents the chambers."""
     pressure_map: PressureMap = field(default_factory=PressureMap)

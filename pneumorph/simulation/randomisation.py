@@ -116,34 +116,36 @@ class Randomisation(Checked):
     """Distributions of what is uncertain: uniform U(0.9, 1.5), normal N(0, 0.5), or a number."""
 
     friction: str = "U(0.9, 1.5)"
-    """Coulomb friction coefficient of surfaces that have none of their own."""
+    """Coulomb friction coefficient of surfaces that have no coefficient of their own."""
     modulus_factor: str = "U(0.8, 1.25)"
-    """Young's moduli of the legs over the model's."""
+    """Young's moduli of the legs, relative to the model's."""
     mass_factor: str = "U(0.9, 1.1)"
-    """Masses of legs and hub over the model's."""
+    """Masses of legs and hub, relative to the model's."""
     regulator_lag_s: str = "U(0, 0.2)"
     """Time constant of the regulators, first order [s]."""
     floor_slope_deg: str = "N(0, 0.5)"
     """How steeply the floor rises forward [degrees]."""
     filling_factor: str = "1"
-    """Conductances that regulators fill through over the model's, where air has a law."""
+    """Conductances through which regulators fill, relative to the model's, where air flows through
+    valves."""
     venting_factor: str = "1"
-    """Conductances that they vent through over the model's."""
+    """Conductances through which they vent, relative to the model's."""
     friction_by_surface: tuple[tuple[str, str], ...] = ()
     """Distributions for surfaces by name, such as `sheet "U(0.4, 1)" hub 0.3`."""
     damping_factor: str = "1"
-    """The legs' damping over the model's: branches that relax, and stiffness damping."""
+    """The legs' damping, relative to the model's: relaxing branches and stiffness damping."""
     mounting_angle_deg: str = "0"
-    """How much further down all legs point than their mounting has it [degrees]."""
+    """How much further down all legs point than they are mounted [degrees]."""
     ground_roughness_mm: str = "0"
-    """Roughness of a surface of each world's own [mm], alike over the ground's
-    `rough.correlation_mm`; 0 for the ground of the physics."""
+    """Roughness of a surface drawn for each world [mm], with the ground's `rough.correlation_mm`; 0
+    for the ground of the physics."""
     reductions: tuple[Path, ...] = ()
-    """Files of other reductions of the leg: a world's legs are of one of them or of the robot's
-    own, each as likely as the others."""
+    """Files of other reductions of the leg: the legs of a world use one of these or the robot's
+    own, with equal probability."""
     measured: tuple[tuple[str, float, float], ...] = ()
-    """What tests of the robot found: name of a world's number, value and standard deviation, such
-    as `"friction sheet" 0.62 0.03`. Draws are from what was known before and this."""
+    """Results of tests on the robot: name of a world's number, value and standard deviation, such
+    as `"friction sheet" 0.62 0.03`. Worlds are drawn from the distributions above combined with
+    these."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -25,16 +25,17 @@ class StepperSettings(Checked):
     contact_tolerance_mm_per_s: Positive = 1e-2
     """The friction solver stops when no contact law is violated by more than this [mm/s]."""
     contact_sweeps: Count = 100
-    """Most Gauss-Seidel sweeps of a step, made where Newton's method fails."""
+    """Maximum number of Gauss-Seidel sweeps in a step, made where Newton's method fails."""
     speed_limit_mm_per_s: Positive = 1e4
-    """A robot faster than this has diverged [mm/s]."""
+    """A robot faster than this counts as diverged [mm/s]."""
     tangent_tolerance_mm_per_s: NotNegative = 1.0
-    """A leg keeps its stiffness from step to step while two predictions of what it lacks, from one
-    step before and from two, differ by no more than this velocity (root mean square over the leg)
-    [mm/s], and while it lacks less than three tenths along the motion. 0: a new stiffness in every
-    step. For corotational parts, and for the solid of measured silicone under objective damping."""
+    """A leg keeps its stiffness from step to step while two predictions of its error, from the last
+    step and from the last two, differ by no more than this velocity [mm/s] (root mean square over
+    the leg), and while it is less than three tenths short along the motion. 0: a new stiffness in
+    every step. Applies to corotational parts, and to the solid of measured silicone under objective
+    damping."""
     element_precision: Precision = "single"
-    """Arithmetic of element forces and stiffness and of the cavity's cubic term; everything else is
+    """Precision of element forces and stiffness and of the cavity's cubic term; everything else is
     double precision."""
     instruction_set: InstructionSet = "best"
-    """Which build of the stepper to run; `best` asks the processor."""
+    """Which build of the stepper to run; `best` selects by the processor."""

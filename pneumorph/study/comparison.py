@@ -43,8 +43,8 @@ class ComparisonSettings(Checked):
     duration_s: Positive = 10.0
     """Length of each run."""
     periodic_count: CountOrNone = 0
-    """Random designs to run with periodic gaits, whose errors add up over cycles; the eight gaits
-    take turns."""
+    """Random designs to run with periodic gaits, whose errors accumulate over cycles; the eight
+    gaits take turns."""
     periodic_duration_s: Positive = 20.0
     """Length of each of these."""
     floating_duration_s: NotNegative = 4.0

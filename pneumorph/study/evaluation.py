@@ -41,15 +41,15 @@ class EvaluationSettings(Checked):
     """Which pairs, and how to simulate them."""
 
     model: Model = "reduced"
-    """The reduced robots, or the finite elements they stand for."""
+    """Reduced robots, or the finite elements that they stand for."""
     pair_count: Count = 5
-    """How many of the best pairs."""
+    """Number of best pairs to evaluate."""
     record: bool = False
     """Save the trajectory of each pair."""
     randomize: bool = False
-    """Walk the pairs in worlds drawn at random as well, and report how their ranking changes."""
+    """Also walk the pairs in worlds drawn at random, and report how their ranking changes."""
     world_count: Count = 64
-    """How many worlds --randomize draws."""
+    """Number of worlds that --randomize draws."""
     world_seed: CountOrNone = 0
     """Seed of the worlds of --randomize."""
     randomisation: Randomisation = field(default_factory=Randomisation)

@@ -38,7 +38,7 @@ class ReduceOptions:
     """The leg, its snapshots, and how to reduce it."""
 
     leg: LegName = "published"
-    """A leg that ships: its mesh is reduced where no --mesh is given, and robots walk in its
+    """A leg that ships: its mesh is reduced if no --mesh is given, and robots walk in its
     physics."""
     mesh: Path | None = None
     """Mesh of the leg, as `pneumorph mesh` writes it."""
@@ -46,11 +46,11 @@ class ReduceOptions:
     masses: Masses = field(default_factory=Masses)
     """What the leg weighs, and the hub of walking robots."""
     hub: HubModel = "soft"
-    """What carries the legs of walking robots: the paper's disk (`soft`), whose give where a leg is
-    attached becomes a stiffness of the reduced leg's mount, or a `rigid` one."""
+    """What carries the legs of walking robots: the paper's disk (`soft`), whose compliance at a
+    leg's attachment becomes the stiffness of the reduced leg's mount, or a `rigid` hub."""
     snapshots: SnapshotSettings = field(default_factory=SnapshotSettings)
     walked: GaitWalkSettings = field(default_factory=GaitWalkSettings)
-    """Gaits that full robots walk besides, such as learned ones."""
+    """Additional gaits that full robots walk, such as learned ones."""
     reduction: ReductionSettings = field(default_factory=ReductionSettings)
 
     @classmethod

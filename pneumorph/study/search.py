@@ -53,14 +53,14 @@ class SearchSettings(Checked):
     """What is searched, and for how long."""
 
     method: Literal["gaits", "random", "genetic"] = "gaits"
-    """The best gait of each design, or designs and gaits together."""
+    """`gaits`: the best gait of each design. `random`, `genetic`: designs and gaits together."""
     usual_design: str = BASELINE_DESIGN
-    """Design whose gaits are searched in any case: the expert's, or the usual one of a robot's
-    file."""
+    """Design that is always included in a search of gaits: the expert's, or the usual one of a
+    robot's file."""
     designs: tuple[str, ...] = ()
-    """More designs whose gaits are searched."""
+    """Additional designs whose gaits are searched."""
     random_design_count: CountOrNone = 30
-    """Designs drawn at random whose gaits are searched."""
+    """Number of designs, drawn at random, whose gaits are searched."""
     timesteps: Count | None = None
     """Actions of all robots together. None: one million, and for --method gaits 960 gaits of each
     design."""
@@ -69,18 +69,18 @@ class SearchSettings(Checked):
     environment_count: Count = 96
     """Robots simulated side by side."""
     kept_pair_count: Count = 5
-    """Best pairs reported by a search of designs."""
+    """Number of best pairs reported by a search of designs."""
     gaits: GaitSearchSettings = field(default_factory=GaitSearchSettings)
     random: RandomSearchSettings = field(default_factory=RandomSearchSettings)
     genetic: GeneticSettings = field(default_factory=GeneticSettings)
     space: DesignSpace = field(default_factory=DesignSpace)
     task: CrawlingTask = field(default_factory=CrawlingTask)
     objective: Objective = field(default_factory=Objective)
-    """What of distances in several worlds counts; where it asks for one world, that is the world as
-    it stands."""
+    """How distances in several worlds become one score; if it asks for one world, the nominal world
+    is used."""
     finalist_count: Count = 24
-    """Pairs that walk in the worlds of an evaluation at the end, where candidates walked in
-    several: of each searched design one at least."""
+    """Number of pairs that walk in the worlds of a final evaluation, if candidates walked in
+    several; at least one for each searched design."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

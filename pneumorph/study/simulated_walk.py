@@ -35,13 +35,14 @@ class WalkSettings(Checked):
     """Which design walks which gait, in which model."""
 
     design: str | None = None
-    """Regulator of each location, 0 for no leg, such as 1.0.0.2.2.0.0.1; by default the design that
-    the gait's file names, or else the expert's."""
+    """Regulator of each location, 0 for no leg, such as 1.0.0.2.2.0.0.1; by default the design
+    named in the gait's file, otherwise the expert's."""
     gait: Path | None = None
     """Gait file (CSV or sorotraj YAML), coopt run (its best pair) or policy (npz, with --design);
     by default the expert's gait."""
     model: Model = "reduced"
-    """The reduced robot, or finite elements (ten minutes instead of a second)."""
+    """The reduced robot, or finite elements (half an hour instead of a second; ten minutes with
+    --physics published)."""
     record_every: Count = 10
     """Time steps between recorded frames."""
     expert: ExpertGait = field(default_factory=ExpertGait)

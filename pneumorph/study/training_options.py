@@ -36,27 +36,29 @@ class TrainingOptions(Checked):
     """The learner, the robots, and the baseline to compare with."""
 
     resume: bool = False
-    """Go on from the newest checkpoint in the run folder."""
+    """Continue from the newest checkpoint in the run folder."""
     randomize: bool = False
-    """Train in worlds drawn anew in every round instead of one; --randomisation says from what."""
+    """Train in new random worlds in every round instead of in one world; --randomisation sets the
+    distributions."""
     wandb_project: str | None = None
-    """Project of Weights & Biases to log to besides TensorBoard; offline, into the run folder,
+    """Also log to this Weights & Biases project, besides TensorBoard; offline, into the run folder,
     unless WANDB_API_KEY is set."""
     world_count: Count = 8
-    """How many worlds --randomize draws in a round, where designs walk in one each."""
+    """Number of worlds that --randomize draws in a round, if each design walks in one."""
     randomisation: Randomisation = field(default_factory=Randomisation)
     coopt: Annotated[CooptSettings, flat] = field(default_factory=quick_settings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     baseline: PhaseSweepSettings = field(default_factory=PhaseSweepSettings)
     certified_world_count: CountOrNone = 0
-    """Unseen worlds that the best pairs are certified in at the end, as `pneumorph certify` does
-    without finite elements; 0 for none. The expert's phase is tuned in a sixth as many worlds of
-    the training, at most 24."""
+    """Number of unseen worlds in which the best pairs are certified at the end, as by `pneumorph
+    certify` without finite elements; 0 for no certificate. The expert's phase is tuned in a sixth
+    as many worlds of the training, at most 24."""
     certify: bool = False
-    """End with a certificate whose pairs walk as finite elements too, and are learned again on a
-    leg that is reduced again where the two models part, as `pneumorph certify --full` does."""
+    """End with a full certificate, as `pneumorph certify --full` does: the pairs also walk as
+    finite elements, and where the two models differ the leg is reduced again and the pairs are
+    fine-tuned on it."""
     rounds: RoundSettings = field(default_factory=RoundSettings)
-    """How long --certify goes on."""
+    """Limits of --certify."""
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
