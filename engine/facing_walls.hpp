@@ -1,4 +1,4 @@
-// Walls that face each other across a gap, such as those of a PneuNet's teeth, and may not pass through each other: equation (43)
+// Walls that face each other across a gap, such as those of a PneuNet's teeth, and may not pass through each other: equation (45)
 // of docs/physics.md. Pairs of points, each with its gap's direction; a pair that overlaps is pushed apart in proportion.
 #pragma once
 #include "outer_products.hpp"

@@ -4,7 +4,7 @@ Neighbouring teeth of a PneuNet bulge towards each other under pressure and meet
 them apart. With d_p = y_p - x_p from a point of one wall to the one across, and the gap's direction
 n = D / |D|, D from the middle of one side to that of the other, a pair that overlaps costs
 
-    U = 1/2 sum_p k_p min(g_p, 0)^2,    g_p = n . d_p.                                          (43)
+    U = 1/2 sum_p k_p min(g_p, 0)^2,    g_p = n . d_p.                                          (45)
 
 d and D are affine in the modes, so the force -dU is exact, n's turning included, and a part that
 turns as a whole feels nothing. The stiffness is k dg (x) dg of the pairs that overlap, which is

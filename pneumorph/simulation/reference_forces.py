@@ -33,7 +33,7 @@ def elastic_forces(
         Force [mN, mm], and stiffness.
     """
     mounting = mount.part.linear_stiffness
-    # Volumes of whole elements, a sheet seen by fields of stress, walls (43): all blind to turns.
+    # Volumes of whole elements, a sheet seen by fields of stress, walls (45): all blind to turns.
     volumes, sheet, walls = mount.part.dilatation, mount.part.sheet, mount.part.walls
     whole = volumes.force(alpha) + sheet.force(alpha) + walls.force(alpha) - mounting @ alpha
     resisting = volumes.stiffness(alpha) + sheet.stiffness(alpha) + walls.stiffness(alpha)

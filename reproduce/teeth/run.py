@@ -90,7 +90,7 @@ def _blocked(leg: ReducedPart) -> dict[str, Any]:
 def _pairs(
     run: FinishedRun, pair_count: int, world_count: int, specs: dict[str, RobotSpec], work: Path
 ) -> list[dict[str, Any]]:
-    """Of each pair of a run, with each leg: distances over the worlds, and gaps in the nominal one."""
+    """Distances over the worlds and gaps in the nominal one, of each pair with each leg."""
     assert run.worlds is not None, "a training of the measured physics has worlds"
     pairs, worlds = run.pairs(pair_count), unseen_worlds(run.worlds, world_count, 0)
     rows: list[dict[str, Any]] = [
