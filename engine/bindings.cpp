@@ -125,6 +125,14 @@ static pneumorph::PartInput read_part(PartReader& reader, size_t m) {
   part.stretch_modulus = reader.number("stretch_modulus");
   part.stretch_1 = reader.read("stretch_1", {s, m});
   part.stretch_2 = reader.read("stretch_2", {s, m, m});
+  const size_t g = reader.length("wall_axis"), w = reader.length("wall_pair");
+  part.wall_gaps = int(g), part.wall_pairs = int(w);
+  part.wall_axis = reader.read("wall_axis", {g, 3});
+  part.wall_axis_modes = reader.read("wall_axis_modes", {g, 3, m});
+  part.wall_pair_gap = reader.read("wall_pair_gap", {w});
+  part.wall_pair = reader.read("wall_pair", {w, 3});
+  part.wall_pair_modes = reader.read("wall_pair_modes", {w, 3, m});
+  part.wall_pair_stiffness = reader.read("wall_pair_stiffness", {w});
   part.branch_ratio = reader.read("branch_ratio", {b});
   part.branch_time = reader.read("branch_time", {b});
   part.linear_stiffness = reader.read("linear_stiffness", {m, m});

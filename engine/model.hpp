@@ -64,10 +64,19 @@ struct Part {
   double stretch_modulus = 0;            // kPa
   const double* stretch_1 = nullptr;     // (stretch, mode)
   const double* stretch_2 = nullptr;     // (stretch, mode, mode)
+  // Walls that face each other across gaps (facing_walls.hpp).
+  int wall_gap_count = 0;
+  const double* wall_axis = nullptr;        // (gap, 3) from the middle of one side to that of the other
+  const double* wall_axis_modes = nullptr;  // (gap, 3, mode)
+  const int* wall_pair_first = nullptr;     // (gap + 1) first pair of each gap
+  const double* wall_pair = nullptr;        // (pair, 3) from a point of one wall to one of the other
+  const double* wall_pair_modes = nullptr;  // (pair, 3, mode)
+  const double* wall_pair_stiffness = nullptr;  // (pair) mN/mm
   int branch_count = 0;                  // of the solid, with shear moduli over its own and times
   double branch_ratio[kMaximumBranches] = {0}, branch_time[kMaximumBranches] = {0};
   bool is_rubber() const {
-    return tetrahedra.law == kYeoh || pressure_count > 0 || branch_count > 0 || stretch_count > 0;
+    return tetrahedra.law == kYeoh || pressure_count > 0 || branch_count > 0 || stretch_count > 0 ||
+           wall_gap_count > 0;
   }
   // Numbers that its springs take: (block, branch, 6, lane).
   long spring_numbers() const { return long(tetrahedra.block_count) * branch_count * 6 * kLane; }

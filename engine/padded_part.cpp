@@ -179,6 +179,25 @@ void pad_volumes(std::vector<AlignedArray>& storage, const PartInput& in, int p,
     part.branch_ratio[b] = in.branch_ratio[b], part.branch_time[b] = in.branch_time[b];
 }
 
+// Facing walls, the pairs of each gap together.
+template <class Real>
+void pad_walls(std::vector<AlignedArray>& storage, const PartInput& in, int p, Part<Real>& part) {
+  part.wall_gap_count = in.wall_gaps;
+  part.wall_axis = copy(storage, in.wall_axis, size_t(in.wall_gaps) * 3);
+  part.wall_axis_modes = pad_rows(storage, in.wall_axis_modes, size_t(in.wall_gaps) * 3, in.modes, p);
+  part.wall_pair = copy(storage, in.wall_pair, size_t(in.wall_pairs) * 3);
+  part.wall_pair_modes = pad_rows(storage, in.wall_pair_modes, size_t(in.wall_pairs) * 3, in.modes, p);
+  part.wall_pair_stiffness = copy(storage, in.wall_pair_stiffness, in.wall_pairs);
+  int* first = allocate<int>(storage, in.wall_gaps + 1);
+  for (int pair = 0; pair < in.wall_pairs; ++pair) {
+    const double gap = in.wall_pair_gap[pair];
+    if (!(gap >= 0 && gap < in.wall_gaps) || (pair > 0 && gap < in.wall_pair_gap[pair - 1]))
+      throw std::invalid_argument("wall_pair_gap must rise from 0 to below the " + std::to_string(in.wall_gaps) + " gaps");
+    for (int g = int(gap) + 1; g <= in.wall_gaps; ++g) first[g] = pair + 1;
+  }
+  part.wall_pair_first = first;
+}
+
 void check_count(int count, int most, const char* what) {
   if (count > most)
     throw std::invalid_argument("a part has " + std::to_string(count) + " " + what + ", at most " +
@@ -279,6 +298,7 @@ Part<Real> pad_part(std::vector<AlignedArray>& storage, const PartInput& in, int
     }
   part.linear_stiffness = square;
   pad_volumes(storage, in, p, part);
+  pad_walls(storage, in, p, part);
   pad_moments(storage, in, p, part);
   pad_contacts(storage, in, p, part);
   return part;

@@ -20,6 +20,8 @@ struct PartInput {
   int pressures = 0, stretches = 0, branches = 0;
   double dilatation_lambda = 0, stretch_modulus = 0;
   const double *dilatation_1, *dilatation_2, *dilatation_3, *stretch_1, *stretch_2, *branch_ratio, *branch_time;
+  int wall_gaps = 0, wall_pairs = 0;
+  const double *wall_axis, *wall_axis_modes, *wall_pair_gap, *wall_pair, *wall_pair_modes, *wall_pair_stiffness;
   const double *linear_stiffness, *volume_1, *volume_2, *volume_3;
   double mass = 0;
   const double *first_moment, *first_moment_modes, *second_moment, *second_moment_modes, *second_moment_mode_pairs;

@@ -7,6 +7,7 @@
 //
 // Compiled beside the stepper and not in it: what the compiler fuses there stays as it is.
 #pragma once
+#include "facing_walls.hpp"
 #include "leg_system.hpp"
 #include "yeoh.hpp"
 
@@ -180,7 +181,7 @@ void add_mixed_energies(const Part<Real>& part, const double* alpha, Real work[M
   add_outer_products<true, M>(rows, int(row - rows), stiffness);
 }
 
-// Adds what is stiff in a part, the sheet and the changes of volume: `work` of its stress on every mode and, under published
+// Adds what is stiff in a part, the sheet, the changes of volume and walls that meet: `work` of its stress on every mode and, under published
 // damping, of the stresses of three turns, and its stiffness.
 template <int M, class Real>
 void add_stiff(const Part<Real>& part, const double* alpha, const Real* coordinates, const Settings& settings,
@@ -191,6 +192,7 @@ void add_stiff(const Part<Real>& part, const double* alpha, const Real* coordina
   else
     add_elements<M, 2, 1, Real>(part.membranes, coordinates, edges, work, system);
   if (part.pressure_count + part.stretch_count > 0) add_mixed_energies<M, Real>(part, alpha, work[0], system.stiffness);
+  if (part.wall_gap_count > 0) add_facing_walls<M, Real>(part, alpha, work[0], system.stiffness);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -185,7 +185,7 @@ def _parsed(
         with _told_of_earlier_run(str(earlier.run)):
             taken = layered(base, [earlier.settings])
             options = layered(taken, layers)
-        changed = changed_flags(taken, options)
+        changed = changed_flags(taken, options, earlier.settings)
         but = f", but not {' '.join(changed)}" if changed else ""
         print(f"{earlier.said}{but}", file=sys.stderr)
         origin["taken_over_from"] = str(earlier.run)

@@ -10,7 +10,7 @@ below to what that implies): they stand just below the layer that chose.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar
 
@@ -44,9 +44,19 @@ def layered(base: Settings, layers: Sequence[Mapping[str, Any]]) -> Settings:
     return settings_from_dict(kind, content)
 
 
-def changed_flags(low: Settings, high: Settings) -> list[str]:
-    """Return the flags of the settings in which two sets of options differ."""
-    return [flag for path, flag in _flags(type(low)) if flag and _at(low, path) != _at(high, path)]
+def changed_flags(low: Settings, high: Settings, groups: Container[str] | None = None) -> list[str]:
+    """Return the flags of the settings in which two sets of options differ.
+
+    Args:
+        low: Options.
+        high: Options of the same kind.
+        groups: Fields of the options, such as ``robot``, whose flags are asked for; None for all.
+    """
+    return [
+        flag
+        for path, flag in _flags(type(low))
+        if flag and (groups is None or path[0] in groups) and _at(low, path) != _at(high, path)
+    ]
 
 
 def _with_implied(kind: Any, layer: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:

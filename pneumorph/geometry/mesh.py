@@ -154,6 +154,27 @@ class Mesh(ShownInNotebooks):
             self.nodes, boundary_triangles(self.tetrahedra) if skin is None else skin
         )
 
+    def node_areas(self, nodes: np.ndarray) -> np.ndarray:
+        """Area of a part of the skin that each node stands for [mm^2], (node,): the integral of its
+        shape function, of quadratic faces a third at each midside and nothing at the corners.
+
+        Args:
+            nodes: Numbers of the nodes that the part's triangles lie between.
+
+        Raises:
+            MeshError: The mesh has no region ``skin``.
+        """
+        there = np.isin(np.arange(len(self.nodes)), nodes)
+        skin = self.surface_connectivity("skin")
+        face = skin[np.all(there[skin], axis=1)]
+        a, b, c = (self.nodes[face[:, corner]] for corner in range(3))
+        area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        takers = face if face.shape[1] == 3 else face[:, 3:]
+        areas: np.ndarray = np.bincount(
+            takers.ravel(), np.repeat(area / 3.0, 3), minlength=len(self.nodes)
+        )
+        return areas
+
     @cached_property
     def volumes(self) -> np.ndarray:
         """Signed volume of each tetrahedron [mm^3], (element,)."""

@@ -1,15 +1,50 @@
-"""How far apart the walls of neighbouring teeth are: do the teeth of a bent PneuNet touch?"""
+"""The gaps between neighbouring teeth of a PneuNet: do the teeth touch when it bends?"""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.geometry.wall_gap import WallGap
 
 _ON_WALL_MM = 1e-6
 _ABOVE_BASE_MM = 0.1
+
+
+def tooth_gaps(shape: PneuNetShape, mesh: Mesh) -> list[WallGap]:
+    """The gaps between neighbouring teeth, from the inner end on.
+
+    Args:
+        shape: What the mesh is of.
+        mesh: A mesh of the leg, at rest.
+
+    Raises:
+        ValueError: The mesh has no nodes on a wall: it is of another shape.
+    """
+    bottom = shape.base_plate_mm[2] + shape.tooth_base_mm[2]
+    teeth, x = mesh.nodes[:, 2] > bottom + _ABOVE_BASE_MM, mesh.nodes[:, 0]
+    start = -shape.tooth_base_mm[0] / 2.0 + shape.end_tooth_length_mm
+    thickness = shape.tooth_pitch_mm - shape.tooth_gap_mm
+    gaps = []
+    for number in range(shape.inner_tooth_count + 1):
+        inner = start + number * shape.tooth_pitch_mm
+        outer = inner + shape.tooth_gap_mm
+        walls = tuple(
+            np.flatnonzero(teeth & (np.abs(x - at) < _ON_WALL_MM)) for at in (inner, outer)
+        )
+        if min(map(len, walls)) == 0:
+            raise ValueError(
+                f"the mesh has no nodes on the walls of the gap at x = {inner:g} mm, expected a "
+                "mesh of the shape that was given"
+            )
+        behind = (
+            teeth & (x > inner - thickness - _ON_WALL_MM) & (x < inner + _ON_WALL_MM),
+            teeth & (x > outer - _ON_WALL_MM) & (x < outer + thickness + _ON_WALL_MM),
+        )
+        sides = (np.flatnonzero(behind[0]), np.flatnonzero(behind[1]))
+        gaps.append(WallGap.between(mesh, (walls[0], walls[1]), sides))
+    return gaps
 
 
 def least_tooth_gap_mm(shape: PneuNetShape, mesh: Mesh, positions: np.ndarray) -> float:
@@ -23,27 +58,12 @@ def least_tooth_gap_mm(shape: PneuNetShape, mesh: Mesh, positions: np.ndarray) -
         positions: Where its nodes are [mm], (node, 3).
 
     Raises:
-        ValueError: The mesh has no nodes on a wall: it is of another shape.
+        ValueError: As of `tooth_gaps`.
     """
-    bottom = shape.base_plate_mm[2] + shape.tooth_base_mm[2]
-    teeth = mesh.nodes[:, 2] > bottom + _ABOVE_BASE_MM
-    start = -shape.tooth_base_mm[0] / 2.0 + shape.end_tooth_length_mm
     least = np.inf
-    for number in range(shape.inner_tooth_count + 1):
-        at = start + number * shape.tooth_pitch_mm
-        walls = [
-            np.flatnonzero(teeth & (np.abs(mesh.nodes[:, 0] - x) < _ON_WALL_MM))
-            for x in (at, at + shape.tooth_gap_mm)
-        ]
-        if min(map(len, walls)) == 0:
-            raise ValueError(
-                f"the mesh has no nodes on the walls of the gap at x = {at:g} mm, expected a mesh "
-                "of the shape that was given"
-            )
-        across = [mesh.nodes[wall][:, 1:] for wall in walls]
-        _, nearest = cKDTree(across[1]).query(across[0])
-        apart = positions[walls[1]][nearest] - positions[walls[0]]
-        normals = [_normal(positions[wall]) for wall in walls]
+    for gap in tooth_gaps(shape, mesh):
+        apart = positions[gap.facing] - positions[gap.first]
+        normals = [_normal(positions[wall]) for wall in (gap.first, gap.facing)]
         normal = sum(each * np.sign(each @ apart.mean(axis=0)) for each in normals)
         normal /= np.linalg.norm(normal)
         least = min(least, float((apart @ normal).min()))

@@ -11,7 +11,7 @@ from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.robot.design_space import DesignSpace
 
-SOURCES = ("policy", "exploration", "search")
+SOURCES = ("policy", "exploration", "search", "before")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,8 @@ class DesignGaitPair:
             evaluation.
         source: ``policy`` for the deterministic policy's gait, ``exploration`` for an episode of
             training, whose actions were drawn from the policy, ``search`` for a search without
-            one. Always a plain open-loop gait.
+            one, ``before`` for a gait of before a fine-tuning that did not better it. Always a
+            plain open-loop gait.
         timestep: Timestep of training, or of the search, at which it was seen.
         achieved: As `distance_cm` what of the task's goal it achieved [its unit].
     """

@@ -14,8 +14,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import cycle
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +24,7 @@ from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.design_gait_pair import DesignGaitPair
-from pneumorph.learn.evaluation import (
-    InWorlds,
-    evaluation_seeds,
-    filled_batch,
-    walk_in_worlds,
-)
+from pneumorph.learn.evaluated_gaits import best_of_each_design, walk_open_loop
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.round_scores import RoundLevel
 from pneumorph.learn.searcher import Candidates, Searcher
@@ -171,7 +165,7 @@ def run_search(
     best = {design: pairs[0] for design, pairs in found.items()}
     if objective.is_robust:
         pairs = _finalists(found, finalist_count)
-        best = _best_in_evaluation(pairs, environment, space, objective, progress)
+        best = best_of_each_design(pairs, environment, space, objective, progress)
     return SearchResult(best, curve[:, 0].astype(int), curve[:, 1], late_gain_cm, resumed)
 
 
@@ -196,29 +190,11 @@ def _walked(
             actions = begin * environment.task.action_count + count * made
             report(actions * objective.worlds_per_design)
 
-        walked = _walked_open_loop(environment, space, design, action, objective, [seed], step)
+        walked = walk_open_loop(environment, space, design, action, objective, [seed], step)
         means = (each.mean(axis=1) for each in (walked.distance_cm, walked.achieved))
         far = np.stack([objective.of(walked.return_cm), *means])
         found.append(np.where(walked.failed.all(axis=1), FAILED_CM, far))
     return np.concatenate(found, axis=1)
-
-
-def _walked_open_loop(
-    environment: CrawlingEnvironment,
-    space: DesignSpace,
-    design: np.ndarray,
-    action: np.ndarray,
-    objective: Objective,
-    seeds: Sequence[int | None],
-    report: Callable[[int], None] | None = None,
-) -> InWorlds:
-    """Walk designs (design,) with a gait each, (design, action, regulator)."""
-    worlds = objective.worlds_per_design
-    filled = action[filled_batch(np.arange(len(design)), environment.num_envs // worlds)]
-    actions = cycle(np.moveaxis(np.repeat(filled, worlds, axis=0), 1, 0))
-    return walk_in_worlds(
-        environment, space, design, lambda _: next(actions), objective, seeds, report
-    )
 
 
 def _note(
@@ -256,42 +232,6 @@ def _finalists(found: Mapping[int, Sequence[DesignGaitPair]], count: int) -> lis
     ranked = [(rank, pair) for pairs in found.values() for rank, pair in enumerate(pairs)]
     ranked.sort(key=lambda each: (each[0], -each[1].score_cm))
     return [pair for _, pair in ranked[:count]]
-
-
-def _best_in_evaluation(
-    pairs: Sequence[DesignGaitPair],
-    environment: CrawlingEnvironment,
-    space: DesignSpace,
-    objective: Objective,
-    progress: Progress | None,
-) -> dict[int, DesignGaitPair]:
-    """Each design's best of these, by the objective over the worlds of an evaluation."""
-    count = environment.num_envs // objective.worlds_per_design
-    best: dict[int, DesignGaitPair] = {}
-    for begin in range(0, len(pairs), count):
-        if progress is not None:
-            progress(begin, len(pairs), "walking the best once more")
-        batch = pairs[begin : begin + count]
-        walked = _walked_open_loop(
-            environment,
-            space,
-            np.array([pair.design for pair in batch]),
-            environment.task.action(np.array([pair.held_kPa for pair in batch])),
-            objective,
-            evaluation_seeds(objective),
-        ).first(objective.evaluation_worlds)
-        scores = objective.of(walked.return_cm)
-        for place, pair in enumerate(batch):
-            known = best.get(pair.design)
-            if walked.failed[place].all() or (known and known.score_cm >= scores[place]):
-                continue
-            best[pair.design] = replace(
-                pair,
-                distance_cm=float(walked.distance_cm[place].mean()),
-                score_cm=float(scores[place]),
-                achieved=float(walked.achieved[place].mean()),
-            )
-    return best
 
 
 def _read_or_begin(path: Path, header: dict[str, Any]) -> list[list[Any]]:

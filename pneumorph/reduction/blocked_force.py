@@ -82,15 +82,8 @@ def blocked_forces(
 
 def even_load(mesh: Mesh, region: str) -> np.ndarray:
     """Shares of an even traction over a flat face among the nodes, which add up to 1, (node,)."""
-    there = np.isin(np.arange(len(mesh.nodes)), mesh.node_set(region))
-    skin = mesh.surface_connectivity("skin")
-    face = skin[np.all(there[skin], axis=1)]
-    if len(face) == 0:
+    load = mesh.node_areas(mesh.node_set(region))
+    if not load.any():
         raise MeshError(f"no triangle of the skin lies in the node set {region}")
-    a, b, c = (mesh.nodes[face[:, corner]] for corner in range(3))
-    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    # int N dA: a third of a linear triangle at each corner, of a quadratic one at each midside.
-    takers = face if face.shape[1] == 3 else face[:, 3:]
-    load = np.bincount(takers.ravel(), np.repeat(area / 3.0, 3), minlength=len(mesh.nodes))
     result: np.ndarray = load / load.sum()
     return result

@@ -11,7 +11,7 @@ import numpy as np
 from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
 from pneumorph.fem.law_registry import law_names
 from pneumorph.fem.material import Material
-from pneumorph.reduction.reduced_arrays import OPTIONAL, STRETCHES, ReducedArrays
+from pneumorph.reduction.reduced_arrays import OPTIONAL, STRETCHES, WALLS, ReducedArrays
 
 FORMAT_VERSION = 3
 _UNCHANGING_VERSION = 2
@@ -30,7 +30,7 @@ def write_part(path: Path | str, part: ReducedArrays) -> Path:
             for entry in _MATERIAL_ENTRIES:
                 arrays[_entry_name(item.name, entry)] = np.array(getattr(value, entry))
         elif item.name != "metadata" and not (
-            item.name in (*OPTIONAL, *STRETCHES) and len(value) == 0
+            item.name in (*OPTIONAL, *STRETCHES, *WALLS) and len(value) == 0
         ):
             arrays[item.name] = np.asarray(value)
     arrays["modes"] = arrays["modes"].astype(np.float32)
@@ -61,7 +61,7 @@ def _from_arrays(
     materials = {item.name for item in fields(kind) if item.name.endswith("_material")}
     names = {item.name for item in fields(kind)} - {"metadata"} - materials
     names |= {_entry_name(name, entry) for name in materials for entry in _MATERIAL_ENTRIES}
-    lacking = names - set(arrays) - {*OPTIONAL, *STRETCHES}
+    lacking = names - set(arrays) - {*OPTIONAL, *STRETCHES, *WALLS}
     if lacking or set(arrays) - names:
         raise ArtefactError(
             f"{path} lacks {sorted(lacking)} and has unknown "

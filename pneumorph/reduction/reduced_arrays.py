@@ -23,6 +23,15 @@ OPTIONAL = ("contact_surface", "contact_area_mm2", "snapshot_range")
 their snapshots went is not known."""
 STRETCHES = ("stretch_1", "stretch_2")
 """What parts lack whose sheets are sampled, or that have none."""
+WALLS = (
+    "wall_axis",
+    "wall_axis_modes",
+    "wall_pair_gap",
+    "wall_pair",
+    "wall_pair_modes",
+    "wall_pair_stiffness",
+)
+"""What parts lack whose walls do not face each other, or are free to pass through each other."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +135,23 @@ class ReducedArrays:
         default_factory=lambda: np.zeros((0, 0, 0))
     )
     """(stretch, mode, mode); likewise."""
+    wall_axis: Float[np.ndarray, "gap 3"] = field(default_factory=lambda: np.zeros((0, 3)))
+    """From the middle of one side of a gap between walls to that of the other at rest [mm], see
+    `facing_walls.py`, (gap, 3)."""
+    wall_axis_modes: Float[np.ndarray, "gap 3 mode"] = field(
+        default_factory=lambda: np.zeros((0, 3, 0))
+    )
+    """Its change with the modes, (gap, 3, mode)."""
+    wall_pair_gap: Int[np.ndarray, " pair"] = field(default_factory=lambda: np.zeros(0, int))
+    """Gap of each pair of facing points, (pair,), rising."""
+    wall_pair: Float[np.ndarray, "pair 3"] = field(default_factory=lambda: np.zeros((0, 3)))
+    """From the one to the other at rest [mm], (pair, 3)."""
+    wall_pair_modes: Float[np.ndarray, "pair 3 mode"] = field(
+        default_factory=lambda: np.zeros((0, 3, 0))
+    )
+    """Its change with the modes, (pair, 3, mode)."""
+    wall_pair_stiffness: Float[np.ndarray, " pair"] = field(default_factory=lambda: np.zeros(0))
+    """What an overlap costs [mN/mm], (pair,)."""
     snapshot_range: Float[np.ndarray, "mode mode"] | Float[np.ndarray, "0 0"] = field(
         default_factory=lambda: np.zeros((0, 0))
     )
@@ -140,6 +166,9 @@ class ReducedArrays:
         for power, name in enumerate(STRETCHES, 1):
             if np.size(getattr(self, name)) == 0:  # one way to have none, for all who read them
                 object.__setattr__(self, name, np.zeros((0, *(mode_count,) * power)))
+        for name in ("wall_axis_modes", "wall_pair_modes"):
+            if np.size(getattr(self, name)) == 0:
+                object.__setattr__(self, name, np.zeros((0, 3, mode_count)))
         for name, shape in self.expected_shapes().items():
             got = np.shape(getattr(self, name))
             if got != shape and not (name in OPTIONAL and 0 in got):

@@ -19,6 +19,7 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
+from pneumorph.reduction.facing_walls import FacingWalls
 from pneumorph.reduction.mixed_dilatation import MixedDilatation
 from pneumorph.reduction.mixed_sheet import MixedSheet
 from pneumorph.reduction.part_file import read_part, write_part
@@ -91,6 +92,18 @@ class ReducedPart(ReducedArrays):
         return MixedSheet(self.membrane_material.young_modulus_kPa, self.stretch_1, self.stretch_2)
 
     @cached_property
+    def walls(self) -> FacingWalls:
+        """Walls that may not pass through each other; none where it is not known which."""
+        return FacingWalls(
+            self.wall_axis,
+            self.wall_axis_modes,
+            self.wall_pair_gap,
+            self.wall_pair,
+            self.wall_pair_modes,
+            self.wall_pair_stiffness,
+        )
+
+    @cached_property
     def branches(self) -> SampledBranches | None:
         """What of the solid's stress relaxes."""
         return (
@@ -150,6 +163,7 @@ class ReducedPart(ReducedArrays):
             + self.membrane.force(alpha, rotation)
             + self.dilatation.force(alpha)
             + self.sheet.force(alpha)
+            + self.walls.force(alpha)
             - alpha @ self.linear_stiffness.T
         )
 
@@ -164,6 +178,7 @@ class ReducedPart(ReducedArrays):
             + self.membrane.stiffness(alpha, rotation)
             + self.dilatation.stiffness(alpha)
             + self.sheet.stiffness(alpha)
+            + self.walls.stiffness(alpha)
             + self.linear_stiffness
         )
 
@@ -174,6 +189,7 @@ class ReducedPart(ReducedArrays):
             + self.membrane.objective_stiffness(alpha)
             + self.dilatation.stiffness(alpha)
             + self.sheet.stiffness(alpha)
+            + self.walls.stiffness(alpha)
             + self.linear_stiffness
         )
 

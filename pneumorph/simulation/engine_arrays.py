@@ -20,6 +20,8 @@ from pneumorph.simulation.stepper_settings import StepperSettings
 _PART_ARRAYS = (
     "tetrahedron_rest", "tetrahedron_mode_gradient", "membrane_rest", "membrane_mode_gradient",
     "dilatation_1", "dilatation_2", "dilatation_3", "stretch_1", "stretch_2",
+    "wall_axis", "wall_axis_modes", "wall_pair_gap", "wall_pair", "wall_pair_modes",
+    "wall_pair_stiffness",
     "linear_stiffness", "cavity_volume_1", "cavity_volume_2", "cavity_volume_3",
     "first_moment", "first_moment_modes", "second_moment", "second_moment_modes",
     "second_moment_mode_pairs", "contact_points", "contact_modes", "snapshot_range",
@@ -61,11 +63,12 @@ def _rubber_arrays(part: ReducedPart, physics: Physics) -> dict[str, object]:
             f"physics.damping is {physics.damping!r}, expected 'objective' for a part that "
             "relaxes: its branches damp it, and resist no turn of the whole"
         )
-    mixed = len(part.dilatation_1) + len(part.stretch_1)
+    mixed = len(part.dilatation_1) + len(part.stretch_1) + len(part.wall_pair)
     if material.law == "corotational" and (series is not None or mixed > 0):
         raise ValueError(
             "the solid's law is 'corotational', expected one of large strain, such as 'yeoh', for "
-            "a part that relaxes, has volumes of whole elements or a sheet seen by fields of stress"
+            "a part that relaxes, has volumes of whole elements, a sheet seen by fields of stress "
+            "or walls that may meet"
         )
     return {
         "yeoh_c2_over_c1": material.yeoh_c2_over_c1,

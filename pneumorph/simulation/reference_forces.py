@@ -33,10 +33,11 @@ def elastic_forces(
         Force [mN, mm], and stiffness.
     """
     mounting = mount.part.linear_stiffness
-    # Volumes of whole elements and a sheet seen by fields of stress: both blind to turns.
-    volumes, sheet = mount.part.dilatation, mount.part.sheet
-    force = np.pad(volumes.force(alpha) + sheet.force(alpha) - mounting @ alpha, (6, 0))
-    stiffness = np.pad(volumes.stiffness(alpha) + sheet.stiffness(alpha) + mounting, (6, 0))
+    # Volumes of whole elements, a sheet seen by fields of stress, walls (45): all blind to turns.
+    volumes, sheet, walls = mount.part.dilatation, mount.part.sheet, mount.part.walls
+    whole = volumes.force(alpha) + sheet.force(alpha) + walls.force(alpha) - mounting @ alpha
+    resisting = volumes.stiffness(alpha) + sheet.stiffness(alpha) + walls.stiffness(alpha)
+    force, stiffness = np.pad(whole, (6, 0)), np.pad(resisting + mounting, (6, 0))
     for elements in (mount.part.tetrahedra, mount.part.membrane):
         gradient = elements.gradients(alpha)  # (14)
         if damping == "published":

@@ -28,6 +28,9 @@ from pneumorph.study.study_once import study_once
 
 CERTIFICATE_FILE = "certificate.json"
 CERTIFICATE_FOLDER = "certificate"
+GAITS_STAYED = (
+    "gaits stayed as they were: the run fine-tuned nothing, or its checkpoint or task is not there"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +110,8 @@ def certify_candidates(
         rounds.append(_round_of(found, made_s))
         ending = _ending(rounds, settings, spec)
         notes = found.notes if ending is None else (*found.notes, ending)
+        if ending is not None and len(rounds) > 1 and again.trained is None:
+            notes = (*notes, GAITS_STAYED)
         found = replace(found, rounds=tuple(rounds), notes=notes, wall_s=wall_s)
         write_json(folder / CERTIFICATE_FILE, finite(result_to_dict(found)))
         if ending is not None:
@@ -186,7 +191,7 @@ def _tuned_again(
     """The candidates with gaits of their fine-tuned policies, and the seconds that took."""
     own = RunFolder(folder.path / "learned", "finetune", folder.progress)
     own.progress.stage("fine-tuning the designs on the new leg")
-    found = learned_again(trained, spec, [pair.design for pair in candidates.pairs], own)
+    found = learned_again(trained, spec, candidates.pairs, own)
     limits = (candidates.task.minimum_pressure_kPa, candidates.task.maximum_pressure_kPa)
     pairs = tuple(
         Pair(

@@ -1,4 +1,5 @@
-"""Gaits of a training's designs, fine-tuned on robots of another reduction."""
+"""Gaits of a training's designs on robots of another reduction: those that were there, and those of
+policies fine-tuned on these robots, whichever score higher."""
 
 from __future__ import annotations
 
@@ -6,17 +7,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.cooptimise import GAIT_FOLDER
+from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.environments import crawling
+from pneumorph.learn.evaluated_gaits import best_of_each_design
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finetune
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import Training
-from pneumorph.robot.design import Design
-from pneumorph.study.finished_run import FinishedRun
+from pneumorph.robot.design_space import DesignSpace
+from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.search_findings import FoundPair
 from pneumorph.study.study_once import study_once
 from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
@@ -54,7 +59,7 @@ class Trained:
 
 @dataclass(frozen=True)
 class LearnedAgain:
-    """Designs with the gaits of their fine-tuned policies."""
+    """Designs with the better of their gaits, that of before and that of the fine-tuned policy."""
 
     pairs: tuple[FoundPair, ...]
     """The highest score first; those whose simulation failed are left out."""
@@ -63,15 +68,18 @@ class LearnedAgain:
 
 
 def learned_again(
-    trained: Trained, spec: RobotSpec, designs: Sequence[Design], folder: RunFolder
+    trained: Trained, spec: RobotSpec, pairs: Sequence[Pair], folder: RunFolder
 ) -> LearnedAgain:
     """Fine-tune a training on each of its designs, as its own end did, with robots of another
     reduction; made once, and a stopped one goes on with the next design.
 
+    Fine-tuning may make a gait worse: the pairs as they were walk in the same worlds of an
+    evaluation, and the better gait of each design is kept.
+
     Args:
         trained: The training.
         spec: The robots.
-        designs: The designs.
+        pairs: The designs, with their gaits of before.
         folder: Receives ``finetuned/DESIGN.npz`` and ``gaits/L1.csv`` ...
 
     Raises:
@@ -83,32 +91,58 @@ def learned_again(
     def make() -> LearnedAgain:
         factory = simulator_factory(spec, worlds, settings.seed)
         training = Training(crawling(spec.assembly, factory, settings), settings)
+        space, task = settings.space, settings.task
+        action_s = task.action_step_count * step_s
         found = finetune(
             training,
-            [settings.space.index(design) for design in designs],
+            [space.index(pair.design) for pair in pairs],
             trained.folder,
             folder.path / FINETUNED_FOLDER,
             step_s,
             folder.progress,
         )
-        pairs = []
-        for rank, pair in enumerate(found.pairs, start=1):
-            design, file = str(settings.space[pair.design]), f"{GAIT_FOLDER}/L{rank}.csv"
-            gait = pair.gait(settings.task.action_step_count * step_s, settings.task)
-            comments = {"design": design, "distance_cm": f"{pair.distance_cm:.3f}"}
-            write_gait(folder / file, gait, comments)
-            pairs.append(
+        before = best_of_each_design(
+            [_of_before(pair, space, task.action_count, action_s) for pair in pairs],
+            training.environment,
+            space,
+            settings.objective,
+            folder.progress,
+        )
+        best = BestPairs(space, len(pairs), training.environment.is_symmetric)
+        best.offer([*before.values(), *found.pairs])
+        kept = []
+        for rank, pair in enumerate(best.pairs, start=1):
+            design, file = str(space[pair.design]), f"{GAIT_FOLDER}/L{rank}.csv"
+            comments = {
+                "design": design,
+                "distance_cm": f"{pair.distance_cm:.3f}",
+                "source": pair.source,
+            }
+            write_gait(folder / file, pair.gait(action_s, task), comments)
+            kept.append(
                 FoundPair(
                     design, pair.distance_cm, file, pair.timestep, pair.score_cm, pair.achieved
                 )
             )
-        return LearnedAgain(tuple(pairs), found.timesteps, found.wall_s)
+        return LearnedAgain(tuple(kept), found.timesteps, found.wall_s)
 
     asked = {
         "coopt": settings,
         "worlds": worlds,
         "leg": spec.reduction_digest(),
         "physics": spec.physics,
-        "designs": [str(design) for design in designs],
+        "designs": [str(pair.design) for pair in pairs],
     }
     return study_once(folder, LearnedAgain, asked, make, begun=True)
+
+
+def _of_before(
+    pair: Pair, space: DesignSpace, action_count: int, action_s: float
+) -> DesignGaitPair:
+    """A pair of before, as yet without what it achieves on these robots."""
+    middles = (np.arange(action_count) + 0.5) * action_s
+    held_kPa = np.array([pair.gait.pressure_kPa(time_s) for time_s in middles])
+    unknown = float("nan")
+    return DesignGaitPair(
+        space.index(pair.design), held_kPa, unknown, unknown, "before", 0, unknown
+    )

@@ -12,8 +12,12 @@ import pytest
 from helpers.few_snapshots import FEW_SNAPSHOTS
 
 from pneumorph.base.executor import ExecutorSettings
+from pneumorph.base.run_folder import RunFolder
 from pneumorph.cli import run
+from pneumorph.gait.gait_file import read_gait
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.learn.design_gait_pair import DesignGaitPair
+from pneumorph.learn.finetuning import Finetuned
 from pneumorph.reduction.collect import SnapshotSettings
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.reduction_settings import ReductionSettings
@@ -25,6 +29,8 @@ from pneumorph.study import certified_rounds, certified_walks, learned_again
 from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.certified_rounds import certify
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.learned_again import Trained
 from pneumorph.study.reduction import ReduceSettings
 
 _SHORT = (
@@ -126,6 +132,38 @@ def test_gaits_are_learned_again_on_the_new_leg(learned: Path, certified: Certif
     assert len(content["rounds"]) == 2
     assert content["median_cm"] == certified.median
     assert "there were 1 new reductions at most" in certified.notes[-1]
+
+
+@pytest.mark.parametrize("score_cm", [-100.0, 100.0])
+def test_the_better_gait_of_a_design_is_kept(
+    learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, score_cm: float
+) -> None:
+    """Fine-tuning that does worse changes no gait, one that does better changes all of them."""
+    run = FinishedRun.read(learned)
+    trained, pairs = Trained.of_run(run), run.pairs()
+    assert trained is not None
+    still = np.zeros((trained.settings.task.action_count, 3))
+
+    def finetuned(_: object, designs: list[int], *__: object) -> Finetuned:
+        found = [
+            DesignGaitPair(design, still, score_cm, score_cm, "policy", 0, score_cm)
+            for design in designs
+        ]
+        return Finetuned(found, 0, 0.0)
+
+    monkeypatch.setattr(learned_again, "finetune", finetuned)
+    folder = RunFolder(tmp_path, "finetune")
+    kept = learned_again.learned_again(trained, run.robot.spec(), pairs, folder).pairs
+    assert sorted(pair.design for pair in kept) == sorted(str(pair.design) for pair in pairs)
+    for pair in kept:
+        (before,) = [each for each in pairs if str(each.design) == pair.design]
+        gait, _ = read_gait(tmp_path / str(pair.gait))
+        same = np.allclose(gait.held_kPa, before.gait.held_kPa, atol=1e-3)
+        assert same == (score_cm < 0.0)
+        if same:  # walks as it did in its run, with the same legs in the same worlds
+            assert pair.distance_cm == pytest.approx(before.distance_cm, abs=0.01)
+        else:
+            assert (pair.distance_cm, gait.held_kPa.max()) == (score_cm, 0.0)
 
 
 def test_what_was_made_is_made_once(

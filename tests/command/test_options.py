@@ -381,8 +381,8 @@ def test_a_verb_says_what_it_takes_over_and_what_flags_change(
     assert said in capsys.readouterr().err.splitlines()
     summaries = list(tmp_path.glob("out*/summary.json"))
     assert json.loads(summaries[0].read_text())["taken_over_from"] == str(folder)
-    asked(f"evaluate {folder} --physics.damping published --physics.friction 1.2")
-    # What is said anew counts where it differs.
+    asked(f"evaluate {folder} --physics.damping published --physics.friction 1.2 --pair-count 1")
+    # What is said anew counts where it differs, and where the run has a say.
     assert f"{said}, but not --physics.damping" in capsys.readouterr().err.splitlines()
     asked(f"evaluate {folder} --afresh")
     assert "leg and physics" not in capsys.readouterr().err

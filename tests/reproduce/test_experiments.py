@@ -26,6 +26,7 @@ from pneumorph.physics.air import Air
 from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.gait_walks import GaitWalkSettings
@@ -316,3 +317,23 @@ def test_a_learning_curve_ends_with_the_finetuned_best(runs: dict[str, Path]) ->
     # 20 timesteps and twice 20 of fine-tuning, of 80 steps of 0.01 s.
     assert simulated_s == pytest.approx([16.0, 48.0])
     assert best_cm[-1] == max(learned["best_distance_cm"], best_cm[0])
+
+
+def test_teeth_are_walked_with_and_without_contact(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One pair in two worlds."""
+    module = script("teeth")
+    monkeypatch.setattr(module, "PRESSURES_KPA", (25, 50))
+    monkeypatch.setattr(module, "FRAMES", 50)
+    module.main(module.RUNS[:1], 1, 2, tmp_path, tmp_path)
+    found = json.loads((tmp_path / "teeth.json").read_text())
+    through, touching = (found["blocked"][name] for name in ("through", "touching"))
+    assert touching["force_mN"][1] > through["force_mN"][1]
+    assert touching["gap_mm"][1] > through["gap_mm"][1]
+    (row,) = found["pairs"]
+    assert row["design"] == "0.1.0.1.0.2.0.3"
+    assert row["through"]["share_crossing"] > 0.0
+    assert row["touching"]["least_gap_mm"] > row["through"]["least_gap_mm"]
+    assert abs(row["touching"]["median_cm"] - row["through"]["median_cm"]) < 5.0
+    assert len(ReducedPart.load(tmp_path / "leg.npz").wall_pair) > 100
