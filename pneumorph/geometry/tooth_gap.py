@@ -63,8 +63,10 @@ def least_tooth_gap_mm(shape: PneuNetShape, mesh: Mesh, positions: np.ndarray) -
     least = np.inf
     for gap in tooth_gaps(shape, mesh):
         apart = positions[gap.facing] - positions[gap.first]
+        # From tooth to tooth: walls that cross, or slide along each other, may be apart either way.
+        axis = positions[gap.second_side].mean(axis=0) - positions[gap.first_side].mean(axis=0)
         normals = [_normal(positions[wall]) for wall in (gap.first, gap.facing)]
-        normal = sum(each * np.sign(each @ apart.mean(axis=0)) for each in normals)
+        normal = sum(each * np.sign(each @ axis) for each in normals)
         normal /= np.linalg.norm(normal)
         least = min(least, float((apart @ normal).min()))
     return least

@@ -31,6 +31,8 @@ def test_gap_of_a_turned_leg_is_the_same_and_of_a_squeezed_one_less():
     moved = mesh.nodes.copy()
     moved[mesh.nodes[:, 0] > -40.5, 0] -= 0.6  # all behind the middle of the first gap
     assert least_tooth_gap_mm(SHAPE, mesh, moved) == pytest.approx(0.4, abs=1e-9)
+    moved[mesh.nodes[:, 0] > -40.5, 0] -= 1.2  # and through each other
+    assert least_tooth_gap_mm(SHAPE, mesh, moved) == pytest.approx(-0.8, abs=1e-9)
 
 
 def test_a_mesh_of_another_shape_is_refused():
