@@ -19,6 +19,7 @@ from pneumorph.base.run_folder import RunFolder, read_settings, read_summary
 from pneumorph.base.settings import load_settings, read_settings_file
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import leg_kind
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
 from pneumorph.cli import run
 from pneumorph.learn.policy_file import load_policy
@@ -352,6 +353,13 @@ def test_robots_of_two_chambers_turn_and_walk_in_the_measured_physics() -> None:
         assert options.coopt.seed == 1
         for design in robots.EXAMPLES["turning"].uniform:
             assert Design.parse(design).location_count == 4
+    described = RobotDescription.read(REPRODUCE / "robots" / "two_chambers.toml")
+    # On the printed hub, whose top is 0.02 mm higher.
+    hub = described.hub.spec(described.folder).rigid
+    printed = RobotOptions.of("measured").spec().hub.rigid
+    for name in ("mass", "first_moment", "second_moment"):
+        assert getattr(hub, name) == pytest.approx(getattr(printed, name), rel=1e-6, abs=1e-9), name
+    assert hub.tracked_point == pytest.approx(printed.tracked_point, abs=0.02)
     # Who turns in place has no front: robots that are turned by a quarter count once there.
     assert turning.coopt.space.symmetries
     assert not heading.coopt.space.symmetries
