@@ -15,7 +15,9 @@ import numpy as np
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
+from pneumorph.learn.genetic_algorithm import GeneticSettings
 from pneumorph.learn.objective import Objective
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
@@ -37,6 +39,9 @@ METHODS: tuple[Method, ...] = ("gaits", "genetic", "random")
 
 WORLDS = 200
 """Unseen ones, as many as certificates have where nothing else is asked for."""
+
+_GENERATIONS = 6
+"""As many at least, where the time is short: one of random candidates and a few of children."""
 
 _SCREENING_WORLDS = 4
 """Worlds of the training that all uniform robots walk in; the best of them walk in all."""
@@ -212,6 +217,7 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
     """What a search finds with a training's time, worlds, objective and seed; None for nothing.
 
     `gaits` searches the gait of each of the training's best designs by CMA-ES, which it is told.
+    The genetic algorithm has its usual population, or fewer where the time is short.
 
     Args:
         run: The training.
@@ -229,6 +235,7 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
         space=run.space,
         usual_design=run.baseline.design,
         objective=run.objective or Objective(),
+        genetic=GeneticSettings(population=_population(run)),
     )
     place = study_folder(work / run.digest() / method, "search")
     found = study_once(
@@ -253,6 +260,15 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
     gait, _ = read_gait(file, *limits)
     design = Design.parse(best.design)
     return Contender(method, seed, found.timesteps, found.wall_s, design, gait, file, best.score_cm)
+
+
+def _population(run: FinishedRun) -> int:
+    """Candidates of a generation: as many as there are for `_GENERATIONS` of whole rounds."""
+    coopt, usual = run.structured("coopt", CooptSettings), GeneticSettings().population
+    together = coopt.designs_per_round
+    walk = coopt.objective.worlds_per_design * coopt.task.action_count
+    fitting = learned_timesteps(run) // (_GENERATIONS * walk)
+    return min(usual, max(2, together, fitting // together * together))
 
 
 def learned_timesteps(run: FinishedRun) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -58,6 +59,18 @@ def test_searches_get_the_time_of_the_training(turning: FinishedRun, tmp_path: P
             found = Found.of(contender, achieved, np.full(WORLDS, -1e9))
             assert found.band.low <= found.band.high
             assert found.share_beyond_expert == 1.0
+
+
+def test_the_genetic_algorithm_has_generations_where_the_time_is_short(
+    turning: FinishedRun, tmp_path: Path
+) -> None:
+    """100 timesteps are 5 candidates in 4 worlds of 5 actions."""
+    _ = searched(turning, "genetic", tmp_path)
+    (settings,) = tmp_path.glob("*/genetic/settings.json")
+    asked = json.loads(settings.read_text())["search"]
+    assert asked["genetic"]["population"] == 2
+    (curve,) = tmp_path.glob("*/genetic/learning_curve.json")
+    assert len(json.loads(curve.read_text())["timesteps"]) >= 3
 
 
 def test_a_learned_pair_is_told_in_the_unit_of_its_goal(
