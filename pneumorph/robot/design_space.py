@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -79,15 +79,7 @@ class DesignSpace(DesignChoices):
     @cached_property
     def _listed(self) -> tuple[Design, ...] | None:
         """Every design; None where there are too many."""
-        found: list[Design] = []
-        for path in self.paths:
-            design = self.of_options(path)
-            if self.symmetries and self.form(design)[0] != design:
-                continue
-            found.append(design)
-            if len(found) > DESIGN_LIMIT:
-                return None
-        return tuple(found)
+        return _listed(self)
 
     @cached_property
     def first(self) -> Design:
@@ -301,3 +293,18 @@ def _no_image(design: Design, image: Design) -> str:
         f"the mirror image {image} of design {design} is not one of the space, "
         'expected options that are each other\'s images, or mirror = "none"'
     )
+
+
+@lru_cache(maxsize=4)
+def _listed(space: DesignSpace) -> tuple[Design, ...] | None:
+    """As `DesignSpace._listed`, once for equal spaces: a robot's file is read again and again while
+    its settings come together, and symmetries take seconds."""
+    found: list[Design] = []
+    for path in space.paths:
+        design = space.of_options(path)
+        if space.symmetries and space.form(design)[0] != design:
+            continue
+        found.append(design)
+        if len(found) > DESIGN_LIMIT:
+            return None
+    return tuple(found)

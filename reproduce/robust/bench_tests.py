@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rivals import worlds_of
-
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
@@ -16,6 +14,7 @@ from pneumorph.study.certified_pairs import Band, Certificate
 from pneumorph.study.certified_rounds import certify
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.fitted_calibration import CALIBRATION_FILE, CalibrationSettings, calibrate
+from pneumorph.study.rivals import worlds_of
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.virtual_reality import VirtualReality
 

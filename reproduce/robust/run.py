@@ -22,7 +22,6 @@ import tyro
 from bench_tests import narrowed
 from figures import bands_figure, narrowing_figure
 from hidden_worlds import FIRST_SEED, covered, hidden_rig, of_other_leg
-from rivals import METHODS, WORLDS, learned, searched, worlds_of
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import finite, result_to_dict
@@ -38,6 +37,7 @@ from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, full_order_
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduction_options import from_walks
+from pneumorph.study.rivals import METHODS, WORLDS, Contender, Found, learned, searched, worlds_of
 from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.study.study_once import study_folder, study_once
 
@@ -174,7 +174,15 @@ def _kept(
 
 
 def _seeds(runs: list[FinishedRun], work: Path, expert_cm: np.ndarray) -> list[dict[str, Any]]:
-    return [result_to_dict(learned(each, RunFolder(work, "robust"), expert_cm)) for each in runs]
+    return [_found(each, learned(each), work, expert_cm) for each in runs]
+
+
+def _found(
+    run: FinishedRun, contender: Contender, work: Path, expert_cm: np.ndarray
+) -> dict[str, Any]:
+    """A contender in the unseen worlds, where the expert's robot goes so far [cm], (world,)."""
+    far_cm = contender.walked(run, RunFolder(work, "robust"))
+    return result_to_dict(Found.of(contender, far_cm, expert_cm))
 
 
 def _walk_best(
@@ -233,10 +241,9 @@ def _damping(run: FinishedRun, certificate: Certificate, work: Path) -> dict[str
 def _rivals(runs: list[FinishedRun], work: Path, expert_cm: np.ndarray) -> list[dict[str, Any]]:
     found = []
     for run in runs:
-        found.append(learned(run, RunFolder(work, "robust"), expert_cm))
-        rows = (searched(run, method, work / "rivals", expert_cm) for method in METHODS)
-        found += [each for each in rows if each is not None]
-    return [result_to_dict(each) for each in found]
+        rows = (learned(run), *(searched(run, method, work / "rivals") for method in METHODS))
+        found += [_found(run, each, work, expert_cm) for each in rows if each is not None]
+    return found
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from pneumorph.base.run_folder import RunFolder, read_settings, read_summary
 from pneumorph.base.settings import load_settings, read_settings_file
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import leg_kind
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
 from pneumorph.cli import run
 from pneumorph.learn.policy_file import load_policy
@@ -27,6 +28,7 @@ from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.design import Design
 from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.gait_walks import GaitWalkSettings
@@ -49,10 +51,12 @@ _SHORT = (
 
 
 def script(name: str) -> ModuleType:
-    specification = importlib.util.spec_from_file_location(name, REPRODUCE / name / "run.py")
+    path = REPRODUCE / name / "run.py"
+    specification = importlib.util.spec_from_file_location(f"reproduce_{name}", path)
     assert specification is not None
     assert specification.loader is not None
     module = importlib.util.module_from_spec(specification)
+    sys.modules[specification.name] = module  # where its dataclasses look their annotations up
     specification.loader.exec_module(module)
     return module
 
@@ -294,6 +298,74 @@ def test_the_demos_trainings_are_kept_by_seed(
         assert (tmp_path / f"seed_{row['seed']}.csv").exists()
         kept = read_summary(tmp_path / "runs" / f"seed_{row['seed']}")
         assert kept["median_cm"] == row["median_cm"]
+
+
+def test_robots_of_ones_own_stand_beside_their_rivals(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a dozen actions; what was made is read again, and what is not asked for stays."""
+    short = {
+        "certified_world_count": 4,
+        "baseline": {"phase_step_deg": 90.0, "gait": {"duration_s": 0.4, "period_s": 0.4}},
+        "coopt": {
+            "environment_count": 4,
+            "total_timesteps": 12,
+            "evaluated_design_count": 2,
+            "kept_pair_count": 1,
+            "learning_start_timestep": 100,
+            "task": {"action_count": 3, "action_step_count": 10},
+            "objective": {"evaluation_worlds": 4},
+            "schedule": {"decay_start_timestep": 0, "decay_end_timestep": 12},
+        },
+    }
+    settings = write_json(tmp_path / "short.json", short)
+    asked = ("--examples", "plate", "--work", tmp_path / "runs", "--out", tmp_path,
+             "--threads", 1, "--settings", settings)  # fmt: skip
+    call("robots", monkeypatch, *asked, "--steps", "learn", "uniform")
+    before = json.loads((tmp_path / "robots.json").read_text())["robots"]
+    call("robots", monkeypatch, *asked, "--steps", "genetic")
+    found = json.loads((tmp_path / "robots.json").read_text())["robots"]
+    assert [row["example"] for row in found] == ["plate"]
+    for row, earlier in zip(found, before, strict=True):
+        assert {**row, "genetic": None} == {**earlier, "genetic": None}
+        assert row["unit"] == "cm"
+        assert row["world_count"] == 4
+        for method in ("learned", "expert", "uniform", "genetic"):
+            band = row[method]
+            assert band["tenth_percentile"] <= band["median"] <= band["ninetieth_percentile"]
+            assert method == "learned" or 0.0 <= band["learned_beyond"] <= 1.0
+        assert (tmp_path / row["learned"]["gait"]).exists()
+        walk = row["learned"]["walks"]["nominal"]
+        assert 0.0 <= walk["mean_tilt_deg"] <= walk["largest_tilt_deg"]
+    assert (tmp_path / "robots.png").stat().st_size > 5000
+    robots = script("robots")
+    plate, rough = (robots.EXAMPLES[name].options(0, {}) for name in ("plate", "rough_ground"))
+    assert len(plate.coopt.space) >= 10_000_000
+    assert rough.randomisation.ground_roughness_mm == "U(1, 5)"
+
+
+def test_robots_of_two_chambers_turn_and_walk_in_the_measured_physics() -> None:
+    """Their legs are a catalogue's, which nobody builds for a test."""
+    robots = script("robots")
+    turning, heading = (robots.EXAMPLES[name].options(1, {}) for name in ("turning", "heading"))
+    for options in (turning, heading):
+        assert options.robot.leg_name == "measured"
+        assert options.robot.physics == replace(leg_kind("measured").physics, regulator_count=4)
+        assert options.coopt.seed == 1
+        for design in robots.EXAMPLES["turning"].uniform:
+            assert Design.parse(design).location_count == 4
+    described = RobotDescription.read(REPRODUCE / "robots" / "two_chambers.toml")
+    # On the printed hub, whose top is 0.02 mm higher.
+    hub = described.hub.spec(described.folder).rigid
+    printed = RobotOptions.of("measured").spec().hub.rigid
+    for name in ("mass", "first_moment", "second_moment"):
+        assert getattr(hub, name) == pytest.approx(getattr(printed, name), rel=1e-6, abs=1e-9), name
+    assert hub.tracked_point == pytest.approx(printed.tracked_point, abs=0.02)
+    # Who turns in place has no front: robots that are turned by a quarter count once there.
+    assert turning.coopt.space.symmetries
+    assert not heading.coopt.space.symmetries
+    assert turning.coopt.task.goal.unit == "degrees"
+    assert heading.coopt.task.reward.heading_deg == 90.0
 
 
 @pytest.mark.parametrize("kept", ["paper_scale", "fast_schedule/seed_0"])

@@ -106,19 +106,6 @@ def test_all_steps_end_in_one_summary(
     assert len(asked) == 3
 
 
-def test_searches_get_the_time_of_the_training(script, learned: Path, tmp_path: Path) -> None:
-    rivals = script("rivals")
-    source = rivals.FinishedRun.read(learned)
-    asked = rivals.learned_timesteps(source)
-    for method in rivals.METHODS:
-        found = rivals.searched(source, method, tmp_path, np.full(200, -1e9))
-        if found is not None:  # some robots may have failed in every world
-            # Whole generations, which of the few actions here may be several times as many.
-            assert found.timesteps >= asked
-            assert found.band.low <= found.band.high
-            assert found.share_beyond_expert == 1.0
-
-
 def test_the_tests_that_a_certificate_names_narrow_its_band(
     script, learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

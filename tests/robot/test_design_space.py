@@ -1,5 +1,6 @@
 """The design space has the paper's size, a defined order, and refuses what is not in it."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -88,3 +89,12 @@ def test_impossible_spaces_are_refused() -> None:
         DesignSpace(minimum_legs=5, maximum_legs=4)
     with pytest.raises(ValueError, match="regulator_count must be at least 1, got 0"):
         DesignSpace(regulator_count=0)
+
+
+def test_equal_spaces_are_listed_once() -> None:
+    """A robot's file is read some ten times for one training, each time with a space of its own."""
+    turned = DesignSpace(location_count=4, maximum_legs=4, symmetries=("1 2 3 0",))
+    first, second = (replace(turned) for _ in range(2))
+    assert first is not second
+    assert first.designs is second.designs
+    assert len(replace(turned, symmetries=()).designs) > len(first.designs)

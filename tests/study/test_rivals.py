@@ -1,0 +1,121 @@
+"""What shares nothing with learning gets the time, the worlds and the goal of the training."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.short_training import SHORT_FINETUNING
+from helpers.synthetic_part import synthetic_reduced_part
+
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.cli import run
+from pneumorph.learn.objective import Objective
+from pneumorph.robot.design import Design
+from pneumorph.study.certified_candidates import CertificateSettings, worlds_of_training
+from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.rivals import (
+    METHODS,
+    Found,
+    learned,
+    learned_timesteps,
+    searched,
+    share_beyond,
+    uniform,
+    worlds_of,
+)
+from pneumorph.study.robustness import walks_in_worlds
+
+WORLDS = 6
+
+
+@pytest.fixture(scope="module")
+def turning(tmp_path_factory: pytest.TempPathFactory) -> FinishedRun:
+    """A robust training of robots that are to turn."""
+    folder = tmp_path_factory.mktemp("turning")
+    leg = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4)).save(folder / "leg.npz")
+    robust = (
+        "--randomize --randomisation.mass-factor U(0.8,1.2) --randomisation.modulus-factor 1 "
+        "--objective.kind mean_minus_deviations --objective.worlds-per-design 4 "
+        "--certified-world-count 0 --task.reward.goal turn_left"
+    )
+    asked = f"coopt --part {leg} --out {folder / 'run'} {SHORT_FINETUNING} {robust}"
+    assert run(asked.split()) == 0
+    return FinishedRun.read(folder / "run")
+
+
+def test_searches_get_the_time_of_the_training(turning: FinishedRun, tmp_path: Path) -> None:
+    asked = learned_timesteps(turning)
+    assert asked == 60 + 2 * 20
+    for method in METHODS:
+        contender = searched(turning, method, tmp_path)
+        if contender is not None:  # some robots may have failed in every world
+            # Whole generations, which of the few actions here may be several times as many.
+            assert contender.timesteps >= asked
+            achieved = contender.walked(turning, RunFolder(tmp_path, "walks"), WORLDS)
+            found = Found.of(contender, achieved, np.full(WORLDS, -1e9))
+            assert found.band.low <= found.band.high
+            assert found.share_beyond_expert == 1.0
+
+
+def test_the_genetic_algorithm_has_generations_where_the_time_is_short(
+    turning: FinishedRun, tmp_path: Path
+) -> None:
+    """100 timesteps are 5 candidates in 4 worlds of 5 actions."""
+    _ = searched(turning, "genetic", tmp_path)
+    (settings,) = tmp_path.glob("*/genetic/settings.json")
+    asked = json.loads(settings.read_text())["search"]
+    assert asked["genetic"]["population"] == 2
+    (curve,) = tmp_path.glob("*/genetic/learning_curve.json")
+    assert len(json.loads(curve.read_text())["timesteps"]) >= 3
+
+
+def test_a_learned_pair_is_told_in_the_unit_of_its_goal(
+    turning: FinishedRun, tmp_path: Path
+) -> None:
+    pair = learned(turning)
+    achieved = pair.walked(turning, RunFolder(tmp_path, "walks"), WORLDS)
+    forward = pair.walked(_forward(turning), RunFolder(tmp_path, "walks"), WORLDS)
+    assert achieved.shape == (WORLDS,)
+    assert (achieved != forward).all()
+
+
+def _forward(run: FinishedRun) -> FinishedRun:
+    """The run as if its robots had been asked to go forward."""
+    coopt = dict(run.settings["coopt"])
+    task = {**coopt["task"], "reward": {**coopt["task"]["reward"], "goal": "forward"}}
+    return replace(run, settings={**run.settings, "coopt": {**coopt, "task": task}})
+
+
+def test_the_best_uniform_robot_is_chosen_as_the_training_chose(
+    turning: FinishedRun, tmp_path: Path
+) -> None:
+    """Counted anew: of so few, each walks in all of the training's worlds."""
+    designs, phases = ("1.0.0.2.2.0.0.1", "0.1.0.2.0.1.0.0"), (0.0, 90.0)
+    best = uniform(turning, designs, phases, tmp_path)
+    objective = turning.objective
+    assert isinstance(objective, Objective)
+    worlds, _ = worlds_of_training(objective, worlds_of(turning), 0, CertificateSettings())
+    scores = {}
+    for design in designs:
+        for phase in phases:
+            gait = replace(turning.baseline.gait, phase_deg=phase)
+            achieved, _ = walks_in_worlds(
+                turning.spec(), [Design.parse(design)], [gait], worlds,
+                turning.task.settling_step_count, RunFolder(tmp_path, "walks"), turning.goal,
+            )  # fmt: skip
+            scores[design, phase] = float(objective.of(np.nan_to_num(achieved).T)[0])
+    expected = max(scores, key=lambda each: scores[each])
+    assert (str(best.design), best.gait.phase_deg) == expected
+    # Kept: the same call walks nothing.
+    again = uniform(turning, designs, phases, tmp_path)
+    assert again.wall_s == best.wall_s
+
+
+def test_who_fails_achieves_nothing() -> None:
+    assert share_beyond(np.array([1.0, np.nan, 2.0, -1.0]), np.array([0.5, -1.0, np.nan, 0.0])) == (
+        0.75
+    )
