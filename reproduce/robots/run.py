@@ -45,7 +45,7 @@ HERE = Path(__file__).parent
 _EXAMPLES = HERE.parent.parent / "examples"
 _TWO_CHAMBERS = {"robot": {"described": str(HERE / "two_chambers.toml")}}
 _SUMMARY = "robots.json"
-_METHODS = ("learned", "uniform", "genetic")
+_METHODS = ("learned", "expert", "uniform", "genetic")
 Step = Literal["learn", "uniform", "genetic", "full"]
 STEPS: tuple[Step, ...] = ("learn", "uniform", "genetic")
 
@@ -126,7 +126,7 @@ def main(
         steps: Which of them; full walks finite elements in the nominal world, hours.
         work: Where the steps are made.
         out: Folder of robots.json, the gaits and the figure.
-        threads: Of the engine; 0 takes every processor.
+        threads: Of the engine in trainings; 0 takes every processor.
         settings: JSON or TOML file of settings laid over those of each example.
     """
     over = {} if settings is None else read_settings_file(settings)
@@ -258,7 +258,7 @@ def bands_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """Each example beside its rivals: a line from the 10th to the 90th percentile, a point at the
     median."""
     names = [name for name in EXAMPLES if any(row["example"] == name for row in rows)]
-    figure, grid = new_axes(6.4, 0.7 + 1.0 * len(names))
+    figure, grid = new_axes(6.4, 0.5 + 1.3 * len(names))
     grid.remove()
     figure.set_layout_engine("constrained")
     for axes, name in zip(figure.subplots(len(names), 1, squeeze=False)[:, 0], names, strict=True):
@@ -275,7 +275,7 @@ def bands_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
                     )
                     axes.plot(band["median"], y, "o", color=colour, markersize=4)
         axes.set_yticks(range(len(_METHODS)), _METHODS)
-        axes.invert_yaxis()
+        axes.set_ylim(len(_METHODS) - 0.5, -0.5)
         axes.set_xlabel(f"{name.replace('_', ' ')}: {own[0]['goal']} ({own[0]['unit']})")
     return figure
 
