@@ -181,8 +181,8 @@ void add_mixed_energies(const Part<Real>& part, const double* alpha, Real work[M
   add_outer_products<true, M>(rows, int(row - rows), stiffness);
 }
 
-// Adds what is stiff in a part, the sheet, the changes of volume and walls that meet: `work` of its stress on every mode and, under published
-// damping, of the stresses of three turns, and its stiffness.
+// Adds what is stiff in a part, the sheet, the changes of volume and walls that meet: `work` of its stress on every mode and,
+// under published damping, of the stresses of three turns, and its stiffness.
 template <int M, class Real>
 void add_stiff(const Part<Real>& part, const double* alpha, const Real* coordinates, const Settings& settings,
                Real (*work)[M], ElementSystem<M, Real>& system) {

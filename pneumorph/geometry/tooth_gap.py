@@ -60,19 +60,4 @@ def least_tooth_gap_mm(shape: PneuNetShape, mesh: Mesh, positions: np.ndarray) -
     Raises:
         ValueError: As of `tooth_gaps`.
     """
-    least = np.inf
-    for gap in tooth_gaps(shape, mesh):
-        apart = positions[gap.facing] - positions[gap.first]
-        # From tooth to tooth: walls that cross, or slide along each other, may be apart either way.
-        axis = positions[gap.second_side].mean(axis=0) - positions[gap.first_side].mean(axis=0)
-        normals = [_normal(positions[wall]) for wall in (gap.first, gap.facing)]
-        normal = sum(each * np.sign(each @ axis) for each in normals)
-        normal /= np.linalg.norm(normal)
-        least = min(least, float((apart @ normal).min()))
-    return least
-
-
-def _normal(points: np.ndarray) -> np.ndarray:
-    """Normal of the plane nearest to points, of either sign, (3,)."""
-    normal: np.ndarray = np.linalg.svd(points - points.mean(axis=0))[2][2]
-    return normal
+    return min(gap.least_mm(positions) for gap in tooth_gaps(shape, mesh))

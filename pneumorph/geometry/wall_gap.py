@@ -52,6 +52,28 @@ class WallGap:
         _, nearest = cKDTree(second).query(first)
         return cls(walls[0], walls[1][nearest], *sides)
 
+    def least_mm(self, positions: np.ndarray) -> float:
+        """Least distance between the walls where the nodes are now [mm], negative where they cross.
+
+        Points that face each other are compared along the mean of the walls' normals.
+
+        Args:
+            positions: Of the nodes [mm], (node, 3).
+        """
+        apart = positions[self.facing] - positions[self.first]
+        # From side to side: walls that cross, or slide along each other, may be apart either way.
+        axis = positions[self.second_side].mean(axis=0) - positions[self.first_side].mean(axis=0)
+        normals = [_normal(positions[wall]) for wall in (self.first, self.facing)]
+        normal = sum(each * np.sign(each @ axis) for each in normals)
+        normal /= np.linalg.norm(normal)
+        return float((apart @ normal).min())
+
     def areas(self, mesh: Mesh) -> np.ndarray:
         """Area of the first wall that each of its nodes stands for [mm^2], (node,)."""
         return mesh.node_areas(self.first)[self.first]
+
+
+def _normal(points: np.ndarray) -> np.ndarray:
+    """Normal of the plane nearest to points, of either sign, (3,)."""
+    normal: np.ndarray = np.linalg.svd(points - points.mean(axis=0))[2][2]
+    return normal

@@ -50,37 +50,32 @@ class FacingWalls:
 
     def gaps(self, alpha: np.ndarray) -> np.ndarray:
         """g of every pair [mm], (..., pair), at modal coordinates (..., mode)."""
-        return np.einsum("...pi,...pi->...p", self._normals(alpha)[0], self._apart(alpha))
+        return self._measured(alpha)[0]
 
     def force(self, alpha: np.ndarray) -> np.ndarray:
         """Generalised force on modal coordinates (..., mode), same shape."""
-        gaps = self.gaps(alpha)
+        gaps, gradients = self._measured(alpha)
         push = -self.pair_stiffness * np.minimum(gaps, 0.0)
-        return np.einsum("...p,...pm->...m", push, self._gradients(alpha, gaps))
+        return np.einsum("...p,...pm->...m", push, gradients)
 
     def stiffness(self, alpha: np.ndarray) -> np.ndarray:
         """k dg (x) dg of the pairs that overlap, (mode, mode), at alpha (mode,)."""
-        gaps = self.gaps(alpha)
-        rows = self._gradients(alpha, gaps)[gaps < 0.0]
+        gaps, gradients = self._measured(alpha)
+        rows = gradients[gaps < 0.0]
         return (rows.T * self.pair_stiffness[gaps < 0.0]) @ rows
 
-    def _apart(self, alpha: np.ndarray) -> np.ndarray:
-        return self.pair + np.einsum("pim,...m->...pi", self.pair_modes, alpha)
-
-    def _normals(self, alpha: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """n of every pair, (..., pair, 3), and |D|, (..., pair)."""
+    def _measured(self, alpha: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """g of every pair, (..., pair), and dg = n . dd + (d - g n) / |D| . dD,
+        (..., pair, mode)."""
         axis = self.axis + np.einsum("gim,...m->...gi", self.axis_modes, alpha)
-        length = np.linalg.norm(axis, axis=-1)
-        normals = axis / length[..., None]
-        return normals[..., self.pair_gap, :], length[..., self.pair_gap]
-
-    def _gradients(self, alpha: np.ndarray, gaps: np.ndarray) -> np.ndarray:
-        """dg of every pair, (..., pair, mode): n . dd + (d - g n) / |D| . dD."""
-        normals, lengths = self._normals(alpha)
-        across = (self._apart(alpha) - gaps[..., None] * normals) / lengths[..., None]
+        length = np.linalg.norm(axis, axis=-1, keepdims=True)
+        normals = (axis / length)[..., self.pair_gap, :]
+        apart = self.pair + np.einsum("pim,...m->...pi", self.pair_modes, alpha)
+        gaps = np.einsum("...pi,...pi->...p", normals, apart)
+        across = (apart - gaps[..., None] * normals) / length[..., self.pair_gap, :]
         moved = np.einsum("...pi,pim->...pm", normals, self.pair_modes)
         turned = np.einsum("...pi,pim->...pm", across, self.axis_modes[self.pair_gap])
-        return moved + turned
+        return gaps, moved + turned
 
 
 def with_facing_walls(

@@ -10,6 +10,7 @@ leg.npz, the leg with contact, which every verb takes as --part, into --work and
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,8 @@ from pneumorph.catalogue.paper_leg import load_default_leg, measured_leg_mesh
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.geometry.pneunet import PneuNetShape
-from pneumorph.geometry.tooth_gap import least_tooth_gap_mm, tooth_gaps
+from pneumorph.geometry.tooth_gap import tooth_gaps
+from pneumorph.geometry.wall_gap import WallGap
 from pneumorph.reduction.blocked_force import blocked_forces
 from pneumorph.reduction.facing_walls import STIFFNESS_KPA_PER_MM, with_facing_walls
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -78,12 +80,12 @@ def main(
 
 def _blocked(leg: ReducedPart) -> dict[str, Any]:
     """Blocked force and least gap at rising pressures, while an equilibrium is found."""
-    mesh, shape = measured_leg_mesh(), PneuNetShape()
-    forces = list(blocked_forces(leg, mesh, PRESSURES_KPA))
+    mesh = measured_leg_mesh()
+    gaps, forces = tooth_gaps(PneuNetShape(), mesh), list(blocked_forces(leg, mesh, PRESSURES_KPA))
     return {
         "pressure_kPa": [each.pressure_kPa for each in forces],
         "force_mN": [each.force_mN for each in forces],
-        "gap_mm": [least_tooth_gap_mm(shape, mesh, each.positions) for each in forces],
+        "gap_mm": [_least_mm(gaps, each.positions) for each in forces],
     }
 
 
@@ -123,10 +125,12 @@ def _pairs(
 def _gaps_mm(positions: np.ndarray | None) -> np.ndarray:
     """Least gap of every leg in some frames [mm], (frame, leg)."""
     assert positions is not None, "the walk was recorded with its nodes"
-    mesh, shape = measured_leg_mesh(), PneuNetShape()
-    return np.array(
-        [[least_tooth_gap_mm(shape, mesh, leg) for leg in frame] for frame in positions[::FRAMES]]
-    )
+    gaps = tooth_gaps(PneuNetShape(), measured_leg_mesh())
+    return np.array([[_least_mm(gaps, leg) for leg in frame] for frame in positions[::FRAMES]])
+
+
+def _least_mm(gaps: Sequence[WallGap], positions: np.ndarray) -> float:
+    return min(gap.least_mm(positions) for gap in gaps)
 
 
 if __name__ == "__main__":

@@ -48,6 +48,21 @@ _SHORT = (
     "--finetuning.finalist-count 2 --baseline.phase-step-deg 90 --baseline.gait.duration-s 4 "
     "--baseline.record-step-count 10"
 )
+_FEW_ACTIONS = {
+    "certified_world_count": 4,
+    "baseline": {"phase_step_deg": 90.0, "gait": {"duration_s": 0.4, "period_s": 0.4}},
+    "coopt": {
+        "environment_count": 4,
+        "total_timesteps": 12,
+        "evaluated_design_count": 2,
+        "kept_pair_count": 1,
+        "learning_start_timestep": 100,
+        "task": {"action_count": 3, "action_step_count": 10},
+        "objective": {"evaluation_worlds": 4},
+        "schedule": {"decay_start_timestep": 0, "decay_end_timestep": 12},
+    },
+}
+"""A training of a dozen actions in drawn worlds, as settings over a preset."""
 
 
 def script(name: str) -> ModuleType:
@@ -272,21 +287,7 @@ def test_the_demos_trainings_are_kept_by_seed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a dozen actions each; a finished training is read again."""
-    short = {
-        "certified_world_count": 4,
-        "baseline": {"phase_step_deg": 90.0, "gait": {"duration_s": 4.0}},
-        "coopt": {
-            "environment_count": 4,
-            "total_timesteps": 12,
-            "evaluated_design_count": 2,
-            "kept_pair_count": 1,
-            "learning_start_timestep": 100,
-            "task": {"action_count": 3, "action_step_count": 10},
-            "objective": {"evaluation_worlds": 4},
-            "schedule": {"decay_start_timestep": 0, "decay_end_timestep": 12},
-        },
-    }
-    settings = write_json(tmp_path / "short.json", short)
+    settings = write_json(tmp_path / "short.json", _FEW_ACTIONS)
     asked = ("--seeds", 3, 4, "--work", tmp_path / "runs", "--out", tmp_path, "--threads", 1)
     for _ in range(2):
         call("demo", monkeypatch, *asked, "--settings", settings)
@@ -304,21 +305,7 @@ def test_robots_of_ones_own_stand_beside_their_rivals(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a dozen actions; what was made is read again, and what is not asked for stays."""
-    short = {
-        "certified_world_count": 4,
-        "baseline": {"phase_step_deg": 90.0, "gait": {"duration_s": 0.4, "period_s": 0.4}},
-        "coopt": {
-            "environment_count": 4,
-            "total_timesteps": 12,
-            "evaluated_design_count": 2,
-            "kept_pair_count": 1,
-            "learning_start_timestep": 100,
-            "task": {"action_count": 3, "action_step_count": 10},
-            "objective": {"evaluation_worlds": 4},
-            "schedule": {"decay_start_timestep": 0, "decay_end_timestep": 12},
-        },
-    }
-    settings = write_json(tmp_path / "short.json", short)
+    settings = write_json(tmp_path / "short.json", _FEW_ACTIONS)
     asked = ("--examples", "plate", "--work", tmp_path / "runs", "--out", tmp_path,
              "--threads", 1, "--settings", settings)  # fmt: skip
     call("robots", monkeypatch, *asked, "--steps", "learn", "uniform")
