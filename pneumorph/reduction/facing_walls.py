@@ -93,7 +93,8 @@ def with_facing_walls(
         stiffness_kPa_per_mm: Pressure between walls that overlap by a millimetre.
 
     Raises:
-        ValueError: The stiffness is not positive, or the mesh has another number of nodes.
+        ValueError: The stiffness is not positive, the mesh has another number of nodes, or a wall
+            has no triangle of its skin.
     """
     if not 0.0 < stiffness_kPa_per_mm < np.inf:
         raise ValueError(
@@ -112,6 +113,11 @@ def with_facing_walls(
         for to, values in ((axis, rest), (axis_modes, modes)):
             to[number] = values[gap.second_side].mean(axis=0) - values[gap.first_side].mean(axis=0)
         area = gap.areas(mesh)
+        if not area.any():
+            raise ValueError(
+                f"the first wall of gap {number} has no triangle of the mesh's skin, expected "
+                "nodes between which triangles lie"
+            )
         stands = area > 0.0  # of quadratic faces the corners stand for nothing
         pairs += list(zip(gap.first[stands], gap.facing[stands], strict=True))
         pair_gap += [number] * int(stands.sum())

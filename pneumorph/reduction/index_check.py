@@ -15,10 +15,11 @@ _MOST_POINTS_PER_NODE = 50
 
 
 def check_indices(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> None:
-    """Refuse a number of a node or of a sampled point that there is none of.
+    """Refuse a number of a node, of a sampled point or of a gap that there is none of.
 
     Args:
-        arrays: ``rest_nodes``, ``skin``, ``tetrahedron_index`` and ``membrane_index`` of a part.
+        arrays: ``rest_nodes``, ``skin``, ``tetrahedron_index``, ``membrane_index``, ``wall_axis``
+            and ``wall_pair_gap`` of a part.
         metadata: The part's.
 
     Raises:
@@ -26,6 +27,7 @@ def check_indices(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any])
     """
     node_count = len(arrays["rest_nodes"])
     check_within("skin", arrays["skin"], node_count, "nodes")
+    check_within("wall_pair_gap", arrays["wall_pair_gap"], len(arrays["wall_axis"]), "gaps")
     tied = metadata.get("attachment_nodes", [])
     if not isinstance(tied, list):
         raise ValueError(f"attachment_nodes is {tied!r:.60}, expected a list of nodes")

@@ -63,7 +63,7 @@ def _rubber_arrays(part: ReducedPart, physics: Physics) -> dict[str, object]:
             f"physics.damping is {physics.damping!r}, expected 'objective' for a part that "
             "relaxes: its branches damp it, and resist no turn of the whole"
         )
-    mixed = len(part.dilatation_1) + len(part.stretch_1) + len(part.wall_pair)
+    mixed = len(part.dilatation_1) + len(part.stretch_1) + len(part.wall_axis)
     if material.law == "corotational" and (series is not None or mixed > 0):
         raise ValueError(
             "the solid's law is 'corotational', expected one of large strain, such as 'yeoh', for "

@@ -135,6 +135,21 @@ def test_walls_are_kept_in_the_file_and_scale_with_the_leg(leg: ReducedPart, tmp
     assert larger.walls.gaps(0.0 * alpha) == pytest.approx(1.2 * leg.walls.gaps(0.0 * alpha))
 
 
+def test_a_pair_of_a_gap_that_there_is_none_of_is_refused(leg: ReducedPart):
+    wrong = leg.wall_pair_gap.copy()
+    wrong[-1] = len(leg.wall_axis)
+    with pytest.raises(ValueError, match=r"wall_pair_gap"):
+        replace(leg, wall_pair_gap=wrong)
+
+
+def test_a_wall_without_triangles_is_refused():
+    mesh = measured_leg_mesh()
+    (gap, *_) = tooth_gaps(SHAPE, mesh)
+    bare = replace(gap, first=gap.first[:1], facing=gap.facing[:1])
+    with pytest.raises(ValueError, match="first wall of gap 0 has no triangle"):
+        with_facing_walls(load_default_leg("measured"), mesh, [bare])
+
+
 def test_a_stiffness_that_is_none_is_refused():
     mesh = measured_leg_mesh()
     with pytest.raises(ValueError, match=r"stiffness_kPa_per_mm is 0\.0, expected a positive"):
