@@ -15,6 +15,7 @@ from pneumorph.base.artefact import ArtefactError, read_json, reading, write_jso
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.paper_leg import LegName, leg_kind
 from pneumorph.fem.material import LegMaterials
+from pneumorph.geometry.pneunet import PneuNetShape
 
 CATALOGUE_FOLDER = Path("runs/catalogue")
 """Where built modules are unless another folder is named."""
@@ -34,6 +35,8 @@ class BuiltModule:
     """The leg that it is like: its physics."""
     materials: LegMaterials
     """What it is made of, with its own mass."""
+    shape: PneuNetShape | None = None
+    """Its sizes; None where the file is of a version that did not keep them."""
 
     def save(self, name: str, folder: Path) -> Path:
         """Let a name stand for it in a folder of built modules, which its files are in."""
@@ -43,6 +46,7 @@ class BuiltModule:
             "mesh": self.mesh.relative_to(folder).as_posix(),
             "leg": self.leg,
             "materials": settings_to_dict(self.materials),
+            "shape": None if self.shape is None else settings_to_dict(self.shape),
         }
         return write_json(_file(folder, name), content)
 
@@ -75,11 +79,13 @@ class BuiltModule:
             )
         with reading(path, "built module"):
             leg_kind(content["leg"])  # refuses what is none
+            shape = content.get("shape")
             return cls(
                 folder / content["part"],
                 folder / content["mesh"],
                 content["leg"],
                 settings_from_dict(LegMaterials, content["materials"]),
+                None if shape is None else settings_from_dict(PneuNetShape, shape),
             )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.attachment import face_of_mesh
+from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.part_summary import PartSummary
@@ -40,6 +41,7 @@ class Module:
             is known of it.
         find_face: Finds the frame of its attachment face in its own frame
             (`pneumorph.geometry.attachment`); None where it is not known.
+        shape: Its sizes, of a PneuNet leg that is made from such; None of any other part.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Module:
     damping_factor: float = 1.0
     pressure_map: PressureMap | None = None
     find_face: Callable[[], Pose | None] = _unknown_face
+    shape: PneuNetShape | None = None
 
     def __repr__(self) -> str:
         return f"Module({self.name})"
@@ -78,6 +81,7 @@ class Module:
             self._full_now,
             pressure_map=self.pressure_map,
             find_face=self._face_now,
+            shape=self.shape,
         )
 
     def _full_now(self, modulus_factor: float, mass_factor: float) -> PartModel:

@@ -24,6 +24,7 @@ from pneumorph.fem.silicones import BEAM_RELAXATION, silicone
 from pneumorph.geometry.attachment import attachment_frame, face_of_mesh
 from pneumorph.geometry.face_tie import tied_over_face
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
@@ -218,6 +219,7 @@ def paper_leg(
     masses: Masses | None = None,
     size_factor: float = 1.0,
     label: str | None = None,
+    shape: PneuNetShape | None = None,
 ) -> Module:
     """A PneuNet leg as the paper's robot has it.
 
@@ -230,16 +232,25 @@ def paper_leg(
         size_factor: All its lengths over those it is made with; it keeps its density where no
             weighed mass is given.
         label: What it is called in summaries; None for the file or the name.
+        shape: Sizes that `mesh` was made from; None for those of the mesh that ships, and unknown
+            of any other.
 
     Raises:
         ValueError: No such leg.
     """
+    if shape is None and part is None and mesh is None:
+        shape = PneuNetShape()
     made = _Leg(name, part, mesh, materials, masses, size_factor)
     if label is None:
         unnamed = part is None or isinstance(part, ReducedPart)
         label = f"the {name} leg that ships" if unnamed else str(part)
     return Module(
-        label, made.reduced, made.full, pressure_map=pressure_map(name), find_face=made.face
+        label,
+        made.reduced,
+        made.full,
+        pressure_map=pressure_map(name),
+        find_face=made.face,
+        shape=None if shape is None else shape.scaled(size_factor),
     )
 
 

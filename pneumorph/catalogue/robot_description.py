@@ -96,6 +96,7 @@ class ModuleDescription(Checked):
                 Masses(leg_mass_g=self.mass_g),
                 size_factor=self.size_factor,
                 label=name,
+                shape=built.shape,
             )
         part, mesh = (None if path is None else folder / path for path in (self.part, self.mesh))
         leg = self.leg or "published"

@@ -4,6 +4,10 @@ STEP and STL files of the mould's two halves (with registration pins, pour and v
 core for the cavity and of the hub with its sockets and tube channels; the parts list with the
 silicone's volume and mass; the tube plan; and an assembly drawing of this design.
 
+With --robot FILE the hub is the file's box or disk with a socket for each leg of the design, and
+every kind of parametric leg gets a mould of its own, also with two chambers. A hub or a leg that is
+a mesh is written as its mesh has it, without sockets or a mould.
+
 It compares simulated with built masses, and where they differ by more than a tenth warns and names
 the flag that makes them agree. --check-hub computes how far the hub gives way.
 
@@ -13,6 +17,7 @@ volume is that of the mesh within 0.5 %, and no wall is too thin to make.
 Writes mould_upper, mould_lower, core, hub and leg (.step, .stl), parts.csv, tubes.csv, drawing.pdf.
 
 Example: pneumorph fabricate 1.0.0.2.2.0.0.1 --out runs/robot
+Example: pneumorph fabricate b1.0.2.2.0.b1 --robot examples/plate.toml --out runs/plate-to-build
 """
 
 from __future__ import annotations
@@ -26,11 +31,9 @@ import tyro
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
-from pneumorph.fabrication.fabricated_robot import (
-    FabricatedRobot,
-    FabricationSettings,
-    fabricate,
-)
+from pneumorph.fabrication.fabricated_robot import FabricatedRobot, checked_hub, fabricate
+from pneumorph.fabrication.fabrication_settings import FabricationSettings
+from pneumorph.fabrication.robot_to_make import described_robot_to_make, paper_robot_to_make
 from pneumorph.report.assembly_drawing import write_assembly_drawing
 from pneumorph.study.finished_run import FinishedRun, TakenOver
 from pneumorph.study.gait_source import robot_of_source
@@ -51,20 +54,28 @@ def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
     """Make, check and draw everything.
 
     Raises:
-        ValueError: The robot is described by a file.
+        ValueError: The hub of a robot's file is to be checked.
     """
-    if options.robot.described is not None:
-        raise ValueError(
-            f"--robot {options.robot.described} is given, expected none: fabricate makes the "
-            "paper's hub and legs, not what a file describes"
-        )
     source, design = Path(options.design), options.design
     if source.is_dir():
         design = FinishedRun.read(source).of_summary("best_design", str)
-    full = replace(options.robot.full, mesh=options.fabrication.mesh or options.robot.full.mesh)
+    settings = options.fabrication
+    full = replace(options.robot.full, mesh=settings.mesh or options.robot.full.mesh)
     robot = replace(options.robot, full=full).spec()
-    made = fabricate(design, options.fabrication, folder, robot)
-    drawing = write_assembly_drawing(folder / "drawing.pdf", made, options.fabrication)
+    description = options.robot.description
+    if description is None:
+        asked = paper_robot_to_make(design, settings, robot)
+    elif settings.check_hub:
+        raise ValueError(
+            "check_hub is given beside a robot's file, expected one of them: only the paper's hub "
+            "is checked as finite elements"
+        )
+    else:
+        asked = described_robot_to_make(design, description, robot, settings)
+    made = fabricate(asked, settings, folder)
+    if settings.check_hub:
+        made = checked_hub(made, robot, settings, folder)
+    drawing = write_assembly_drawing(folder / "drawing.pdf", asked, made)
     return replace(made, drawing=str(drawing))
 
 

@@ -2,81 +2,46 @@
 
 from __future__ import annotations
 
+import re
 import time
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from pneumorph.base.artefact import write_atomically
-from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.masses import PRINTED_HUB, cast_leg_mass_kg
-from pneumorph.catalogue.paper_leg import paper_leg_mesh
-from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.fabrication.hub import HubSettings, make_hub
-from pneumorph.fabrication.hub_stiffness import (
-    HubCheckSettings,
-    HubStiffness,
-    hub_model,
-    hub_stiffness,
-)
-from pneumorph.fabrication.leg_mould import (
-    LegMould,
-    MouldSettings,
-    check_leg_mould,
-    make_leg_mould,
-)
+from pneumorph.fabrication.fabrication_settings import FabricationSettings
+from pneumorph.fabrication.hub import make_hub
+from pneumorph.fabrication.hub_stiffness import HubStiffness, hub_model, hub_stiffness
+from pneumorph.fabrication.leg_mould import check_leg_mould, make_leg_mould
+from pneumorph.fabrication.mass_warning import mass_warning
 from pneumorph.fabrication.parts_list import (
     MM3_PER_ML,
+    LegMaterial,
     Part,
     Printed,
-    TubeRun,
-    WorkshopSettings,
     parts_csv,
     parts_list,
-    tube_plan,
-    tubes_csv,
 )
-from pneumorph.fabrication.solid import FabricationError, surface_of, write_step
+from pneumorph.fabrication.robot_to_make import LegToMake, RobotToMake
+from pneumorph.fabrication.solid import ClosedSurface, FabricationError, surface_of, write_step
+from pneumorph.fabrication.tube_plan import TubeRun, tube_plan, tubes_csv
 from pneumorph.fabrication.wall_thickness import wall_thickness_mm
-from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mesh import Mesh
-from pneumorph.geometry.mounting import RadialMounting
-from pneumorph.geometry.pneunet import PneuNetShape
-from pneumorph.geometry.surface import write_stl
-from pneumorph.robot.design import Design
+from pneumorph.geometry.surface import boundary_triangles, surface_area, write_stl
 
-LARGEST_MASS_DIFFERENCE = 0.1
-"""Share by which a simulated mass may differ from the built one without a warning."""
-
-
-@dataclass(frozen=True)
-class FabricationSettings(Checked):
-    """Shapes of the parts, and how they are made."""
-
-    mesh: Path | None = None
-    """Mesh of the simulated leg, to compare volumes with; by default the shipped one."""
-    surface_size_mm: Positive = 8.0
-    """Largest triangle of the STL files [mm]."""
-    leg: PneuNetShape = field(default_factory=PneuNetShape)
-    disk: DiskShape = field(default_factory=DiskShape)
-    mounting: RadialMounting = field(default_factory=RadialMounting)
-    mould: MouldSettings = field(default_factory=MouldSettings)
-    hub: HubSettings = field(default_factory=HubSettings)
-    workshop: WorkshopSettings = field(default_factory=WorkshopSettings)
-    check_hub: bool = False
-    """Compute as finite elements how far the hub gives way, which takes a minute."""
-    hub_check: HubCheckSettings = field(default_factory=HubCheckSettings)
+_OF_A_MOULD = ("mould_upper", "mould_lower", "core")
 
 
 @dataclass(frozen=True)
 class FabricatedSolid:
     """A solid to print or to mill: its files, volume and thinnest wall."""
 
-    step: str
+    step: str | None
+    """None of a part that is known by its mesh alone."""
     stl: str
     volume_mm3: float
     surface_volume_mm3: float
@@ -89,8 +54,29 @@ class FabricatedSolid:
 
 
 @dataclass(frozen=True)
+class FabricatedLeg:
+    """A kind of leg that a design is built from."""
+
+    name: str
+    """Empty where there is one kind."""
+    count: int
+    """How many of it the design has."""
+    cast_volume_mm3: float
+    """Silicone of one: what its mould holds, or its mesh where it has none [mm^3]."""
+    mesh_volume_mm3: float
+    """Volume of the simulated leg [mm^3]."""
+    undercut_mm3: dict[str, float] | None
+    """Volume in the way when each part of the mould is taken off; None without a mould."""
+    mass_g: float
+    """Silicone and sheet of one as it is cast [g]."""
+    simulated_mass_g: float
+    """Mass in the simulation [g]."""
+
+
+@dataclass(frozen=True)
 class FabricatedRobot:
-    """Volumes, masses and checks of what a design is built from."""
+    """Volumes, masses and checks of what a design is built from. What is of a leg is of the first
+    kind; `legs` has all of them."""
 
     design: str
     leg_count: int
@@ -111,7 +97,7 @@ class FabricatedRobot:
     drawing: str | None = None
     """The assembly drawing, once it is drawn."""
     hub_mass_g: float | None = None
-    """Mass of the hub as it is printed [g]."""
+    """Mass of the hub as it is printed [g]; None where its density is not known."""
     simulated_leg_mass_g: float | None = None
     """Mass of a leg in the simulation [g]."""
     simulated_hub_mass_g: float | None = None
@@ -120,101 +106,156 @@ class FabricatedRobot:
     """What to do where built and simulated masses differ; None where they agree."""
     hub_stiffness: HubStiffness | None = None
     """How far the hub gives way; None where it was not computed."""
+    legs: tuple[FabricatedLeg, ...] = ()
+    """The kinds of legs of the design."""
 
 
 def fabricate(
-    design: Design | str,
-    settings: FabricationSettings,
-    folder: RunFolder,
-    robot: RobotSpec | None = None,
+    robot: RobotToMake, settings: FabricationSettings, folder: RunFolder
 ) -> FabricatedRobot:
-    """Make, check and write mould, core, hub and leg, the parts list and the tube plan.
+    """Make, check and write moulds, cores, hub and legs, the parts list and the tube plan.
 
     Args:
-        design: The design.
-        settings: Shapes and how they are made.
-        folder: Receives ``mould_upper``, ``mould_lower``, ``core``, ``hub`` and ``leg`` (.step,
-            .stl), ``parts.csv`` and ``tubes.csv``.
-        robot: The simulation whose masses stand beside those that are built; the paper's robot by
-            default.
+        robot: What there is to make: `paper_robot_to_make`, `described_robot_to_make`.
+        settings: How it is made.
+        folder: Receives ``mould_upper``, ``mould_lower``, ``core``, ``leg`` of each kind of leg,
+            after its name and ``_`` where it has one, and ``hub`` (.step, .stl), ``parts.csv`` and
+            ``tubes.csv``.
 
     Raises:
-        ValueError: The design has no legs, or does not fit the hub's sockets.
         FabricationError: A wall is too thin, a surface not closed, or the mould does not come off.
     """
     start = time.monotonic()
-    design = _fitting(design, settings.mounting)
-    robot = robot or paper_robot()
-    mesh = paper_leg_mesh() if settings.mesh is None else Mesh.load(settings.mesh)
-    folder.progress.stage("making the mould")
-    mould = make_leg_mould(settings.leg, settings.mould)
-    checks = check_leg_mould(mould, settings.leg, float(mesh.volumes.sum()))
-    folder.progress.stage("making the hub")
-    hub = make_hub(settings.disk, settings.leg, settings.mounting, settings.hub)
-    made = _made(mould, hub, settings, folder)
-    tubes = tube_plan(
-        design, settings.mounting, _channel_length_mm(settings.mounting), settings.workshop
-    )
-    printed = _printed(made["hub"].volume_mm3, settings.hub)
-    parts = parts_list(
-        design,
-        settings.leg,
-        mould.cast_volume_mm3,
-        printed,
-        {n: made[n].volume_mm3 for n in ("mould_upper", "mould_lower", "core")},
-        tubes,
-        settings.workshop,
-    )
+    folder.progress.stage("making moulds and hub")
+    solids, checks = _of_legs(robot.legs, settings)
+    hub = None if robot.hub.make is None else robot.hub.make()
+    if hub is not None:
+        solids["hub"] = hub, settings.hub.smallest_wall_mm
+    made = _made(solids, settings, folder)
+    for leg in robot.legs:
+        if leg.shape is None:
+            name = _file_name(leg, "leg")
+            made[name] = _written_mesh(name, leg.mesh, folder)
+    if robot.hub.mesh is not None:
+        made["hub"] = _written_mesh("hub", robot.hub.mesh, folder)
+    volume_ml = made["hub"].volume_mm3 / MM3_PER_ML
+    density = robot.hub.density_g_per_ml
+    printed = Printed(robot.hub.detail, volume_ml, None if density is None else volume_ml * density)
+    materials = [_material(leg, checks[leg.name]["cast_volume_mm3"]) for leg in robot.legs]
+    tubes = tube_plan(robot.seats, settings.workshop)
+    moulds = {name: solid.volume_mm3 for name, solid in made.items() if name.endswith(_OF_A_MOULD)}
+    parts = parts_list(materials, printed, moulds, tubes, settings.workshop)
     write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
     write_atomically(folder / "tubes.csv", lambda stream: stream.write(tubes_csv(tubes).encode()))
-    leg_mass_g = _known(parts[0].mass_g) + _known(parts[2].mass_g)
-    simulated_leg_g, simulated_hub_g = 1e3 * robot.module.full.mass_kg, 1e3 * robot.hub.mass_kg
-    warning = mass_warning(leg_mass_g, printed.mass_g, simulated_leg_g, simulated_hub_g)
+    legs = tuple(
+        FabricatedLeg(
+            leg.name,
+            leg.count,
+            checks[leg.name]["cast_volume_mm3"],
+            checks[leg.name]["mesh_volume_mm3"],
+            checks[leg.name].get("undercut_mm3"),
+            material.mass_g(settings.workshop),
+            leg.simulated_mass_g,
+        )
+        for leg, material in zip(robot.legs, materials, strict=True)
+    )
+    warning = mass_warning(
+        {leg.name: (leg.mass_g, leg.simulated_mass_g) for leg in legs},
+        (printed.mass_g, robot.hub.simulated_mass_g),
+        robot.file,
+    )
     if warning is not None:
         folder.progress.say(warning)
-    stiffness = None
-    if settings.check_hub:
-        folder.progress.stage("computing how far the hub gives way")
-        mass_kg = 1e-3 * (printed.mass_g + design.leg_count * leg_mass_g)
-        stiffness = hub_stiffness(
-            hub_model(hub, 1e-3 * printed.mass_g, settings.hub_check),
-            robot.module.full,
-            settings.leg,
-            settings.mounting,
-            settings.hub_check.largest_force_mN(mass_kg),
-        )
+    silicone = next(part for part in parts if part.name == "silicone to mix")
+    first = legs[0]
     return FabricatedRobot(
-        design=str(design),
-        leg_count=design.leg_count,
-        **checks,
+        design=str(robot.design),
+        leg_count=robot.design.leg_count,
+        cast_volume_mm3=first.cast_volume_mm3,
+        mesh_volume_mm3=first.mesh_volume_mm3,
+        cast_volume_error_percent=100.0 * (first.cast_volume_mm3 / first.mesh_volume_mm3 - 1.0),
+        undercut_mm3=first.undercut_mm3 or {},
         watertight=True,  # surface_of raises otherwise
-        silicone_ml=_known(parts[1].volume_ml),
-        silicone_g=_known(parts[1].mass_g),
-        leg_mass_g=leg_mass_g,
+        silicone_ml=_known(silicone.volume_ml),
+        silicone_g=_known(silicone.mass_g),
+        leg_mass_g=first.mass_g,
         solids=made,
         parts=tuple(parts),
         tubes=tuple(tubes),
         wall_s=time.monotonic() - start,
         hub_mass_g=printed.mass_g,
-        simulated_leg_mass_g=simulated_leg_g,
-        simulated_hub_mass_g=simulated_hub_g,
+        simulated_leg_mass_g=first.simulated_mass_g,
+        simulated_hub_mass_g=robot.hub.simulated_mass_g,
         mass_warning=warning,
-        hub_stiffness=stiffness,
+        legs=legs,
     )
 
 
+def checked_hub(
+    made: FabricatedRobot, robot: RobotSpec, settings: FabricationSettings, folder: RunFolder
+) -> FabricatedRobot:
+    """With how far the paper's hub gives way, as finite elements.
+
+    Args:
+        made: The paper's robot as it was made.
+        robot: The simulation, for the leg beside which the hub is judged.
+        settings: How it was made.
+        folder: Tells that it is computed.
+    """
+    folder.progress.stage("computing how far the hub gives way")
+    hub_g = _known(made.hub_mass_g)
+    hub = make_hub(settings.disk, settings.leg, settings.mounting, settings.hub)
+    stiffness = hub_stiffness(
+        hub_model(hub, 1e-3 * hub_g, settings.hub_check),
+        robot.module.full,
+        settings.leg,
+        settings.mounting,
+        settings.hub_check.largest_force_mN(1e-3 * (hub_g + made.leg_count * made.leg_mass_g)),
+    )
+    return replace(made, hub_stiffness=stiffness)
+
+
+def _file_name(leg: LegToMake, solid: str) -> str:
+    """What a solid of a kind of leg is called."""
+    return f"{re.sub(r'[^A-Za-z0-9-]+', '-', leg.name)}_{solid}" if leg.name else solid
+
+
+def _of_legs(
+    legs: Sequence[LegToMake], settings: FabricationSettings
+) -> tuple[dict[str, tuple[Any, float]], dict[str, dict[str, Any]]]:
+    """Solids with their thinnest wall by name, and what is known of each kind of leg by its."""
+    solids: dict[str, tuple[Any, float]] = {}
+    checks: dict[str, dict[str, Any]] = {}
+    for leg in legs:
+        volume = float(leg.mesh.volumes.sum())
+        if leg.shape is None:
+            checks[leg.name] = {"cast_volume_mm3": volume, "mesh_volume_mm3": volume}
+            continue
+        mould = make_leg_mould(leg.shape, settings.mould)
+        checks[leg.name] = check_leg_mould(mould, leg.shape, volume)
+        for name, solid in zip(_OF_A_MOULD, (mould.upper, mould.lower, mould.core), strict=True):
+            solids[_file_name(leg, name)] = solid, settings.mould.smallest_wall_mm
+        whole = mould.body + mould.plate
+        solids[_file_name(leg, "leg")] = whole, settings.mould.smallest_silicone_mm
+    return solids, checks
+
+
+def _material(leg: LegToMake, volume_mm3: float) -> LegMaterial:
+    if leg.shape is not None:
+        length, width, _ = leg.shape.base_plate_mm
+        size = f"{length:g} x {width:g} mm"
+        return LegMaterial(leg.name, leg.count, volume_mm3, length * width, size)
+    if "sheet" not in leg.mesh.surfaces:
+        return LegMaterial(leg.name, leg.count, volume_mm3, 0.0, "")
+    area = surface_area(leg.mesh.nodes, leg.mesh.surface("sheet"))
+    return LegMaterial(leg.name, leg.count, volume_mm3, area, f"{area:.0f} mm2, as its mesh has it")
+
+
 def _made(
-    mould: LegMould, hub: Any, settings: FabricationSettings, folder: RunFolder
+    solids: dict[str, tuple[Any, float]], settings: FabricationSettings, folder: RunFolder
 ) -> dict[str, FabricatedSolid]:
     """Every solid by name, written and checked."""
     folder.progress.stage("writing and checking surfaces")
-    solids = {
-        "mould_upper": (mould.upper, settings.mould.smallest_wall_mm),
-        "mould_lower": (mould.lower, settings.mould.smallest_wall_mm),
-        "core": (mould.core, settings.mould.smallest_wall_mm),
-        "hub": (hub, settings.hub.smallest_wall_mm),
-        "leg": (mould.body + mould.plate, settings.mould.smallest_silicone_mm),
-    }
     made = {}
     for number, (name, (solid, smallest)) in enumerate(solids.items(), start=1):
         made[name] = _written(name, solid, smallest, settings.surface_size_mm, folder)
@@ -222,59 +263,9 @@ def _made(
     return made
 
 
-def mass_warning(
-    leg_g: float, hub_g: float, simulated_leg_g: float, simulated_hub_g: float
-) -> str | None:
-    """Say where built and simulated masses differ by more than a tenth, and what makes them agree.
-
-    Args:
-        leg_g: Mass of a leg as it is built [g].
-        hub_g: Mass of the hub as it is built [g].
-        simulated_leg_g: Mass of a leg in the simulation [g].
-        simulated_hub_g: Mass of the hub in the simulation [g].
-    """
-    pairs = {"leg": (leg_g, simulated_leg_g), "hub": (hub_g, simulated_hub_g)}
-    apart = {name: pair for name, pair in pairs.items() if _differ(*pair)}
-    if not apart:
-        return None
-    masses = "; ".join(
-        f"{name}: {built:.1f} g as built, {simulated:.1f} g in the simulation "
-        f"({100.0 * (simulated / built - 1.0):+.0f} %)"
-        for name, (built, simulated) in apart.items()
-    )
-    usual = (1e3 * cast_leg_mass_kg(paper_leg_mesh()), 1e3 * PRINTED_HUB.mass_kg)
-    if not any(_differ(*each) for each in zip((leg_g, hub_g), usual, strict=True)):
-        flags = "--masses.model cast"
-    else:
-        flags = " ".join(f"--masses.{name}-mass-g {pair[0]:.1f}" for name, pair in apart.items())
-    return f"masses differ: {masses}; distances depend on them: simulate and learn with {flags}"
-
-
-def _differ(built: float, simulated: float) -> bool:
-    return abs(simulated / built - 1.0) > LARGEST_MASS_DIFFERENCE
-
-
-def _printed(volume_mm3: float, settings: HubSettings) -> Printed:
-    volume_ml = volume_mm3 / MM3_PER_ML
-    detail = f"{settings.material}, walls of {settings.wall_mm:g} mm, open below"
-    return Printed(detail, volume_ml, volume_ml * settings.density_g_per_ml)
-
-
 def _known(value: float | None) -> float:
-    assert value is not None  # legs and silicone are weighed
+    assert value is not None  # silicone and the paper's hub are weighed
     return value
-
-
-def _fitting(design: Design | str, mounting: RadialMounting) -> Design:
-    design = Design.parse(str(design))
-    if design.location_count != mounting.location_count:
-        raise ValueError(
-            f"design {design} has {design.location_count} locations, expected "
-            f"{mounting.location_count} as the hub has sockets"
-        )
-    if design.leg_count == 0:
-        raise ValueError(f"design {design} has no legs, expected at least one")
-    return design
 
 
 def _written(
@@ -289,7 +280,8 @@ def _written(
         middle = surface.nodes[surface.triangles[place]].mean(axis=0)
         raise FabricationError(
             f"{name} has a wall of {thinnest:.2f} mm at ({', '.join(f'{v:.1f}' for v in middle)}) "
-            f"mm, expected {smallest_mm:g} mm or more"
+            f"mm, expected {smallest_mm:g} mm or more; if you can make it, say so by "
+            "smallest_wall_mm of mould or hub, or smallest_silicone_mm"
         )
     step = write_step(folder / f"{name}.step", solid)
     stl = write_stl(folder / f"{name}.stl", surface.nodes, surface.triangles)
@@ -303,6 +295,11 @@ def _written(
     )
 
 
-def _channel_length_mm(mounting: RadialMounting) -> float:
-    """From a socket's face to the hub's middle along the pitched channel [mm]."""
-    return mounting.hub_radius_mm / float(np.cos(np.radians(mounting.pitch_deg)))
+def _written_mesh(name: str, mesh: Mesh, folder: RunFolder) -> FabricatedSolid:
+    """Write the skin of a part that is known by its mesh."""
+    triangles = boundary_triangles(mesh.tetrahedra)
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    surface = ClosedSurface(mesh.nodes[used], renumbered.reshape(triangles.shape))
+    stl = write_stl(folder / f"{name}.stl", surface.nodes, surface.triangles)
+    volume = surface.volume_mm3
+    return FabricatedSolid(None, str(stl), volume, volume, len(triangles), None)

@@ -8,69 +8,23 @@ stand.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 
-from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
-from pneumorph.catalogue.masses import PRINT_DENSITY_G_PER_ML
-from pneumorph.fabrication.solid import mounted, single_solid
+from pneumorph.fabrication.hub_settings import HubSettings
+from pneumorph.fabrication.leg_socket import (
+    BEYOND_MM,
+    behind_the_socket,
+    channels,
+    collar,
+    leg_space,
+)
+from pneumorph.fabrication.solid import posed, single_solid
 from pneumorph.geometry.disk import DiskShape
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.netgen_mesher import box, open_cascade, union
 from pneumorph.geometry.pneunet import PneuNetShape
-
-_BEYOND_MM = 5.0
-"""How far what is cut away reaches beyond the solid [mm]."""
-
-
-@dataclass(frozen=True)
-class HubSettings(Checked):
-    """What the hub is printed of, and its sizes [mm]."""
-
-    material: str = "PLA"
-    """Name of the material."""
-    density_g_per_ml: Positive = PRINT_DENSITY_G_PER_ML
-    """Its density [g/ml]; printed walls are solid."""
-    wall_mm: Positive = 0.9
-    """Thickness of the plate on top, the flank and the sockets."""
-    rib_mm: Positive = 0.9
-    """Thickness of ribs and ring."""
-    ribs_per_site: Annotated[int, Bounds(least=0, most=8)] = 2
-    """Ribs behind every socket, an even number: the tube lies between them."""
-    rib_spread_mm: Positive = 16.0
-    """Distance between the outermost ribs of a socket."""
-    socket_depth_mm: Positive = 5.0
-    """How far a socket's walls reach over the leg's end tooth."""
-    clearance_mm: NotNegative = 0.25
-    """Gap around the leg, for glue."""
-    channel_radius_mm: Positive = 1.6
-    """Radius of the holes for the tubes."""
-    channel_height_mm: Positive = 8.0
-    """Height of a tube above the leg's bottom, within the first chamber's."""
-    well_radius_mm: Positive = 25.0
-    """Radius of the well in the middle, where the tubes come out."""
-    smallest_wall_mm: Positive = 0.6
-    """Thinnest wall that can be printed: a nozzle of 0.4 mm lays up to 0.6 mm in one line."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.ribs_per_site % 2:
-            raise ValueError(
-                f"ribs_per_site must be even, got {self.ribs_per_site}; a rib in the middle would "
-                "lie in the tube's way"
-            )
-        for name in ("wall_mm", "rib_mm"):
-            if getattr(self, name) < self.smallest_wall_mm:
-                raise ValueError(
-                    f"{name} must be at least smallest_wall_mm, {self.smallest_wall_mm:g}, got "
-                    f"{getattr(self, name):g}; it cannot be printed"
-                )
-
-    def rib_places_mm(self) -> np.ndarray:
-        """Where the ribs of a socket stand across the leg's axis [mm], (rib,)."""
-        return np.linspace(-0.5, 0.5, self.ribs_per_site) * self.rib_spread_mm
 
 
 def make_hub(
@@ -95,22 +49,25 @@ def make_hub(
     mounting, settings = mounting or RadialMounting(), settings or HubSettings()
 
     def everywhere(shape: Any) -> Any:
-        return union(mounted(shape, mounting, k) for k in range(mounting.location_count))
+        return union(posed(shape, mounting.pose(k)) for k in range(mounting.location_count))
 
     top = disk.bottom_mm + disk.height_mm
-    well = _upright(settings.well_radius_mm, disk.bottom_mm - _BEYOND_MM, top + _BEYOND_MM)
+    well = _upright(settings.well_radius_mm, disk.bottom_mm - BEYOND_MM, top + BEYOND_MM)
     post = _upright(settings.well_radius_mm + settings.rib_mm, disk.bottom_mm, top)
-    void = _inner_cone(disk, settings) + everywhere(_behind_the_socket(leg, settings))
+    void = _inner_cone(disk, settings) + everywhere(behind_the_socket(leg, settings))
     ribs = post
     for location in range(mounting.location_count):
         for rib in _ribs(disk, mounting, settings):
             ribs = ribs + _turned(rib, mounting, location)
-    hub = _cone(disk) + everywhere(_collar(leg, settings))
-    void = void * _upright(disk.top_radius_mm, disk.bottom_mm - _BEYOND_MM, top - settings.wall_mm)
+    hub = _cone(disk) + everywhere(collar(leg, settings))
+    void = void * _upright(disk.top_radius_mm, disk.bottom_mm - BEYOND_MM, top - settings.wall_mm)
     hub = hub - (void - ribs)
-    hub = (
-        hub - everywhere(_leg_space(leg, settings)) - everywhere(_channel(leg, mounting, settings))
+    # To the well's middle radius, where every channel has met it.
+    inwards = (mounting.hub_radius_mm - 0.6 * settings.well_radius_mm) / np.cos(
+        np.radians(mounting.pitch_deg)
     )
+    tubes = channels(leg, float(inwards), settings)
+    hub = hub - everywhere(leg_space(leg, settings)) - everywhere(tubes)
     return single_solid("the hub", hub - well)
 
 
@@ -125,8 +82,8 @@ def _inner_cone(disk: DiskShape, settings: HubSettings) -> Any:
     occ = open_cascade()
     slope = (disk.top_radius_mm - disk.bottom_radius_mm) / disk.height_mm
     inset = settings.wall_mm * np.hypot(1.0, slope)
-    low, height = disk.bottom_mm - _BEYOND_MM, disk.height_mm + 2.0 * _BEYOND_MM
-    radius = disk.bottom_radius_mm - inset - slope * _BEYOND_MM
+    low, height = disk.bottom_mm - BEYOND_MM, disk.height_mm + 2.0 * BEYOND_MM
+    radius = disk.bottom_radius_mm - inset - slope * BEYOND_MM
     axis = occ.Axes(occ.Pnt(0, 0, low), occ.Z)
     return occ.Cone(axis, radius, radius + slope * height, height, 2.0 * np.pi)
 
@@ -153,56 +110,3 @@ def _turned(shape: Any, mounting: RadialMounting, location: int) -> Any:
     occ = open_cascade()
     angle = 360.0 / mounting.location_count * (location + 0.5)
     return shape.Rotate(occ.Axis(occ.Pnt(0, 0, 0), occ.Z), angle)
-
-
-def _collar(leg: PneuNetShape, settings: HubSettings) -> Any:
-    """Walls beside and above the end tooth, and the pad behind it that fills up to the disk."""
-    length, width, _ = leg.tooth_base_mm
-    outer = width / 2.0 + settings.clearance_mm + settings.wall_mm
-    # The disk's flank is round: at the socket's corners it lies this much further inwards.
-    behind = 12.0
-    bottom = leg.base_plate_mm[2] + settings.clearance_mm
-    top = leg.height_mm + settings.clearance_mm + settings.wall_mm
-    return box(
-        (-length / 2.0 - behind, -outer, bottom),
-        (behind + settings.socket_depth_mm, 2.0 * outer, top - bottom),
-    )
-
-
-def _behind_the_socket(leg: PneuNetShape, settings: HubSettings) -> Any:
-    """What is hollow of the pad: all but a wall behind the tooth's face and the collar's walls."""
-    length, width, _ = leg.tooth_base_mm
-    half = width / 2.0 + settings.clearance_mm
-    back = -length / 2.0 - settings.wall_mm
-    top = leg.height_mm + settings.clearance_mm
-    depth = 12.0
-    return box((back - depth, -half, -_BEYOND_MM), (depth, 2.0 * half, top + _BEYOND_MM))
-
-
-def _leg_space(leg: PneuNetShape, settings: HubSettings) -> Any:
-    """What the leg takes, with clearance: its end tooth, open downwards, and its base plate."""
-    gap = settings.clearance_mm
-    length, width, _ = leg.tooth_base_mm
-    plate_length, plate_width, plate_height = leg.base_plate_mm
-    tooth = box(
-        (-length / 2.0, -width / 2.0 - gap, -1.0),
-        (length, width + 2.0 * gap, leg.height_mm + gap + 1.0),
-    )
-    plate = box(
-        (-plate_length / 2.0 - gap, -plate_width / 2.0 - gap, -10.0),
-        (plate_length, plate_width + 2.0 * gap, plate_height + gap + 10.0),
-    )
-    return tooth + plate
-
-
-def _channel(leg: PneuNetShape, mounting: RadialMounting, settings: HubSettings) -> Any:
-    """A tube's way from the socket's face along the leg's axis into the well."""
-    occ = open_cascade()
-    face = -leg.tooth_base_mm[0] / 2.0
-    # To the well's middle radius, where every channel has met it.
-    across = (mounting.hub_radius_mm - 0.6 * settings.well_radius_mm) / np.cos(
-        np.radians(mounting.pitch_deg)
-    )
-    start = occ.Pnt(face + 1.0, 0.0, settings.channel_height_mm)
-    inwards = occ.Dir(-1.0, 0.0, 0.0)
-    return occ.Cylinder(start, inwards, settings.channel_radius_mm, float(across) + 1.0)

@@ -35,7 +35,7 @@ class MouldSettings(Checked):
     clearance_mm: Positive = 0.15
     """Gap around a pin."""
     pour_radius_mm: Positive = 2.0
-    """Radius of the holes to pour through."""
+    """Radius of the holes to pour through; less where the base plate's overhang is too narrow."""
     vent_radius_mm: Positive = 0.75
     """Radius of the holes through which air leaves."""
     smallest_wall_mm: Positive = 0.8
@@ -88,15 +88,9 @@ def make_leg_mould(
 
     Raises:
         ModuleNotFoundError: netgen is not installed.
-        FabricationError: The sizes do not fit: a part falls to pieces, or holes cut into the leg;
-            or a wall parts its cavity.
+        FabricationError: The sizes do not fit: a part falls to pieces, or holes cut into the leg.
     """
     shape, settings = shape or PneuNetShape(), settings or MouldSettings()
-    if shape.middle_wall_mm > 0.0:
-        raise FabricationError(
-            f"leg.middle_wall_mm is {shape.middle_wall_mm:g}, expected 0: the mould has one core, "
-            "and a leg of two cavities needs two"
-        )
     plate_size = np.array(shape.base_plate_mm)
     parting, top = plate_size[2], shape.height_mm
     margin = settings.wall_mm + 2.0 * (settings.pin_radius_mm + settings.clearance_mm)
@@ -108,10 +102,13 @@ def make_leg_mould(
     plate = _boxes(shape.solid_boxes()[:1])
     body_outside = _boxes(shape.solid_boxes()[1:])
     cavity = _boxes(shape.cavity_boxes())
+    if shape.middle_wall_mm > 0.0:  # one plate carries the cores of both chambers
+        length, wall = float(plate_size[0]), shape.middle_wall_mm
+        cavity = cavity - box((-length / 2.0, -wall / 2.0, 0.0), (length, wall, top))
     body = single_solid("the body of the leg", body_outside - cavity)
 
     pins = _pin_places(reach, settings)
-    holes = _vertical(_hole_places(shape), settings, parting - 1.0, top + settings.wall_mm + 1.0)
+    holes = _vertical(shape, settings, parting - 1.0, top + settings.wall_mm + 1.0)
     pin_solids = _cylinders(
         pins, settings.pin_radius_mm, parting - settings.pin_length_mm, parting + 1.0
     )
@@ -205,11 +202,29 @@ def _hole_places(shape: PneuNetShape) -> dict[str, list[tuple[float, float]]]:
     }  # fmt: skip
 
 
-def _vertical(
-    places: dict[str, list[tuple[float, float]]], settings: MouldSettings, low: float, high: float
-) -> Any:
-    wide = _cylinders(places["pour"], settings.pour_radius_mm, low, high)
-    return wide + _cylinders(places["vent"], settings.vent_radius_mm, low, high)
+def _vertical(shape: PneuNetShape, settings: MouldSettings, low: float, high: float) -> Any:
+    """The holes of the upper half."""
+    places = _hole_places(shape)
+    fits = _hole_radius_mm(shape, settings)
+    wide = _cylinders(places["pour"], min(settings.pour_radius_mm, fits), low, high)
+    return wide + _cylinders(places["vent"], min(settings.vent_radius_mm, fits), low, high)
+
+
+def _hole_radius_mm(shape: PneuNetShape, settings: MouldSettings) -> float:
+    """Radius of the widest hole in the middle of the base plate's overhang that leaves a wall
+    beside the body.
+
+    Raises:
+        FabricationError: There is none.
+    """
+    overhang = 0.5 * (shape.base_plate_mm[1] - shape.tooth_base_mm[1])
+    radius = 0.5 * overhang - settings.smallest_wall_mm
+    if radius <= 0.0:
+        raise FabricationError(
+            f"the base plate reaches {overhang:g} mm beyond the teeth on each side, expected more "
+            f"than {2.0 * settings.smallest_wall_mm:g} mm: its holes would cut into the teeth"
+        )
+    return radius
 
 
 def check_leg_mould(mould: LegMould, shape: PneuNetShape, mesh_volume_mm3: float) -> dict[str, Any]:

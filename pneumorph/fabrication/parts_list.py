@@ -5,38 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from pneumorph.base.checked import Checked, NotNegative, Positive
-from pneumorph.catalogue.masses import PRINT_DENSITY_G_PER_ML, CastDensities
-from pneumorph.geometry.mounting import RadialMounting
-from pneumorph.geometry.pneunet import PneuNetShape
-from pneumorph.robot.design import Design
+from pneumorph.fabrication.tube_plan import TubeRun
+from pneumorph.fabrication.workshop_settings import WorkshopSettings
 
 MM3_PER_ML = 1000.0
-
-
-@dataclass(frozen=True)
-class WorkshopSettings(Checked):
-    """Materials and supplies."""
-
-    silicone: str = "Dragon Skin 30"
-    """Name of the silicone."""
-    silicone_density_g_per_ml: Positive = CastDensities().silicone_g_per_ml
-    """Its density [g/ml]."""
-    sheet_g_per_m2: NotNegative = CastDensities().sheet_g_per_m2
-    """Mass of the sheet under the leg by its area [g/m^2]."""
-    silicone_waste: NotNegative = 0.2
-    """Share of the silicone that stays in cups, holes and syringes."""
-    print_density_g_per_ml: Positive = PRINT_DENSITY_G_PER_ML
-    """Density of printed moulds (PLA) [g/ml]."""
-    tube: str = "silicone tube 2 x 3 mm"
-    """Name of the tube."""
-    supply_tube_mm: Positive = 800.0
-    """Length of tube from the middle of the hub to a regulator [mm]."""
-    tube_slack_mm: NotNegative = 40.0
-    """Length added to each leg's tube: into the leg, and slack at the hub [mm]."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +22,8 @@ class Printed:
     """What it is printed of, and how."""
     volume_ml: float
     """Its volume [ml]."""
-    mass_g: float
-    """Its mass [g]."""
+    mass_g: float | None
+    """Its mass [g]; None where its density is not known."""
 
 
 @dataclass(frozen=True)
@@ -64,108 +39,102 @@ class Part:
 
 
 @dataclass(frozen=True)
-class TubeRun:
-    """One leg's tube."""
+class LegMaterial:
+    """What a kind of leg takes."""
 
-    location: int
-    """Location around the hub, from 0."""
-    direction_deg: float
-    """Counter-clockwise from forward [degrees]."""
-    regulator: int
-    """Regulator, from 1."""
-    length_mm: float
-    """Cut length [mm]."""
+    name: str
+    """What the kind is called; empty where there is one."""
+    count: int
+    """How many of it."""
+    silicone_mm3: float
+    """Silicone of each [mm^3]."""
+    sheet_mm2: float
+    """Sheet of each [mm^2]; 0 for none."""
+    sheet_size: str
+    """Its size, such as ``115 x 32 mm``."""
 
-
-def tube_plan(
-    design: Design, mounting: RadialMounting, channel_length_mm: float, workshop: WorkshopSettings
-) -> list[TubeRun]:
-    """The tube of every leg: through its channel to the hub's middle, with slack.
-
-    Args:
-        design: The design.
-        mounting: Where legs sit.
-        channel_length_mm: From a socket's face to the well [mm].
-        workshop: Slack.
-    """
-    length = channel_length_mm + workshop.tube_slack_mm
-    return [
-        TubeRun(
-            location,
-            360.0 / mounting.location_count * (location + 0.5),
-            regulator,
-            round(length, 1),
-        )
-        for location, regulator in design.legs
-    ]
+    def mass_g(self, workshop: WorkshopSettings) -> float:
+        """Mass of one, silicone and sheet [g]."""
+        silicone = self.silicone_mm3 / MM3_PER_ML * workshop.silicone_density_g_per_ml
+        return silicone + 1e-6 * self.sheet_mm2 * workshop.sheet_g_per_m2
 
 
 def parts_list(
-    design: Design,
-    leg: PneuNetShape,
-    leg_volume_mm3: float,
+    legs: Sequence[LegMaterial],
     hub: Printed,
-    mould_volumes_mm3: dict[str, float],
-    tubes: list[TubeRun],
+    mould_volumes_mm3: Mapping[str, float],
+    tubes: Sequence[TubeRun],
     workshop: WorkshopSettings,
 ) -> list[Part]:
     """Everything to buy, print, cut and cast for one robot.
 
     Args:
-        design: The design.
-        leg: The leg's sizes.
-        leg_volume_mm3: Silicone of one leg [mm^3].
+        legs: The kinds of legs.
         hub: The hub as it is printed.
-        mould_volumes_mm3: Printed volume of each part of the mould by name [mm^3].
+        mould_volumes_mm3: Printed volume of each part of the moulds by name [mm^3].
         tubes: The tube plan.
         workshop: Materials.
     """
-    count = design.leg_count
-    leg_ml = leg_volume_mm3 / MM3_PER_ML
-    mixed_ml = count * leg_ml * (1.0 + workshop.silicone_waste)
+    mixed_ml = (
+        sum(each.count * each.silicone_mm3 for each in legs)
+        / MM3_PER_ML
+        * (1.0 + workshop.silicone_waste)
+    )
     regulators = sorted({run.regulator for run in tubes})
-    # A regulator with n legs needs n - 1 tees.
+    # A regulator with n tubes needs n - 1 tees.
     tees = sum(sum(run.regulator == r for run in tubes) - 1 for r in regulators)
-    plate_length, plate_width, _ = leg.base_plate_mm
     tube_mm = sum(run.length_mm for run in tubes) + len(regulators) * workshop.supply_tube_mm
-    rows = [
+    rows: list[tuple[str, int, str, float | None, float | None]] = [
         (
-            "PneuNet leg, cast",
-            count,
+            f"PneuNet leg{_called(each)}, cast",
+            each.count,
             f"{workshop.silicone}, each",
-            leg_ml,
-            leg_ml * workshop.silicone_density_g_per_ml,
-        ),
+            each.silicone_mm3 / MM3_PER_ML,
+            each.silicone_mm3 / MM3_PER_ML * workshop.silicone_density_g_per_ml,
+        )
+        for each in legs
+    ]
+    rows.append(
         (
             "silicone to mix",
             1,
             f"{workshop.silicone}, {100 * workshop.silicone_waste:.0f} % waste included",
             mixed_ml,
             mixed_ml * workshop.silicone_density_g_per_ml,
-        ),
+        )
+    )
+    rows += [
         (
-            "paper layer",
-            count,
-            f"{plate_length:g} x {plate_width:g} mm, under the leg, each",
+            f"paper layer{_called(each)}",
+            each.count,
+            f"{each.sheet_size}, under the leg, each",
             None,
-            1e-6 * plate_length * plate_width * workshop.sheet_g_per_m2,
-        ),
+            1e-6 * each.sheet_mm2 * workshop.sheet_g_per_m2,
+        )
+        for each in legs
+        if each.sheet_mm2 > 0.0
+    ]
+    rows += [
         ("hub, printed", 1, hub.detail, hub.volume_ml, hub.mass_g),
         ("tube", 1, f"{workshop.tube}, {math.ceil(tube_mm / 10) / 100:g} m in all", None, None),
-        ("T piece", tees, "joins legs of one regulator", None, None),
+        ("T piece", tees, "joins tubes of one regulator", None, None),
         ("tube to a regulator", len(regulators), f"{workshop.supply_tube_mm:g} mm", None, None),
-        *(
-            (
-                f"mould, {name}",
-                1,
-                "printed once",
-                volume / MM3_PER_ML,
-                volume / MM3_PER_ML * workshop.print_density_g_per_ml,
-            )
-            for name, volume in mould_volumes_mm3.items()
-        ),
+    ]
+    rows += [
+        (
+            f"mould, {name}",
+            1,
+            "printed once",
+            volume / MM3_PER_ML,
+            volume / MM3_PER_ML * workshop.print_density_g_per_ml,
+        )
+        for name, volume in mould_volumes_mm3.items()
     ]
     return [Part(number, *row) for number, row in enumerate(rows, start=1)]
+
+
+def _called(leg: LegMaterial) -> str:
+    return f" {leg.name}" if leg.name else ""
 
 
 def parts_csv(parts: Sequence[Part]) -> str:
@@ -176,14 +145,4 @@ def parts_csv(parts: Sequence[Part]) -> str:
     for part in parts:
         numbers = ["" if v is None else f"{v:.2f}" for v in (part.volume_ml, part.mass_g)]
         writer.writerow([part.number, part.name, part.count, part.detail, *numbers])
-    return text.getvalue()
-
-
-def tubes_csv(tubes: Sequence[TubeRun]) -> str:
-    """The tube plan as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["location", "direction_deg", "regulator", "length_mm"])
-    for run in tubes:
-        writer.writerow([run.location, f"{run.direction_deg:g}", run.regulator, run.length_mm])
     return text.getvalue()

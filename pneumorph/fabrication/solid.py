@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.netgen_mesher import open_cascade
+from pneumorph.geometry.pose import Pose
 from pneumorph.geometry.surface import enclosed_volume
 
 
@@ -104,12 +105,12 @@ def write_step(path: Path, solid: Any) -> Path:
     return path
 
 
-def mounted(shape: Any, mounting: RadialMounting, location: int) -> Any:
-    """A shape of the leg's frame at a place of the robot, posed by `RadialMounting.pose`."""
+def posed(shape: Any, pose: Pose) -> Any:
+    """A shape of a part's frame where a pose puts it."""
     occ = open_cascade()
-    origin = occ.Pnt(0, 0, 0)
-    # The pose is a pitch, a shift outwards and up, then a turn about z.
-    x, y, z = map(float, mounting.pose(location).translation)
-    pitched = shape.Rotate(occ.Axis(origin, occ.Y), mounting.pitch_deg)
-    moved = pitched.Move(occ.Vec(float(np.hypot(x, y)), 0.0, z))
-    return moved.Rotate(occ.Axis(origin, occ.Z), float(np.degrees(np.arctan2(y, x))))
+    turn = Rotation.from_matrix(pose.rotation).as_rotvec(degrees=True)
+    angle, origin = float(np.linalg.norm(turn)), occ.Pnt(0, 0, 0)
+    if angle > 0.0:
+        axis = occ.Dir(*map(float, turn / angle))
+        shape = shape.Rotate(occ.Axis(origin, axis), angle)
+    return shape.Move(occ.Vec(*map(float, pose.translation)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import reduce
 from typing import Any
 
@@ -89,6 +89,24 @@ class PneuNetShape(Checked):
                 f"chambers, {self.chamber_mm[1]:g}, and connector, {self.connector_mm[1]:g}: what "
                 "is left of them lies on both sides of it; make the connector wider"
             )
+
+    def scaled(self, factor: float) -> PneuNetShape:
+        """The same leg in another size.
+
+        Args:
+            factor: All its lengths over those of this one.
+        """
+        lengths: dict[str, Any] = {
+            each.name: (
+                tuple(factor * size for size in value)
+                if isinstance(value, tuple)
+                else factor * value
+            )
+            for each in fields(self)
+            if each.name != "inner_tooth_count"
+            for value in (getattr(self, each.name),)
+        }
+        return replace(self, **lengths)
 
     @property
     def tooth_pitch_mm(self) -> float:

@@ -1,4 +1,4 @@
-"""The assembly drawing of a design: views to scale, leg in section, parts list, tube plan."""
+"""The assembly drawing of a design: views to scale, legs in section, parts list, tube plan."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pneumorph.fabrication.fabricated_robot import FabricatedRobot, FabricationSettings
-from pneumorph.fabrication.hub import HubSettings
-from pneumorph.geometry.disk import DiskShape
-from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.fabrication.fabricated_robot import FabricatedRobot
+from pneumorph.fabrication.robot_to_make import HubToMake, LegToMake, RobotToMake, Seat
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.report.style import (
     DISK_COLOUR,
@@ -21,68 +19,65 @@ from pneumorph.report.style import (
     regulator_colour,
     save_figure,
 )
-from pneumorph.robot.design import Design
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pneumorph.fabrication.parts_list import Part, TubeRun
+    from pneumorph.fabrication.parts_list import Part
+    from pneumorph.fabrication.tube_plan import TubeRun
 
 A3_INCH = (16.54, 11.69)
-SCALE = 2.0
-"""Drawn one to two."""
+_SCALES = (1.0, 2.0, 2.5, 5.0, 10.0, 20.0, 50.0)
+"""A drawing is one to so much: the least by which the plan fits."""
 _INCH_MM = 25.4
+_PLAN_MM = (175.0, 190.0)
+_MARGIN_MM = 18.0
+"""Left around the plan for numbers and dimensions, on paper [mm]."""
 Point = tuple[float, float]
 
 
 @figure_style()
-def assembly_drawing(
-    design: Design,
-    parts: Sequence[Part],
-    tubes: Sequence[TubeRun],
-    leg: PneuNetShape | None = None,
-    disk: DiskShape | None = None,
-    mounting: RadialMounting | None = None,
-    hub: HubSettings | None = None,
-) -> Figure:
-    """Return an A3 sheet, views at 1:2.
+def assembly_drawing(robot: RobotToMake, parts: Sequence[Part], tubes: Sequence[TubeRun]) -> Figure:
+    """Return an A3 sheet.
 
     Args:
-        design: The design.
+        robot: The design with its legs and hub.
         parts: Its parts list.
         tubes: Its tube plan.
-        leg: Sizes of the leg.
-        disk: Sizes of the disk.
-        mounting: Where legs sit.
-        hub: Sizes of the printed hub.
     """
-    leg, disk, mounting = leg or PneuNetShape(), disk or DiskShape(), mounting or RadialMounting()
     figure = new_figure(*A3_INCH)
     figure.set_layout_engine("none")  # views keep their places and scale
-    well_mm = (hub or HubSettings()).well_radius_mm
-    _plan(_view(figure, (20.0, 100.0), (175.0, 190.0)), design, leg, disk, mounting, well_mm)
-    _side(_view(figure, (20.0, 15.0), (175.0, 70.0)), design, leg, disk, mounting)
-    _section(_view(figure, (205.0, 245.0), (120.0, 40.0)), leg)
+    scale = drawing_scale(robot)
+    _plan(_view(figure, (20.0, 100.0), _PLAN_MM, scale), robot, scale)
+    _side(_view(figure, (20.0, 15.0), (175.0, 70.0), scale), robot, scale)
+    shapes = [leg for leg in robot.legs if leg.shape is not None]
+    # Two beside each other, or as many as there are below each other at a smaller scale.
+    for number, leg in enumerate(shapes[:4]):
+        place = (205.0 + 100.0 * (number % 2), 245.0 - 20.0 * (number // 2))
+        if len(shapes) == 1:
+            _section(_view(figure, (205.0, 245.0), (120.0, 40.0), 2.0), leg, 2.0)
+        else:
+            _section(_view(figure, place, (95.0, 20.0), 4.0), leg, 4.0)
     _tables(figure, parts, tubes)
-    _title(figure, design)
+    _title(figure, robot)
     return figure
 
 
-def write_assembly_drawing(
-    path: Path, made: FabricatedRobot, settings: FabricationSettings
-) -> Path:
+def write_assembly_drawing(path: Path, robot: RobotToMake, made: FabricatedRobot) -> Path:
     """Draw what was made as PDF, with a PNG beside it, and return the PDF."""
-    figure = assembly_drawing(
-        Design.parse(made.design),
-        made.parts,
-        made.tubes,
-        settings.leg,
-        settings.disk,
-        settings.mounting,
-        settings.hub,
-    )
+    figure = assembly_drawing(robot, made.parts, made.tubes)
     return save_figure(figure, path, ("pdf", "png"))[0]
+
+
+def drawing_scale(robot: RobotToMake) -> float:
+    """A millimetre on paper is so many of the robot: 2 for the paper's robot."""
+    points = [robot.hub.outline_mm, *(corners for seat in robot.seats for corners in _boxes(seat))]
+    reach = np.abs(np.concatenate(points)[:, :2]).max(axis=0)
+    for scale in _SCALES[1:-1]:
+        if np.all(reach / scale <= np.array(_PLAN_MM) / 2.0 - _MARGIN_MM * 0.5):
+            return scale
+    return _SCALES[-1]
 
 
 def _place(figure: Figure, corner_mm: Point, size_mm: Point) -> Axes:
@@ -91,20 +86,26 @@ def _place(figure: Figure, corner_mm: Point, size_mm: Point) -> Axes:
     return figure.add_axes((*(np.array(corner_mm) / sheet), *(np.array(size_mm) / sheet)))
 
 
-def _view(figure: Figure, corner_mm: Point, size_mm: Point) -> Axes:
-    """Axes of a place of the sheet whose unit is a real millimetre at the drawing's scale."""
+def _view(figure: Figure, corner_mm: Point, size_mm: Point, scale: float) -> Axes:
+    """Axes of a place of the sheet whose unit is a real millimetre at a scale."""
     axes = _place(figure, corner_mm, size_mm)
-    half = np.array(size_mm) * SCALE / 2.0
+    half = np.array(size_mm) * scale / 2.0
     axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect="equal")
     axes.axis("off")
     return axes
 
 
-def _leg_boxes(leg: PneuNetShape, mounting: RadialMounting, location: int) -> list[np.ndarray]:
-    """Corners of each of a leg's boxes in the robot's frame, (8, 3)."""
-    pose = mounting.pose(location)
+def _boxes(seat: Seat) -> list[np.ndarray]:
+    """Corners of each of a leg's boxes, or the leg's nodes, in the robot's frame, (point, 3)."""
+    if seat.leg is None:
+        return []
+    if seat.leg.shape is None:
+        return [seat.pose.apply(seat.leg.mesh.nodes)]
     corners = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
-    return [pose.apply(np.array(low) + corners * size) for low, size in leg.solid_boxes()]
+    return [
+        seat.pose.apply(np.array(low) + corners * size)
+        for low, size in seat.leg.shape.solid_boxes()
+    ]
 
 
 def _outline(axes: Axes, points: np.ndarray, colour: str, order: float) -> None:
@@ -115,99 +116,122 @@ def _outline(axes: Axes, points: np.ndarray, colour: str, order: float) -> None:
     axes.fill(*hull.T, facecolor=colour, edgecolor=INK_COLOUR, linewidth=0.5, zorder=order)
 
 
-def _plan(
-    axes: Axes,
-    design: Design,
-    leg: PneuNetShape,
-    disk: DiskShape,
-    mounting: RadialMounting,
-    well_mm: float,
-) -> None:
+def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
     from matplotlib.patches import Circle
 
-    for location, regulator in design.legs:
-        for corners in _leg_boxes(leg, mounting, location):
-            _outline(axes, corners[:, :2], regulator_colour(regulator), 2)
-    for radius, fill in ((disk.top_radius_mm, DISK_COLOUR), (well_mm, "white")):
+    unit = scale / 2.0
+    for seat in robot.seats:
+        for corners in _boxes(seat):
+            _outline(axes, corners[:, :2], regulator_colour(seat.regulators[0]), 2)
+    hub = robot.hub
+    _outline(axes, hub.outline_mm[:, :2], DISK_COLOUR, 3)
+    if hub.well_radius_mm > 0.0:
         axes.add_patch(
-            Circle((0, 0), radius, facecolor=fill, edgecolor=INK_COLOUR, linewidth=0.7, zorder=3)
-        )
-    regulators = dict(design.legs)
-    for location in range(design.location_count):
-        angle = design.angle_rad(location)
-        direction = np.array([np.cos(angle), np.sin(angle)])
-        regulator = regulators.get(location, 0)
-        if regulator:
-            x, y = np.outer(direction, [well_mm, disk.top_radius_mm])
-            axes.plot(x, y, color=regulator_colour(regulator), linewidth=2.0, zorder=4)
-        text = f"{location}: " + (f"regulator {regulator}" if regulator else "free socket")
-        side, flip = ("left", 0.0) if direction[0] > 0 else ("right", 180.0)
-        x, y = direction * (165.0 if regulator else 70.0)
-        axes.text(
-            x, y, text, fontsize=7, ha=side, va="center",
-            rotation=np.degrees(angle) + flip, rotation_mode="anchor", zorder=5,
+            Circle((0, 0), hub.well_radius_mm, facecolor="white", edgecolor=INK_COLOUR,
+                   linewidth=0.7, zorder=3)
         )  # fmt: skip
+    for seat in robot.seats:
+        _label(axes, seat, hub, unit)
     axes.annotate(
-        "forward", (172, 0), (120, 0), fontsize=8, va="center",
+        "forward", (172 * unit, 0), (120 * unit, 0), fontsize=8, va="center",
         arrowprops={"arrowstyle": "->", "color": INK_COLOUR}, zorder=6,
     )  # fmt: skip
-    _dimension(axes, (-disk.top_radius_mm, -168.0), (disk.top_radius_mm, -168.0),
-               f"Ø {2 * disk.top_radius_mm:g}")  # fmt: skip
-    axes.text(0, 180, "from above, 1:2", ha="center", fontsize=9)
+    wide = np.ptp(hub.outline_mm[:, 0])
+    middle = 0.5 * (hub.outline_mm[:, 0].max() + hub.outline_mm[:, 0].min())
+    _dimension(
+        axes,
+        (middle - wide / 2, -168.0 * unit),
+        (middle + wide / 2, -168.0 * unit),
+        f"{'Ø ' if hub.round else ''}{wide:g}",
+        unit,
+    )
+    axes.text(0, 180 * unit, f"from above, 1:{scale:g}", ha="center", fontsize=9)
 
 
-def _side(
-    axes: Axes, design: Design, leg: PneuNetShape, disk: DiskShape, mounting: RadialMounting
-) -> None:
+def _label(axes: Axes, seat: Seat, hub: HubToMake, unit: float) -> None:
+    """The number of a place and its regulators, beside its leg or where one would be, and the tubes
+    of a leg from the well."""
+    angle = np.radians(seat.direction_deg)
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    boxes = _boxes(seat)
+    if boxes:
+        inner = float(np.min(np.concatenate(boxes)[:, :2] @ direction))
+        outer = float(np.max(np.concatenate(boxes)[:, :2] @ direction))
+        across = seat.face_mm[:2] - (seat.face_mm[:2] @ direction) * direction
+        for regulator in dict.fromkeys(seat.regulators):
+            near = hub.well_radius_mm * direction if hub.well_radius_mm > 0.0 else 0.0 * direction
+            x, y = np.column_stack([near, across + (inner + 4.0) * direction])
+            axes.plot(x, y, color=regulator_colour(regulator), linewidth=2.0, zorder=4)
+        told = "regulator" if len(seat.regulators) == 1 else "regulators"
+        text = f"{seat.location}: {told} {'+'.join(map(str, seat.regulators))}"
+        at = across + (outer + 3.0 * unit) * direction
+    else:
+        text = f"{seat.location}: free"
+        at = seat.face_mm[:2] + 16.0 * unit * direction
+    side, flip = ("left", 0.0) if direction[0] > -1e-9 else ("right", 180.0)
+    axes.text(
+        float(at[0]), float(at[1]), text, fontsize=7, ha=side, va="center",
+        rotation=np.degrees(angle) + flip, rotation_mode="anchor", zorder=5,
+    )  # fmt: skip
+
+
+def _side(axes: Axes, robot: RobotToMake, scale: float) -> None:
     """Seen from the right (-y), forward to the right; nearer legs are drawn later."""
-    lift = -15.0
-    legs = sorted(design.legs, key=lambda each: -np.sin(design.angle_rad(each[0])))
-    for order, (location, regulator) in enumerate(legs):
-        for corners in _leg_boxes(leg, mounting, location):
+    unit = scale / 2.0
+    lift = -15.0 * unit
+    seats = sorted(robot.seats, key=lambda each: -np.sin(np.radians(each.direction_deg)))
+    for order, seat in enumerate(seats):
+        for corners in _boxes(seat):
             points = corners[:, [0, 2]] + [0.0, lift]
-            _outline(axes, points, regulator_colour(regulator), 2 + 0.1 * order)
-    low, high = disk.bottom_mm, disk.bottom_mm + disk.height_mm
-    r1, r2 = disk.bottom_radius_mm, disk.top_radius_mm
-    hull = np.array([[-r1, low], [r1, low], [r2, high], [-r2, high]])
-    hull[:, 1] += lift
-    _outline(axes, hull, DISK_COLOUR, 2.5)
-    _dimension(axes, (0.0, low + lift), (0.0, high + lift), f"{disk.height_mm:g}")
-    axes.text(0, 52, f"from the right, 1:2; legs pitched {mounting.pitch_deg:g}°", ha="center",
-              fontsize=9)  # fmt: skip
+            _outline(axes, points, regulator_colour(seat.regulators[0]), 2 + 0.1 * order)
+    hull = robot.hub.outline_mm[:, [0, 2]]
+    low, high = hull[:, 1].min(), hull[:, 1].max()
+    _outline(axes, hull + np.array([0.0, lift]), DISK_COLOUR, 2.5)
+    _dimension(axes, (0.0, low + lift), (0.0, high + lift), f"{high - low:g}", unit)
+    axes.text(0, 52 * unit, f"from the right, 1:{scale:g}", ha="center", fontsize=9)
 
 
-def _section(axes: Axes, leg: PneuNetShape) -> None:
-    """A leg cut along its middle: material shaded, cavity white."""
+def _section(axes: Axes, leg: LegToMake, scale: float) -> None:
+    """A leg cut along its middle, or along a chamber: material shaded, cavity white."""
     from matplotlib.patches import Rectangle
 
-    for boxes, colour in ((leg.solid_boxes(), DISK_COLOUR), (leg.cavity_boxes(), "white")):
+    assert leg.shape is not None
+    shape, unit = leg.shape, scale / 2.0
+    for boxes, colour in ((shape.solid_boxes(), DISK_COLOUR), (shape.cavity_boxes(), "white")):
         for low, size in boxes:
             axes.add_patch(
                 Rectangle((low[0], low[2]), size[0], size[2], facecolor=colour, linewidth=0)
             )
-    end = leg.base_plate_mm[0] / 2
+    end = shape.base_plate_mm[0] / 2
     axes.plot([-end, end], [0, 0], color=INK_COLOUR, linewidth=1.6)
-    _dimension(axes, (-end, -8.0), (end, -8.0), f"{2 * end:g}")
-    _dimension(axes, (end + 10, 0.0), (end + 10, leg.height_mm), f"{leg.height_mm:g}")
-    chamber = leg.chamber_mm
-    roof = leg.height_mm - leg.base_plate_mm[2] - chamber[2]
-    side = (leg.inner_tooth_length_mm - chamber[0]) / 2.0
-    axes.text(
-        0, 28,
-        f"leg, middle section, 1:2: {leg.inner_tooth_count} chambers {chamber[0]:g} x "
-        f"{chamber[1]:g} x {chamber[2]:g}, walls {side:g}, roof {roof:g}; paper below (bold)",
-        ha="center", fontsize=8,
-    )  # fmt: skip
+    _dimension(axes, (-end, -8.0 * unit), (end, -8.0 * unit), f"{2 * end:g}", unit)
+    high = shape.height_mm
+    _dimension(axes, (end + 10 * unit, 0.0), (end + 10 * unit, high), f"{high:g}", unit)
+    axes.text(0, high + 8.0 * unit, _told_section(leg.name, shape, scale), ha="center",
+              fontsize=8 if scale == 2.0 else 6)  # fmt: skip
 
 
-def _dimension(axes: Axes, start: Point, end: Point, text: str) -> None:
+def _told_section(name: str, shape: PneuNetShape, scale: float) -> str:
+    chamber = shape.chamber_mm
+    roof = shape.height_mm - shape.base_plate_mm[2] - chamber[2]
+    side = (shape.inner_tooth_length_mm - chamber[0]) / 2.0
+    parted = shape.middle_wall_mm > 0.0
+    wall = f" parted by {shape.middle_wall_mm:g}" if parted else ""
+    return (
+        f"{name or 'leg'}, {'section of a chamber' if parted else 'middle section'}, 1:{scale:g}: "
+        f"{shape.inner_tooth_count} chambers {chamber[0]:g} x {chamber[1]:g} x {chamber[2]:g}"
+        f"{wall}, walls {side:g}, roof {roof:g}; paper below (bold)"
+    )
+
+
+def _dimension(axes: Axes, start: Point, end: Point, text: str, unit: float) -> None:
     axes.annotate("", start, end, arrowprops={"arrowstyle": "<->", "color": INK_COLOUR,
                                               "linewidth": 0.6})  # fmt: skip
     x, y = np.add(start, end) / 2
     if start[0] == end[0]:
-        axes.text(x + 2.0, y, text, ha="left", va="center", fontsize=7)
+        axes.text(x + 2.0 * unit, y, text, ha="left", va="center", fontsize=7)
     else:
-        axes.text(x, y + 1.5, text, ha="center", va="bottom", fontsize=7)
+        axes.text(x, y + 1.5 * unit, text, ha="center", va="bottom", fontsize=7)
 
 
 def _tables(figure: Figure, parts: Sequence[Part], tubes: Sequence[TubeRun]) -> None:
@@ -231,25 +255,32 @@ def _tables(figure: Figure, parts: Sequence[Part], tubes: Sequence[TubeRun]) -> 
         ],
         [0.04, 0.22, 0.08, 0.46, 0.1, 0.1],
     )  # fmt: skip
+    chambers = any(t.chamber > 1 for t in tubes)
     table(
-        (205.0, 45.0), (120.0, 70.0), "tubes, one a leg",
+        (205.0, 45.0), (120.0, 70.0), "tubes, one a chamber" if chambers else "tubes, one a leg",
         ["location", "direction", "regulator", "cut to"],
         [
-            [str(t.location), f"{t.direction_deg:g}°", str(t.regulator), f"{t.length_mm:g} mm"]
+            [
+                f"{t.location}{', left' if t.chamber == 1 else ', right'}" if chambers
+                else str(t.location),
+                f"{t.direction_deg:g}°", str(t.regulator), f"{t.length_mm:g} mm",
+            ]
             for t in tubes
         ],
         [0.25] * 4,
     )  # fmt: skip
 
 
-def _title(figure: Figure, design: Design) -> None:
+def _title(figure: Figure, robot: RobotToMake) -> None:
     axes = _place(figure, (205.0, 12.0), (200.0, 22.0))
     axes.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1))
     axes.spines[:].set_visible(True)
+    design = robot.design
     axes.text(0.02, 0.55, f"crawling robot {design}", fontsize=14, va="center")
+    count = len({regulator for seat in robot.seats for regulator in seat.regulators})
     axes.text(
         0.02, 0.18,
-        f"{design.leg_count} legs on {len(set(dict(design.legs).values()))} regulators; "
+        f"{design.leg_count} legs on {count} regulators; "
         "millimetres; general tolerance ±0.2; pneumorph",
         fontsize=8, va="center",
     )  # fmt: skip

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from pneumorph.exchange.conversion import GAIT_FILE, ConvertedFile
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot
-from pneumorph.fabrication.parts_list import parts_csv, tubes_csv
+from pneumorph.fabrication.parts_list import parts_csv
+from pneumorph.fabrication.tube_plan import tubes_csv
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.physics.physics import Physics
@@ -67,8 +68,8 @@ def fabrication_sections(made: FabricatedRobot, run: FinishedRun, sheet: Sheet) 
     """Return the drawing, the solids, and what to buy and cut."""
     caption = f"Assembly of {made.design}; drawing.pdf is the same to scale."
     rows = [
-        [name.replace("_", " "), Path(solid.step).name, Path(solid.stl).name, solid.volume_mm3,
-         solid.triangle_count, solid.thinnest_wall_mm]
+        [name.replace("_", " "), "" if solid.step is None else Path(solid.step).name,
+         Path(solid.stl).name, solid.volume_mm3, solid.triangle_count, solid.thinnest_wall_mm]
         for name, solid in made.solids.items()
     ]  # fmt: skip
     header = ["solid", "STEP", "STL", "volume mm3", "triangle count", "thinnest wall mm"]
@@ -83,10 +84,12 @@ def fabrication_sections(made: FabricatedRobot, run: FinishedRun, sheet: Sheet) 
 
 def _masses(made: FabricatedRobot) -> str:
     """Built and simulated masses side by side, and how far the hub gives way."""
-    pairs = {
-        "leg": (made.leg_mass_g, made.simulated_leg_mass_g),
-        "hub": (made.hub_mass_g, made.simulated_hub_mass_g),
+    pairs: dict[str, tuple[float | None, float | None]] = {
+        f"leg {each.name}".rstrip(): (each.mass_g, each.simulated_mass_g) for each in made.legs
     }
+    if not made.legs:  # of an earlier version
+        pairs["leg"] = made.leg_mass_g, made.simulated_leg_mass_g
+    pairs["hub"] = made.hub_mass_g, made.simulated_hub_mass_g
     rows = [
         (name, built, simulated, 100.0 * (simulated / built - 1.0))
         for name, (built, simulated) in pairs.items()

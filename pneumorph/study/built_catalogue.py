@@ -235,7 +235,7 @@ def _build(
     else:
         folder.progress.say(f"{name}: is there already, in {inner.path}")
     materials = replace(module.options(mesh).materials, mass_kg=1e-3 * report.mass_g)
-    built = BuiltModule(inner / PART_FILE, mesh, module.leg, materials)
+    built = BuiltModule(inner / PART_FILE, mesh, module.leg, materials, module.mesh.leg)
     built.save(name, folder.path)
 
 

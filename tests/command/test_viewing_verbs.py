@@ -211,6 +211,31 @@ def test_a_described_robot_is_simulated_replayed_and_explored(
     assert walked.commanded_kPa.shape[1] == 4
 
 
+def test_a_robot_of_a_file_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Moulds for both kinds of legs, and a plate with a socket for each of four."""
+    pytest.importorskip("netgen.occ")
+    plate = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
+    out = tmp_path / "made"
+    command = ["fabricate", "b1.0.2.2.0.b1", "--robot", str(plate), "--out", str(out), "--json"]
+    # Fins between the teeth of the short leg are 0.75 mm thick.
+    assert run(command) == 1
+    assert "short_mould_upper has a wall of 0.75 mm" in capsys.readouterr().err
+    assert run([*command, "--mould.smallest-wall-mm", "0.7", "--surface-size-mm", "20"]) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    short, long = summary["legs"]
+    assert (short["name"], short["count"], long["name"], long["count"]) == ("short", 2, "long", 2)
+    assert short["cast_volume_mm3"] == pytest.approx(0.75**3 * long["cast_volume_mm3"], rel=1e-6)
+    assert long["mass_g"] == pytest.approx(46.8, abs=0.1)
+    # The plate's own 81 g, and its sockets of the same stuff; less what legs and tubes take.
+    assert summary["simulated_hub_mass_g"] == pytest.approx(81.0)
+    assert 81.0 < summary["hub_mass_g"] < 1.1 * 81.0
+    assert [each["location"] for each in summary["tubes"]] == [0, 2, 3, 5]
+    for name in ("short_mould_upper", "long_core", "short_leg", "hub"):
+        assert (out / f"{name}.stl").exists()
+        assert (out / f"{name}.step").exists()
+    assert (out / "drawing.pdf").exists()
+
+
 def test_a_description_says_itself_what_its_legs_are(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -218,6 +243,8 @@ def test_a_description_says_itself_what_its_legs_are(
     assert run(["simulate", "--robot", str(plate), "--leg", "hyperelastic"]) == 1
     assert "--leg is given beside --robot" in capsys.readouterr().err
     assert run(["fabricate", "1.0.0.2.2.0.0.1", "--robot", str(plate)]) == 1
-    assert "fabricate makes the paper's hub and legs" in capsys.readouterr().err
+    assert "8 locations, expected 6: one for each site of plate" in capsys.readouterr().err
+    assert run(["fabricate", "1.0.2.2.0.1", "--check-hub", "--robot", str(plate)]) == 1
+    assert "only the paper's hub is checked" in capsys.readouterr().err
     assert run(["simulate", "--robot", "no_such.toml"]) == 1
     assert "no_such.toml" in capsys.readouterr().err

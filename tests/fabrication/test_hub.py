@@ -15,14 +15,15 @@ from helpers.box_mesh import box_mesh  # noqa: E402
 from pneumorph.catalogue.masses import PRINTED_HUB  # noqa: E402
 from pneumorph.catalogue.paper_leg import paper_leg_model  # noqa: E402
 from pneumorph.catalogue.paper_robot import paper_robot  # noqa: E402
-from pneumorph.fabrication.hub import HubSettings, make_hub  # noqa: E402
+from pneumorph.fabrication.hub import make_hub  # noqa: E402
+from pneumorph.fabrication.hub_settings import HubSettings  # noqa: E402
 from pneumorph.fabrication.hub_stiffness import (  # noqa: E402
     HubCheckSettings,
     hub_model,
     hub_stiffness,
     leg_end_compliance,
 )
-from pneumorph.fabrication.solid import FabricationError, mounted, surface_of  # noqa: E402
+from pneumorph.fabrication.solid import FabricationError, posed, surface_of  # noqa: E402
 from pneumorph.fabrication.wall_thickness import wall_thickness_mm  # noqa: E402
 from pneumorph.fem.free_body import free_body_displacements, rigid_motions  # noqa: E402
 from pneumorph.fem.material import Material  # noqa: E402
@@ -63,15 +64,15 @@ def test_the_hub_carries_legs_without_touching_them(hub: Any) -> None:
     boxes = [box(low, size) for low, size in leg.solid_boxes()]
     for location in (0, 3):
         for each in boxes:
-            placed = mounted(each, mounting, location)
+            placed = posed(each, mounting.pose(location))
             assert sum(solid.mass for solid in (placed * hub).solids) == 0.0
         probe = occ.Cylinder(occ.Pnt(-51.0, 0, 8.0), occ.Dir(-1, 0, 0), 1.5, 40.0)
-        assert sum(s.mass for s in (mounted(probe, mounting, location) * hub).solids) == 0.0
+        assert sum(s.mass for s in (posed(probe, mounting.pose(location)) * hub).solids) == 0.0
         fat = occ.Cylinder(occ.Pnt(-52.0, 0, 8.0), occ.Dir(-1, 0, 0), 2.5, 20.0)
-        assert sum(s.mass for s in (mounted(fat, mounting, location) * hub).solids) > 1.0
+        assert sum(s.mass for s in (posed(fat, mounting.pose(location)) * hub).solids) > 1.0
         # The wall that the leg's end tooth is glued to stands behind all of its face.
         wall = box((-52.5, -9.0, 10.0), (0.2, 18.0, 9.0))
-        behind = sum(s.mass for s in (mounted(wall, mounting, location) * hub).solids)
+        behind = sum(s.mass for s in (posed(wall, mounting.pose(location)) * hub).solids)
         assert behind == pytest.approx(0.2 * 18.0 * 9.0, rel=1e-6)
 
 

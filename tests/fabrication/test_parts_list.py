@@ -2,64 +2,85 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from pneumorph.fabrication.hub import HubSettings
-from pneumorph.fabrication.parts_list import (
-    Printed,
-    WorkshopSettings,
-    parts_csv,
-    parts_list,
-    tube_plan,
-    tubes_csv,
-)
-from pneumorph.geometry.mounting import RadialMounting
-from pneumorph.geometry.pneunet import PneuNetShape
-from pneumorph.report.assembly_drawing import SCALE, assembly_drawing
-from pneumorph.robot.design import Design
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.fabrication.fabrication_settings import FabricationSettings
+from pneumorph.fabrication.hub_settings import HubSettings
+from pneumorph.fabrication.parts_list import LegMaterial, Printed, parts_csv, parts_list
+from pneumorph.fabrication.robot_to_make import RobotToMake, paper_robot_to_make
+from pneumorph.fabrication.tube_plan import TubeRun, tube_plan, tubes_csv
+from pneumorph.fabrication.workshop_settings import WorkshopSettings
+from pneumorph.report.assembly_drawing import assembly_drawing, drawing_scale
 
 HUB = Printed("PLA", 24.2, 30.0)
+LEG = LegMaterial("", 4, 43072.0, 115.0 * 32.0, "115 x 32 mm")
+
+
+def to_make(design: str, **changes: object) -> RobotToMake:
+    settings = replace(FabricationSettings(), **changes)  # type: ignore[arg-type]
+    return paper_robot_to_make(design, settings, paper_robot("measured"))
 
 
 def test_parts_of_the_experts_robot() -> None:
-    design, workshop = Design.parse("1.0.0.2.2.0.0.1"), WorkshopSettings()
-    tubes = tube_plan(design, RadialMounting(), 52.0, workshop)
+    workshop = WorkshopSettings()
+    tubes = tube_plan(to_make("1.0.0.2.2.0.0.1").seats, workshop)
     assert [(run.location, run.regulator) for run in tubes] == [(0, 1), (3, 2), (4, 2), (7, 1)]
-    parts = {
-        part.name: part
-        for part in parts_list(
-            design, PneuNetShape(), 43072.0, HUB, {"core": 38e3}, tubes, workshop
-        )
-    }
+    parts = {part.name: part for part in parts_list([LEG], HUB, {"core": 38e3}, tubes, workshop)}
     assert parts["PneuNet leg, cast"].count == 4
     assert parts["PneuNet leg, cast"].mass_g == pytest.approx(43.072 * 1.08)
     # 115 x 32 mm of 80 g/m^2.
     assert parts["paper layer"].mass_g == pytest.approx(0.2944)
+    assert LEG.mass_g(workshop) == pytest.approx(43.072 * 1.08 + 0.2944)
     assert parts["hub, printed"].mass_g == 30.0
     assert parts["silicone to mix"].volume_ml == pytest.approx(4 * 43.072 * 1.2)
     # Two legs a regulator: one T each.
     assert parts["T piece"].count == 2
     assert parts["tube to a regulator"].count == 2
-    # 4 x 92 mm and 2 x 800 mm, rounded up to a centimetre.
+    # 4 x 92 mm (50 / cos 15 and 40 of slack) and 2 x 800 mm, rounded up to a centimetre.
     assert "1.97 m" in parts["tube"].detail
     lines = parts_csv(list(parts.values())).splitlines()
     assert lines[0] == "number,name,count,detail,volume_ml,mass_g"
     assert len(lines) == 1 + len(parts)
-    assert tubes_csv(tubes).splitlines()[2] == "3,157.5,2,92.0"
+    assert tubes_csv(tubes).splitlines()[2] == "3,157.5,2,91.8"
+
+
+def test_a_tube_for_each_chamber() -> None:
+    runs = [TubeRun(0, 45.0, 1, 90.0, 1), TubeRun(0, 45.0, 2, 90.0, 2)]
+    assert tubes_csv(runs).splitlines() == [
+        "location,direction_deg,regulator,length_mm,chamber",
+        "0,45,1,90.0,1",
+        "0,45,2,90.0,2",
+    ]
+
+
+def test_kinds_of_legs_have_lines_of_their_own() -> None:
+    short = LegMaterial("short", 2, 18e3, 2000.0, "86 x 24 mm")
+    own = LegMaterial("own", 1, 30e3, 0.0, "")
+    parts = {part.name: part for part in parts_list([short, own], HUB, {}, [], WorkshopSettings())}
+    assert parts["PneuNet leg short, cast"].count == 2
+    assert parts["silicone to mix"].volume_ml == pytest.approx((2 * 18 + 30) * 1.2)
+    assert "paper layer short" in parts
+    assert "paper layer own" not in parts  # it has no sheet
 
 
 def test_the_drawing_is_to_scale() -> None:
     """The disk of 109 mm is drawn 54.5 mm wide on the A3 sheet."""
-    design = Design.parse("1.2.3.0.0.0.0.1")
-    tubes = tube_plan(design, RadialMounting(), 52.0, WorkshopSettings())
-    parts = parts_list(design, PneuNetShape(), 43072.0, HUB, {}, tubes, WorkshopSettings())
-    figure = assembly_drawing(design, parts, tubes)
+    asked = to_make("1.2.3.0.0.0.0.1")
+    tubes = tube_plan(asked.seats, WorkshopSettings())
+    parts = parts_list([LEG], HUB, {}, tubes, WorkshopSettings())
+    figure = assembly_drawing(asked, parts, tubes)
     figure.canvas.draw()
     plan = figure.axes[0]
     left, right = plan.transData.transform([(-54.5, 0.0), (54.5, 0.0)])[:, 0]
-    assert (right - left) / figure.dpi * 25.4 == pytest.approx(109.0 / SCALE, rel=1e-6)
+    assert drawing_scale(asked) == 2.0
+    assert (right - left) / figure.dpi * 25.4 == pytest.approx(109.0 / 2.0, rel=1e-6)
     wells = [
-        assembly_drawing(design, parts, tubes, hub=HubSettings(well_radius_mm=radius))
+        assembly_drawing(
+            to_make("1.2.3.0.0.0.0.1", hub=HubSettings(well_radius_mm=radius)), parts, tubes
+        )
         .axes[0]
         .patches[-1]
         .get_radius()
@@ -69,4 +90,4 @@ def test_the_drawing_is_to_scale() -> None:
     shown = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
     assert "crawling robot 1.2.3.0.0.0.0.1" in shown
     assert "1: regulator 2" in shown
-    assert "4: free socket" in shown
+    assert "4: free" in shown

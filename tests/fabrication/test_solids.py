@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from pneumorph.fabrication.leg_mould import (  # noqa: E402
 from pneumorph.fabrication.solid import (  # noqa: E402
     ClosedSurface,
     FabricationError,
-    mounted,
+    posed,
     surface_of,
     write_step,
 )
@@ -33,10 +34,25 @@ from pneumorph.geometry.pneunet import PneuNetShape  # noqa: E402
 from pneumorph.geometry.surface import write_stl  # noqa: E402
 
 
-def test_a_leg_of_two_cavities_has_no_mould() -> None:
+def test_a_leg_of_two_chambers_has_one_core_for_both() -> None:
+    """The wall between them is cast as thick as it is simulated."""
     shape = PneuNetShape(connector_mm=(81.0, 8.0, 2.0), middle_wall_mm=2.0)
-    with pytest.raises(FabricationError, match=r"middle_wall_mm is 2, expected 0: .* one core"):
-        make_leg_mould(shape)
+    made = make_leg_mould(shape)
+    assert made.cast_volume_mm3 == pytest.approx(shape.solid_volume_mm3(), rel=1e-9)
+    found = check_leg_mould(made, shape, shape.solid_volume_mm3())
+    assert max(found["undercut_mm3"].values()) < 1e-3
+    assert wall_thickness_mm(surface_of(made.body + made.plate)).min() == pytest.approx(2.0)
+
+
+def test_holes_beside_a_small_leg_do_not_cut_into_it() -> None:
+    """Of a leg of three quarters the usual hole would leave a wall of a quarter of a millimetre."""
+    small = PneuNetShape().scaled(0.75)
+    settings = MouldSettings(smallest_wall_mm=0.7)  # the gaps of its teeth are 0.75 mm
+    upper = surface_of(make_leg_mould(small, settings).upper)
+    assert wall_thickness_mm(upper).min() > 0.7 - 1e-6
+    narrow = replace(PneuNetShape(), base_plate_mm=(115.0, 23.0, 4.0))
+    with pytest.raises(FabricationError, match=r"reaches 1\.5 mm beyond the teeth on each side"):
+        make_leg_mould(narrow)
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +126,7 @@ def test_solids_sit_where_the_simulated_legs_do() -> None:
     mounting = RadialMounting(location_count=5)
     low, size = np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0])
     for location in range(5):
-        placed = mounted(box(tuple(low), tuple(size)), mounting, location)
+        placed = posed(box(tuple(low), tuple(size)), mounting.pose(location))
         centre = mounting.pose(location).apply(low + size / 2.0)
         np.testing.assert_allclose([placed.center.x, placed.center.y, placed.center.z], centre)
 

@@ -13,7 +13,8 @@ from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.result import load_result, result_to_dict, save_result
 from pneumorph.exchange.conversion import ConvertedFile
 from pneumorph.fabrication.fabricated_robot import FabricatedRobot, FabricatedSolid
-from pneumorph.fabrication.parts_list import Part, TubeRun
+from pneumorph.fabrication.parts_list import Part
+from pneumorph.fabrication.tube_plan import TubeRun
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.study.deployed_gait import DeployedGait, TrialOutcome
 from pneumorph.study.finished_run import FinishedRun

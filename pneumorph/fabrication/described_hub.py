@@ -1,0 +1,95 @@
+"""The hub of a robot's file as it is printed: the box or the disk that the file has, solid or with
+walls, and a socket at every site that carries a leg.
+
+A leg's tubes run through its socket along the leg's axis and come out on top behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pneumorph.catalogue.hub_description import HubDescription
+from pneumorph.fabrication.hub_settings import HubSettings
+from pneumorph.fabrication.leg_socket import (
+    BEYOND_MM,
+    PAD_MM,
+    channels,
+    collar,
+    leg_space,
+    tube_places_mm,
+)
+from pneumorph.fabrication.solid import FabricationError, posed, single_solid
+from pneumorph.geometry.netgen_mesher import box, open_cascade, union
+from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.geometry.pose import Pose
+
+
+def make_described_hub(
+    hub: HubDescription,
+    legs: Sequence[tuple[PneuNetShape, Pose]],
+    settings: HubSettings | None = None,
+) -> Any:
+    """Make the hub of a robot's file with a socket for every leg, in the robot's frame.
+
+    Args:
+        hub: A box or a disk.
+        legs: Sizes and pose of each leg.
+        settings: Walls of the sockets, clearance and holes; ribs and well are of the paper's hub.
+
+    Raises:
+        ModuleNotFoundError: netgen is not installed.
+        FabricationError: The hub is a mesh, or the sockets do not meet it.
+    """
+    if hub.shape == "mesh":
+        raise FabricationError(
+            "the hub is a mesh, expected a box or a disk: sockets in a mesh are its maker's"
+        )
+    settings = settings or HubSettings()
+    body = _body(hub, 0.0)
+    if hub.wall_mm is not None:
+        body = body - _body(hub, hub.wall_mm)
+    assert hub.bottom_mm is not None
+    assert hub.height_mm is not None
+    top_mm = hub.bottom_mm + hub.height_mm
+    for leg, pose in legs:
+        body = body + posed(collar(leg, settings), pose)
+    for leg, pose in legs:
+        body = body - posed(leg_space(leg, settings), pose) - _tubes(leg, pose, top_mm, settings)
+    return single_solid("the hub with its sockets", body)
+
+
+def _body(hub: HubDescription, inset_mm: float) -> Any:
+    """The box or the disk without so much of its outside."""
+    assert hub.bottom_mm is not None
+    assert hub.height_mm is not None
+    low, height = hub.bottom_mm + inset_mm, hub.height_mm - 2.0 * inset_mm
+    if hub.shape == "box":
+        assert hub.length_mm is not None
+        assert hub.width_mm is not None
+        length, width = hub.length_mm - 2.0 * inset_mm, hub.width_mm - 2.0 * inset_mm
+        return box((-length / 2.0, -width / 2.0, low), (length, width, height))
+    assert hub.radius_mm is not None
+    bottom, top = hub.radius_mm - inset_mm, (hub.top_radius_mm or hub.radius_mm) - inset_mm
+    occ = open_cascade()
+    if bottom == top:
+        return occ.Cylinder(occ.Pnt(0, 0, low), occ.Z, bottom, height)
+    return occ.Cone(occ.Axes(occ.Pnt(0, 0, low), occ.Z), bottom, top, height, 2.0 * np.pi)
+
+
+def _tubes(leg: PneuNetShape, pose: Pose, top_mm: float, settings: HubSettings) -> Any:
+    """Along the leg's axis to behind its socket, and from there straight up."""
+    inwards = PAD_MM + 2.0 * settings.channel_radius_mm
+    occ = open_cascade()
+    shafts = []
+    for y in tube_places_mm(leg):
+        end = np.array([-leg.tooth_base_mm[0] / 2.0 - inwards, y, settings.channel_height_mm])
+        x, y_there, z = map(float, pose.apply(end))
+        # From the middle of the channel, whose end is flat, to above the hub and its sockets.
+        over = max(top_mm, z + leg.height_mm) + BEYOND_MM
+        shafts.append(
+            occ.Cylinder(occ.Pnt(x, y_there, z), occ.Z, settings.channel_radius_mm, over - z)
+        )
+    return posed(channels(leg, inwards, settings), pose) + union(shafts)

@@ -1,0 +1,290 @@
+"""What there is to make of a design: its kinds of legs, its hub, and where each leg sits.
+
+`paper_robot_to_make` is the paper's hub with a socket at every place, whatever its sizes;
+`described_robot_to_make` is what a robot's file has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from pneumorph.catalogue.hub_description import HubDescription
+from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.paper_leg import paper_leg_mesh
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fabrication.described_hub import make_described_hub
+from pneumorph.fabrication.fabrication_settings import FabricationSettings
+from pneumorph.fabrication.hub import make_hub
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.mounting import RadialMounting
+from pneumorph.geometry.pneunet import PneuNetShape
+from pneumorph.geometry.pose import Pose
+from pneumorph.robot.design import Design
+
+_AROUND = 96
+"""Points of a circle that is drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class LegToMake:
+    """A kind of leg of a design.
+
+    Attributes:
+        name: What its files begin with; empty where there is one kind and no need of a name.
+        shape: Its sizes; None of a part that is known by its mesh alone, which has no mould.
+        mesh: Mesh of the simulated leg.
+        simulated_mass_g: Mass of the simulated leg [g].
+        count: How many of it the design has.
+    """
+
+    name: str
+    shape: PneuNetShape | None
+    mesh: Mesh
+    simulated_mass_g: float
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Seat:
+    """A place for a leg.
+
+    Attributes:
+        location: Its number, from 0.
+        pose: The leg's frame in the robot's.
+        face_mm: Middle of the face by which it is held, in the robot's frame [mm], (3,).
+        leg: What sits there, of the kinds of legs; None where it is free.
+        regulators: The regulator of each chamber, from 1; empty where it is free.
+        tube_mm: Length of a tube from the leg's face to the hub's middle [mm].
+    """
+
+    location: int
+    pose: Pose
+    face_mm: np.ndarray
+    leg: LegToMake | None
+    regulators: tuple[int, ...]
+    tube_mm: float
+
+    @property
+    def direction_deg(self) -> float:
+        """Where it points, counter-clockwise from forward [degrees], 0 to 360."""
+        x, y, _ = self.pose.rotation[:, 0]
+        return round(float(np.degrees(np.arctan2(y, x))), 9) % 360.0
+
+
+@dataclass(frozen=True, eq=False)
+class HubToMake:
+    """The hub of a robot.
+
+    Attributes:
+        make: Makes it as an OpenCASCADE solid; None of a hub that is a mesh.
+        mesh: The mesh of such a hub.
+        density_g_per_ml: Of what it is made of; None where only its mass is known.
+        detail: What it is made of and how, for the parts list.
+        simulated_mass_g: Mass of the simulated hub, without a payload [g].
+        outline_mm: Points whose convex hull is its outline from each side [mm], (point, 3).
+        round: Whether it is a disk.
+        well_radius_mm: Radius of the well in its middle [mm]; 0 for none.
+    """
+
+    make: Callable[[], Any] | None
+    mesh: Mesh | None
+    density_g_per_ml: float | None
+    detail: str
+    simulated_mass_g: float
+    outline_mm: np.ndarray
+    round: bool = False
+    well_radius_mm: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class RobotToMake:
+    """A design as a workshop sees it.
+
+    Attributes:
+        design: The design.
+        seats: Its places, free ones as well.
+        legs: Its kinds of legs.
+        hub: Its hub.
+        file: The robot's file; None for the paper's robot.
+    """
+
+    design: Design
+    seats: tuple[Seat, ...]
+    legs: tuple[LegToMake, ...]
+    hub: HubToMake
+    file: str | None = None
+
+
+def paper_robot_to_make(
+    design: Design | str, settings: FabricationSettings, robot: RobotSpec
+) -> RobotToMake:
+    """The paper's robot: one kind of leg, and a hub with a socket at every place.
+
+    Args:
+        design: The design.
+        settings: Sizes.
+        robot: The simulation whose masses stand beside those that are built.
+
+    Raises:
+        ValueError: The design has no legs, or does not fit the hub's sockets.
+    """
+    mounting = settings.mounting
+    design = _with_legs(design)
+    if design.location_count != mounting.location_count:
+        raise ValueError(
+            f"design {design} has {design.location_count} locations, expected "
+            f"{mounting.location_count} as the hub has sockets"
+        )
+    mesh = paper_leg_mesh() if settings.mesh is None else Mesh.load(settings.mesh)
+    mass_g = 1e3 * robot.module.full.mass_kg
+    leg = LegToMake("", settings.leg, mesh, mass_g, design.leg_count)
+    regulators = dict(design.legs)
+    low, high = settings.leg.base_plate_mm[2], settings.leg.height_mm
+    face = np.array([-settings.leg.tooth_base_mm[0] / 2.0, 0.0, 0.5 * (low + high)])
+    seats = tuple(
+        Seat(
+            location,
+            mounting.pose(location),
+            mounting.pose(location).apply(face),
+            leg if location in regulators else None,
+            _each_chamber((regulators[location],), leg) if location in regulators else (),
+            _channel_length_mm(mounting),
+        )
+        for location in range(mounting.location_count)
+    )
+    disk = settings.disk
+    hub = HubToMake(
+        partial(make_hub, disk, settings.leg, mounting, settings.hub),
+        None,
+        settings.hub.density_g_per_ml,
+        f"{settings.hub.material}, walls of {settings.hub.wall_mm:g} mm, open below",
+        1e3 * robot.hub.mass_kg,
+        _cone_outline(
+            disk.bottom_radius_mm, disk.top_radius_mm, disk.bottom_mm, disk.height_mm
+        ),
+        True,
+        settings.hub.well_radius_mm,
+    )  # fmt: skip
+    return RobotToMake(design, seats, (leg,), hub)
+
+
+def described_robot_to_make(
+    design: Design | str,
+    description: RobotDescription,
+    robot: RobotSpec,
+    settings: FabricationSettings,
+) -> RobotToMake:
+    """A robot of a file: the kinds of legs that the design has, and sockets where they sit.
+
+    Args:
+        design: The design.
+        description: The robot's file.
+        robot: What it says.
+        settings: Walls of sockets and holes.
+
+    Raises:
+        ValueError: The design has no legs, or is of another number of sites.
+    """
+    design = _with_legs(design)
+    if design.location_count != len(robot.sites):
+        raise ValueError(
+            f"design {design} has {design.location_count} locations, expected "
+            f"{len(robot.sites)}: one for each site of {description.name}"
+        )
+    hub_mesh = robot.hub.mesh
+    middle = 0.5 * (hub_mesh.nodes.min(axis=0) + hub_mesh.nodes.max(axis=0))
+    mounted: dict[int, Module] = {
+        fitting.location: robot.sites[fitting.location].modules[fitting.module]
+        for fitting in design.fittings
+    }
+    legs = {
+        module: LegToMake(
+            module.name,
+            module.shape,
+            module.full.mesh,
+            1e3 * module.full.mass_kg,
+            sum(each is module for each in mounted.values()),
+        )
+        for module in dict.fromkeys(mounted.values())
+    }
+    regulators = {fitting.location: fitting.regulators for fitting in design.fittings}
+    seats = []
+    for location, site in enumerate(robot.sites):
+        if location not in mounted:
+            place = site.pose if site.face is None else site.pose.compose(site.face)
+            seats.append(Seat(location, place, place.translation, None, (), 0.0))
+            continue
+        module = mounted[location]
+        pose, face = site.pose_of(module), module.face
+        at = pose.translation if face is None else pose.compose(face).translation
+        leg = legs[module]
+        of_chambers = _each_chamber(regulators[location], leg)
+        length = float(np.linalg.norm(at[:2] - middle[:2]))
+        seats.append(Seat(location, pose, at, leg, of_chambers, length))
+    hub = _described_hub(description.hub, robot, seats, settings)
+    file = None if description.file is None else str(description.file)
+    return RobotToMake(design, tuple(seats), tuple(legs.values()), hub, file)
+
+
+def _described_hub(
+    hub: HubDescription, robot: RobotSpec, seats: Sequence[Seat], settings: FabricationSettings
+) -> HubToMake:
+    in_sockets = [
+        (seat.leg.shape, seat.pose)
+        for seat in seats
+        if seat.leg is not None and seat.leg.shape is not None
+    ]
+    simulated_g = 1e3 * robot.hub.mass_kg - hub.payload_g
+    density = hub.density_g_per_ml
+    made_of = "" if density is None else f" of {density:g} g/ml"
+    hollow = "solid" if hub.wall_mm is None else f"hollow, walls of {hub.wall_mm:g} mm"
+    if hub.shape == "mesh":
+        detail = f"as its mesh has it{made_of}, without sockets"
+        return HubToMake(None, robot.hub.mesh, density, detail, simulated_g, robot.hub.mesh.nodes)
+    sockets = f"{len(in_sockets)} sockets with walls of {settings.hub.wall_mm:g} mm"
+    return HubToMake(
+        partial(make_described_hub, hub, in_sockets, settings.hub),
+        None,
+        density,
+        f"{hub.shape}{made_of}, {hollow}, {sockets}",
+        simulated_g,
+        robot.hub.mesh.nodes,
+        hub.shape == "disk",
+    )
+
+
+def _with_legs(design: Design | str) -> Design:
+    design = Design.parse(str(design))
+    if design.leg_count == 0:
+        raise ValueError(f"design {design} has no legs, expected at least one")
+    return design
+
+
+def _each_chamber(regulators: tuple[int, ...], leg: LegToMake) -> tuple[int, ...]:
+    """The regulator of each chamber; one may fill all chambers of a leg."""
+    parted = leg.shape is not None and leg.shape.middle_wall_mm > 0.0
+    return 2 * regulators if parted and len(regulators) == 1 else regulators
+
+
+def _channel_length_mm(mounting: RadialMounting) -> float:
+    """From a socket's face to the hub's middle along the pitched channel [mm]."""
+    return mounting.hub_radius_mm / float(np.cos(np.radians(mounting.pitch_deg)))
+
+
+def _cone_outline(
+    bottom_radius_mm: float, top_radius_mm: float, bottom_mm: float, height_mm: float
+) -> np.ndarray:
+    """Points of the rims of a disk [mm], (point, 3)."""
+    angles = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
+    circle = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(_AROUND)])
+    rims = [
+        (bottom_radius_mm, bottom_mm),
+        (top_radius_mm, bottom_mm + height_mm),
+    ]
+    return np.concatenate([radius * circle + [0.0, 0.0, height] for radius, height in rims])
