@@ -2,7 +2,7 @@
 
 A folder of built modules holds the reduced part and the mesh of each in a folder of their own, and
 ``modules/NAME.json`` that says which files a name stands for. That file is written last: what it
-names is complete.
+names is complete. One such folder ships with the package.
 """
 
 from __future__ import annotations
@@ -14,11 +14,14 @@ from typing import ClassVar
 from pneumorph.base.artefact import ArtefactError, read_json, reading, write_json
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.paper_leg import LegName, leg_kind
+from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.pneunet import PneuNetShape
 
 CATALOGUE_FOLDER = Path("runs/catalogue")
 """Where built modules are unless another folder is named."""
+SHIPPED_MODULES = data_folder("catalogue")
+"""Those that ship; a module of the same name that was built goes before them."""
 
 
 @dataclass(frozen=True)
@@ -56,13 +59,16 @@ class BuiltModule:
 
         Args:
             name: That of a module in its catalogue.
-            folder: The folder of built modules.
+            folder: The folder of built modules; what it has not may be one that ships.
 
         Raises:
             FileNotFoundError: No module of that name was built there; says what builds it.
             ArtefactError: What is there is damaged or of another version.
         """
         path = _file(folder, name)
+        if not path.exists() and _file(SHIPPED_MODULES, name).exists():
+            folder = SHIPPED_MODULES
+            path = _file(folder, name)
         if not path.exists():
             built = sorted(each.stem for each in path.parent.glob("*.json"))
             there = f"it has {', '.join(built)}" if built else "it has none"

@@ -11,7 +11,7 @@ from pneumorph.base.artefact import ArtefactError, read_json, reading, write_jso
 from pneumorph.base.executor import ExecutorSettings, WorkerError
 from pneumorph.base.result import result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.built_module import BuiltModule
+from pneumorph.catalogue.built_module import SHIPPED_MODULES, BuiltModule
 from pneumorph.catalogue.paper_leg import LegName
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.study.made_mesh import MESH_FILE, make_mesh
@@ -60,6 +60,7 @@ class ModuleShape:
     @classmethod
     def of(cls, name: str, module: ParametricModule, folder: Path) -> ModuleShape:
         """That of a module; the folder is that of built modules."""
+        folder = _home(module, folder)
         leg, snapshots = module.mesh.leg, module.options().snapshots
         return cls(
             name,
@@ -159,7 +160,7 @@ def listed(modules: Mapping[str, ParametricModule], folder: RunFolder) -> Catalo
     start = time.monotonic()
     reports, failures = {}, {}
     for name, module in modules.items():
-        inner = folder.path / module.key
+        inner = _home(module, folder.path) / module.key
         try:
             report, failure = _report(inner), _failure(inner)
         except ArtefactError as error:
@@ -213,6 +214,9 @@ def _build(
     name: str, module: ParametricModule, executor: ExecutorSettings, folder: RunFolder
 ) -> None:
     """Make what is missing of one module, its report last, and let its name stand for it."""
+    if _home(module, folder.path) == SHIPPED_MODULES:
+        folder.progress.say(f"{name}: ships with the package")
+        return
     inner = RunFolder(folder.path / module.key, folder.verb, folder.progress, folder.provenance)
     mesh = inner / MESH_FILE
     try:
@@ -237,6 +241,13 @@ def _build(
     materials = replace(module.options(mesh).materials, mass_kg=1e-3 * report.mass_g)
     built = BuiltModule(inner / PART_FILE, mesh, module.leg, materials, module.mesh.leg)
     built.save(name, folder.path)
+
+
+def _home(module: ParametricModule, folder: Path) -> Path:
+    """The folder of built modules that has a module: the given one, unless it only ships."""
+    there = (folder / module.key / REPORT_FILE).exists()
+    ships = (SHIPPED_MODULES / module.key / REPORT_FILE).exists()
+    return SHIPPED_MODULES if ships and not there else folder
 
 
 def _reported(made: Reduction) -> ModuleReport:

@@ -1,6 +1,5 @@
 """The examples of docs/own_robot.md at full size: what learning makes of robots of one's own.
 
-    pneumorph catalogue build --only two_chambers
     python reproduce/robots/run.py
 
 Each example is trained in the measured physics, and stands in the same unseen worlds beside its
@@ -43,7 +42,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 _EXAMPLES = HERE.parent.parent / "examples"
-_TWO_CHAMBERS = {"robot": {"described": str(HERE / "two_chambers.toml")}}
+_TWO_CHAMBERS = {"robot": {"described": str(_EXAMPLES / "two_chambers.toml")}}
 _SUMMARY = "robots.json"
 _METHODS = ("learned", "expert", "uniform", "genetic")
 Step = Literal["learn", "uniform", "genetic", "full"]

@@ -8,42 +8,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.two_chambers import two_chamber_leg
 
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.reduction.reduce import reduce_part
-from pneumorph.reduction.reduction_settings import ReductionSettings
-from pneumorph.reduction.snapshots import Snapshots
-from pneumorph.reduction.static_snapshots import (
-    StaticSnapshotSettings,
-    bend_snapshots,
-    load_snapshots,
-)
 from pneumorph.simulation.rollout import rollout
-from pneumorph.study.module_catalogue import read_catalogue
+from pneumorph.study.module_catalogue import read_catalogue, shipped_catalogue
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "two_chambers.toml"
 
 
 @pytest.fixture(scope="module")
-def robot(tmp_path_factory: pytest.TempPathFactory) -> RobotDescription:
-    """The example with a smaller leg of two chambers in place of its catalogue's."""
-    folder, leg = tmp_path_factory.mktemp("robot"), two_chamber_leg()
-    settings = StaticSnapshotSettings(
-        bend_pressure_kPa=30.0, bend_count=3, load_count=4, load_pressure_kPa=30.0,
-        load_limit_mN=60.0, rotation="polar",
-    )  # fmt: skip
-    bend = bend_snapshots(leg, settings)
-    snapshots = Snapshots.joined([bend, load_snapshots(leg, settings, range(4), bend)])
-    part, _ = reduce_part(leg, snapshots, ReductionSettings(mode_limit=10, rotation="polar"))
-    part.save(folder / "leg.npz")
-    leg.mesh.save(folder / "mesh.npz")
-    text, named = EXAMPLE.read_text(), 'catalogue = "twin"'
-    assert named in text
-    files = 'part = "leg.npz"\nmesh = "mesh.npz"'
-    (folder / "robot.toml").write_text(text.replace(named, files))
-    return RobotDescription.read(folder / "robot.toml")
+def robot() -> RobotDescription:
+    return RobotDescription.read(EXAMPLE)
 
 
 def yaw_deg(spec: RobotSpec, design: str, pressures_kPa: list[float]) -> float:
@@ -61,22 +37,22 @@ def yaw_deg(spec: RobotSpec, design: str, pressures_kPa: list[float]) -> float:
 def test_each_side_turns_it_to_its_own(robot: RobotDescription) -> None:
     """The robot is its own mirror image with its chambers exchanged, and so are the turns."""
     spec, design = robot.spec(), robot.usual_design
-    left = yaw_deg(spec, design, [12.0, 0.0, 0.0, 0.0])
-    right = yaw_deg(spec, design, [0.0, 12.0, 0.0, 0.0])
-    both = yaw_deg(spec, design, [12.0, 12.0, 0.0, 0.0])
-    assert abs(left) > 0.1
+    left = yaw_deg(spec, design, [60.0, 0.0, 0.0, 0.0])
+    right = yaw_deg(spec, design, [0.0, 60.0, 0.0, 0.0])
+    both = yaw_deg(spec, design, [60.0, 60.0, 0.0, 0.0])
+    assert abs(left) > 0.05
     assert right == pytest.approx(-left, rel=1e-3)
     assert abs(both) < 1e-3 * abs(left)
 
 
 def test_its_catalogue_has_its_leg() -> None:
-    """By the name, and with the physics, that the robot's file says."""
+    """By the name, and with the physics, that the robot's file says; nothing has to be built."""
     described = RobotDescription.read(EXAMPLE)
     (module,) = described.modules.values()
-    legs = read_catalogue(EXAMPLE.with_name("two_chamber_legs.toml"))
-    assert module.catalogue is not None
-    assert legs[module.catalogue].leg == described.physics.based_on
-    assert legs[module.catalogue].mesh.leg.middle_wall_mm > 0.0
+    leg = read_catalogue(shipped_catalogue())[str(module.catalogue)]
+    assert leg.leg == described.physics.based_on
+    assert leg.mesh.leg.middle_wall_mm > 0.0
+    assert described.spec().modules[0].reduced.cavity_count == 2
 
 
 def test_robots_that_are_turned_by_a_quarter_count_once(robot: RobotDescription) -> None:

@@ -332,7 +332,6 @@ def test_robots_of_ones_own_stand_beside_their_rivals(
 
 
 def test_robots_of_two_chambers_turn_and_walk_in_the_measured_physics() -> None:
-    """Their legs are a catalogue's, which nobody builds for a test."""
     robots = script("robots")
     turning, heading = (robots.EXAMPLES[name].options(1, {}) for name in ("turning", "heading"))
     for options in (turning, heading):
@@ -341,7 +340,7 @@ def test_robots_of_two_chambers_turn_and_walk_in_the_measured_physics() -> None:
         assert options.coopt.seed == 1
         for design in robots.EXAMPLES["turning"].uniform:
             assert Design.parse(design).location_count == 4
-    described = RobotDescription.read(REPRODUCE / "robots" / "two_chambers.toml")
+    described = RobotDescription.read(REPRODUCE.parent / "examples" / "two_chambers.toml")
     # On the printed hub, whose top is 0.02 mm higher.
     hub = described.hub.spec(described.folder).rigid
     printed = RobotOptions.of("measured").spec().hub.rigid

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,12 @@ import pytest
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.built_module import BuiltModule
+from pneumorph.catalogue.built_module import SHIPPED_MODULES, BuiltModule
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.cli import run
 from pneumorph.geometry.face_tie import ATTACHMENT_FACE
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.reduction.modal_equilibrium import modal_equilibrium
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.study import built_catalogue
 from pneumorph.study.built_catalogue import Catalogue, build_catalogue
@@ -325,3 +327,42 @@ def test_the_catalogue_that_ships_is_of_the_measured_physics() -> None:
         assert (each.leg, each.mesh.quadratic, each.mesh.face_tied) == ("measured", True, True)
         assert each.options().materials.relaxation.weights
         assert each.options().masses.model == "cast"
+
+
+def test_the_two_chamber_leg_ships_as_its_catalogue_has_it(tmp_path: Path) -> None:
+    """Another law, shape or setting asks for it to be built again:
+    `pneumorph catalogue build --only two_chambers`, then its folder into pneumorph/data/catalogue.
+    """
+    module = read_catalogue(shipped_catalogue())["two_chambers"]
+    assert (SHIPPED_MODULES / module.key / "leg.npz").exists()
+    found = built_catalogue.listed({"two_chambers": module}, RunFolder(tmp_path, "catalogue"))
+    report = found.reports["two_chambers"]
+    assert report.bend_error_percent < 1.0
+    assert report.blocked_error_percent is not None
+    assert report.blocked_error_percent < 3.0
+    built = BuiltModule.find("two_chambers", tmp_path)
+    assert built.shape == module.mesh.leg
+    # Nothing is made again, and nothing is written where it would be.
+    build_catalogue({"two_chambers": module}, ExecutorSettings(), RunFolder(tmp_path, "catalogue"))
+    assert not (tmp_path / module.key).exists()
+
+
+def test_a_robot_of_legs_that_ship_bends_to_both_sides(tmp_path: Path) -> None:
+    """`examples/two_chambers.toml` needs nothing built; its left chamber alone bends a leg
+    to the right, and the right one as far to the left."""
+    path = Path(__file__).parent.parent.parent / "examples" / "two_chambers.toml"
+    described = replace(RobotDescription.read(path), catalogue_folder=tmp_path)
+    (module,) = described.spec().modules
+    part = module.reduced
+    assert part.cavity_count == 2
+    module.check_reduction()
+    end = module.full.mesh.node_set("outer_end_face")
+    left, right = (
+        part.positions(modal_equilibrium(part, np.array(each), rotation="polar").alpha)[end]
+        for each in ([60.0, 0.0], [0.0, 60.0])
+    )
+    aside = left[:, 1].mean()
+    assert aside < -5.0
+    # Modes and elements come in mirrored pairs: equal to what Newton's method leaves.
+    np.testing.assert_allclose(np.sort(left[:, 2]), np.sort(right[:, 2]), atol=1e-4)
+    assert right[:, 1].mean() == pytest.approx(-aside, abs=1e-4)
