@@ -83,7 +83,7 @@ def current_setting(name: str) -> str:
 
 @dataclass(frozen=True)
 class FullOptions(Checked):
-    """Robots of finite elements."""
+    """Settings of finite-element robots; reduced robots have none of these."""
 
     hub: HubModel = "soft"
     """Hub of finite elements (soft), or a rigid one."""
@@ -100,7 +100,8 @@ class FullOptions(Checked):
     """Threads over which Newton's method with kept tangents distributes the legs; 0 takes every
     processor if one robot walks alone, and one each if several do."""
     friction_solver: FrictionSolver = "newton"
-    """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
+    """`newton`: Newton's method to the tolerance. `gauss_seidel`: only Gauss-Seidel sweeps, as in
+    the published experiment."""
     contact_sweeps: Count = 2000
     """Maximum number of Gauss-Seidel sweeps in a contact solve; the published experiment made
     250."""

@@ -30,8 +30,9 @@ class Objective(Checked):
     """
 
     kind: ObjectiveKind = "mean"
-    """`mean` over the worlds, the mean minus some standard deviations, or the mean over the worst
-    share of the worlds (conditional value at risk)."""
+    """How the returns in several worlds become one score. `mean`: their mean.
+    `mean_minus_deviations`: the mean minus `deviations` standard deviations. `worst_share`: the
+    mean over the worst `share` of the worlds (conditional value at risk)."""
     deviations: NotNegative = 1.0
     """How many standard deviations are subtracted."""
     share: Annotated[float, Bounds(above=0.0, most=1.0)] = 0.25

@@ -35,17 +35,17 @@ class AnalysisSettings(Checked):
     """Which pairs, and over which frictions."""
 
     pair_count: Count = 5
-    """How many of the best pairs."""
+    """Number of best pairs to analyse."""
     cycle_s: Positive = 4.0
-    """Length of a cycle, over which a slide back is counted and figures are drawn [s]."""
+    """Length of a gait cycle [s]; slides back are counted and figures drawn per cycle."""
     record_every: Count = 5
     """Simulation steps between recorded frames."""
     lowest_friction: Positive = 0.6
-    """First friction coefficient."""
+    """Lowest friction coefficient that the robots walk with."""
     highest_friction: Positive = 1.4
-    """Last friction coefficient, included."""
+    """Highest friction coefficient, included."""
     friction_step: Positive = 0.1
-    """Step from one coefficient to the next."""
+    """Step between friction coefficients."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
