@@ -103,7 +103,9 @@ class AnalysedRobot:
     mean_contact_count: float
     legs: tuple[AnalysedLeg, ...]
     hub_load_share: float
-    """Share of the robot's weight that the floor bears through its hub, in the mean."""
+    """Share of the robot's weight that the floor bears through its hub, in the mean: what of the
+    weight the legs do not bear in the recorded frames. These are a sample, and the robot's momentum
+    is another at the end, so a hub that never touches has a few thousandths more or less than 0."""
     over_friction: tuple[float, ...] = field(metadata=in_cm("distances_over_friction_cm"))
     """What of the goal is achieved at each friction; NaN where the simulation failed."""
     range_ratio: float | None = None
