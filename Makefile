@@ -11,7 +11,8 @@ PYTHON ?= $(firstword $(foreach name,python3 python3.13 python3.12 python3.11,$(
 	$(name) -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
 	&& command -v $(name))))
 EXTRAS := meshing,hardware
-CORE := $(addprefix tests/,geometry fem physics reduction robot simulation)
+# Of tests/robot what scales a part; the rest of it is about designs.
+CORE := $(addprefix tests/,geometry fem physics reduction simulation) $(wildcard tests/robot/*_part.py)
 ENGINE := pyproject.toml CMakeLists.txt $(wildcard engine/*)
 
 # Our own threads share the cores with BLAS: two BLAS threads stall tens of milliseconds at random.

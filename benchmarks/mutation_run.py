@@ -5,9 +5,9 @@
 
 The mistakes (`mutants.py`) are a sample in an order that a seed fixes, so the first N of it are a
 sample too. Each is put into a copy of the repository, and the tests of its own tier that run the
-changed lines are run there until one fails: for fem, reduction and simulation the tier is what
-`make test-core` runs, for any other folder the folder of tests of its name. A first run of these
-tests tells which lines each of them runs.
+changed lines are run there until one fails: for fem, reduction and simulation the tier is the
+folders of `make test-core`, for any other folder the folder of tests of its name. A first run of
+these tests tells which lines each of them runs.
 
 Results are lines of results.jsonl; what stands there is not run again, unless it survived and tests
 were added (`--again`): the copy takes today's tests, and keeps the package that it was made with.

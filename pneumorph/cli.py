@@ -145,7 +145,7 @@ def _parsed(
 
     from pneumorph.base.layers import changed_flags, given_flags, layered
     from pneumorph.base.settings import load_settings, read_settings_file
-    from pneumorph.catalogue.robot_options import current_arguments
+    from pneumorph.catalogue.older_names import current_arguments
     from pneumorph.command.verb import CommonOptions
 
     arguments = current_arguments(arguments)

@@ -30,19 +30,19 @@ class WorkerError(RuntimeError):
 
 @dataclass(frozen=True)
 class ExecutorSettings(Checked):
-    """Where tasks run."""
+    """Where tasks run in parallel."""
 
     backend: Backend = "processes"
     """`processes` on this machine, or `ray` (needs the extra `ray`)."""
     process_count: Count | None = None
-    """Tasks that run at the same time. None: two processes, or all processors of the Ray cluster.
-    With `processes` and one task at a time, tasks run in this process, unless they may be given
-    up."""
+    """Number of tasks that run at the same time. None: two processes, or all processors of the Ray
+    cluster. 1 with `processes` runs them in the program itself, one after another, unless they may
+    be given up."""
     address: str | None = None
     """Ray cluster to join, such as auto or ray://head:10001, with pneumorph installed on every
     machine; without it Ray starts on this machine only."""
     attempt_limit: Count = 3
-    """How many times a task is tried if its worker dies."""
+    """How often a task is tried in all if its worker dies."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

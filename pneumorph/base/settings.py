@@ -22,7 +22,7 @@ from cattrs.strategies import configure_union_passthrough
 
 from pneumorph.base.artefact import ArtefactError, read_json, read_text, write_json
 from pneumorph.base.checked import hints_of
-from pneumorph.base.shapes import refuse_other_shapes
+from pneumorph.base.shapes import refuse_other_shapes, table
 
 Settings = TypeVar("Settings")
 
@@ -74,8 +74,7 @@ def upgraded(kind: Any, content: Mapping[str, Any]) -> dict[str, Any]:
     a group whose flags have no prefix may stand beside it, as the flags do: earlier versions had no
     such group.
     """
-    if not isinstance(content, Mapping):
-        raise ValueError(f"{kind.__name__} cannot be read: expected a table, got {content!r:.60}")
+    content = table(content, f"{kind.__name__} cannot be read")
     now = dict(kind.upgraded(content) if hasattr(kind, "upgraded") else content)
     hints = hints_of(kind)
     for name, hint in hints.items():
@@ -84,10 +83,7 @@ def upgraded(kind: Any, content: Mapping[str, Any]) -> dict[str, Any]:
             group = hints_of(dataclass_of(hint))
             beside = {key: now.pop(key) for key in set(now) & set(group) - set(hints)}
             if beside:
-                group_now = now.get(name, {})
-                if not isinstance(group_now, Mapping):
-                    raise ValueError(f"{name}: expected a table, got {group_now!r:.60}")
-                now[name] = {**beside, **group_now}
+                now[name] = {**beside, **table(now.get(name, {}), name)}
     for name, value in now.items():
         inner = dataclass_of(hints[name]) if name in hints else None
         if inner is not None and isinstance(value, Mapping):

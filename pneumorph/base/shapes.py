@@ -44,10 +44,23 @@ def refuse_other_shapes(hint: Any, value: Any, place: str = "") -> None:
     elif kind is tuple:
         _refuse_other_list(inner, value, place)
     elif isinstance(kind, type) and issubclass(kind, Mapping):
-        if not isinstance(value, Mapping):
-            raise ValueError(f"{place}: expected a table, got {value!r:.60}")
-        for name, each in value.items():
+        for name, each in table(value, place).items():
             refuse_other_shapes(inner[1], each, f"{place}.{name}")
+
+
+def table(value: Any, place: str) -> Mapping[str, Any]:
+    """A value that must be a table.
+
+    Args:
+        value: What was read.
+        place: Where it stands.
+
+    Raises:
+        ValueError: It is none.
+    """
+    if not isinstance(value, Mapping):
+        raise ValueError(f"{place}: expected a table, got {value!r:.60}")
+    return value
 
 
 def _refuse_other_table(kind: Any, value: Any, place: str) -> None:

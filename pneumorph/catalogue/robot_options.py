@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
 
-from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone, NotNegative
+from pneumorph.base.checked import Bounds, Checked
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
-from pneumorph.catalogue.hub_spec import HubModel
+from pneumorph.base.shapes import table
+from pneumorph.catalogue.full_options import FullOptions, full_of
 from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.older_names import OLDER_GROUP
 from pneumorph.catalogue.paper_leg import (
-    LegKind,
     LegName,
     PhysicsName,
-    current_leg,
     leg_kind,
     masses_of,
     paper_leg,
@@ -31,91 +30,12 @@ from pneumorph.catalogue.paper_leg import (
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.fem.full_order_settings import (
-    FrictionSolver,
-    FullOrderSettings,
-    Integrator,
-    NewtonMatrix,
-)
+from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.simulation.stepper_settings import StepperSettings
-
-OLDER_GROUP = "simulation"
-"""What `physics` and `stepper` were called when they were one group of settings."""
-
-
-def current_arguments(arguments: Sequence[str]) -> list[str]:
-    """The command line with flags and legs of an earlier version as they are called now."""
-    now = [_current_flag(argument) for argument in arguments]
-    for place, (flag, value) in enumerate(pairwise(now), 1):
-        if flag == "--leg":
-            now[place] = current_leg(value)
-    return now
-
-
-def _current_flag(argument: str) -> str:
-    flag, equals, value = argument.partition("=")
-    if flag == "--leg":
-        return f"{flag}{equals}{current_leg(value)}"
-    if flag.startswith(("--full.height-map.", "--full.height_map.")):
-        setting = flag.partition(".")[2].partition(".")[2]
-        return f"--physics.ground.map.{setting}{equals}{value}"
-    if flag.startswith("--materials.paper"):
-        return argument.replace("paper", "sheet", 1)
-    if not argument.startswith(f"--{OLDER_GROUP}."):
-        return argument
-    now = current_setting(flag.removeprefix("--").replace("-", "_")).split(".")[0]
-    return argument.replace(OLDER_GROUP, now, 1)
-
-
-def current_setting(name: str) -> str:
-    """What a setting of the group ``simulation`` is called now, such as ``physics.friction``; the
-    name itself of another."""
-    group, _, field_name = name.partition(".")
-    if group != OLDER_GROUP:
-        return name
-    numerics = {each.name for each in fields(StepperSettings)}
-    return f"{'stepper' if field_name in numerics else 'physics'}.{field_name}"
-
-
-@dataclass(frozen=True)
-class FullOptions(Checked):
-    """Robots of finite elements."""
-
-    hub: HubModel = "soft"
-    """Hub of finite elements (soft), or a rigid one."""
-    integrator: Integrator = "linearly_implicit"
-    """`linearly_implicit`: one linear solve per step, as published. `implicit_euler`: implicit
-    Euler, converged by Newton's method."""
-    newton_matrix: NewtonMatrix = "fresh"
-    """`fresh`: Newton's method with a new tangent in every iteration. `kept`: with an earlier one
-    for as long as it serves, which is much faster; for legs whose law the engine has."""
-    displacement_tolerance_mm: NotNegative = 0.0
-    """Newton's method with kept tangents also stops when the nodes are this close to their end
-    positions [mm]; 0 to stop only on the balance of forces."""
-    thread_count: CountOrNone = 0
-    """Threads over which Newton's method with kept tangents distributes the legs; 0 takes every
-    processor if one robot walks alone, and one each if several do."""
-    friction_solver: FrictionSolver = "newton"
-    """Newton's method to the tolerance, or Gauss-Seidel sweeps alone."""
-    contact_sweeps: Count = 2000
-    """Maximum number of Gauss-Seidel sweeps in a contact solve; the published experiment made
-    250."""
-    mesh: Path | None = None
-    """Mesh of the legs, as `pneumorph mesh` writes it; by default the one that ships."""
-
-
-def _full_of(kind: LegKind) -> dict[str, Any]:
-    """Options of finite elements that a leg brings with it."""
-    return {
-        "hub": kind.hub_model,
-        "integrator": kind.full_order.integrator,
-        "newton_matrix": kind.full_order.newton_matrix,
-        "displacement_tolerance_mm": kind.full_order.displacement_tolerance_mm,
-    }
 
 
 def _all_of(name: PhysicsName) -> dict[str, Any]:
@@ -125,7 +45,7 @@ def _all_of(name: PhysicsName) -> dict[str, Any]:
         "based_on": name,
         "leg": name,
         "physics": settings_to_dict(kind.physics),
-        "full": _full_of(kind),
+        "full": full_of(kind),
         "masses": {"model": kind.mass_model},
     }
 
@@ -199,7 +119,7 @@ class RobotOptions(Checked):
     """Where robots are computed: on this machine, or distributed over the workers of a Ray cluster.
     Results are the same to the last bit for any number of workers with the same kind of processor.
     Finite-element walks run this many at a time."""
-    full: FullOptions = field(default_factory=lambda: FullOptions(**_full_of(leg_kind(USUAL))))
+    full: FullOptions = field(default_factory=lambda: FullOptions(**full_of(leg_kind(USUAL))))
     masses: Masses = field(default_factory=lambda: masses_of(USUAL))
     """What legs and hub weigh; by default set by the choice of physics or leg."""
     calibration: Path | None = None
@@ -231,9 +151,7 @@ class RobotOptions(Checked):
         if isinstance(now.get("full"), Mapping) and "height_map" in now["full"]:
             full = dict(now["full"])
             ground = {"ground": {"map": full.pop("height_map")}}
-            physics = now.get("physics", {})
-            if not isinstance(physics, Mapping):
-                raise ValueError(f"physics: expected a table, got {physics!r:.60}")
+            physics = table(now.get("physics", {}), "physics")
             now |= {"full": full, "physics": laid_over(ground, physics)}
         if _is_complete(now):
             usual: dict[str, Any] = {"based_on": "published", "leg": "published", "full": {}}
@@ -252,8 +170,7 @@ class RobotOptions(Checked):
         older = now.pop(OLDER_GROUP, {})
         if not older:
             return now
-        if not isinstance(older, Mapping):
-            raise ValueError(f"{OLDER_GROUP}: expected a table, got {older!r:.60}")
+        older = table(older, OLDER_GROUP)
         numerics = {each.name for each in fields(StepperSettings)}
         if older.get("pressure_map") == settings_to_dict(PressureMap()):
             own = pressure_map(now.get("leg", "published"))
@@ -327,8 +244,9 @@ class RobotOptions(Checked):
         }
         robot = self.description
         if robot is None:
-            self._refuse_part_of_other_physics()
-            leg = paper_leg(self.leg, self.part, full.mesh, masses=self.masses)
+            label = None if self.part is None else str(self.part)
+            part = self._part_of_this_physics()
+            leg = paper_leg(self.leg, part, full.mesh, masses=self.masses, label=label)
             spec = paper_robot(leg, self.physics, self.masses, **numerics)
             usual = pressure_map(self.leg)
         else:
@@ -353,16 +271,17 @@ class RobotOptions(Checked):
         """
         return None if self.described is None else RobotDescription.read(self.described)
 
-    def _refuse_part_of_other_physics(self) -> None:
-        """Refuse a reduced leg that does not relax, of a law of the published physics, as measured.
+    def _part_of_this_physics(self) -> ReducedPart | Path | None:
+        """The reduced leg, read where what is in it is checked.
 
-        The reverse, one that relaxes in the published physics, its simulator refuses.
+        One that does not relax, of a law of the published physics, is refused as measured. The
+        reverse, one that relaxes in the published physics, its simulator refuses.
 
         Raises:
             ValueError: It is such a leg; names it and what was asked for.
         """
         if self.part is None or self.leg != "measured":
-            return
+            return self.part
         part = ReducedPart.load(self.part)
         law = part.tetrahedron_material.law
         if part.relaxation is None and law in PUBLISHED_LAWS:
@@ -372,6 +291,7 @@ class RobotOptions(Checked):
                 "one of that: leave out --physics and --leg, which the leg then brings itself, or "
                 "reduce it again with pneumorph reduce --preset measured"
             )
+        return part
 
     def _refuse_beside_a_description(self, robot: RobotDescription) -> None:
         """Refuse what would be ignored: the description says it.
@@ -415,7 +335,7 @@ class RobotOptions(Checked):
         robot = self.description
         kind = leg_kind(self.based_on if robot is None else robot.physics.based_on)
         asked = settings_to_dict(self.full)
-        usual = {**settings_to_dict(FullOptions()), **_full_of(kind)}
+        usual = {**settings_to_dict(FullOptions()), **full_of(kind)}
         if robot is not None:
             usual["hub"] = robot.hub.model
         if self.part is not None:

@@ -21,21 +21,22 @@ class CrawlingTask(Checked):
     """
 
     regulator_count: RegulatorCount = 3
-    """Pressure regulators M of the rig; an action holds one number for each."""
+    """Number M of pressure regulators; an action has one number for each."""
     action_step_count: Count = 100
-    """Simulation steps that one action is held for (100 steps of 0.01 s are 1 s)."""
+    """Time steps for which an action is held (100 of 0.01 s are 1 s)."""
     action_count: Count = 20
     """Actions in one episode (20 actions of 1 s are 20 s)."""
     settling_step_count: CountOrNone = 15
-    """Simulation steps at zero pressure at the start, in which the robot falls on the floor."""
+    """Time steps at zero pressure at the start, in which the robot settles on the floor."""
     remembered_action_count: Count = 4
-    """Most recent actions in the observation."""
+    """Number of most recent actions in the observation."""
     minimum_pressure_kPa: NotNegative = 0.0
     """Real pressure that an action of -1 commands [kPa]."""
     maximum_pressure_kPa: float = HIGHEST_COMMAND_KPA
     """Real pressure that an action of 1 commands [kPa]; above it PneuNets form aneurysms."""
     time_limit_is_terminal: bool = True
-    """Whether the last action of an episode terminates it (the paper) or truncates it."""
+    """Whether the last action of an episode counts as a terminal state (the paper). If not, the
+    learner bootstraps there, as if the episode went on."""
     reward: RewardWeights = field(default_factory=RewardWeights)
     """The goal, and what is subtracted from the distance."""
 

@@ -29,7 +29,8 @@ SAMPLE_STEPS = 10
 
 @dataclass(frozen=True)
 class RewardWeights(Checked):
-    """What is rewarded, and what is taken off; by default forward travel alone, as published."""
+    """The reward: the goal's travel, minus penalties. By default forward travel alone, as in the
+    paper."""
 
     backsliding: NotNegative = 0.0
     """Penalty for the furthest slide back within an action [cm per cm]."""
@@ -46,8 +47,9 @@ class RewardWeights(Checked):
     """Lean that is not penalised [degrees]; a robot on its side leans by 50 and more, the paper's
     expert by 10 at most."""
     goal: GoalName = "forward"
-    """What is rewarded: travel along the forward axis or along a heading, both as the robot stood
-    at the start, or turning to one side."""
+    """What is rewarded; directions are those of the robot at the start. `forward`: travel along the
+    robot's forward axis at the start. `heading`: travel in the direction `heading_deg`.
+    `turn_left`, `turn_right`: turning."""
     heading_deg: float = 0.0
     """Direction of the goal `heading`, counted from forward to the left [degrees]: 90 is to the
     left, 180 back."""

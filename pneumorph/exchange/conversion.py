@@ -28,18 +28,18 @@ GAIT_FILE = "gait.csv"
 
 @dataclass(frozen=True)
 class ConversionSettings(Checked):
-    """What to write, and what the numbers of the file that is read mean."""
+    """What to write, and the units of what is read."""
 
     to: Literal["csv", "sorotraj", "sofa", "part"] = "sorotraj"
-    """What to write."""
+    """Format to write."""
     kPa_per_unit: Positive = 1.0
-    """What one unit of a sorotraj file is [kPa]; 6.894757 for psi."""
+    """Pressure unit of the sorotraj file [kPa]: 6.894757 for psi."""
     repetitions: Count = 1
-    """How often a sorotraj file's main part is run."""
+    """How often the main part of a sorotraj file runs."""
     hold_s: Positive = 0.1
-    """In a CSV file, straight lines become commands that are each held for so long [s]."""
+    """In a CSV file: how long each command is held [s]. Ramps become commands of this length."""
     mesh: Path | None = None
-    """Mesh that a reduction belongs to; by default the shipped leg's."""
+    """Mesh that the reduction belongs to; by default the shipped leg's."""
     physics: Physics = field(default_factory=Physics)
 
 

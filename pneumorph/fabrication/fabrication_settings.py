@@ -21,9 +21,10 @@ class FabricationSettings(Checked):
     a robot's file has its own."""
 
     mesh: Path | None = None
-    """Mesh of the simulated leg, to compare volumes with; by default the shipped one."""
+    """Mesh of the simulated leg, whose volume the casting is compared with; by default the one that
+    ships."""
     surface_size_mm: Positive = 8.0
-    """Largest triangle of the STL files [mm]."""
+    """Largest edge of the triangles in the STL files [mm]."""
     leg: PneuNetShape = field(default_factory=PneuNetShape)
     disk: DiskShape = field(default_factory=DiskShape)
     mounting: RadialMounting = field(default_factory=RadialMounting)
@@ -31,5 +32,5 @@ class FabricationSettings(Checked):
     hub: HubSettings = field(default_factory=HubSettings)
     workshop: WorkshopSettings = field(default_factory=WorkshopSettings)
     check_hub: bool = False
-    """Compute as finite elements how far the paper's hub gives way, which takes a minute."""
+    """Compute the deflection of the paper's hub with finite elements, about a minute."""
     hub_check: HubCheckSettings = field(default_factory=HubCheckSettings)

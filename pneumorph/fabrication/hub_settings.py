@@ -13,32 +13,34 @@ from pneumorph.catalogue.masses import PRINT_DENSITY_G_PER_ML
 
 @dataclass(frozen=True)
 class HubSettings(Checked):
-    """What the hub is printed of, and its sizes [mm]."""
+    """The printed hub: a hollow shell with ribs and a socket for each leg."""
 
     material: str = "PLA"
-    """Name of the material."""
+    """Name of the printed material, for the parts list."""
     density_g_per_ml: Positive = PRINT_DENSITY_G_PER_ML
-    """Its density [g/ml]; printed walls are solid."""
+    """Density of the printed material [g/ml]; walls are printed solid."""
     wall_mm: Positive = 0.9
-    """Thickness of the plate on top, the flank and the sockets."""
+    """Thickness of top plate, flank and socket walls [mm]. Thicker ones are stiffer and heavier."""
     rib_mm: Positive = 0.9
-    """Thickness of ribs and ring."""
+    """Thickness of the ribs and of the ring around the central well [mm]."""
     ribs_per_site: Annotated[int, Bounds(least=0, most=8)] = 2
-    """Ribs behind every socket, an even number: the tube lies between them."""
+    """Number of ribs behind each socket. It is even, because the tube runs in the middle."""
     rib_spread_mm: Positive = 16.0
-    """Distance between the outermost ribs of a socket."""
+    """Distance between the outermost ribs of a socket [mm]."""
     socket_depth_mm: Positive = 5.0
-    """How far a socket's walls reach over the leg's end tooth."""
+    """How far the walls of a socket overlap the leg's end tooth [mm]."""
     clearance_mm: NotNegative = 0.25
-    """Gap around the leg, for glue."""
+    """Gap between leg and socket, for glue [mm]."""
     channel_radius_mm: Positive = 1.6
-    """Radius of the holes for the tubes."""
+    """Radius of the holes for the tubes [mm]."""
     channel_height_mm: Positive = 8.0
-    """Height of a tube above the leg's bottom, within the first chamber's."""
+    """Height of those holes above the leg's underside [mm]; it must lie within the first
+    chamber."""
     well_radius_mm: Positive = 25.0
-    """Radius of the well in the middle, where the tubes come out."""
+    """Radius of the central well, where the tubes come out [mm]."""
     smallest_wall_mm: Positive = 0.6
-    """Thinnest wall that can be printed: a nozzle of 0.4 mm lays up to 0.6 mm in one line."""
+    """Thinnest wall that your printer can make [mm]; thinner walls are refused. A 0.4 mm nozzle
+    prints up to 0.6 mm in one line."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -22,17 +22,17 @@ from pneumorph.geometry.surface import boundary_triangles
 
 @dataclass(frozen=True)
 class HubCheckSettings(Checked):
-    """The hub as finite elements, and the largest load on it."""
+    """How --check-hub computes the hub's deflection with finite elements."""
 
     young_modulus_kPa: Positive = 2.3e6
-    """Young's modulus of the printed walls [kPa]; the low end of what PLA has."""
+    """Young's modulus of the printed material [kPa]; the default is the low end for PLA."""
     poisson_ratio: Annotated[float, Bounds(least=0.0, below=0.5)] = 0.35
-    """Their Poisson's ratio."""
+    """Poisson's ratio of the printed material."""
     size_mm: Positive = 5.0
     """Largest edge of the quadratic elements [mm]."""
     force_over_weight: Positive = 1.5
-    """Largest force on a leg's outer end, in any direction, over the robot's weight. In simulated
-    walks of learned robots it is 1.3 at most: one leg carries all, and slides."""
+    """Largest force on a leg's outer end, in any direction, relative to the robot's weight. It was
+    1.3 at most in simulated walks of learned robots: one leg carries everything and slides."""
     gravity_mm_per_s2: Positive = 9800.0
     """Gravity [mm/s^2]."""
 

@@ -22,26 +22,27 @@ from pneumorph.geometry.pneunet import PneuNetShape
 
 @dataclass(frozen=True)
 class MouldSettings(Checked):
-    """Sizes of a mould [mm]."""
+    """The mould of the leg: two halves and a core."""
 
     wall_mm: Positive = 6.0
-    """Thickness of the walls around the casting."""
+    """Thickness of the mould's walls around the casting [mm]."""
     core_plate_mm: Positive = 4.0
-    """Thickness of the plate that carries the core."""
+    """Thickness of the plate that carries the core [mm]."""
     pin_radius_mm: Positive = 2.5
-    """Radius of the registration pins."""
+    """Radius of the registration pins [mm]."""
     pin_length_mm: Positive = 8.0
-    """Length of the pins; they reach through the core's plate into the lower half."""
+    """Length of the registration pins [mm]; they reach through the core's plate into the lower
+    half."""
     clearance_mm: Positive = 0.15
-    """Gap around a pin."""
+    """Gap around a registration pin [mm]."""
     pour_radius_mm: Positive = 2.0
-    """Radius of the holes to pour through; less where the base plate's overhang is too narrow."""
+    """Radius of the pour holes [mm]; less where the base plate's overhang is too narrow."""
     vent_radius_mm: Positive = 0.75
-    """Radius of the holes through which air leaves."""
+    """Radius of the vent holes [mm]."""
     smallest_wall_mm: Positive = 0.8
-    """Thinnest wall of a mould that can be printed."""
+    """Thinnest wall of a mould that your printer can make [mm]; thinner walls are refused."""
     smallest_silicone_mm: Positive = 1.5
-    """Thinnest wall of the leg that fills reliably."""
+    """Thinnest wall of the leg that silicone fills reliably [mm]; thinner walls are refused."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -10,21 +10,21 @@ from pneumorph.catalogue.masses import PRINT_DENSITY_G_PER_ML, CastDensities
 
 @dataclass(frozen=True)
 class WorkshopSettings(Checked):
-    """Materials and supplies."""
+    """Materials and supplies, for the parts list."""
 
     silicone: str = "Dragon Skin 30"
     """Name of the silicone."""
     silicone_density_g_per_ml: Positive = CastDensities().silicone_g_per_ml
-    """Its density [g/ml]."""
+    """Density of the silicone [g/ml]."""
     sheet_g_per_m2: NotNegative = CastDensities().sheet_g_per_m2
-    """Mass of the sheet under the leg by its area [g/m^2]."""
+    """Mass per area of the sheet under the leg [g/m^2]."""
     silicone_waste: NotNegative = 0.2
-    """Share of the silicone that stays in cups, holes and syringes."""
+    """Additional silicone that stays in cups, holes and syringes, relative to what is cast."""
     print_density_g_per_ml: Positive = PRINT_DENSITY_G_PER_ML
-    """Density of printed moulds (PLA) [g/ml]."""
+    """Density of the printed moulds [g/ml]; the default is PLA's."""
     tube: str = "silicone tube 2 x 3 mm"
     """Name of the tube."""
     supply_tube_mm: Positive = 800.0
     """Length of tube from the middle of the hub to a regulator [mm]."""
     tube_slack_mm: NotNegative = 40.0
-    """Length added to each leg's tube: into the leg, and slack at the hub [mm]."""
+    """Length added to each leg's tube [mm], for its end in the leg and slack at the hub."""

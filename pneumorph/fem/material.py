@@ -103,18 +103,18 @@ class LegMaterials(Checked):
     """What a leg is made of."""
 
     silicone: Material = Material(1160.0, 0.2)
-    """The inflatable body."""
+    """Silicone of the inflatable body."""
     sheet: Material = Material(2320.0, 0.49)
-    """The layer that cannot stretch."""
+    """Sheet under the leg, which hardly stretches and so makes it bend."""
     sheet_thickness_mm: Positive = 1.0
-    """Thickness of that layer [mm]."""
+    """Thickness of the sheet [mm]."""
     mass_kg: Positive = 0.105
     """Mass of the leg [kg]."""
     mass_lumping: MassLumping = "even"
-    """Share of each node in that mass. `even`, the paper's: the same for all. `volume`: what its
-    elements hold, as a casting has it."""
+    """How the mass is shared among the nodes. `even`: the same for all (the paper). `volume`: by
+    the volume of their elements, as in a casting."""
     relaxation: PronySeries = field(default_factory=PronySeries)
-    """How the silicone relaxes to the constants of `silicone`."""
+    """Relaxation of the silicone, down to the constants given as `silicone`."""
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -31,9 +31,9 @@ class PronySeries(Checked):
     """
 
     weights: tuple[Positive, ...] = ()
-    """w_i: what share of the instantaneous modulus relaxes, branch by branch."""
+    """Share w_i of the instantaneous modulus that relaxes in each Maxwell branch."""
     times_s: tuple[Positive, ...] = ()
-    """tau_i: how fast [s]."""
+    """Relaxation time tau_i of each branch [s]."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

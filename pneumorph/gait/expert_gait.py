@@ -24,21 +24,21 @@ class ExpertGait(Checked):
     """
 
     phase_deg: NotNegative = 110.0
-    """How much later regulator 2 is, in degrees of the period [deg]."""
+    """Delay of regulator 2 behind regulator 1, as degrees of a period."""
     amplitude_kPa: NotNegative = 45.0
-    """Amplitude A of the wave, whose pressures go from 0 to 2 A [kPa]."""
+    """Amplitude A [kPa]; pressures go from 0 to 2 A."""
     period_s: Duration = 4.0
-    """Period T [s]."""
+    """Period T of the wave [s]."""
     command_interval_s: NotNegative = 0.33
-    """Time between updates of the command, which is held in between [s]; 0 follows the wave."""
+    """Time between commands [s]; each is held until the next. 0 follows the wave continuously."""
     duration_s: Duration = 20.0
-    """How long the gait lasts [s]."""
+    """Length of the gait [s]."""
     regulator_count: Annotated[
         RegulatorCount, Bounds(least=2, why="one wave each for fore and hind legs")
     ] = 3
     """Number of regulators of the rig."""
     maximum_pressure_kPa: NotNegative = HIGHEST_COMMAND_KPA
-    """Highest pressure that it may command; a rig's own limits hold beside it [kPa]."""
+    """Highest pressure that it may command [kPa]. A rig's own limits hold as well."""
 
     def pressure_kPa(self, time_s: float) -> np.ndarray:
         """Real pressure commanded at a time [kPa], shape (regulator,)."""

@@ -34,11 +34,11 @@ class PhaseSweepSettings(Checked):
     phase_step_deg: Positive = 10.0
     """Step from one phase to the next [deg]."""
     gait: ExpertGait = field(default_factory=ExpertGait)
-    """The gait; its phase is replaced by each of the sweep's."""
+    """The expert's gait; its phase is set by the sweep."""
     settling_step_count: CountOrNone = 15
-    """Simulation steps at zero pressure before the gait begins."""
+    """Time steps at zero pressure before the gait begins."""
     record_step_count: Count = 3
-    """Simulation steps between recorded places."""
+    """Time steps between recorded positions."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

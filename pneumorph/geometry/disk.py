@@ -20,16 +20,16 @@ DISK_SIZE_MM = 16.0
 
 @dataclass(frozen=True)
 class DiskShape(Checked):
-    """Sizes of the disk [mm]; its axis is z, its place is the one in the robot's frame."""
+    """Shape of the disk: a truncated cone about the robot's vertical axis [mm]."""
 
     bottom_radius_mm: Positive = 50.0
-    """Radius of the lower face."""
+    """Radius of the lower face [mm]."""
     top_radius_mm: Positive = 54.5
-    """Radius of the upper face."""
+    """Radius of the upper face [mm]."""
     height_mm: Positive = 18.0
-    """Height."""
+    """Height of the disk [mm]."""
     bottom_mm: float = RadialMounting().hub_bottom_mm
-    """Height of the lower face in the robot's frame."""
+    """Height of the lower face in the robot's frame [mm]."""
 
     @property
     def top_centre_mm(self) -> tuple[float, float, float]:

@@ -12,18 +12,19 @@ from pneumorph.geometry.pose import Pose, rotation_about
 
 @dataclass(frozen=True)
 class RadialMounting(Checked):
-    """Places for legs around a disk."""
+    """Evenly spaced locations for legs around a disk."""
 
     location_count: Count = 8
-    """Number of places around the disk."""
+    """Number of locations around the disk."""
     pitch_deg: float = 15.0
-    """Downward tilt of a leg, its outer end lower [degrees]."""
+    """Angle by which each leg points down [degrees]."""
     hub_radius_mm: float = 50.0
-    """Distance of the leg's inner tooth face from the axis [mm]."""
+    """Distance of the leg's inner end face from the disk's axis [mm]."""
     half_tooth_length_mm: float = 52.0
-    """Half the length of the toothed body, from the leg's origin to that face [mm]."""
+    """Half the length of the leg's toothed body [mm], from its middle to its inner end face."""
     base_thickness_mm: float = 4.0
-    """Thickness of the leg's base plate, by which the leg hangs below the disk's bottom [mm]."""
+    """Thickness of the leg's base plate [mm]; the leg hangs this far below the disk's lower
+    face."""
 
     @property
     def hub_bottom_mm(self) -> float:

@@ -27,34 +27,34 @@ _TOUCH_MM = 1e-6
 
 @dataclass(frozen=True)
 class PneuNetShape(Checked):
-    """Sizes of the leg [mm]: x along it, y across, z up; origin at the base plate's centre.
-
-    The leg is symmetric in x and y. The sheet lies on the bottom face of the base plate, z = 0.
-    """
+    """Shape of the leg [mm]: x along it, y across, z up; origin at the middle of the base plate's
+    underside. It is symmetric in x and y. The sheet lies on the underside, z = 0."""
 
     base_plate_mm: Size = (115.0, 32.0, 4.0)
-    """Length, width and height of the base plate."""
+    """Length, width and height of the base plate [mm]."""
     tooth_base_mm: Size = (104.0, 20.0, 9.0)
-    """The body between the plate and the teeth."""
+    """Length, width and height of the body between the base plate and the teeth [mm]."""
     tooth_height_mm: Positive = 7.0
-    """Height of the teeth above the tooth base."""
+    """Height of the teeth above that body [mm]."""
     end_tooth_length_mm: Positive = 11.0
-    """Length of the solid teeth at both ends."""
+    """Length along x of the solid tooth at each end [mm]."""
     inner_tooth_length_mm: Positive = 8.0
-    """Length of a tooth with a chamber."""
+    """Length along x of each tooth with a chamber [mm]."""
     inner_tooth_count: Count = 9
     """Number of teeth with a chamber."""
     tooth_gap_mm: Positive = 1.0
-    """Gap between neighbouring teeth."""
+    """Gap between neighbouring teeth [mm]."""
     chamber_mm: Size = (2.0, 14.0, 13.0)
-    """Cavity chamber, one in the middle of every inner tooth, standing on the base plate."""
+    """Length, width and height of each chamber [mm]. Every inner tooth has one in its middle,
+    standing on the base plate."""
     connector_mm: Size = (81.0, 2.0, 2.0)
-    """Channel that connects the chambers, on the base plate."""
+    """Length, width and height of the channel on the base plate that connects the chambers [mm]."""
     middle_wall_mm: NotNegative = 0.0
-    """Thickness of a wall at y = 0 that parts all chambers and the channel into a left (y > 0) and
-    a right cavity; 0 for one cavity."""
+    """Thickness of a wall along the leg's middle plane y = 0 [mm], which divides it into a left (y
+    > 0) and a right cavity that bend it sideways; 0: one cavity."""
     contact_spacing_mm: Positive = 10.0
-    """Largest distance between contact points."""
+    """Largest distance between contact points [mm]. Closer ones find the floor more exactly and
+    make each step slower."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -12,16 +12,16 @@ from pneumorph.gait.held_gait import HeldGait
 
 @dataclass(frozen=True)
 class BendTestSettings(Checked):
-    """A bend test: regulator 1 climbs a staircase while the leg is held at its root."""
+    """A bend test: one leg is held at its root, and the pressure of regulator 1 rises in steps."""
 
     highest_kPa: Positive = 90.0
-    """Last pressure [kPa]."""
+    """Highest pressure of the staircase [kPa]."""
     step_kPa: Positive = 10.0
-    """Step between pressures [kPa]."""
+    """Pressure step [kPa]."""
     hold_s: Positive = 10.0
-    """How long each pressure is held, to read the bend [s]."""
+    """How long each pressure is held, so that the bend can be read [s]."""
     repeats: Count = 3
-    """Measurements of each pressure on the virtual rig."""
+    """Number of readings at each pressure on the virtual rig."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -26,23 +26,24 @@ from pneumorph.hardware.measured_table import read_measured_table
 
 @dataclass(frozen=True)
 class VideoSettings(Checked):
-    """How a video's points become millimetres on the floor."""
+    """How the positions in a video tracker's table become millimetres on the floor."""
 
     units_per_mm: Positive = 1.0
-    """Pixels (or the tracker's units) for one millimetre."""
+    """Pixels (or the tracker's units) per millimetre."""
     frames_per_second: Positive = 30.0
     """Frame rate of the video, for a table that counts frames [1/s]."""
     start_s: float = 0.0
     """Time in the video at which the gait starts [s]."""
     heading_deg: float = 0.0
-    """Direction of the robot's forward axis in the picture, counter-clockwise from the picture's x
-    axis [degrees]."""
+    """Direction in which the robot faces at the start, counter-clockwise from the picture's x axis
+    [degrees]."""
     y_down: bool = True
-    """The picture's y axis points down, as pixels do (that of Tracker points up)."""
+    """Whether the picture's y axis points down, as in pixels; in Tracker's tables it points up."""
     marker: str = ""
-    """Which body part or node to follow; empty for the first."""
+    """Name of the body part or node to follow (DeepLabCut, SLEAP); empty: the first in the
+    table."""
     least_likelihood: float = 0.6
-    """Points that the tracker trusts less are left out."""
+    """Points that the tracker rates less likely than this, 0 to 1, are left out."""
 
 
 @dataclass(frozen=True, eq=False)

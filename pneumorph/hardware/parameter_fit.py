@@ -38,18 +38,23 @@ FAILED_MM = 200.0
 
 @dataclass(frozen=True)
 class ParameterFitSettings(Checked):
-    """How the fit is searched for."""
+    """How modulus, damping and friction are fitted to the tracked paths of trials (--trials). After
+    a scan, non-linear least squares."""
 
     names: tuple[str, ...] = ("modulus_factor", "stiffness_damping_s", "friction")
-    """Parameters to fit; the others stay as they are."""
+    """Parameters to fit, of modulus_factor, stiffness_damping_s and friction; the others keep the
+    simulation's values. Leave out one that the paths say nothing about."""
     samples_per_s: Positive = 10.0
-    """Instants at which paths are compared [1/s]."""
+    """Samples of each path that are compared [1/s]."""
     scan_count: CountOrNone = 5
-    """Values of each parameter tried first, one parameter after the other."""
+    """Values tried of each parameter before the search, one parameter after the other, to start
+    near the best; 0: start from the simulation's values."""
     step: Positive = 0.02
-    """Relative step of the derivatives; contact makes smaller ones meaningless."""
+    """Relative step of the finite-difference derivatives. Much smaller steps fail, because contact
+    makes the paths slightly irregular."""
     evaluation_limit: Count = 30
-    """Most simulations of all trials in the search, besides derivatives."""
+    """Largest number of times that the search simulates all trials, without those for
+    derivatives."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

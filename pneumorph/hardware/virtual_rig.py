@@ -24,10 +24,11 @@ from pneumorph.simulation.rollout import RobotModel
 
 @dataclass(frozen=True)
 class VirtualRigSettings(Checked):
-    """How the virtual reality differs from the simulation, and how imperfect its rig is."""
+    """A virtual rig: how its robot differs from the simulation, and how noisy its regulators,
+    sensors and camera are. Distributions are written as in --randomisation, such as N(1, 0.05)."""
 
     seed: CountOrNone = 0
-    """Seed of the reality; trials of one seed share the same robot."""
+    """Seed of the virtual robot and of all noise. All trials with one seed have the same robot."""
     reality: Randomisation = field(
         default_factory=lambda: Randomisation(
             friction="N(1.1, 0.1)",
@@ -37,33 +38,36 @@ class VirtualRigSettings(Checked):
             floor_slope_deg="0",
         )
     )
-    """Distributions that the reality is drawn from."""
+    """Distributions of the virtual robot's own friction, modulus, masses, regulator lag and floor
+    slope, drawn once from the seed."""
     pressure_slope_factor: str = "N(1, 0.05)"
-    """Slope of the true pressure map over the simulation's."""
+    """Slope of the virtual robot's pressure map, relative to the simulation's."""
     pressure_intercept_kPa: str = "N(-20, 3)"
-    """Intercept of the true pressure map, where the simulated one is the published line with
-    -20.361 [simulated kPa]. Any other line is off by as much real pressure."""
+    """Intercept of the virtual robot's pressure map [simulated kPa] if the simulation has the
+    published map, whose intercept is -20.361. With another map, the intercept is off by the same
+    real pressure."""
     filling_factor: str = "N(1, 0.1)"
-    """Conductance that a regulator fills through over the simulation's, drawn for each, where its
-    air has a law; such regulators have no lag besides."""
+    """Conductance through which each regulator fills, relative to the simulation's, drawn for each
+    regulator. Only with --physics.air.law orifice; regulators then have no lag."""
     venting_factor: str = "N(1, 0.1)"
-    """Conductance that it vents through, likewise."""
+    """The same for venting."""
     regulator_noise_kPa: NotNegative = 0.3
-    """Standard deviation of a regulator's pressure about its course [kPa]."""
+    """Standard deviation of the noise on each regulated pressure [kPa]."""
     sensor_noise_kPa: NotNegative = 0.2
-    """Standard deviation of a reading [kPa]."""
+    """Standard deviation of the noise on each sensor reading [kPa]."""
     resolution_kPa: Positive = 0.1
-    """Step of commands and readings [kPa]."""
+    """Resolution of commands and sensor readings [kPa]; both are rounded to it."""
     frames_per_second: Positive = 30.0
-    """Frame rate of the camera that follows the marker [1/s]."""
+    """Frame rate of the virtual camera that tracks the marker [1/s]."""
     marker_noise_mm: NotNegative = 0.2
-    """Standard deviation of the marker's place [mm]."""
+    """Standard deviation of the noise on the tracked marker position [mm]."""
     bend_noise_deg: NotNegative = 0.5
-    """Standard deviation of a measured bend [degrees]."""
+    """Standard deviation of the noise on each measured bend, with --bend-test [degrees]."""
     friction_between_trials: NotNegative = 0.02
-    """Standard deviation of the friction from trial to trial, relative."""
+    """Standard deviation of the friction coefficient between trials, relative to its value; 0:
+    every trial has the same floor."""
     settling_steps: CountOrNone = 15
-    """Time steps at zero pressure before a trial."""
+    """Time steps at zero pressure before each trial, in which the robot settles on the floor."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

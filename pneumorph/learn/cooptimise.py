@@ -13,7 +13,7 @@ from typing import Any
 from pneumorph.base.artefact import reading, write_json
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
-from pneumorph.catalogue.robot_options import current_setting
+from pneumorph.catalogue.older_names import current_setting
 from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress

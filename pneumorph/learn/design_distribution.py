@@ -21,23 +21,29 @@ BISECTION_LIMIT = 200
 
 @dataclass(frozen=True)
 class EntropySchedule(Checked):
-    """Entropy of the design distribution over training.
+    """Entropy of the design distribution over training: how fast the choice of designs narrows.
 
-    Uniform until the decay starts, then linear in the timestep down to the final entropy.
+    Designs are drawn uniformly until the decay starts. From then on the entropy falls linearly in
+    the timestep to the final one.
     """
 
     decay_start_timestep: CountOrNone = 200_000
-    """Timestep until which designs are drawn uniformly (paper, appendix A)."""
+    """Timestep until which designs are drawn uniformly (paper, appendix A). Later: each design is
+    tried more often before any is preferred."""
     decay_end_timestep: int = 950_000
-    """Timestep from which the entropy is the final one (paper, appendix A)."""
+    """Timestep at which the entropy reaches its final value (paper, appendix A); at most the
+    training's length, or the distribution is still wide at the end."""
     final_entropy: NotNegative = 0.0
-    """Entropy at the end [nat]; 0 leaves a single design (paper, appendix A)."""
+    """Entropy at the end [nat]; about exp(entropy) designs remain, so 0 leaves one (paper, appendix
+    A) and 2 about seven. Leave several if fine-tuning follows."""
     initial_score_cm: float = 0.0
-    """Score of a design that has not walked yet [cm] (authors' experiment)."""
+    """Score of a design that has not walked yet [cm] (authors' experiment). Above what most designs
+    achieve, designs that never walked are tried first."""
     maximum_inverse_temperature: Positive = 20.0
-    """Highest beta that is tried [1/cm] (authors' experiment)."""
+    """Highest inverse temperature beta of the Gibbs distribution [1/cm] (authors' experiment).
+    Raise it only if scores differ by much less than a centimetre."""
     entropy_tolerance: Positive = 0.01
-    """How near the entropy must come to its target [nat] (authors' experiment)."""
+    """How close the entropy must come to its scheduled value [nat] (authors' experiment)."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

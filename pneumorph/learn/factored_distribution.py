@@ -34,15 +34,18 @@ from pneumorph.robot.design_space import DesignSpace
 
 @dataclass(frozen=True)
 class FactoredSettings(Checked):
-    """How weights of options follow from scores."""
+    """Weights of the factored distribution: one for each option of each location, fitted to scores
+    by least squares."""
 
     remembered_rounds: Positive = 20.0
-    """Rounds after which a score counts by a factor of e less."""
+    """Memory of the fit, in rounds: a score this old counts 1/e (37 %) as much as a new one. Fewer
+    follow an improving policy sooner, more average out noise."""
     ridge: Positive = 1.0
-    """How much weights resist change: as by so many walks of each option."""
+    """Ridge penalty on each round's change of the weights, as a number of walks of each option.
+    Raise it if weights jump from round to round."""
     drawn_designs: Count = 1024
-    """Designs that are drawn where the critic is asked what it expects of designs, and for the
-    candidates of an evaluation."""
+    """Designs drawn each time the critic rates designs: after a round, with --expected-scores, and
+    to find the candidates of an evaluation. More cost time and miss fewer good designs."""
 
 
 class FactoredDistribution:

@@ -25,11 +25,11 @@ class GaitSearchSettings(Checked):
     """CMA-ES over the gait of each design."""
 
     population: Annotated[int, Bounds(least=2)] = 16
-    """Gaits of each design in a generation. The default is 4 + 3 ln 60, the usual number for 60
+    """Gaits per design and generation. The default is CMA-ES's usual 4 + 3 ln n for n = 60
     unknowns."""
     initial_deviation: Positive = 0.5
-    """Standard deviation of the first generation, whose mean is half the highest pressure; actions
-    go from -1 to 1."""
+    """Standard deviation of the first generation, around half the highest pressure; actions go from
+    -1 to 1."""
 
 
 class GaitSearch:

@@ -31,17 +31,17 @@ class GeneticSettings(Checked):
     """Genetic algorithm over designs and gaits."""
 
     population: Annotated[int, Bounds(least=2)] = 96
-    """Candidates of a generation, as many as robots are simulated side by side."""
+    """Candidates per generation; as many robots are simulated side by side."""
     tournament_size: Count = 3
-    """Candidates that compete to become a parent."""
+    """Candidates drawn to compete for each parent; more prefer the best more strongly."""
     crossover_probability: Share = 0.7
-    """Share of children that have two parents."""
+    """Probability that a child has two parents."""
     location_mutation_probability: Share = 0.125
-    """Share of locations that are redrawn: one of eight."""
+    """Probability that a location of a child's design is redrawn; the default is one of eight."""
     action_mutation_probability: Share = 0.1
-    """Share of a gait's numbers that are moved."""
+    """Probability that a number of a child's gait is changed."""
     action_mutation_size: Positive = 0.5
-    """Standard deviation of that move; actions go from -1 to 1."""
+    """Standard deviation of that change; actions go from -1 to 1."""
 
 
 class GeneticAlgorithm:

@@ -30,17 +30,18 @@ class Objective(Checked):
     """
 
     kind: ObjectiveKind = "mean"
-    """`mean` over the worlds, the mean minus some standard deviations, or the mean over the worst
-    share of the worlds (conditional value at risk)."""
+    """How the returns in several worlds become one score. `mean`: their mean.
+    `mean_minus_deviations`: the mean minus `deviations` standard deviations. `worst_share`: the
+    mean over the worst `share` of the worlds (conditional value at risk)."""
     deviations: NotNegative = 1.0
-    """How many standard deviations are subtracted."""
+    """Number of standard deviations that `mean_minus_deviations` subtracts."""
     share: Annotated[float, Bounds(above=0.0, most=1.0)] = 0.25
-    """Which share of the worlds counts as the worst."""
+    """Share of the worlds that counts as the worst in `worst_share`, 0 to 1."""
     worlds_per_design: Count = 1
     """Number of worlds in which each design of a round walks; all designs of a round share them."""
     evaluation_worlds: Count = 32
-    """Number of worlds in which gaits of the policy without noise are ranked, if designs walk in
-    several; always the same worlds."""
+    """Number of worlds, always the same, in which the policy's gaits are ranked at an evaluation,
+    if designs walk in several worlds."""
     centring_rounds: CountOrNone = 0
     """Corrects scores for rounds whose worlds are easy or hard for all designs: scores are shifted
     by the difference between the round's mean over designs that did not fail and the mean of about

@@ -17,7 +17,7 @@ class RandomSearchSettings(Checked):
     """Random search over designs and gaits."""
 
     population: Count = 96
-    """Candidates proposed at a time."""
+    """Candidates drawn and simulated at a time."""
 
 
 class RandomSearch:

@@ -19,33 +19,41 @@ from pneumorph.learn.networks import Policy, TwinCritic
 
 @dataclass(frozen=True)
 class SacSettings(Checked):
-    """Hyperparameters of soft actor-critic (paper, appendix A)."""
+    """Hyperparameters of soft actor-critic. The defaults are the paper's (appendix A) or, where it
+    gives none, those of the authors' experiment."""
 
     hidden_sizes: tuple[Count, ...] = (400, 200, 100)
-    """Units of the hidden layers of policy and value networks (paper, appendix A)."""
+    """Units of each hidden layer, from input to output, of the policy and of the value networks
+    (paper). Smaller networks learn faster per update; many more designs than the paper's may need
+    larger ones."""
     policy_learning_rate: Positive = 6e-4
-    """Adam step of the policy (paper, appendix A)."""
+    """Learning rate of the policy (Adam; paper). Lower it if returns rise and then collapse."""
     critic_learning_rate: Positive = 2e-3
-    """Adam step of the value networks (paper, appendix A)."""
+    """Learning rate of the value networks (Adam; paper). Lower it if the critic's loss grows."""
     adam_beta_1: Share = 0.9
-    """Decay of Adam's first moment (paper, appendix A)."""
+    """Adam's decay rate of the gradient's running mean, 0 to 1 (paper). Rarely changed."""
     adam_beta_2: Share = 0.999
-    """Decay of Adam's second moment (paper, appendix A)."""
+    """Adam's decay rate of the squared gradient's running mean, 0 to 1 (paper). Rarely changed."""
     discount: Share = 0.95
-    """Discount factor gamma per action (paper, appendix A)."""
+    """Discount factor gamma per action, 0 to 1 (paper): how much the next action's reward counts
+    beside this one's. Raise it for gaits that must look further ahead."""
     target_smoothing: Share = 0.01
-    """Share of the value networks in each update of their targets (paper, appendix A)."""
+    """How far the target networks move towards the value networks in each update, 0 to 1 (paper,
+    tau). Smaller is steadier and slower."""
     batch_size: Count = 512
-    """Transitions in one update (paper, appendix A)."""
+    """Transitions in one update (paper). More make an update less noisy and slower."""
     initial_temperature: Positive = 0.2
-    """Temperature alpha at the start [cm] (authors' experiment)."""
+    """Entropy temperature alpha at the start [cm of reward per nat] (authors' experiment). It is
+    tuned from there; begin lower if there are few updates."""
     temperature_learning_rate: NotNegative | None = None
-    """Adam step of log alpha; None: the policy's (authors' experiment)."""
+    """Learning rate of log alpha (Adam); 0 keeps the temperature fixed. None: the policy's rate
+    (authors' experiment)."""
     target_entropy: float | None = None
-    """Entropy the temperature is tuned to [nat]; None: minus the number of regulators, which is -3
-    on the paper's rig (authors' experiment)."""
+    """Entropy of the policy that the temperature is tuned to [nat]; higher explores more. None:
+    minus the number of regulators, which is -3 for the paper's robot (authors' experiment)."""
     log_standard_deviation_range: tuple[float, float] = (-20.0, 2.0)
-    """Limits of the logarithm of the policy's standard deviation (authors' experiment)."""
+    """Lowest and highest natural logarithm of the policy's standard deviation (authors'
+    experiment). Raise the first to keep the policy exploring."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

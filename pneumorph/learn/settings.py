@@ -17,15 +17,16 @@ from pneumorph.robot.design_space import DesignSpace
 
 @dataclass(frozen=True)
 class FinetuningSettings(Checked):
-    """Learning on the best designs alone after training (the paper gives no numbers)."""
+    """Fine-tuning: after training, the policy is trained further for each of the best designs
+    alone. The paper gives no numbers."""
 
     finalist_count: Count = 8
-    """Number of designs for which the policy is fine-tuned, each starting from the end of
-    training."""
+    """Number of designs that are fine-tuned, each from the policy at the end of training."""
     timesteps: CountOrNone = 19_200
-    """Actions of all robots for each finalist, rounded up to whole episodes; 0 for none."""
+    """Actions of all robots together for each of them, rounded up to whole episodes; 0: no
+    fine-tuning."""
     updates_per_vector_step: Count = 16
-    """Updates of the learner after each action of all robots together."""
+    """Learner updates after each action of all robots together."""
 
     def round_count(self, timesteps_per_round: int) -> int:
         """Episodes of every robot for each finalist."""
@@ -45,7 +46,8 @@ class CooptSettings(Checked):
     seed: CountOrNone = 0
     """Seed of every random number."""
     environment_count: Count = 96
-    """Robots simulated side by side (paper, appendix A)."""
+    """Robots simulated side by side (paper, appendix A). More use the processors better; a round is
+    one episode of each."""
     total_timesteps: Count = 1_000_000
     """Actions of all robots together, rounded up to whole episodes (paper, appendix A)."""
     space: DesignSpace = field(default_factory=DesignSpace)
@@ -61,7 +63,7 @@ class CooptSettings(Checked):
     `factored`: a weight for each option of each location, which needs no list of designs (not in
     the paper). `by_size`: enumerated up to 100 000 designs."""
     factored: FactoredSettings = field(default_factory=FactoredSettings)
-    """How the weights of options are fitted to scores."""
+    """Weights of the factored distribution; no effect on an enumerated one."""
     finetuning: FinetuningSettings = field(default_factory=FinetuningSettings)
     """Fine-tuning of the best designs after training."""
     objective: Objective = field(default_factory=Objective)

@@ -49,16 +49,18 @@ class Air(Checked):
     ] = 200.0
     """Gauge pressure of the regulators' supply [kPa]."""
     filling_mm3_per_s_kPa: tuple[Conductance, ...] = (78.0,)
-    """Conductance from the supply [mm^3/(s kPa)]."""
+    """Sonic conductance (ISO 6358) from the supply into each regulator's tubes, or one for all
+    [mm^3/(s kPa)]."""
     venting_mm3_per_s_kPa: tuple[Conductance, ...] = (1100.0,)
-    """Conductance to the outside [mm^3/(s kPa)]."""
+    """Sonic conductance from each regulator's tubes to the outside, or one for all [mm^3/(s
+    kPa)]."""
     critical_ratio: Annotated[float, Bounds(least=0.0, most=0.99)] = 0.5
-    """Ratio of the pressure behind a valve to that before it, both absolute, below which flow is
-    choked."""
+    """Ratio of absolute pressures after and before a valve below which the flow is choked."""
     tube_mm3: Annotated[float, Bounds(least=1e-3, most=1e9)] = 1000.0
-    """Volume of a regulator's tubes [mm^3]."""
+    """Volume of each regulator's tubes [mm^3]."""
     chamber_growth: tuple[Annotated[float, Bounds(0.0, 1.0)], ...] = (0.009, 0.00019)
-    """A chamber's volume relative to that at rest is 1 + g1 p + g2 p^2 ..., p in real kPa."""
+    """Growth g1, g2 ... of a chamber's volume with real pressure p [kPa]: relative to rest it is 1
+    + g1 p + g2 p^2 ..."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

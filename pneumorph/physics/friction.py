@@ -33,11 +33,11 @@ class FrictionPressure(Checked):
     """Exponent e of that pressure. 0: the coefficient is always the same (Coulomb's law). -1/3: it
     falls with pressure as between elastic spheres (Hertz). Positive: it rises."""
     pressure_kPa: Positive = 10.0
-    """Pressure p_0 at which the coefficient is the one that is given for its surface [kPa]."""
+    """Pressure p_0 at which the coefficient is the given one [kPa]."""
     least_factor: Annotated[float, Bounds(above=0.0, most=1.0)] = 0.5
-    """The coefficient is never less than this share of the given one."""
+    """Lower limit of the coefficient, relative to the given one."""
     most_factor: Annotated[float, Bounds(least=1.0)] = 2.0
-    """And never more than so many times the given one."""
+    """Upper limit of the coefficient, relative to the given one."""
 
     def factor(self, pressure_kPa: np.ndarray) -> np.ndarray:
         """Coefficient over the given one at pressures [kPa], same shape."""

@@ -14,14 +14,14 @@ from pneumorph.reduction.snapshots import Snapshots
 
 @dataclass(frozen=True)
 class BlockedSnapshotSettings(Checked):
-    """Which equilibria with a blocked tip are collected."""
+    """Equilibria of a leg whose tip is held down while it is inflated."""
 
     count: CountOrNone = 0
     """Number of equilibria, evenly spaced in pressure."""
     pressure_kPa: Positive = 100.0
-    """They go from 0 to this simulated pressure."""
+    """Highest simulated pressure, from 0 [kPa]."""
     face: str = "outer_end_face"
-    """Node set of the tip, whose mean height is kept."""
+    """Node set of the tip; its mean height is held."""
 
 
 def blocked_snapshots(part: PartModel, settings: BlockedSnapshotSettings) -> Snapshots:

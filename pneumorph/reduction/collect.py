@@ -50,13 +50,13 @@ class SnapshotSettings:
     """Which states of the full-order model a reduction learns from."""
 
     static: StaticSnapshotSettings = field(default_factory=StaticSnapshotSettings)
-    """A single part at rest under load."""
+    """A single leg at rest: free bending, and under loads."""
     blocked: BlockedSnapshotSettings = field(default_factory=BlockedSnapshotSettings)
-    """One that is inflated while its tip is kept down."""
+    """A single leg, inflated while its tip is held down."""
     walk: WalkSnapshotSettings = field(default_factory=WalkSnapshotSettings)
-    """Parts that carry a robot."""
+    """The legs of walking robots."""
     executor: ExecutorSettings = field(default_factory=ExecutorSettings)
-    """Where they are computed."""
+    """Where the walking robots are simulated."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -54,22 +54,25 @@ _BLOCK_ROWS = 256
 
 @dataclass(frozen=True)
 class EcswSettings(Checked):
-    """How the sampled elements are chosen."""
+    """Hyperreduction by ECSW: which elements are sampled."""
 
     hyperreduction_tolerance: Positive = 0.008
-    """Relative residual of the scaled force rows at which no more elements are added."""
+    """Relative residual of the scaled training forces at which no more elements are added. Smaller:
+    more exact, more elements, slower steps."""
     element_limit: Count = 220
-    """At most so many sampled elements, tetrahedra and membrane triangles together."""
+    """Largest number of sampled elements, tetrahedra and membrane triangles together, whatever the
+    tolerance asks for."""
     stiffness_state_count: CountOrNone = 24
-    """Number of training states at which the stiffness is trained too."""
+    """Number of training states whose stiffness is fitted as well as their forces; 0: forces
+    only."""
     stiffness_weight: NotNegative = 0.2
-    """Weight of all stiffness rows against all force rows."""
+    """Weight of all stiffness rows relative to all force rows."""
     force_floor: Share = 0.05
-    """Smallest force a state is divided by, as a fraction of the largest."""
+    """Force rows are scaled by their state's force, but at least by this fraction of the largest
+    one."""
     equilibrium_weight: Positive = 1.0
-    """Weight of the reduced part's own free bends and blocked tips against the snapshots' states:
-    there pressure softens the part, so an error of the force moves it further than its stiffness
-    alone says."""
+    """Weight of the reduced leg's own free bends and blocked tips relative to the snapshots'
+    states. Pressure softens the leg there, so that an error in the force displaces it more."""
 
 
 @dataclass(frozen=True)

@@ -18,49 +18,54 @@ class ReductionSettings(Checked):
     """How a part is reduced."""
 
     norm: Literal["energy", "shape", "mass"] = "energy"
-    """Inner product of the POD: the mean stiffness over the snapshots; that of the solid's shape
-    alone, where volumes and a stiff membrane are seen by fields, so that what they resist need not
-    be held by modes; or the mass."""
+    """Inner product of the POD. `energy`: mean stiffness over the snapshots. `shape`: stiffness
+    against changes of the solid's shape alone, if pressure and stress fields represent volumes and
+    a stiff membrane. `mass`: the mass matrix."""
     mode_tolerance: Positive = 0.0032
-    """Relative projection error of the snapshots at which to stop adding modes."""
+    """Relative projection error of the snapshots at which no more modes are added. Smaller: more
+    exact, more modes, slower steps."""
     mode_limit: Count = 24
-    """At most so many modes, whatever the tolerance asks for."""
+    """Largest number of modes, whatever the tolerance asks for. The cost of a step grows with its
+    square."""
     pressure_tolerance: Positive = 0.01
-    """Of a nearly incompressible part: relative error of the snapshots' changes of volume at which
-    to stop adding pressures."""
+    """For a nearly incompressible leg: relative error of the snapshots' volume changes at which no
+    more pressure fields are added."""
     pressure_limit: Count = 8
-    """At most so many pressures, whatever the tolerance asks for."""
+    """Largest number of pressure fields, whatever the tolerance asks for."""
     stress_limit: CountOrNone = 0
-    """Number of fields of stress that a stiff membrane is seen by instead of sampled triangles, so
-    that the modes need not hold its length; 0: its triangles are sampled. Its law must be St.
+    """Number of stress fields that represent a stiff membrane instead of sampled triangles, so that
+    no modes are spent on keeping its length; 0: sampled triangles. The membrane's law must be St.
     Venant-Kirchhoff's."""
     symmetric: bool = True
-    """Make modes symmetric or antisymmetric, and weights of mirrored elements equal, where the mesh
-    has a mirror plane."""
+    """If the mesh has a mirror plane: make each mode symmetric or antisymmetric, and give mirrored
+    elements equal weights."""
     equal_snapshots: bool = True
-    """Let every snapshot of a kind count alike. Otherwise each counts by its energy, so that those
-    of the largest pressures count almost alone."""
+    """Give all snapshots of a kind the same weight. Otherwise each has its energy as weight, and
+    those at the highest pressures dominate."""
     bend_share: Share = 0.3
-    """Share of the free-bending equilibria in the weight of all snapshots."""
+    """Share of the free bends in the weight of all snapshots."""
     load_share: Share = 0.2
-    """Share of the loaded equilibria."""
+    """Share of the equilibria under load."""
     blocked_share: Share = 0.0
-    """Share of the equilibria with a blocked tip; what remains is that of the robots' walks."""
+    """Share of the equilibria with the tip held down. What the shares leave is that of walking
+    robots."""
     answer_share: Share = 0.0
-    """Share of how the outer end face gives way to small forces at some of the free bends; the
-    sampled elements do not learn from it. Of parts that are held rigidly and have that face."""
+    """Share of the responses of the outer end face to small forces, at some of the free bends. They
+    train the modes, not the sampled elements. Only for legs that are held rigidly and have that
+    face."""
     curve_tolerance: NotNegative = 0.0
-    """Relative projection error at which the modes hold free bends and blocked tips, before any is
-    spent on other snapshots; 0: by their shares alone."""
+    """Relative projection error to which free bends and blocked tips are represented before modes
+    are spent on other snapshots; 0: only their shares count."""
     rotation: Rotation = "edge"
-    """Where elements take their rotation from while sampled elements are trained."""
+    """Rotation of linear elastic elements while sampled elements are trained: `edge` (as published)
+    or `polar`."""
     training_state_limit: Count = 240
-    """At most so many snapshots train the sampled elements."""
+    """Largest number of snapshots that train the sampled elements."""
     holdout_every: CountOrNone = 6
-    """One snapshot in so many is kept out of the training, to measure errors on; free bending and
-    blocked tips never are. 0: none."""
+    """Every how many snapshots one is held out of the training, to measure errors on it; never free
+    bends or blocked tips. 0: none."""
     ecsw: EcswSettings = field(default_factory=EcswSettings)
-    """Choice of elements."""
+    """Hyperreduction by ECSW: which elements are sampled."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -11,7 +11,7 @@ import numpy as np
 from pneumorph.base.artefact import ArtefactError, load_artefact, stream_rows
 from pneumorph.reduction import compressed_snapshots, snapshots
 from pneumorph.reduction.compressed_snapshots import CompressedSnapshots
-from pneumorph.reduction.snapshots import BLOCK_SIZE, SnapshotSet, details_of
+from pneumorph.reduction.snapshots import BLOCK_SIZE, SnapshotSet, details_of, one_mesh
 
 
 class SnapshotFiles(SnapshotSet):
@@ -31,12 +31,7 @@ class SnapshotFiles(SnapshotSet):
             raise ArtefactError("snapshots must be in at least one file, got none")
         self.paths = tuple(paths)
         headers = [read_header(path) for path in self.paths]
-        digests = {metadata.get("mesh_digest") for _, metadata in headers}
-        if len(digests) != 1:
-            raise ArtefactError(
-                f"snapshots must be of one mesh, got {len(digests)} different mesh digests; "
-                "collect them again for the mesh at hand"
-            )
+        digest = one_mesh([metadata for _, metadata in headers])
         names: list[str] = []
         source = []
         for arrays, metadata in headers:
@@ -45,7 +40,7 @@ class SnapshotFiles(SnapshotSet):
         self.pressure_kPa = np.concatenate([arrays["pressure_kPa"] for arrays, _ in headers])
         self.source = np.concatenate(source)
         self.metadata: dict[str, Any] = {
-            "mesh_digest": digests.pop(),
+            "mesh_digest": digest,
             "sources": names,
             "details": [each for _, metadata in headers for each in details_of(metadata)],
             "seconds": _total_seconds([metadata.get("seconds") for _, metadata in headers]),

@@ -147,12 +147,7 @@ class Snapshots(SavedSnapshots):
         Raises:
             ArtefactError: The sets belong to different meshes.
         """
-        digests = {piece.metadata.get("mesh_digest") for piece in pieces}
-        if len(digests) != 1:
-            raise ArtefactError(
-                f"snapshots must be of one mesh, got {len(digests)} different mesh digests; "
-                "collect them again for the mesh at hand"
-            )
+        digest = one_mesh([piece.metadata for piece in pieces])
         sources: list[str] = []
         numbers = []
         for piece in pieces:
@@ -163,8 +158,26 @@ class Snapshots(SavedSnapshots):
             np.concatenate([piece.pressure_kPa for piece in pieces]),
             np.concatenate(numbers),
             {
-                "mesh_digest": digests.pop(),
+                "mesh_digest": digest,
                 "sources": sources,
                 "details": [each for piece in pieces for each in details_of(piece.metadata)],
             },
         )
+
+
+def one_mesh(metadata: Sequence[Mapping[str, Any]]) -> str | None:
+    """Digest of the one mesh that sets of snapshots are of.
+
+    Args:
+        metadata: Of each set of snapshots.
+
+    Raises:
+        ArtefactError: They are of several meshes.
+    """
+    digests = {each.get("mesh_digest") for each in metadata}
+    if len(digests) != 1:
+        raise ArtefactError(
+            f"snapshots must be of one mesh, got {len(digests)} different mesh digests; "
+            "collect them again for the mesh at hand"
+        )
+    return digests.pop()

@@ -27,32 +27,35 @@ _SOLVER = StaticSettings(tolerance=1e-6)
 
 @dataclass(frozen=True)
 class StaticSnapshotSettings(Checked):
-    """Which equilibria are collected."""
+    """Equilibria of a single leg, from which the reduction learns."""
 
     bend_pressure_kPa: Positive = 360.0
-    """Free bending goes from 0 to this simulated pressure."""
+    """Highest simulated pressure of free bending, which starts from 0 [kPa]."""
     bend_count: Count = 24
     """Number of free-bending equilibria, evenly spaced in pressure."""
     load_count: CountOrNone = 120
     """Number of equilibria under gravity and a random force on the loaded surface."""
     load_pressure_kPa: NotNegative = 350.0
-    """Pressures of loaded equilibria are uniform from 0 to this."""
+    """Highest simulated pressure of the equilibria under load [kPa]; pressures are drawn uniformly
+    from 0."""
     load_limit_mN: NotNegative = 1500.0
-    """Normal forces are uniform from 0 to this."""
+    """Largest normal force [mN]; forces are drawn uniformly from 0."""
     friction: NotNegative = 1.2
-    """Tangential forces are uniform in the disc of this many times the normal force; the friction
-    of robots that walk for snapshots."""
+    """Friction coefficient: tangential forces are drawn uniformly up to this many times the normal
+    force. Robots that walk for snapshots have it too."""
     patch_radius_mm: Positive = 9.0
-    """A force is spread over the surface nodes within this distance of a random one."""
+    """A force is spread over the surface nodes within this distance of a randomly drawn one
+    [mm]."""
     loaded_surface: str = "sheet"
     """Surface region that touches the ground."""
     pitch_deg: float = 15.0
-    """Gravity's direction: the part's x axis points so much below the horizontal."""
+    """How far the leg's x axis points below the horizontal, which gives gravity's direction
+    [degrees]."""
     seed: CountOrNone = 0
-    """Seed of pressures and forces."""
+    """Seed of the drawn pressures and forces."""
     rotation: Rotation = "edge"
-    """Where linear elastic elements take their rotation from: `edge`, the first edge and face, as
-    published, which tells left from right, or `polar`, the polar decomposition."""
+    """Rotation of linear elastic elements. `edge`: from the first edge and face, as published,
+    which is not mirror-symmetric. `polar`: polar decomposition."""
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -41,7 +41,7 @@ _PLACE_COUNT = 8
 
 @dataclass(frozen=True)
 class WalkSnapshotSettings(Checked):
-    """Which robots walk, and how far."""
+    """Which robots walk for snapshots, and how far."""
 
     robots: Literal["drawn", "all"] = "drawn"
     """`drawn`: robots with as many legs as --snapshots.walk.leg-counts says, at drawn places.
@@ -52,15 +52,16 @@ class WalkSnapshotSettings(Checked):
     """Corners of the pressures that each robot visits, along a Gray code with its legs in drawn
     order. None: all of them, in a closed tour."""
     hold_s: Positive = 0.8
-    """Time at each corner [s]."""
+    """How long each corner's pressures are held [s]."""
     amplitude_kPa: NotNegative = 350.0
     """Simulated pressure of an inflated leg [kPa]."""
     pressure_rate_kPa_per_s: Positive = 612.0
-    """How fast the simulated pressure changes: 4.08 times the regulators' 150 kPa/s [kPa/s]."""
+    """How fast the simulated pressure changes [kPa/s]. The default is 4.08 times the regulators'
+    150 kPa/s."""
     settling_steps: CountOrNone = 15
-    """Steps without pressure before the walk."""
+    """Time steps at zero pressure before the walk."""
     record_every: Count = 2
-    """Steps between snapshots."""
+    """Time steps between snapshots."""
     compression: NotNegative = 0.0
     """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
     combinations of few fields; 0 stores each in single precision."""

@@ -122,7 +122,7 @@ def _band_table(found: Certificate) -> str:
             *_numbers(pair.band.low, pair.band.median, pair.band.high),
             f"{100.0 * pair.share_beyond_expert:.0f} %",
             *_numbers(pair.promised, pair.optimism),
-            f"{100.0 * pair.hub_load_share:.0f} %",
+            f"{100.0 * pair.hub_load_share:z.0f} %",
         ]
         for pair in found.pairs
     ]
@@ -131,7 +131,7 @@ def _band_table(found: Certificate) -> str:
 
 def _sensitivity_table(found: Certificate) -> str:
     rows = [
-        [pair.label, each.number, f"{100.0 * each.first_order_index:.0f} %",
+        [pair.label, each.number, f"{100.0 * each.first_order_index:z.0f} %",
          f"{each.rank_correlation:+.2f}"]
         for pair in found.pairs
         for each in pair.sensitivities[:_SHOWN_NUMBERS]

@@ -44,7 +44,7 @@ def analysis_sections(found: Analysis, run: FinishedRun, sheet: Sheet) -> list[S
               *map(goal.in_unit, (goal.label, "slides back")), "weight on the hub"]  # fmt: skip
     rows = [
         (each.label, each.design, each.status, goal.of_pair(each), each.backsliding,
-         each.hub_load_share)
+         f"{100.0 * each.hub_load_share:z.0f} %")
         for each in found.robots
     ]  # fmt: skip
     return [Section("The robots", page.table(header, rows))]

@@ -35,20 +35,21 @@ _GRID_MM = 50.0
 
 @dataclass(frozen=True)
 class FilmSettings(Checked):
-    """How a film looks."""
+    """Size, speed and view of a film."""
 
     width: Annotated[int, Bounds(least=160)] = 960
-    """Pixels across; the height follows from what must be in view."""
+    """Width of the picture [pixels]; the height follows from what must be in view."""
     frames_per_second: Count = 10
-    """Frames in a second of film."""
+    """Frames per second of film. More are smoother and take longer to draw."""
     speed: Positive = 1.0
-    """Seconds of the robot's time in a second of film."""
+    """Playback speed: seconds of robot time per second of film. 2 is twice as fast as reality."""
     azimuth_deg: float = 12.0
-    """Turn of the view about the vertical; 0 looks across the direction of travel."""
+    """Rotation of the view about the vertical axis [degrees]; 0 looks at the robot from its right
+    side."""
     elevation_deg: Annotated[float, Bounds(above=0.0, most=90.0)] = 42.0
-    """Height of the viewer above the horizon; 90 is a plan view."""
+    """Height of the camera above the horizon [degrees]; 90 looks straight down."""
     colour_by: ColourBy = "regulator"
-    """What the colour of a leg tells: its regulator, or its pressure from 0 to 90 kPa."""
+    """What a leg's colour shows: its regulator, or its pressure from 0 to 90 kPa."""
 
 
 class FramePainter:

@@ -25,15 +25,6 @@ from pneumorph.study.baseline import BestPhase
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.simulated_walk import SimulatedWalk
 
-_ACHIEVED = {
-    "median": "of the best pair, median",
-    "tenth_percentile": "of the best pair, 10th percentile",
-    "expert_median": "of the expert, median",
-    "best_achieved": "of the best pair",
-    "baseline_best_achieved": "of the expert's best phase",
-}
-"""What they achieve of a goal, likewise: key without its unit -> its name after the goal's."""
-
 _SHOWN_ELSEWHERE = (
     "bend", "calibration", "drawing", "node_error", "path_fit", "tolerances", "transfer_gaits",
     "transfer_rewards",

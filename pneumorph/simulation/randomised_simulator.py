@@ -270,17 +270,6 @@ def simulator_in_worlds(
     return LaggingSimulator(batch, worlds)
 
 
-def simulator_in_world(
-    robots: Sequence[Robot],
-    world: World,
-    physics: Physics,
-    stepper: StepperSettings | None = None,
-    thread_count: int = 0,
-) -> LaggingSimulator:
-    """A simulator of robots in one world."""
-    return simulator_in_worlds(robots, [world] * len(robots), physics, stepper, thread_count)
-
-
 def robot_in_world(robot: Robot, world: World) -> Robot:
     """The robot with its legs mounted and reduced as in a world; the same where that is as usual.
 

@@ -20,13 +20,14 @@ class StepperSettings(Checked):
     """
 
     contact_margin_mm: NotNegative = 2.0
-    """Points that the motion before a step brings nearer to the floor than this are checked one by
-    one after a contact solve, the others by a bound for each part [mm]. All that would pass the
-    floor take part; the margin decides what that costs, not what comes out."""
+    """Contact points that are expected within this distance of the floor at the end of a step are
+    checked one by one, all others by a bound for each leg [mm]. It changes how long a step takes,
+    not its result."""
     contact_tolerance_mm_per_s: Positive = 1e-2
     """The friction solver stops when no contact law is violated by more than this [mm/s]."""
     contact_sweeps: Count = 100
-    """Maximum number of Gauss-Seidel sweeps in a step, made where Newton's method fails."""
+    """Largest number of Gauss-Seidel sweeps in a step; they are made only where Newton's method
+    fails."""
     speed_limit_mm_per_s: Positive = 1e4
     """A robot faster than this counts as diverged [mm/s]."""
     tangent_tolerance_mm_per_s: NotNegative = 1.0
@@ -36,7 +37,8 @@ class StepperSettings(Checked):
     every step. Applies to corotational parts, and to the solid of measured silicone under objective
     damping."""
     element_precision: Precision = "single"
-    """Precision of element forces and stiffness and of the cavity's cubic term; everything else is
-    double precision."""
+    """Precision of element forces and stiffness and of the cavity's cubic term. Everything else is
+    in double precision."""
     instruction_set: InstructionSet = "best"
-    """Which build of the stepper to run; `best` selects by the processor."""
+    """Processor instructions that the stepper uses; `best` takes the best that this processor has.
+    Results differ in the last digits."""

@@ -35,17 +35,17 @@ class AnalysisSettings(Checked):
     """Which pairs, and over which frictions."""
 
     pair_count: Count = 5
-    """How many of the best pairs."""
+    """Number of best pairs to analyse."""
     cycle_s: Positive = 4.0
-    """Length of a cycle, over which a slide back is counted and figures are drawn [s]."""
+    """Length of a gait cycle [s]; slides back are counted and figures drawn per cycle."""
     record_every: Count = 5
     """Simulation steps between recorded frames."""
     lowest_friction: Positive = 0.6
-    """First friction coefficient."""
+    """Lowest friction coefficient that the robots walk with."""
     highest_friction: Positive = 1.4
-    """Last friction coefficient, included."""
+    """Highest friction coefficient, included."""
     friction_step: Positive = 0.1
-    """Step from one coefficient to the next."""
+    """Step between friction coefficients."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -103,7 +103,9 @@ class AnalysedRobot:
     mean_contact_count: float
     legs: tuple[AnalysedLeg, ...]
     hub_load_share: float
-    """Share of the robot's weight that the floor bears through its hub, in the mean."""
+    """Share of the robot's weight that the floor bears through its hub, in the mean: what of the
+    weight the legs do not bear in the recorded frames. These are a sample, and the robot's momentum
+    is another at the end, so a hub that never touches has a few thousandths more or less than 0."""
     over_friction: tuple[float, ...] = field(metadata=in_cm("distances_over_friction_cm"))
     """What of the goal is achieved at each friction; NaN where the simulation failed."""
     range_ratio: float | None = None

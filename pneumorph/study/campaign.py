@@ -38,7 +38,7 @@ _ALONE = ExecutorSettings(process_count=1)
 
 @dataclass(frozen=True)
 class CampaignSettings(Checked):
-    """Which runs, where, and what they have in common."""
+    """Which seeds and variants to run, and the settings they share."""
 
     seeds: tuple[CountOrNone, ...] = (0, 1, 2)
     """Seeds of the runs; --seed has no meaning here."""
@@ -46,8 +46,8 @@ class CampaignSettings(Checked):
     """Settings files, such as one that sets `coopt.updates` or `robot.physics.damping`, each laid
     over the rest; without them all runs differ by their seed alone."""
     run: Annotated[TrainingOptions, flat] = field(default_factory=TrainingOptions)
-    """What they have in common; the executor of its robots says where the runs are made: by default
-    one after another on this machine, or on all of a Ray cluster."""
+    """Settings that all runs share. --executor says where the runs are made: by default one after
+    another on this machine, or on all of a Ray cluster."""
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:

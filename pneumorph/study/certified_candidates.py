@@ -27,37 +27,41 @@ from pneumorph.study.finished_run import FinishedRun, Pair
 
 @dataclass(frozen=True)
 class RoundSettings(Checked):
-    """How long a leg is reduced again where it parts from its finite elements."""
+    """Rounds of a full certificate. In each, the leg is reduced again with the walks in which
+    reduced robots and finite elements disagreed, and the pairs are fine-tuned on it and walk
+    again."""
 
     limit: CountOrNone = 2
-    """At most so many new reductions; 0 for none, only to see where the two models part."""
+    """Largest number of rounds; 0 only reports where the two models disagree."""
     budget_s: Positive = 43_200.0
-    """No further one is begun once walks of finite elements, reductions and fine-tuning have taken
-    so long [s]."""
+    """No round begins once finite-element walks, reductions and fine-tuning have taken this long
+    together [s]; one that has begun is finished."""
 
 
 @dataclass(frozen=True)
 class CertificateSettings(Checked):
-    """Which pairs, in which worlds, and whether as finite elements too."""
+    """Which pairs are certified, in which worlds, and whether as finite elements too."""
 
     pair_count: Count = 5
-    """How many of the best pairs."""
+    """Number of best pairs to certify."""
     world_count: Annotated[int, Bounds(least=4)] = 200
-    """Worlds that nothing was chosen in, which bands are of."""
+    """Number of unseen worlds in which the pairs walk; the reported bands are percentiles over
+    them. More make the bands sharper and take longer."""
     world_seed: CountOrNone = 0
-    """Seed of these worlds; those of trainings are drawn otherwise for every seed."""
+    """Seed of the unseen worlds. They are never those of a training, whatever its seed."""
     tuning_world_count: Count = 24
-    """Worlds of the training that the expert's phase is tuned in, for its own mean."""
+    """Number of the training's worlds in which the expert's phase is tuned, by its mean distance
+    there."""
     cycle_s: Annotated[float, Bounds(above=0.0)] = 4.0
-    """Length of a cycle, over which a slide back is counted [s]."""
+    """Length of a gait cycle [s]; the slide back is counted within each."""
     full: bool = False
-    """Walk as finite elements as well: the best pair in the world as it stands and in its worst
-    ones, the others in the former. Hours; what was walked is kept."""
+    """Also walk as finite elements: the best pair in the nominal world and in its worst worlds, the
+    other pairs in the nominal world. Takes hours; finished walks are kept."""
     worst_world_count: CountOrNone = 2
-    """How many of the worst worlds."""
+    """In how many of its worst worlds the best pair walks as finite elements."""
     rounds: RoundSettings = field(default_factory=RoundSettings)
-    """Where the two models part, the leg is reduced again with these walks among its snapshots, the
-    pairs' designs are fine-tuned on it, and walk again."""
+    """With --full: where reduced robots and finite elements disagree, the leg is reduced again with
+    these walks among its snapshots, and the pairs are fine-tuned on it and walk again."""
     randomisation: Randomisation = field(default_factory=measured_worlds)
 
 

@@ -37,32 +37,34 @@ class ComparisonSettings(Checked):
     """What to compare."""
 
     animations: tuple[str, ...] = ("hamiltonian", "baseline", "two_leg", "six_leg")
-    """Animations to run, on the floor and floating."""
+    """Test animations to run, on the floor and floating."""
     heldout_count: CountOrNone = 12
-    """Random designs with random gaits to run."""
+    """Number of random designs that walk random gaits."""
     duration_s: Positive = 10.0
-    """Length of each run."""
+    """Length of each of these walks [s]."""
     periodic_count: CountOrNone = 0
-    """Random designs to run with periodic gaits, whose errors accumulate over cycles; the eight
-    gaits take turns."""
+    """Number of random designs that walk periodic gaits, in which errors accumulate over cycles;
+    the eight gaits take turns."""
     periodic_duration_s: Positive = 20.0
-    """Length of each of these."""
+    """Length of each periodic walk [s]."""
     floating_duration_s: NotNegative = 4.0
-    """Length of the animations without gravity or floor; 0 leaves them out."""
+    """Length of the animations without gravity and floor [s]; 0 leaves them out."""
     record_every: Count = 10
     """Time steps between compared frames."""
     record: bool = False
-    """Save the reduced trajectories too."""
+    """Also save the reduced trajectories."""
     bend_limit_kPa: Positive = 300.0
-    """Largest simulated pressure of the bend, which is taken from the reduction's own report."""
+    """Highest simulated pressure of the bend that the reduction reports and that is shown [kPa]."""
     bend_pressures_kPa: tuple[NotNegative, ...] = ()
-    """Simulated pressures at which to bend both models anew."""
+    """Simulated pressures at which both models are bent again [kPa]; none to show only the
+    reduction's own bend."""
     timed_steps: CountOrNone = 21
-    """Steps of the full robot that are timed; 0 leaves the time ratio out."""
+    """Steps of the finite-element robot that are timed for the time ratio; 0 leaves the ratio
+    out."""
     grid: tuple[Path, ...] = ()
     """Reductions of the same leg with other tolerances, as `pneumorph reduce` writes them."""
     full_order: Path | None = None
-    """Folder of kept full-order trajectories. None: RUN/full_order, and the folder that ships."""
+    """Folder of stored full-order trajectories. None: RUN/full_order and those that ship."""
 
     def runs(self) -> dict[Kind, list[Animation]]:
         """What is run of each kind; see `Comparison`."""

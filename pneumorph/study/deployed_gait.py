@@ -51,19 +51,20 @@ class DeploymentSettings(Checked):
     """Which gait, on which rig, and how often."""
 
     rank: Count = 1
-    """Which of a run's best pairs: 1 is the best."""
+    """Which of the run's best pairs to drive: 1 is the best."""
     design: str | None = None
-    """Design, where the gait does not name it."""
+    """Design that walks, if the gait file does not name one."""
     trials: Count = 5
-    """How often the gait is run."""
+    """Number of trials."""
     dry_run: bool = False
-    """Print the schedule and command nothing."""
+    """Only print the schedule and command nothing."""
     bend_test: bool = False
-    """Run a bend test of one leg instead of a gait."""
+    """Measure the bend of one leg against pressure instead of driving a gait."""
     rig: Path | None = None
-    """Rig file; by default a virtual rig."""
+    """File that describes the rig (JSON or TOML, docs/hardware.md); by default a virtual rig."""
     model: Model = "full"
-    """Robot behind the virtual rig: finite elements (many minutes a trial), or reduced."""
+    """Model of the virtual rig's robot: finite elements (many minutes per trial), or reduced
+    (seconds)."""
     virtual: VirtualRigSettings = field(default_factory=VirtualRigSettings)
     bends: BendTestSettings = field(default_factory=BendTestSettings)
     expert: ExpertGait = field(default_factory=ExpertGait)

@@ -38,10 +38,10 @@ the goal's unit."""
 
 @dataclass(frozen=True)
 class EvaluationSettings(Checked):
-    """Which pairs, and how to simulate them."""
+    """Which pairs to simulate, in which model, and whether in random worlds too."""
 
     model: Model = "reduced"
-    """Reduced robots, or the finite elements that they stand for."""
+    """Model of the robots: reduced, or finite elements (minutes each)."""
     pair_count: Count = 5
     """Number of best pairs to evaluate."""
     record: bool = False

@@ -20,6 +20,7 @@ from pneumorph.base.provenance import Provenance
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_settings, read_summary
 from pneumorph.base.settings import settings_from_dict
+from pneumorph.base.value_at import value_at
 from pneumorph.base.verbs import VERBS
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -142,23 +143,8 @@ class FinishedRun:
         return self._value(SETTINGS, self.settings, place, kind)
 
     def _value(self, file: str, content: Any, place: str, kind: type[Kind]) -> Kind:
-        value = content
-        for name in place.split("."):
-            try:
-                value = value[int(name) if isinstance(value, list) else name]
-            except (KeyError, IndexError, TypeError, ValueError):
-                raise ArtefactError(
-                    f"{self.folder / file} has no {place}, expected a {kind.__name__}; it is "
-                    f"damaged or of another kind of run (`pneumorph {self.summary.get('verb')}`)"
-                ) from None
-        if kind is float and type(value) is int:
-            value = float(value)
-        if not isinstance(value, kind):
-            raise ArtefactError(
-                f"{self.folder / file} has {value!r:.60} as {place}, expected a {kind.__name__}; "
-                "it is damaged"
-            )
-        return value
+        made_by = f"`pneumorph {self.summary.get('verb')}`"
+        return value_at(content, place, kind, self.folder / file, made_by)
 
     def structured(self, place: str, kind: type[Settings]) -> Settings:
         """A group of the settings as its class; raises as `of_summary`."""

@@ -52,24 +52,30 @@ not the same on another day."""
 
 @dataclass(frozen=True)
 class CalibrationSettings(Checked):
-    """What was measured, and the leg whose bend it is compared with."""
+    """Which measurements to fit to. Give one or more."""
 
     bends: Path | None = None
-    """Measured bends of one leg held at its root: pressure_kPa,bend_deg."""
+    """CSV table of the measured bends of one leg held at its root, with columns
+    pressure_kPa,bend_deg."""
     pairs: Path | None = None
-    """Pairs of equal bend: real_pressure_kPa,simulated_pressure_kPa."""
+    """CSV table of real and simulated pressures that give the same bend, with columns
+    real_pressure_kPa,simulated_pressure_kPa; instead of --bends."""
     trials: Path | None = None
-    """Folder of a deployment whose trials modulus, damping and friction are fitted to."""
+    """Deployment folder; modulus, damping and friction are fitted to the tracked paths of its
+    trials."""
     air: Path | None = None
-    """Folder of a deployment whose sensed pressures each regulator's conductances are fitted to."""
+    """Deployment folder; the filling and venting conductance of each regulator is fitted to its
+    sensed pressures."""
     bench: Path | None = None
-    """Readings of tests on a bench: test,reading, the tests by their names in a certificate."""
+    """CSV table of bench tests, with columns test,reading; tests are named as in a certificate. Not
+    together with --bends, --pairs or --trials: fit those first and pass their file as
+    --calibration."""
     trial_count: Count = 5
-    """How many of the trials to fit to."""
+    """Number of trials to fit to, the first ones."""
     model: Model = "reduced"
-    """Leg whose bend is compared: the reduced one or its finite elements (minutes)."""
+    """Model of the leg that is bent in the simulation: reduced, or finite elements (minutes)."""
     largest_simulated_kPa: Positive = 450.0
-    """The simulated leg is bent up to this pressure or to where it fails [kPa]."""
+    """Highest simulated pressure of the bend, unless the simulation fails before [kPa]."""
     fit: ParameterFitSettings = field(default_factory=ParameterFitSettings)
     video: VideoSettings = field(default_factory=VideoSettings)
 

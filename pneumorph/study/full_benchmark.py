@@ -25,10 +25,9 @@ class FullBenchmark(Checked):
     """What to measure of a full-order robot."""
 
     settling_steps: CountOrNone = 15
-    """Time steps at zero pressure at the start, not counted: the robot falls."""
+    """Time steps at zero pressure at the start, not timed: the robot falls on the floor."""
     walking_steps: CountOrNone = 50
-    """Time steps of the gait that follow, not counted: the legs are inflated and press on the
-    floor."""
+    """Time steps of the gait before timing begins: the legs inflate and press on the floor."""
     timed_steps: Count = 41
     """Time steps of the gait that are timed."""
     repetitions: Count = 15

@@ -43,9 +43,9 @@ class GaitWalkSettings(Checked):
     """Gait files that name their designs, such as RUN/training/gaits/L1.csv. They are walked in the
     physics of --leg."""
     duration_s: Positive = 12.0
-    """Time of each gait that is walked, from its start [s]."""
+    """How much of each gait is walked, from its start [s]."""
     record_every: Count = 4
-    """Steps between snapshots."""
+    """Time steps between snapshots."""
     compression: NotNegative = 3e-4
     """Relative error, in the norm of the rest stiffness, at which a robot's snapshots are stored as
     combinations of few fields; 0 stores each in single precision."""

@@ -26,25 +26,27 @@ MESH_FILE = "mesh.npz"
 
 @dataclass(frozen=True)
 class MeshSettings(Checked):
-    """Shapes of the parts and how finely they are meshed, or the file to read."""
+    """Shapes of the parts and how finely they are meshed, or a mesh file to read."""
 
     file: Path | None = None
-    """A mesh of your own to read instead."""
+    """A mesh file of your own to read (gmsh, VTK, ...); the shapes below have no effect then."""
     regions: tuple[str, ...] = ()
-    """Names of the region numbers of a file without named groups, such as 1=cavity 2=sheet."""
+    """For a file whose regions have numbers instead of names: their names, such as 1=cavity
+    2=sheet."""
     scale: Positive = 1.0
-    """Length of the file's unit in mm: 1000 for metres."""
+    """The file's unit of length [mm]: 1000 if it is in metres."""
     surfaces: tuple[str, ...] = ("cavity", "sheet")
-    """Surface regions that the file must have."""
+    """Surface regions that the file must have, or it is refused."""
     node_sets: tuple[str, ...] = ("attachment",)
-    """Node sets that the file must have."""
+    """Node sets that the file must have, or it is refused."""
     contact_spacing_mm: Positive = 10.0
-    """Distance between the contact points of a file's mesh, which are nodes of its skin [mm]."""
+    """Distance between contact points on the skin of the file's mesh [mm]; they are nodes."""
     quadratic: bool = False
-    """Add a node in the middle of every edge: 10-node tetrahedra, which do not lock in bending."""
+    """Make 10-node tetrahedra, with a node in the middle of every edge. They do not lock in bending
+    as linear ones do, and cost more."""
     face_tied: bool = False
-    """Tie a leg to its hub over the end face of its first tooth, as the measured one, not at the
-    corners of that face alone."""
+    """Attach the leg to its hub over the whole end face of its first tooth, like the measured leg;
+    otherwise at the corners of that face."""
     leg: PneuNetShape = field(default_factory=PneuNetShape)
     disk: DiskShape = field(default_factory=DiskShape)
     leg_mesher: MesherSettings = field(default_factory=MesherSettings)

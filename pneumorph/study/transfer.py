@@ -31,11 +31,11 @@ class TransferSettings(Checked):
     """The simulation, and over which times distances are counted."""
 
     model: Model = "reduced"
-    """The reduced robots, or the finite elements they stand for."""
+    """Model of the simulated robots: reduced, or finite elements (minutes each)."""
     step_s: Positive = 1.0
-    """Length of a step, over which a reward is counted [s]."""
+    """Length of a step [s]; the reward is the distance covered in each."""
     cycle_s: Positive = 4.0
-    """Length of a cycle, over which a slide back is counted [s]."""
+    """Length of a gait cycle [s]; the slide back is counted within each."""
     video: VideoSettings = field(default_factory=VideoSettings)
 
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from pneumorph.base.layers import layered
+from pneumorph.catalogue.older_names import current_arguments
 from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg, paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.catalogue.robot_options import RobotOptions, current_arguments
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.physics.ground import Ground
 from pneumorph.physics.height_map import HeightMap
 from pneumorph.physics.physics import Physics

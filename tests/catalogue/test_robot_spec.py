@@ -35,7 +35,7 @@ from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
-from pneumorph.simulation.randomised_simulator import simulator_in_world
+from pneumorph.simulation.randomised_simulator import simulator_in_worlds
 from pneumorph.simulation.rollout import rollout
 from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.study.analysis import Analysis
@@ -226,7 +226,7 @@ def test_a_robot_in_a_world_is_the_randomised_simulators() -> None:
     assert leg_masses(spec) == pytest.approx((3 * 0.9 * LEG_KG,) * 2, rel=1e-12)
     assert spec.full(DESIGN).physics == spec.physics
     ours = spec.simulator([DESIGN])
-    theirs = simulator_in_world([SPEC.assembly(DESIGN)], world, SPEC.physics, SPEC.stepper, 1)
+    theirs = simulator_in_worlds([SPEC.assembly(DESIGN)], [world], SPEC.physics, SPEC.stepper, 1)
     for simulator in (ours, theirs):
         simulator.advance(np.array([[6.0, 9.0]]), 20)
     # Scaled parts on one side, the engine's factors on the other: to rounding.

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -49,3 +54,21 @@ def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A reduced leg of 4 modes."""
     part = synthetic_reduced_part(mode_count=4, cells=(4, 4, 4))
     return part.save(tmp_path_factory.mktemp("leg") / "leg.npz")
+
+
+@pytest.fixture
+def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
+    """Return a function that gives what a command asks of its verb, which is not done."""
+
+    def ask(command: str) -> Any:
+        name, *arguments = shlex.split(command)
+        module = import_module(f"pneumorph.command.{name}")
+        caught: list[Any] = []
+        with monkeypatch.context() as patch:
+            verb = replace(module.VERB, run=lambda options, _: caught.append(options) or {})
+            patch.setattr(module, "VERB", verb)
+            folder = tmp_path / f"out{len(list(tmp_path.iterdir()))}"
+            assert run([name, *arguments, "--out", str(folder)]) == 0
+        return caught[0]
+
+    return ask

@@ -19,7 +19,7 @@ from pneumorph.gait.walk import walk
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.physics.calibration import Calibration
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.simulation.randomised_simulator import simulator_in_world, worlds_of_round
+from pneumorph.simulation.randomised_simulator import simulator_in_worlds, worlds_of_round
 from pneumorph.study import certificate
 from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings, unseen_worlds
 from pneumorph.study.certified_pairs import Certificate
@@ -64,8 +64,8 @@ def test_a_certificate_is_of_the_runs_worlds_unseen(learned: Path, certified: Pa
     spec, pairs, distances_cm = source.robot.spec(), source.pairs(), np.array(found.achieved)
 
     def distance(number: int, world) -> float:
-        simulator = simulator_in_world(
-            [spec.assembly(pairs[number].design)], world, spec.physics, spec.stepper, 1
+        simulator = simulator_in_worlds(
+            [spec.assembly(pairs[number].design)], [world], spec.physics, spec.stepper, 1
         )
         walked = walk(
             simulator, [pairs[number].gait], duration_s=pairs[number].gait.duration_s,

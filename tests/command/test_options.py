@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
@@ -17,12 +16,11 @@ from helpers.synthetic_part import synthetic_reduced_part
 
 import pneumorph as pm
 from pneumorph.base.layers import _flags, _switched_off, layered
-from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, leg_kind, load_default_leg
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.catalogue.robot_options import RobotOptions, current_arguments
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import VERBS, run
-from pneumorph.fem.material import LegMaterials, Material
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
@@ -32,6 +30,7 @@ from pneumorph.study.campaign import CampaignSettings
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import TrainingOptions
 
+Ask = Callable[[str], Any]
 PUBLISHED = RobotOptions.of("published")
 PUBLISHED_MAP = PressureMap()
 OTHER_MAP = PressureMap(5.0, -1.0)
@@ -55,27 +54,6 @@ def test_every_verbs_options_are_found_on_its_command_line(
     # A reader of help has no files of the package, and a verb has defaults of its own.
     found = re.findall(r"\S+\.py\b|the defaults are|Of --\w+", plain)
     assert [words for words in found if words != "scene.py"] == []  # which `exchange` writes
-
-
-Ask = Callable[[str], Any]
-
-
-@pytest.fixture
-def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ask:
-    """Return a function that gives what a command asks of its verb, which is not done."""
-
-    def ask(command: str) -> Any:
-        name, *arguments = shlex.split(command)
-        module = import_module(f"pneumorph.command.{name}")
-        caught: list[Any] = []
-        with monkeypatch.context() as patch:
-            verb = replace(module.VERB, run=lambda options, _: caught.append(options) or {})
-            patch.setattr(module, "VERB", verb)
-            folder = tmp_path / f"out{len(list(tmp_path.iterdir()))}"
-            assert run([name, *arguments, "--out", str(folder)]) == 0
-        return caught[0]
-
-    return ask
 
 
 def learned(folder: Path, **robot: Any) -> Path:
@@ -303,24 +281,6 @@ def test_positional_arguments_win_over_the_file(tmp_path: Path, asked: Ask) -> N
     assert asked("bench full --threads 2").subject == "full"
 
 
-def test_older_flags_mean_what_they_are_called_now(asked: Ask) -> None:
-    for older, now in {
-        "--simulation.damping": "--physics.damping",
-        "--simulation.pressure-map.slope=2": "--physics.pressure-map.slope=2",
-        "--simulation.contact-sweeps": "--stepper.contact-sweeps",
-        "--simulation.element_precision=double": "--stepper.element_precision=double",
-        "--materials.paper.poisson-ratio": "--materials.sheet.poisson-ratio",
-        "--materials.paper-thickness-mm=2": "--materials.sheet-thickness-mm=2",
-        "--leg paper --film": "--leg published --film",
-        "--leg=paper": "--leg=published",
-    }.items():
-        assert current_arguments(older.split()) == now.split()
-    kept = ["--physics.damping", "simulation.damping", "--film", "objective", "--preset", "paper"]
-    assert current_arguments(kept) == kept
-    robot = asked("simulate --simulation.damping objective --simulation.contact-sweeps=7").robot
-    assert (robot.physics.damping, robot.stepper.contact_sweeps) == ("objective", 7)
-
-
 def test_air_is_asked_for_by_flags_and_files(tmp_path: Path, asked: Ask) -> None:
     """Settings of before there was air, as all others, have the published rate."""
     flags = "--physics.air.law orifice --physics.air.filling-mm3-per-s-kPa 50 60 70"
@@ -335,41 +295,6 @@ def test_air_is_asked_for_by_flags_and_files(tmp_path: Path, asked: Ask) -> None
     assert asked(f"{published} --settings {file}").robot.physics.air == Air()
     file.write_text("[robot.physics.air]\nfilling_mm3_per_s_kPa = [900.0, 800.0]\n")
     assert run(["simulate", "--settings", str(file), "--out", str(tmp_path / "s")]) == 1
-
-
-def test_older_settings_are_read(tmp_path: Path, asked: Ask) -> None:
-    file = tmp_path / "older.toml"
-    file.write_text('[robot.simulation]\ndamping = "objective"\ncontact_sweeps = 7\n')
-    robot = asked(f"simulate --settings {file}").robot
-    assert (robot.physics.damping, robot.stepper.contact_sweeps) == ("objective", 7)
-    assert asked(f"simulate --settings {file} --physics.damping published").robot.physics == (
-        Physics()
-    )
-    file.write_text('[robot]\nleg = "paper"\n')
-    assert asked(f"simulate --preset hyperelastic --settings {file}").robot.leg == "published"
-    file.write_text(
-        'leg = "paper"\nsnapshots.static.loaded_surface = "paper"\n'
-        "[materials]\npaper_thickness_mm = 2.0\npaper.young_modulus_kPa = 9.0\n"
-        "paper.poisson_ratio = 0.4\n"
-    )
-    options = asked(f"reduce --settings {file}")
-    assert (options.leg, options.snapshots.static.loaded_surface) == ("published", "sheet")
-    assert options.materials == LegMaterials(sheet=Material(9.0, 0.4), sheet_thickness_mm=2.0)
-    file.write_text("[robot.simulation]\ncontact_sweps = 7\n")
-    assert run(["simulate", "--settings", str(file), "--out", str(tmp_path / "s")]) == 1
-
-
-@pytest.mark.parametrize(
-    ("leg", "own"), [("published", PUBLISHED_MAP), ("hyperelastic", HYPERELASTIC_PRESSURE_MAP)]
-)
-def test_an_older_run_walks_the_map_it_walked(leg: str, own: PressureMap, tmp_path: Path) -> None:
-    """Runs of the hyperelastic leg saved the published map and walked their own."""
-    now = settings_to_dict(PUBLISHED)
-    physics, stepper = now.pop("physics"), now.pop("stepper")
-    older = {**now, "leg": leg, "simulation": {**physics, **stepper}}
-    assert settings_from_dict(RobotOptions, older).physics == Physics(pressure_map=own)
-    older["simulation"]["pressure_map"] = settings_to_dict(OTHER_MAP)
-    assert settings_from_dict(RobotOptions, older).physics.pressure_map == OTHER_MAP
 
 
 def test_a_verb_says_what_it_takes_over_and_what_flags_change(
@@ -388,17 +313,3 @@ def test_a_verb_says_what_it_takes_over_and_what_flags_change(
     assert "leg and physics" not in capsys.readouterr().err
     asked(f"search --run {folder}")
     assert "leg, physics, worlds, task and designs of" in capsys.readouterr().err
-
-
-def test_settings_of_a_group_may_stand_beside_it_as_its_flags_do(
-    tmp_path: Path, asked: Ask
-) -> None:
-    """Verbs of earlier versions had no such groups in their settings."""
-    file = tmp_path / "older.json"
-    file.write_text('{"pair_count": 2, "cycle_s": 2.0, "robot": {"threads": 3}}')
-    folder = learned(tmp_path / "run")
-    options = asked(f"analyse {folder} --afresh --settings {file}")
-    assert (options.analysis.pair_count, options.analysis.cycle_s) == (2, 2.0)
-    assert options.robot.threads == 3
-    file.write_text('{"pear_count": 2}')
-    assert run(["analyse", str(folder), "--settings", str(file)]) == 1

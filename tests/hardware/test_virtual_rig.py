@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from helpers.faulty_rig import Pusher
 
+from pneumorph.catalogue.full_options import FullOptions
 from pneumorph.catalogue.paper_leg import (
     HYPERELASTIC_PRESSURE_MAP,
     LegName,
@@ -16,7 +17,7 @@ from pneumorph.catalogue.paper_leg import (
     pressure_map,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.gait.expert_gait import ExpertGait

@@ -128,12 +128,12 @@ def test_a_robot_with_a_regulator_for_each_cavity_walks_mirrored_when_these_are_
 ) -> None:
     """Chambers left and right of the robot's middle are exchanged: the front leg's left one is the
     back leg's right one. The step's Newton tolerance of 1e-7 mm/s leaves far less than 1e-6 mm."""
-    commands = np.tile([25.0, 0.0], (30, 1))
+    commands = np.tile([25.0, 0.0], (18, 1))
     paths = []
     for order in ((0, 1), (1, 0)):
         walker = robot(leg, [order, order[::-1]])
         state = walker.settled_state()
-        state, _ = walker.rollout(state, commands, record_every=30)
+        state, _ = walker.rollout(state, commands, record_every=18)
         paths.append([*state.positions, state.pressure_work_mJ])
     (front, back, work), (front_image, back_image, work_image) = paths
     to = leg.mesh.mirror_nodes

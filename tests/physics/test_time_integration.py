@@ -104,7 +104,7 @@ def test_work_is_stored_or_dissipated(integrator):
         lost, work = 0.0, 0.0
         state = robot.initial_state()
         height = gravitational(robot, state)
-        for _ in range(round(0.02 / step)):
+        for _ in range(round(0.012 / step)):
             state = robot.step(state, PRESSURE)
             lost += step * dissipated(robot, state)
             work = float(state.pressure_work_mJ.sum()) + height - gravitational(robot, state)
@@ -225,7 +225,7 @@ def test_a_floor_without_height_ends_the_run():
 def test_settled_shape_does_not_depend_on_the_step(integrator):
     """Pressure is a force in equilibrium with elasticity: no step length enters."""
     ends = []
-    for step in (1e-2, 5e-3):
+    for step in (2e-2, 1e-2):
         physics = replace(FLYING, time_step_s=step, stiffness_damping_s=0.02)
         robot = small_robot(physics, numerics=FullOrderSettings(integrator=integrator))
         commands = np.tile(PRESSURE, (round(0.3 / step), 1))
@@ -244,7 +244,8 @@ def test_a_step_that_fails_is_halved_and_reported():
     command = 3.0 * PRESSURE
     robot = small_robot(replace(FLYING, time_step_s=0.01), numerics=few)
     start = robot.initial_state()
-    halved = robot.step(start, command)
+    halved, trajectory = robot.rollout(start, command[None], record_nodes=False)
+    assert trajectory.metadata["steps"]["halved"] == 1
     assert halved.substeps == 4
     # The parts are the steps of a robot that moves by them.
     fine = small_robot(replace(FLYING, time_step_s=0.0025), numerics=few)
@@ -252,13 +253,10 @@ def test_a_step_that_fails_is_halved_and_reported():
     for _ in range(4):
         state = fine.step(state, command)
     np.testing.assert_array_equal(halved.positions[0], state.positions[0])
-    _, trajectory = robot.rollout(start, command[None], record_nodes=False)
-    assert trajectory.metadata["steps"]["halved"] == 1
 
     robot = small_robot(replace(FLYING, time_step_s=0.01), numerics=replace(few, step_halvings=1))
-    with pytest.raises(StepError, match=r"a step of 0\.005 s failed, 1 times halved: Newton's"):
-        robot.step(start, command)
     state, trajectory = robot.rollout(start, command[None], record_nodes=False)
     assert trajectory.status == "diverged"
-    assert "1 times halved" in trajectory.metadata["reason"]
+    reason = trajectory.metadata["reason"]
+    assert "a step of 0.005 s failed, 1 times halved: Newton's" in reason
     assert state is start

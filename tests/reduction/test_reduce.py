@@ -155,11 +155,10 @@ def test_kinds_without_a_share_teach_nothing(model, snapshots, loads_alone):
         reduce_part(model, snapshots, nothing)
 
 
-def test_blocked_tips_teach_their_force_where_they_have_a_share(model):
+def test_blocked_tips_teach_their_force_where_they_have_a_share(model, snapshots):
     """A basis of a few modes that never saw them pushes too hard; one that holds them does not."""
     tips = blocked_snapshots(model, BlockedSnapshotSettings(count=3, pressure_kPa=90.0))
-    bend = bend_snapshots(model, STATIC)
-    seen = Snapshots.joined([bend, load_snapshots(model, STATIC, range(6), bend), tips])
+    seen = Snapshots.joined([snapshots, tips])
     few = ReductionSettings(
         mode_limit=8, bend_share=0.5, load_share=0.5, ecsw=EcswSettings(element_limit=100)
     )

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, get_args, get_type_hints
 
 import pytest
 from helpers.result_example import example
 
 from pneumorph.environment.goal import Goal
+from pneumorph.report.certificate_sections import _band_table
+from pneumorph.report.experiment_sections import analysis_sections
 from pneumorph.report.verb_pages import EXPERT, PAGES, HeadlineNumber
+from pneumorph.study.analysis import Analysis
 from pneumorph.study.baseline import BestPhase
+from pneumorph.study.certified_pairs import Certificate
 
 SHOWN = [
     *((page.result, number) for page in PAGES.values() for number in page.headline),
@@ -64,3 +69,14 @@ def test_every_page_has_a_headline(verb: str) -> None:
     page = PAGES[verb]
     found = example(page.result)
     assert any(number.said(found) for number in page.headline)
+
+
+def test_a_hub_that_never_touches_bears_0_percent() -> None:
+    """What the legs bear is a mean over frames: it may be a few thousandths above the weight."""
+    certificate, analysis = example(Certificate), example(Analysis)
+    pairs = (replace(certificate.pairs[0], hub_load_share=-0.0043),)
+    robots = (replace(analysis.robots[0], hub_load_share=-0.0043),)
+    unused: Any = None
+    (section,) = analysis_sections(replace(analysis, robots=robots), unused, unused)
+    for text in (_band_table(replace(certificate, pairs=pairs)), section.body):
+        assert ">0 %<" in text

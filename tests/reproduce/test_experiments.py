@@ -17,10 +17,11 @@ from helpers.synthetic_part import synthetic_reduced_part
 from pneumorph.base.artefact import write_json
 from pneumorph.base.run_folder import RunFolder, read_settings, read_summary
 from pneumorph.base.settings import load_settings, read_settings_file
+from pneumorph.catalogue.full_options import FullOptions
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import leg_kind
 from pneumorph.catalogue.robot_description import RobotDescription
-from pneumorph.catalogue.robot_options import FullOptions, RobotOptions
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.physics.air import Air

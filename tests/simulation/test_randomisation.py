@@ -24,7 +24,7 @@ from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.randomised_simulator import (
     RandomisedSimulator,
     lagging_commands,
-    simulator_in_world,
+    simulator_in_worlds,
 )
 
 DESIGN = Design.parse("1.0.0.2.2.0.0.1")
@@ -92,7 +92,7 @@ def test_the_world_as_it_is_changes_no_bit() -> None:
     physics = Physics()
     plain = _walked(BatchedSimulator([robot], physics, thread_count=1))
     np.testing.assert_array_equal(
-        _walked(simulator_in_world([robot], AS_IS, physics, thread_count=1)), plain
+        _walked(simulator_in_worlds([robot], [AS_IS], physics, thread_count=1)), plain
     )
 
 
@@ -110,8 +110,10 @@ def test_the_world_as_it_is_changes_no_bit() -> None:
 def test_every_quantity_of_a_world_matters(change: dict[str, float]) -> None:
     robot = paper_robot("published").assembly(DESIGN)
     physics = Physics()
-    plain = _walked(simulator_in_world([robot], AS_IS, physics, thread_count=1))
-    other = _walked(simulator_in_world([robot], replace(AS_IS, **change), physics, thread_count=1))
+    plain = _walked(simulator_in_worlds([robot], [AS_IS], physics, thread_count=1))
+    other = _walked(
+        simulator_in_worlds([robot], [replace(AS_IS, **change)], physics, thread_count=1)
+    )
     assert abs(other[0] - plain[0]) > 0.01
 
 
@@ -154,7 +156,7 @@ def test_factors_on_valves_are_factors_on_time(name: str) -> None:
 
     def pressures(factor: float, last: int) -> np.ndarray:
         world = replace(AS_IS, **{name: factor})
-        simulator = simulator_in_world([robot], world, AIR, thread_count=1)
+        simulator = simulator_in_worlds([robot], [world], AIR, thread_count=1)
         for number, command in enumerate(commands):
             simulator.advance(command, last if number == len(commands) - 1 else 150)
         return np.array(simulator.simulator.read("regulated")[0])
@@ -174,7 +176,7 @@ def test_robots_in_worlds_of_unlike_air_are_each_as_alone() -> None:
     simulator.advance(command, 40)
     together = simulator.forward_position_mm
     for number, world in enumerate(simulator.worlds):
-        alone = simulator_in_world([robots[number]], world, AIR, thread_count=1)
+        alone = simulator_in_worlds([robots[number]], [world], AIR, thread_count=1)
         alone.advance(command[:1], 40)
         assert alone.forward_position_mm[0] == together[number]
     # And side by side in one world: unlike numbers of legs are unlike chambers.
@@ -201,7 +203,7 @@ def test_surfaces_have_distributions_of_their_own() -> None:
     assert dict(world.applied_to(physics).friction_by_surface) == expected
     robot = paper_robot("published").assembly(DESIGN)
     icy, gripping = (
-        _walked(simulator_in_world([robot], replace(AS_IS, friction_by_surface=(("sheet", mu),)),
+        _walked(simulator_in_worlds([robot], [replace(AS_IS, friction_by_surface=(("sheet", mu),))],
                                    Physics(), thread_count=1))
         for mu in (0.2, 1.0)
     )  # fmt: skip
@@ -229,8 +231,8 @@ def test_lagging_regulators_follow_a_first_order_filter() -> None:
     """After a time t of one command c the pressure is c (1 - exp(-t / lag)), the rate allowing."""
     robot = paper_robot("published").assembly(DESIGN)
     lag, steps = 0.3, 60
-    simulator = simulator_in_world(
-        [robot], replace(AS_IS, regulator_lag_s=lag), Physics(), thread_count=1
+    simulator = simulator_in_worlds(
+        [robot], [replace(AS_IS, regulator_lag_s=lag)], Physics(), thread_count=1
     )
     simulator.advance(np.array([[10.0, 20.0, 0.0]]), steps)
     regulated = simulator.simulator.read("regulated")[0]
@@ -243,7 +245,7 @@ def test_commands_of_a_gait_lag_as_the_simulators_do() -> None:
     """At every fifth step, where both renew them; steps between are held."""
     robot = paper_robot("published").assembly(DESIGN)
     world = replace(AS_IS, regulator_lag_s=0.2)
-    simulator = simulator_in_world([robot], world, Physics(pressure_rate_kPa_per_s=1e9))
+    simulator = simulator_in_worlds([robot], [world], Physics(pressure_rate_kPa_per_s=1e9))
     commands = np.repeat(np.array([[10.0, 20.0, 0.0], [40.0, 0.0, 5.0]]), 10, axis=0)
     lagging = lagging_commands(commands, 0.2, 0.01)
     for step in (0, 10):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -51,14 +52,23 @@ def gaps(robot: Robot, physics: Physics, state: ReducedState) -> np.ndarray:
 
 def falling(behind: str, ground: str, stepper: StepperSettings = CONTACT) -> BatchedSimulator:
     """Half a millimetre above the floor in front and `BEYOND_MM` behind."""
+    physics = replace(PHYSICS, ground=GROUNDS[ground])
+    simulator = BatchedSimulator([seesaw(behind)], physics, stepper, 1)
+    simulator.set_state(0, fallen(behind, ground))
+    return simulator
+
+
+@cache
+def fallen(behind: str, ground: str) -> ReducedState:
+    """Where `falling` begins."""
     robot, physics = seesaw(behind), replace(PHYSICS, ground=GROUNDS[ground])
-    simulator = BatchedSimulator([robot], physics, stepper, 1)
+    usual = BatchedSimulator([robot], physics, CONTACT, 1).state(0)
     tail = slice(0, 3) if behind == "hub" else slice(len(PART.contact_points), None)
     low, high = 0.0, 30.0
     for _ in range(50):  # bisect for the tilt
         tilt = 0.5 * (low + high)
         state = replace(
-            simulator.state(0),
+            usual,
             rotation=rotation_about("y", tilt),
             velocity=np.array([0.0, 0.0, -FALL_MM_PER_S]),
             position=np.zeros(3),
@@ -68,11 +78,10 @@ def falling(behind: str, ground: str, stepper: StepperSettings = CONTACT) -> Bat
             state = replace(state, position=state.position + np.array([0.0, 0.0, lift]))
         above = gaps(robot, physics, state)[tail].min() < BEYOND_MM
         low, high = (tilt, high) if above else (low, tilt)
-    simulator.set_state(0, state)
     fall = FALL_MM_PER_S * physics.time_step_s
     margin = StepperSettings.contact_margin_mm
-    assert gaps(robot, physics, simulator.state(0))[tail].min() > margin + fall + 0.1
-    return simulator
+    assert gaps(robot, physics, state)[tail].min() > margin + fall + 0.1
+    return state
 
 
 @pytest.mark.parametrize("behind", ["hub", "leg"])

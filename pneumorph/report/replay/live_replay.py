@@ -15,13 +15,13 @@ from pneumorph.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class LiveSettings(Checked):
-    """The page of a running simulation."""
+    """The page that --live serves while the robot is simulated."""
 
     port: Annotated[int, Bounds(0, 65535)] = 0
-    """Port of 127.0.0.1; 0 takes a free one."""
+    """Port on 127.0.0.1; 0 takes a free one."""
     linger_s: NotNegative = 120.0
-    """How long the page can still be opened when the simulation has ended [s]. The wait ends as
-    soon as a page has every frame, which it then keeps."""
+    """How long the page can still be opened after the simulation has ended [s]. Serving ends sooner
+    once a browser has all frames."""
 
 
 class LiveReplay:

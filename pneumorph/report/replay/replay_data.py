@@ -26,15 +26,14 @@ FORMAT_VERSION = 2
 
 @dataclass(frozen=True)
 class ReplaySettings(Checked):
-    """How exact, and so how large, a replay is."""
+    """Accuracy of a replay, and with it the size of its page."""
 
     tolerance_mm: Positive = 0.01
-    """How far a leg's node may be off in each coordinate [mm]. Reduced robots are exact to single
-    precision, because their own modes are found; the replay of finite elements is smaller with a
-    larger tolerance."""
+    """Largest error of a leg's node in each coordinate [mm]. A larger tolerance makes replays of
+    finite elements smaller; reduced robots are always exact to single precision."""
     frame_interval_s: NotNegative = 0.0
-    """Shortest time between frames that are kept [s]; the player moves smoothly between frames. 0
-    keeps every frame of the trajectory."""
+    """Shortest time between stored frames [s]; 0 stores every frame of the trajectory. The player
+    moves smoothly in between."""
 
 
 def replay_data(
