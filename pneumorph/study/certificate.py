@@ -304,9 +304,10 @@ def _notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:
                 full, reduced = (
                     "no end" if far is None else goal.said(far) for far in (each.full, each.reduced)
                 )
+                why = "" if each.reason is None else f" ({each.reason})"
                 notes.append(
-                    f"{pair.label} as finite elements in the world {where} comes to {full}, the "
-                    f"reduced robot to {reduced}"
+                    f"{pair.label} as finite elements in the world {where} comes to {full}{why}, "
+                    f"the reduced robot to {reduced}"
                 )
     if not any(pair.full_order for pair in pairs):
         notes.append("no pair walked as finite elements; --full makes them")

@@ -52,6 +52,8 @@ class KeptWalk:
     states: str | None = None
     """File of its legs' states, from the folder; None where it was not kept: it did not come to its
     end, or legs differ."""
+    reason: str | None = None
+    """Why it did not come to its end; None where it did, or an earlier version did not keep it."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,8 @@ class FullOrderWalk:
     """What the process that ended it took."""
     states: str | None = None
     """File of its legs' states, from the certificate's folder; None where it was not kept."""
+    reason: str | None = None
+    """Why it did not come to its end; None where it did, or where that was not kept."""
 
     @property
     def parts(self) -> bool:
@@ -87,7 +91,9 @@ class FullOrderWalk:
         if full is not None and reduced is not None:
             error = reduced - full
             agrees = abs(error) <= max(AGREED[goal.unit], AGREED_SHARE * abs(full))
-        return cls(world, full, reduced, error, agrees, kept.status, kept.wall_s, kept.states)
+        return cls(
+            world, full, reduced, error, agrees, kept.status, kept.wall_s, kept.states, kept.reason
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +155,8 @@ def full_order_walks(
         whole = found["status"] == "completed" and walk.records
         file = f"full_order/{walk.file.stem}.npz" if whole else None
         achieved = found["distance_cm" if goal.is_forward else "achieved"]
-        kept.append(KeptWalk(achieved, found["status"], found["wall_s"], file))
+        reason = found.get("reason")
+        kept.append(KeptWalk(achieved, found["status"], found["wall_s"], file, reason))
     return kept
 
 
@@ -228,23 +235,37 @@ def _walk(
             progress=progress,
             highest_kPa=task.gait.maximum_pressure_kPa,
         )
-    except StepError:  # while it settles; the other walks are of use all the same
-        return _ended("diverged", None, None, task.goal, start), None
+    except StepError as error:  # while it settles; the other walks are of use all the same
+        return _ended("diverged", None, None, task.goal, start, str(error)), None
     states = None
     if task.records and trajectory.status == "completed":
         recorder = LegRecorder(robot, compression=COMPRESSION)
         recorder.follow(trajectory)
         states = recorder.snapshots(f"walk {task.walker.design}", trajectory)
     achieved = task.goal.achieved(trajectory)
-    ended = _ended(trajectory.status, trajectory.distance_cm, achieved, task.goal, start)
+    ended = _ended(
+        trajectory.status,
+        trajectory.distance_cm,
+        achieved,
+        task.goal,
+        start,
+        trajectory.metadata.get("reason"),
+    )
     return ended, states
 
 
 def _ended(
-    status: str, distance_cm: float | None, achieved: float | None, goal: Goal, start: float
+    status: str,
+    distance_cm: float | None,
+    achieved: float | None,
+    goal: Goal,
+    start: float,
+    reason: str | None,
 ) -> dict[str, Any]:
     """How a walk ended, as it is kept."""
-    told = {} if goal.is_forward else {"achieved": achieved}
+    told: dict[str, Any] = {} if goal.is_forward else {"achieved": achieved}
+    if reason is not None:
+        told["reason"] = reason
     wall_s = time.monotonic() - start
     return {"status": status, "distance_cm": distance_cm, **told, "wall_s": wall_s}
 

@@ -2,11 +2,12 @@
 
     python reproduce/robust/run.py RUN --seeds RUN1 RUN2 --other-leg runs/other_leg/leg.npz
 
-RUN is a run of `pneumorph coopt --preset fast --seed 0`, the others of further seeds;
-`other_leg.py` makes the leg of the hidden worlds. Every step keeps what it made in --work, so the
-same call goes on where it was stopped. summary.json and the figures are of all steps that have been
-made, now or earlier: what --work does not have is taken from the summary.json of the same training
-that is there, and what was never made is null.
+RUN is a run of `pneumorph coopt --preset fast`, the others of further seeds; `other_leg.py` makes
+the leg of the hidden worlds. After `pneumorph certify RUN --full` has reduced the leg again, all is
+of that leg: --certified certificate.json --part round_1/leg.npz. Every step keeps what it made in
+--work, so the same call goes on where it was stopped. summary.json and the figures are of all steps
+that have been made, now or earlier: what --work does not have is taken from the summary.json of the
+same training that is there, and what was never made is null.
 """
 
 from __future__ import annotations
@@ -23,10 +24,12 @@ from bench_tests import narrowed
 from figures import bands_figure, narrowing_figure
 from hidden_worlds import FIRST_SEED, covered, hidden_rig, of_other_leg
 
-from pneumorph.base.artefact import write_json
-from pneumorph.base.result import finite, result_to_dict
+from pneumorph.base.artefact import read_json, write_json
+from pneumorph.base.result import finite, result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.report.style import save_figure
 from pneumorph.study.analysis import walkers
 from pneumorph.study.certificate import worst_worlds
@@ -58,6 +61,8 @@ def main(
     steps: tuple[Step, ...] = STEPS,
     hidden_count: int = 200,
     rivals_of: tuple[Path, ...] = (),
+    certified: Path | None = None,
+    part: Path | None = None,
 ) -> None:
     """Make the steps, and write what is known.
 
@@ -71,11 +76,21 @@ def main(
             walks are of the best pair alone, one after another, and no leg is reduced again.
         hidden_count: Hidden worlds.
         rivals_of: Trainings whose time the searches get; none for all seeds.
+        certified: A certificate with finite elements, as `pneumorph certify --full` writes it: it
+            is taken with its walks, and none is made.
+        part: The leg of its last round; by default the training's.
     """
     source = FinishedRun.read(run)
     work = work / source.digest()
+    if part is not None:
+        settings = laid_over(dict(source.settings), {"robot": {"part": str(part)}})
+        source = replace(source, settings=settings)
+        work = work / ReducedPart.load(part).digest()[:12]
     worlds = worlds_of(source)
-    certificate = _certificate(source, work, "full" in steps)
+    if certified is None:
+        certificate = _certificate(source, work, "full" in steps)
+    else:
+        certificate = result_from_dict(Certificate, read_json(certified, "certificate"))
     best = certificate.pairs[int(certificate.best.removeprefix("L")) - 1]
     earlier = _earlier(out / "summary.json", source.digest(), best.design)
     gait = run / best.gait
@@ -88,7 +103,9 @@ def main(
     keep("seeds", lambda: _seeds(runs, work, expert_cm))
     keep("damping", lambda: _damping(source, certificate, work))
     walks = _read(work / WALKS_FILE, earlier.get("walks", []))
-    if "walks" in steps:
+    if certified is not None:
+        walks = [{**result_to_dict(walk), "states": None} for walk in best.full_order]
+    elif "walks" in steps:
         walks = _walk_best(source, certificate, work, walks)
     of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
     keep("hidden", lambda: result_to_dict(of_rig(hidden_count)))

@@ -86,6 +86,7 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(certified_walks, "resumable_rollout", fails)
     failed = walked(WORLD, "2.1")
     assert (failed.status, failed.achieved) == ("diverged", None)
+    assert failed.reason == walked(WORLD, "2.1").reason == "while it settles"
     monkeypatch.setattr(certified_walks, "resumable_rollout", never)
     kept = robot
     for changed in (
