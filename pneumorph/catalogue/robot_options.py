@@ -327,7 +327,8 @@ class RobotOptions(Checked):
         return self.leg if robot is None else robot.physics.based_on
 
     def refuse_full_options(self) -> None:
-        """Refuse options of finite elements where reduced robots walk.
+        """Refuse options of finite elements where reduced robots walk; how many threads share them
+        changes nothing, and runs of earlier versions say one.
 
         Raises:
             ValueError: One of them is not the usual one.
@@ -336,6 +337,7 @@ class RobotOptions(Checked):
         kind = leg_kind(self.based_on if robot is None else robot.physics.based_on)
         asked = settings_to_dict(self.full)
         usual = {**settings_to_dict(FullOptions()), **full_of(kind)}
+        del usual["thread_count"]
         if robot is not None:
             usual["hub"] = robot.hub.model
         if self.part is not None:

@@ -12,6 +12,8 @@ Integrator = Literal["linearly_implicit", "implicit_euler"]
 NewtonMatrix = Literal["fresh", "kept"]
 FrictionSolver = Literal["newton", "gauss_seidel"]
 
+_ONCE_USUAL_HALVINGS = 4
+
 
 @dataclass(frozen=True)
 class FullOrderSettings(Checked):
@@ -39,7 +41,7 @@ class FullOrderSettings(Checked):
     thread_count: CountOrNone = 0
     """Threads among which `kept` shares out the legs; what is computed does not depend on it. 0
     leaves it to who lets robots walk: every processor for one by itself, else one."""
-    step_halvings: CountOrNone = 4
+    step_halvings: CountOrNone = 8
     """A step that fails is made as two of half the length, and those again, at most so deep."""
     contact_margin_mm: NotNegative = 1.0
     """Points that would come nearer to the floor than this within the step take part in the contact
@@ -61,10 +63,16 @@ class FullOrderSettings(Checked):
     speed_limit_mm_per_s: Positive = 1e5
     """A robot with a node faster than this has diverged [mm/s]."""
 
+    def by_name(self) -> dict[str, Any]:
+        """Settings by name, with halvings as those of earlier versions where there are more: these
+        change only walks that had ended."""
+        halvings = min(self.step_halvings, _ONCE_USUAL_HALVINGS)
+        return {**settings_to_dict(self), "step_halvings": halvings}
+
     def described(self) -> dict[str, Any]:
         """Settings by name, which tell kept things apart: without what decides nothing, and without
         what earlier versions did not have where it is as usual."""
-        own = settings_to_dict(self)
+        own = self.by_name()
         usual = ["thread_count"]
         if self.newton_matrix == "fresh":
             usual.append("newton_matrix")

@@ -23,7 +23,6 @@ from typing import Any, Literal
 import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Positive
-from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.hub_body import HubBody
@@ -86,7 +85,7 @@ class WalkPhysics:
         """Settings by name; none of the published ones, of which earlier snapshots were."""
         if self == WalkPhysics():
             return {}
-        return {"physics": self.physics.described(), "numerics": settings_to_dict(self.numerics)}
+        return {"physics": self.physics.described(), "numerics": self.numerics.by_name()}
 
 
 @dataclass(frozen=True, eq=False)

@@ -136,7 +136,7 @@ def full_order_walks(
         goal: What counts of them.
     """
     walks = [_AskedWalk.of(spec, walker, world, folder, goal) for walker, world in asked]
-    missing = [walk for walk in walks if not walk.file.exists()]
+    missing = [walk for walk in walks if not walk.is_kept]
     executor = executor or ExecutorSettings()
     if len(missing) == 1 and executor.backend == "processes":
         executor = replace(executor, process_count=1)
@@ -195,6 +195,15 @@ class _AskedWalk:
             made_of["goal"] = settings_to_dict(goal)
         file = folder / f"full_order/{rollout_identity(made_of, commands)[:16]}.json"
         return cls(file, made_of, own, walker, gait, goal)
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether it is there; one that ended for a reason that was not kept, when steps were
+        halved less often, may come further now."""
+        if not self.file.exists():
+            return False
+        found = made_once(self.file, dict, made_of=self.made_of)
+        return found["status"] == "completed" or "reason" in found
 
     @property
     def records(self) -> bool:
@@ -273,7 +282,7 @@ def _ended(
 def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, Any]:
     """What a walk depends on but for its commands. Reductions are none of it, and threads change no
     bit."""
-    full_order, physics = settings_to_dict(spec.full_order), settings_to_dict(spec.physics)
+    full_order, physics = spec.full_order.by_name(), settings_to_dict(spec.physics)
     del full_order["thread_count"]
     if spec.physics.ground == Ground():  # as walks were kept before there were others
         del physics["ground"]

@@ -107,7 +107,7 @@ class ParametricModule(Checked):
             "mesh": {name: mesh[name] for name in ("leg", "leg_mesher", "quadratic", "face_tied")},
             "reduce": reduced,
             "physics": kind.physics.described(),
-            "full_order": settings_to_dict(kind.full_order),
+            "full_order": kind.full_order.by_name(),
         }
 
     @cached_property

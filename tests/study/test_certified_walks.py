@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -97,6 +98,27 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
         robot = changed
         with pytest.raises(AssertionError, match="walked again"):
             walked(WORLD)
+
+
+def test_a_walk_that_an_earlier_version_gave_up_is_walked_again(tmp_path: Path) -> None:
+    """Steps are halved more often now; a reason that is kept says that this was tried."""
+    robot, walker, folder = (
+        spec(),
+        Walker("L1", Design.parse("1.2"), GAIT, 2),
+        RunFolder(tmp_path, "certify"),
+    )
+    (found,) = full_order_walks(robot, [(walker, None)], folder)
+    (file,) = tmp_path.glob("full_order/*.json")
+    kept = json.loads(file.read_text())
+    fewer = replace(robot, full_order=replace(robot.full_order, step_halvings=4))
+    assert full_order_walks(fewer, [(walker, None)], folder) == [found]  # the same file
+    given_up = {**kept, "status": "diverged", "distance_cm": None}
+    file.write_text(json.dumps({**given_up, "reason": "why"}))
+    (again,) = full_order_walks(robot, [(walker, None)], folder)
+    assert (again.status, again.reason) == ("diverged", "why")
+    file.write_text(json.dumps(given_up))
+    (again,) = full_order_walks(robot, [(walker, None)], folder)
+    assert replace(again, wall_s=0.0) == replace(found, wall_s=0.0)
 
 
 def test_walks_of_two_processes_are_those_of_one(tmp_path: Path) -> None:
