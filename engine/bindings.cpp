@@ -8,68 +8,10 @@
 #include <stdexcept>
 
 #include "batch.hpp"
-#include "dense_contact.hpp"
+#include "numpy_arrays.hpp"
 
-namespace nb = nanobind;
-using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 using Mask = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using NewArray = nb::ndarray<nb::numpy, double>;
-
-static NewArray to_numpy(std::vector<double> values, std::vector<size_t> shape) {
-  auto* owned = new std::vector<double>(std::move(values));
-  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
-  return NewArray(owned->data(), shape.size(), shape.data(), owner);
-}
-
-// Contacts of a full-order robot, with the shapes of what comes from Python checked.
-class PythonFriction {
- public:
-  PythonFriction(Matrix delassus, Vector free_velocity, Vector friction)
-      : points_(check(delassus, free_velocity, friction)),
-        problem_(delassus.data(), free_velocity.data(), friction.data(), int(points_)) {}
-
-  NewArray sweep(Matrix start, double tolerance, int most) {
-    std::vector<double> impulse;
-    const double* from = checked(start);
-    {
-      nb::gil_scoped_release release;
-      impulse = problem_.sweep(from, tolerance, most);
-    }
-    return to_numpy(std::move(impulse), {points_, 3});
-  }
-
-  std::tuple<NewArray, NewArray, double> newton(Matrix start, double tolerance) {
-    const double* from = checked(start);
-    std::vector<double> impulse, velocity;
-    double residual;
-    {
-      nb::gil_scoped_release release;
-      const auto& best = problem_.newton(from, tolerance);
-      impulse.assign(best.impulse, best.impulse + 3 * points_);
-      velocity.assign(best.velocity, best.velocity + 3 * points_);
-      residual = best.residual;
-    }
-    return {to_numpy(std::move(impulse), {points_, 3}), to_numpy(std::move(velocity), {points_, 3}), residual};
-  }
-
- private:
-  static size_t check(const Matrix& delassus, const Vector& free_velocity, const Vector& friction) {
-    const size_t points = friction.shape(0), n = 3 * points;
-    if (delassus.shape(0) != n || delassus.shape(1) != n || free_velocity.shape(0) != n)
-      throw std::invalid_argument("delassus must be (3c, 3c), free_velocity (3c,) and friction (c,)");
-    return points;
-  }
-  const double* checked(const Matrix& start) const {
-    if (start.shape(0) != points_ || start.shape(1) != 3)
-      throw std::invalid_argument("start must be (" + std::to_string(points_) + ", 3), got (" +
-                                  std::to_string(start.shape(0)) + ", " + std::to_string(start.shape(1)) + ")");
-    return start.data();
-  }
-  size_t points_;
-  pneumorph::DenseFriction problem_;
-};
 
 // Reads named arrays of one part, checking every shape; keeps them alive while the batch copies them.
 class PartReader {
@@ -405,22 +347,15 @@ class PythonBatch {
 };
 
 void bind_element_sums(nb::module_& module);
+void bind_friction(nb::module_& module);
 void bind_frontal_cholesky(nb::module_& module);
 
 NB_MODULE(_engine, module) {
   module.doc() = "Batched reduced-order stepper; contact solver and sparse factors of full robots.";
   bind_element_sums(module);
   bind_frontal_cholesky(module);
+  bind_friction(module);
   module.attr("LAWS") = nb::make_tuple("corotational", "st_venant_kirchhoff", "stable_neo_hookean", "yeoh");  // enum Law
-  nb::class_<PythonFriction>(module, "Friction",
-                             "Unilateral contact with Coulomb friction over a dense Delassus operator.\n\n"
-                             "Rows of a contact are normal, tangent, tangent.")
-      .def(nb::init<Matrix, Vector, Vector>(), nb::arg("delassus"), nb::arg("free_velocity"), nb::arg("friction"))
-      .def("sweep", &PythonFriction::sweep, nb::arg("start"), nb::arg("tolerance"), nb::arg("most"),
-           "Impulses (c, 3) [mN s] after projected Gauss-Seidel sweeps, at most so many.")
-      .def("newton", &PythonFriction::newton, nb::arg("start"), nb::arg("tolerance"),
-           "Impulses (c, 3), velocities (c, 3) [mm/s] and the largest violated velocity of the best that Newton's\n"
-           "method finds; with an infinite tolerance of the start, put into the cones.");
   nb::class_<PythonBatch>(module, "Batch")
       .def(nb::init<nb::list, nb::dict, bool, std::string>(), nb::arg("parts"), nb::arg("settings"),
            nb::arg("single_precision"), nb::arg("instruction_set"))

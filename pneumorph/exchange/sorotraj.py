@@ -17,6 +17,7 @@ import numpy as np
 
 from pneumorph.base.artefact import read_text, write_atomically
 from pneumorph.base.checked import rises
+from pneumorph.base.optional_package import optional_package
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
 
@@ -40,7 +41,8 @@ def read_sorotraj(
         ValueError: Not such a file, or a pressure out of range.
     """
     path = Path(path)
-    text, yaml = read_text(path, "gait"), _yaml()
+    text = read_text(path, "gait")
+    yaml = optional_package("yaml", "sorotraj files need PyYAML", "hardware")
     try:
         content = yaml.safe_load(text)
         kind, config = str(_group(content, "settings")["traj_type"]), _group(content, "config")
@@ -187,14 +189,3 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
     if joined[0, 0] > 0.0:
         joined = np.concatenate([[[0.0, *joined[0, 1:]]], joined])
     return joined
-
-
-def _yaml() -> Any:
-    try:
-        import yaml
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "sorotraj files need PyYAML, which is not installed; install the extra with "
-            "pip install 'pneumorph[hardware]'"
-        ) from error
-    return yaml

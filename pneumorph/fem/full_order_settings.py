@@ -24,25 +24,25 @@ class FullOrderSettings(Checked):
     """
 
     integrator: Integrator = "linearly_implicit"
-    """`linearly_implicit`: one linear solve a step, as published. `implicit_euler`: Newton's method
-    with line search until all forces balance at the end of the step."""
+    """`linearly_implicit`: one linear solve per step, as published. `implicit_euler`: Newton's
+    method with line search until all forces balance at the end of the step."""
     newton_tolerance: Positive = 1e-8
-    """`implicit_euler` ends at this unbalanced impulse, relative to momentum, weight and
+    """Unbalanced impulse at which Newton's method stops, relative to momentum, weight and
     pressure."""
     displacement_tolerance_mm: NotNegative = 0.0
-    """`kept` ends as well where the nodes are this close to their places at the step's end [mm],
-    root mean square by mass, as the last changes let one expect; 0 for by balance alone."""
+    """With kept tangents, Newton's method also stops when the nodes are expected to be this close
+    to their end positions [mm] (root mean square by mass); 0: only when forces balance."""
     newton_iterations: Count = 30
-    """Most Newton iterations of a step."""
+    """Largest number of Newton iterations in a step."""
     newton_matrix: NewtonMatrix = "fresh"
-    """Whose tangents `implicit_euler` iterates with. `fresh`: those of every iteration, with line
-    search. `kept`: those of an earlier trial while they do, which takes a part of the time and ends
-    in the same step to the tolerance; for legs whose laws the engine knows, such as `yeoh`."""
+    """Tangents of Newton's method. `fresh`: new ones in every iteration, with line search. `kept`:
+    earlier ones for as long as they serve, which is faster and gives the same step to the
+    tolerance; for legs whose laws the engine has, such as `yeoh`."""
     thread_count: CountOrNone = 0
-    """Threads among which `kept` shares out the legs; what is computed does not depend on it. 0
-    leaves it to who lets robots walk: every processor for one by itself, else one."""
+    """Threads over which `kept` distributes the legs; results do not depend on it. 0: every
+    processor if one robot walks alone, otherwise one."""
     step_halvings: CountOrNone = 8
-    """A step that fails is made as two of half the length, and those again, at most so deep."""
+    """How often a step that fails may be halved."""
     contact_margin_mm: NotNegative = 1.0
     """Points that would come nearer to the floor than this within the step take part in the contact
     solve [mm]."""
@@ -52,12 +52,12 @@ class FullOrderSettings(Checked):
     contact_tolerance_mm_per_s: Positive = 1e-7
     """The friction solver stops when no contact law is violated by more than this [mm/s]."""
     contact_sweeps: Count = 2000
-    """Most Gauss-Seidel sweeps of a contact solve."""
+    """Largest number of Gauss-Seidel sweeps in a contact solve."""
     penetration_tolerance_mm: Positive = 0.01
-    """A step that ends with a point deeper in the floor than this is solved again, with that point
-    and with the floor linearised where the points came to lie [mm]."""
+    """A step that ends with a point deeper in the floor than this [mm] is solved again, with that
+    point, and with the floor linearised where the points ended."""
     contact_passes: Count = 4
-    """How often a step is solved at most."""
+    """Largest number of times that a step is solved."""
     penetration_limit_mm: Positive = 0.05
     """A step that still ends with a point deeper than this has failed [mm]."""
     speed_limit_mm_per_s: Positive = 1e5

@@ -19,15 +19,16 @@ class StaticSettings(Checked):
     """How an equilibrium is sought."""
 
     load_step_kPa: Positive = 20.0
-    """Pressure is raised in steps of at most this [kPa]."""
+    """Largest pressure step [kPa]."""
     tolerance: Positive = 1e-8
-    """Unbalanced force over the largest applied one at which a step counts as found."""
+    """Unbalanced force at which a load step has converged, relative to the largest applied
+    force."""
     iteration_limit: Count = 40
-    """Newton steps for one load step."""
+    """Largest number of Newton iterations in a load step."""
     patience: Count = 15
-    """Newton steps without a smaller imbalance after which a load step has failed."""
+    """Newton iterations without a smaller imbalance after which a load step has failed."""
     largest_move_mm: Positive = 8.0
-    """No node moves further than this in one Newton step [mm]."""
+    """Largest displacement of a node in one Newton iteration [mm]."""
     halving_limit: CountOrNone = 5
     """How often a load step that fails may be halved."""
 

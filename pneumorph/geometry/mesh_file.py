@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.optional_package import optional_package
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.region_names import cavity_regions
@@ -54,13 +55,7 @@ def read_mesh_file(
     path = Path(path)
     if not path.exists():
         raise FileNotFoundError(f"mesh file {path} does not exist")
-    try:
-        import meshio
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "reading a mesh file needs meshio, which is not installed; install the extra with "
-            "pip install 'pneumorph[meshing]'"
-        ) from error
+    meshio = optional_package("meshio", "reading a mesh file needs meshio", "meshing")
     try:
         read = meshio.read(path)
     except (meshio.ReadError, KeyError, ValueError, IndexError, SystemExit) as error:

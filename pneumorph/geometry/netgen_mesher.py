@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked, Positive
+from pneumorph.base.optional_package import optional_package
 from pneumorph.geometry.corner_order import largest_face_first
 
 
@@ -33,15 +34,12 @@ def open_cascade() -> ModuleType:
     Raises:
         ModuleNotFoundError: netgen is not installed; says how to install it.
     """
-    try:
-        import netgen.occ as occ
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "making a mesh needs netgen, which is not installed; install the extra with "
-            "pip install 'pneumorph[meshing]', or read a mesh from a file instead"
-        ) from error
-    module: ModuleType = occ
-    return module
+    return optional_package(
+        "netgen.occ",
+        "making a mesh needs netgen",
+        "meshing",
+        ", or read a mesh from a file instead",
+    )
 
 
 def box(corner: tuple[float, float, float], size: tuple[float, float, float]) -> Any:

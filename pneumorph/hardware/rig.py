@@ -85,44 +85,48 @@ class SafetySettings(Checked):
     """When a run is stopped and vented."""
 
     highest_sensed_kPa: Positive = 100.0
-    """A sensed pressure above stops the run [kPa]."""
+    """A run stops if a sensed pressure is above this [kPa]."""
     lowest_sensed_kPa: Annotated[
         float, Bounds(-50.0, below=0.0, why="sensors of vented regulators read about zero")
     ] = -10.0
-    """A sensed pressure below means a broken sensor or wire and stops the run [kPa]."""
+    """A run stops if a sensed pressure is below this [kPa]: the sensor or its wire is broken."""
     stuck_s: Annotated[
         float, Bounds(above=0.0, most=2.0, why="a stuck sensor hides a leg that fills meanwhile")
     ] = 0.4
-    """A sensor that shows the very same value for this long while its regulator moves is stuck."""
+    """A sensor is stuck if it shows exactly the same value for this long while its regulator moves
+    [s]."""
     stuck_command_change_kPa: Annotated[
         float, Bounds(above=0.0, most=30.0, why="gaits that move by less would never be watched")
     ] = 5.0
-    """How far every healthy regulator must have moved for that, given its commands [kPa]."""
+    """How far every healthy regulator must have moved in that time, given its commands [kPa];
+    smaller movements are not checked."""
     slowest_lag_s: Annotated[
         float,
         Bounds(above=0.0, most=2.0, why="until it has passed a few times no stuck valve is found"),
     ] = 0.25
-    """A healthy regulator approaches its command at least as fast as with this time constant,
-    within the rig's `rate_kPa_per_s` [s]."""
+    """Longest time constant with which a healthy regulator approaches its command, within the rig's
+    `rate_kPa_per_s` [s]."""
     slowest_air_share: Annotated[float, Bounds(above=0.0, most=1.0)] = 0.6
-    """And where the rig's air has a law, at least this share of its conductances flows."""
+    """Where the rig's air has a law: smallest share of its conductances that a healthy regulator
+    has."""
     residual_kPa: Annotated[
         float, Bounds(above=0.0, most=20.0, why="a leg that keeps that much is not empty")
     ] = 5.0
-    """How far a sensed pressure may be outside what a healthy regulator can have [kPa]."""
+    """How far a sensed pressure may be outside the range that a healthy regulator can have
+    [kPa]."""
     residual_s: Annotated[
         float, Bounds(0.0, 1.0, why="a leg bursts or a robot falls within that time")
     ] = 0.2
-    """A sensed pressure that is further outside for this long stops the run [s]."""
+    """A run stops if a sensed pressure is further outside than that for this long [s]."""
     watchdog_s: Annotated[
         float, Bounds(above=0.0, most=2.0, why="a run that hangs keeps its pressure for so long")
     ] = 0.45
-    """Silence of the deploying process after which the guardian vents [s]; its death is noticed at
-    once."""
+    """The guardian vents if it hears nothing from the deploying process for this long [s]. If that
+    process dies, it vents at once."""
     vent_attempts: Annotated[
         int, Bounds(1, 10, why="each may wait for an answer, and nobody is told meanwhile")
     ] = 3
-    """How often zero is sent until one is taken."""
+    """Largest number of times that zero is sent until the rig accepts it."""
 
 
 @dataclass(frozen=True)
@@ -139,9 +143,9 @@ class RigSettings(Checked):
     adc_port: str = ""
     """Serial port of the ADC with the pressure sensors (9129b only); empty for none."""
     baud_rate: Count = 9600
-    """Of serial lines."""
+    """Baud rate of serial lines."""
     channels: tuple[Channel, ...] = (Channel(), Channel(), Channel())
-    """The regulators, in the order of the gait's."""
+    """The regulators, in the order in which the gait numbers them."""
     update_interval_s: Annotated[
         float, Bounds(above=0.0, most=2.0, why="a gait held for longer is another gait")
     ] = 0.33
@@ -151,21 +155,21 @@ class RigSettings(Checked):
     reply_timeout_s: Annotated[
         float, Bounds(above=0.0, most=2.0, why="nothing is watched while an answer is waited for")
     ] = 0.2
-    """Longest wait for an answer [s]; later is an error."""
+    """Longest wait for an answer [s]; a later one counts as an error."""
     command_time_s: Annotated[
         float, Bounds(0.0, 1.0, why="zero waits for it like any other message")
     ] = 0.1
-    """Time that a 9129B is busy after each message [s]."""
+    """How long a 9129B is busy after each message [s]."""
     rate_kPa_per_s: Positive = 150.0
-    """Most change of a command; a healthy regulator moves at least as fast where the rig's air has
-    no law [kPa/s]."""
+    """Fastest change of a command [kPa/s]. If the rig's air has no law, a healthy regulator moves
+    at least this fast."""
     air: Air = field(default_factory=Air)
-    """How air fills and vents the legs; `deploy` takes that of the physics where it has no law."""
+    """How air fills and vents the legs; without a law here, `deploy` uses that of the physics."""
     chambers_mm3: tuple[NotNegative, ...] = ()
-    """Volume of all chambers of each regulator without pressure [mm^3]; empty: those of the design
-    that is deployed."""
+    """Volume of each regulator's chambers without pressure [mm^3]; empty: those of the deployed
+    design."""
     safety: SafetySettings = field(default_factory=SafetySettings)
-    """When a run is stopped."""
+    """When a run is stopped and vented."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -6,6 +6,7 @@ import time
 from contextlib import suppress
 from typing import Any
 
+from pneumorph.base.optional_package import optional_package
 from pneumorph.hardware.driver import DriverError
 
 
@@ -21,7 +22,7 @@ class SerialLine:
     def __init__(self, port: str, baud_rate: int, reply_timeout_s: float) -> None:
         self._port, self._baud_rate, self._timeout_s = port, baud_rate, reply_timeout_s
         self._line: Any = None
-        self._serial = _pyserial()
+        self._serial = optional_package("serial", "serial ports need pyserial", "hardware")
 
     @property
     def is_open(self) -> bool:
@@ -101,14 +102,3 @@ def numbers(answer: str, count: int, asked: str) -> list[float]:
     if len(values) != count:
         raise DriverError(f"the answer to {asked!r} is {answer!r}, expected {count} numbers")
     return values
-
-
-def _pyserial() -> Any:
-    try:
-        import serial
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "serial ports need pyserial, which is not installed; install the extra with "
-            "pip install 'pneumorph[hardware]'"
-        ) from error
-    return serial

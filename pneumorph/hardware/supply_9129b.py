@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
+from pneumorph.base.optional_package import optional_package
 from pneumorph.hardware.driver import DriverError
 
 
@@ -38,7 +39,7 @@ class Supply9129B:
         self._timeout_ms = 1000.0 * reply_timeout_s
         self._instrument: Any = None
         self._free_at = 0.0
-        self._visa = _pyvisa()
+        self._visa = optional_package("pyvisa", "a 9129B needs PyVISA", "hardware")
         self._manager: Any = self._visa.ResourceManager(visa_library)
 
     def open(self, volts: Sequence[float]) -> None:
@@ -140,14 +141,3 @@ class Supply9129B:
 
 def _set(volts: Sequence[float]) -> str:
     return "APP:VOLT " + ",".join(f"{volt:.3f}" for volt in volts)
-
-
-def _pyvisa() -> Any:
-    try:
-        import pyvisa
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "a 9129B needs PyVISA, which is not installed; install the extra with "
-            "pip install 'pneumorph[hardware]'"
-        ) from error
-    return pyvisa
