@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
@@ -63,3 +64,14 @@ def test_a_mutant_knows_the_lines_that_must_run_for_it(mutants) -> None:
     source = "\n".join(text).encode()
     lines = {each.was: set(each.lines) for each in mutants.mutants_of("far.py", source)}
     assert lines == {"x > 1": {2, 3, 4}, "1": {2, 3, 4}, "2": {5, 6, 7}}
+
+
+def test_each_mistake_in_the_engine_has_one_place() -> None:
+    """What is compiled with the mistakes is the engine of today."""
+    mistakes = json.loads((ROOT / "benchmarks" / "engine_mutants.json").read_text())
+    assert len({each["name"] for each in mistakes}) == len(mistakes)
+    for each in mistakes:
+        within = each.get("within", each["was"])
+        assert (ROOT / each["file"]).read_text().count(within) == 1, each["name"]
+        assert within.count(each["was"]) == 1, each["name"]
+        assert all((ROOT / test).exists() for test in each["tests"]), each["name"]

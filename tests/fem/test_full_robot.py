@@ -18,6 +18,8 @@ def test_rest_state_is_the_rest_shape_in_the_hub_frame():
     state = robot.initial_state()
     for leg, x in zip(robot.legs, robot.leg_nodes_in_hub_frame(state), strict=True):
         np.testing.assert_allclose(x, leg.part.rest_nodes, atol=1e-12)
+    # It touches nothing and no law is violated.
+    assert (state.active_contacts, state.contact_residual, state.penetration_mm) == (0, 0.0, 0.0)
 
 
 def test_attachment_stays_in_the_hub_frame_while_the_robot_moves():

@@ -42,6 +42,23 @@ def test_volume_is_exact_for_curved_elements_far_from_the_origin(order):
     np.testing.assert_allclose(group.volumes(x + 1000.0), exact, atol=1e-11)
 
 
+@pytest.mark.parametrize("order", ORDERS)
+def test_mixed_fields_are_the_second_and_third_derivatives_of_volumes(order):
+    """Along x + s y volumes are cubics of s, whose derivatives differences have exactly: the second
+    with a step of any size, and the third with steps of one and two."""
+    mesh = irregular_box(order)
+    group = VolumeGroup.of_solid(mesh.nodes, mesh.connectivity, Material(1.0, 0.4))
+    y = np.random.default_rng(1).uniform(-0.1, 0.1, mesh.nodes.shape)
+    volumes = [group.volumes(mesh.nodes + s * y) for s in (-2.0, -1.0, 0.0, 1.0, 2.0)]
+    second = volumes[3] - 2.0 * volumes[2] + volumes[1]
+    third = 0.5 * (volumes[4] - 2.0 * volumes[3] + 2.0 * volumes[1] - volumes[0])
+    at_rest, moved = group.volume_field(mesh.nodes), group.volume_field(y)
+    for expected, first in ((second, at_rest), (third, moved)):
+        found = np.einsum("nie,nie->e", moved.corners, first.mixed(moved))
+        assert np.abs(expected).max() > 1e-4
+        np.testing.assert_allclose(found, expected, atol=1e-10)
+
+
 @pytest.mark.parametrize("law", ["yeoh", "stable_neo_hookean"])
 def test_linear_elements_are_the_same_with_either_dilatation(law):
     """One integration point: its volume is the element's."""

@@ -13,6 +13,7 @@ import pytest
 from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.serial_controller import SerialController
+from pneumorph.hardware.serial_line import SerialLine
 
 pytest.importorskip("serial")
 
@@ -83,6 +84,18 @@ def test_commands_and_readings(controller: _Controller) -> None:
     driver.vent()
     assert controller.vented.wait(1.0)
     driver.close()
+
+
+def test_a_closed_port_is_given_back(controller: _Controller) -> None:
+    """Nothing more goes out on it, and closing it again is no mistake."""
+    line = SerialLine(controller.port, 9600, 0.2)
+    line.open()
+    port = line._line
+    line.close()
+    assert not port.is_open
+    with pytest.raises(DriverError, match="is not open, 'V' was not sent"):
+        line.send("V")
+    line.close()
 
 
 def test_a_closed_port_is_opened_to_vent(controller: _Controller) -> None:

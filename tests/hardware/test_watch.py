@@ -132,6 +132,12 @@ def test_the_watch_waits_for_air_and_no_longer() -> None:
     assert 6.2 - 1e-9 <= stuck_open[0] < 7.0
 
 
+def test_a_rig_without_channels_is_refused() -> None:
+    """Nothing would be commanded and nothing watched."""
+    with pytest.raises(ValueError, match="channels is empty, expected one channel for each"):
+        RigSettings(channels=())
+
+
 def test_a_watch_that_does_not_know_the_chambers_is_refused() -> None:
     with pytest.raises(ValueError, match="chambers_mm3 is empty, expected the volume of each"):
         PressureWatch(replace(AIR_RIG, chambers_mm3=()))

@@ -99,6 +99,14 @@ def test_block_dropped_on_the_floor_does_not_pass_through():
     assert simulator.read("position")[0, 2] == pytest.approx(-30.0, abs=1e-4)
 
 
+@pytest.mark.parametrize("deep_mm", [0.01, 1.0])
+def test_a_block_that_begins_in_the_floor_ends_the_step_on_it(deep_mm: float) -> None:
+    """The law is for the gap at the step's end, so a step makes good what was violated before."""
+    simulator = run(physics(floor_height_mm=-HALF[2] + deep_mm), 1)
+    assert simulator.read("worst_penetration")[0] == pytest.approx(deep_mm)
+    assert simulator.read("position")[0, 2] == pytest.approx(deep_mm, abs=1e-8)
+
+
 @pytest.mark.parametrize("angle_deg", [10.0, 35.0, -60.0])
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_the_lowest_corner_of_a_tilted_block_comes_down_to_the_floor_and_no_further(
