@@ -8,6 +8,7 @@ names is complete. One such folder ships with the package.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import ClassVar
 
@@ -70,8 +71,11 @@ class BuiltModule:
             folder = SHIPPED_MODULES
             path = _file(folder, name)
         if not path.exists():
-            built = sorted(each.stem for each in path.parent.glob("*.json"))
-            there = f"it has {', '.join(built)}" if built else "it has none"
+            ship = {each.stem for each in (SHIPPED_MODULES / "modules").glob("*.json")}
+            built = sorted({each.stem for each in path.parent.glob("*.json")} | ship)
+            there = f"there are {', '.join(built)}" if built else "there are none"
+            meant = get_close_matches(name, built, 1)
+            there += f"; did you mean {meant[0]}?" if meant else ""
             raise FileNotFoundError(
                 f"module {name} of the catalogue is not built in {folder}, expected {path} ({there}"
                 f"); build it with: pneumorph catalogue build [FILE] --only {name} --out {folder}, "

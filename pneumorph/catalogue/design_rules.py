@@ -9,7 +9,7 @@ import numpy as np
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.geometry.pose import Pose, rotation_about
-from pneumorph.robot.design import MINIMUM_LEGS
+from pneumorph.robot.design import MINIMUM_LEGS, Design
 from pneumorph.robot.design_space import DesignSpace
 
 _SAME_MM = 1e-3
@@ -103,7 +103,13 @@ class DesignRules(Checked):
         except ValueError as error:
             raise ValueError(f"designs: {error}") from error
         if self.usual is not None:
-            _ = space.index(space.parse(self.usual))
+            design = Design.parse(self.usual)
+            space.check(design)
+            if not space.holds(design):
+                raise ValueError(
+                    f"designs.usual is {self.usual}, expected a design that options, exclusions "
+                    "and counts of [designs] allow"
+                )
         return space
 
 

@@ -37,6 +37,7 @@ from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
+from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.usual_design import usual_design
 from pneumorph.simulation.randomisation import Randomisation
@@ -261,6 +262,25 @@ class RobotDescription(Checked, ShownInNotebooks):
             self.acting.regulator_count,
         )
 
+    def allows(self, design: str) -> bool:
+        """Whether a design keeps to the rules of its designs; nothing is listed for this.
+
+        Raises:
+            ValueError: As of `space`, or the text is no design.
+        """
+        rules = replace(self.designs, usual=None)
+        space = rules.space(self._poses(), self._allowed(), self.acting.regulator_count)
+        return space.holds(Design.parse(design))
+
+    def forbidden_note(self, design: str) -> str | None:
+        """What to say of a design that the rules do not allow; None of others."""
+        if self.allows(design):
+            return None
+        return (
+            f"design {design} is none that [designs] of {self.file or self.name} allows: see its "
+            "options, exclusions and counts"
+        )
+
     @cached_property
     def usual_design(self) -> str:
         """The design that walks where none is named."""
@@ -300,8 +320,10 @@ class RobotDescription(Checked, ShownInNotebooks):
         Args:
             design: The design that is taken, where nothing but this description chose it.
         """
-        of_design = None if design is None else self.design_note(design)
-        return tuple(note for note in (of_design, self.worlds_note) if note is not None)
+        told = [self.worlds_note]
+        if design is not None:
+            told = [self.forbidden_note(design), self.design_note(design), *told]
+        return tuple(note for note in told if note is not None)
 
     def expert_settings(self) -> dict[str, Any]:
         """Settings of the expert's gait for its regulators."""
@@ -346,9 +368,14 @@ class RobotDescription(Checked, ShownInNotebooks):
         built = CATALOGUE_FOLDER.absolute()
         if self.catalogue_folder is not None:
             built = self.folder / self.catalogue_folder
-        modules = {
-            name: each.module(name, self.folder, built) for name, each in self.modules.items()
-        }
+        _ = self.space  # refuses a usual design that its rules do not allow
+        modules = {}
+        for name, each in self.modules.items():
+            try:
+                modules[name] = each.module(name, self.folder, built)
+            except FileNotFoundError as error:
+                where = "" if self.file is None else f"robot file {self.file}: "
+                raise FileNotFoundError(f"{where}modules.{name}: {error}") from error
         kind = leg_kind(self.physics.based_on)
         hub = self.hub.spec(self.folder)
         if self.ring is not None:

@@ -16,7 +16,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.hub import make_hub
 from pneumorph.fabrication.hub_stiffness import HubStiffness, hub_model, hub_stiffness
-from pneumorph.fabrication.leg_mould import check_leg_mould, make_leg_mould
+from pneumorph.fabrication.leg_mould import MouldSettings, check_leg_mould, make_leg_mould
 from pneumorph.fabrication.mass_warning import mass_warning
 from pneumorph.fabrication.parts_list import (
     MM3_PER_ML,
@@ -126,6 +126,7 @@ def fabricate(
         FabricationError: A wall is too thin, a surface not closed, or the mould does not come off.
     """
     start = time.monotonic()
+    refuse_thin_fins(robot.legs, settings.mould)
     folder.progress.stage("making moulds and hub")
     solids, checks = _of_legs(robot.legs, settings)
     hub = None if robot.hub.make is None else robot.hub.make()
@@ -159,6 +160,11 @@ def fabricate(
         )
         for leg, material in zip(robot.legs, materials, strict=True)
     )
+    for made_leg in legs if robot.file is not None else ():
+        folder.progress.say(
+            f"{made_leg.count} x {made_leg.name}: {made_leg.mass_g:.1f} g as built, "
+            f"{made_leg.simulated_mass_g:.1f} g in the simulation"
+        )
     warning = mass_warning(
         {leg.name: (leg.mass_g, leg.simulated_mass_g) for leg in legs},
         (printed.mass_g, robot.hub.simulated_mass_g),
@@ -213,6 +219,26 @@ def checked_hub(
         settings.hub_check.largest_force_mN(1e-3 * (hub_g + made.leg_count * made.leg_mass_g)),
     )
     return replace(made, hub_stiffness=stiffness)
+
+
+def refuse_thin_fins(legs: Sequence[LegToMake], settings: MouldSettings) -> None:
+    """Refuse legs whose mould has thinner walls between the teeth than can be made, all at once.
+
+    Raises:
+        FabricationError: There are some; names them.
+    """
+    thin = {
+        leg.name or "leg": leg.shape.tooth_gap_mm
+        for leg in legs
+        if leg.shape is not None and leg.shape.tooth_gap_mm < settings.smallest_wall_mm - 1e-6
+    }
+    if thin:
+        told = ", ".join(f"{name} {gap:g} mm" for name, gap in thin.items())
+        raise FabricationError(
+            f"the mould's walls between the teeth are as thick as their gaps: {told}, expected "
+            f"{settings.smallest_wall_mm:g} mm or more; if you can make them, say so by "
+            f"--mould.smallest-wall-mm {min(thin.values()):g}"
+        )
 
 
 def _file_name(leg: LegToMake, solid: str) -> str:

@@ -37,7 +37,7 @@ def mass_warning(
     told = f"masses differ: {masses}; distances depend on them: "
     if file is not None:
         said = [
-            f"mass_kg = {1e-3 * built:.4g} under [hub]"
+            f"mass_kg = {1e-3 * built:.4g} under [hub] (in place of a density)"
             if name == "hub"
             else f"mass_g = {built:.4g} under [modules.{name.removeprefix('leg ')}]"
             for name, (built, _) in apart.items()

@@ -60,6 +60,7 @@ class Seat:
         face_mm: Middle of the face by which it is held, in the robot's frame [mm], (3,).
         leg: What sits there, of the kinds of legs; None where it is free.
         regulators: The regulator of each chamber, from 1; empty where it is free.
+        name: What its site is called; empty for its number.
         tube_mm: Length of a tube from the leg's face to the hub's middle [mm].
     """
 
@@ -69,6 +70,7 @@ class Seat:
     leg: LegToMake | None
     regulators: tuple[int, ...]
     tube_mm: float
+    name: str = ""
 
     @property
     def direction_deg(self) -> float:
@@ -88,6 +90,7 @@ class HubToMake:
         detail: What it is made of and how, for the parts list.
         simulated_mass_g: Mass of the simulated hub, without a payload [g].
         outline_mm: Points whose convex hull is its outline from each side [mm], (point, 3).
+        width_mm: Its size from back to front, a disk's diameter [mm].
         round: Whether it is a disk.
         well_radius_mm: Radius of the well in its middle [mm]; 0 for none.
     """
@@ -98,6 +101,7 @@ class HubToMake:
     detail: str
     simulated_mass_g: float
     outline_mm: np.ndarray
+    width_mm: float
     round: bool = False
     well_radius_mm: float = 0.0
 
@@ -111,6 +115,7 @@ class RobotToMake:
         seats: Its places, free ones as well.
         legs: Its kinds of legs.
         hub: Its hub.
+        name: What it is called.
         file: The robot's file; None for the paper's robot.
     """
 
@@ -118,6 +123,7 @@ class RobotToMake:
     seats: tuple[Seat, ...]
     legs: tuple[LegToMake, ...]
     hub: HubToMake
+    name: str = "crawling robot"
     file: str | None = None
 
 
@@ -168,6 +174,7 @@ def paper_robot_to_make(
         _cone_outline(
             disk.bottom_radius_mm, disk.top_radius_mm, disk.bottom_mm, disk.height_mm
         ),
+        2.0 * max(disk.bottom_radius_mm, disk.top_radius_mm),
         True,
         settings.hub.well_radius_mm,
     )  # fmt: skip
@@ -218,7 +225,7 @@ def described_robot_to_make(
     for location, site in enumerate(robot.sites):
         if location not in mounted:
             place = site.pose if site.face is None else site.pose.compose(site.face)
-            seats.append(Seat(location, place, place.translation, None, (), 0.0))
+            seats.append(Seat(location, place, place.translation, None, (), 0.0, site.name))
             continue
         module = mounted[location]
         pose, face = site.pose_of(module), module.face
@@ -226,10 +233,10 @@ def described_robot_to_make(
         leg = legs[module]
         of_chambers = _each_chamber(regulators[location], leg)
         length = float(np.linalg.norm(at[:2] - middle[:2]))
-        seats.append(Seat(location, pose, at, leg, of_chambers, length))
+        seats.append(Seat(location, pose, at, leg, of_chambers, length, site.name))
     hub = _described_hub(description.hub, robot, seats, settings)
     file = None if description.file is None else str(description.file)
-    return RobotToMake(design, tuple(seats), tuple(legs.values()), hub, file)
+    return RobotToMake(design, tuple(seats), tuple(legs.values()), hub, description.name, file)
 
 
 def _described_hub(
@@ -246,8 +253,11 @@ def _described_hub(
     hollow = "solid" if hub.wall_mm is None else f"hollow, walls of {hub.wall_mm:g} mm"
     if hub.shape == "mesh":
         detail = f"as its mesh has it{made_of}, without sockets"
-        return HubToMake(None, robot.hub.mesh, density, detail, simulated_g, robot.hub.mesh.nodes)
-    sockets = f"{len(in_sockets)} sockets with walls of {settings.hub.wall_mm:g} mm"
+        nodes = robot.hub.mesh.nodes
+        wide = float(np.ptp(nodes[:, 0]))
+        return HubToMake(None, robot.hub.mesh, density, detail, simulated_g, nodes, wide)
+    sockets = f"{len(in_sockets)} sockets"
+    wide = hub.length_mm or 2.0 * max(hub.radius_mm or 0.0, hub.top_radius_mm or 0.0)
     return HubToMake(
         partial(make_described_hub, hub, in_sockets, settings.hub),
         None,
@@ -255,6 +265,7 @@ def _described_hub(
         f"{hub.shape}{made_of}, {hollow}, {sockets}",
         simulated_g,
         robot.hub.mesh.nodes,
+        wide,
         hub.shape == "disk",
     )
 

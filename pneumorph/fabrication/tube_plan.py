@@ -25,6 +25,17 @@ class TubeRun:
     """Cut length [mm]."""
     chamber: int = 1
     """Which chamber of the leg, from 1, the left one first."""
+    chambers: int = 1
+    """How many chambers the leg has."""
+    leg: str = ""
+    """The kind of leg; empty where there is one and no need of a name."""
+    site: str = ""
+    """What the site is called; empty for its number."""
+
+    @property
+    def side(self) -> str:
+        """Which of two chambers, for a person; empty of the only one."""
+        return ("", f", {'left' if self.chamber == 1 else 'right'}")[self.chambers > 1]
 
 
 def tube_plan(seats: Sequence[Seat], workshop: WorkshopSettings) -> list[TubeRun]:
@@ -41,6 +52,9 @@ def tube_plan(seats: Sequence[Seat], workshop: WorkshopSettings) -> list[TubeRun
             regulator,
             round(seat.tube_mm + workshop.tube_slack_mm, 1),
             chamber,
+            len(seat.regulators),
+            "" if seat.leg is None else seat.leg.name,
+            seat.name,
         )
         for seat in seats
         for chamber, regulator in enumerate(seat.regulators, start=1)
@@ -48,14 +62,20 @@ def tube_plan(seats: Sequence[Seat], workshop: WorkshopSettings) -> list[TubeRun
 
 
 def tubes_csv(tubes: Sequence[TubeRun]) -> str:
-    """The tube plan as CSV; with chambers where a leg has several."""
+    """The tube plan as CSV; with chambers, kinds of legs and names of sites where there are."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    chambers = any(run.chamber > 1 for run in tubes)
-    writer.writerow(
-        ["location", "direction_deg", "regulator", "length_mm", *(["chamber"] if chambers else [])]
-    )
+    further = [
+        name
+        for name, told in (
+            ("chamber", any(run.chambers > 1 for run in tubes)),
+            ("leg", any(run.leg for run in tubes)),
+            ("site", any(run.site for run in tubes)),
+        )
+        if told
+    ]
+    writer.writerow(["location", "direction_deg", "regulator", "length_mm", *further])
     for run in tubes:
         row = [run.location, f"{run.direction_deg:g}", run.regulator, run.length_mm]
-        writer.writerow([*row, *([run.chamber] if chambers else [])])
+        writer.writerow([*row, *(getattr(run, name) for name in further)])
     return text.getvalue()

@@ -133,11 +133,10 @@ def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
     for seat in robot.seats:
         _label(axes, seat, hub, unit)
     axes.annotate(
-        "forward", (172 * unit, 0), (120 * unit, 0), fontsize=8, va="center",
+        "forward", (172 * unit, 172 * unit), (120 * unit, 172 * unit), fontsize=8, va="center",
         arrowprops={"arrowstyle": "->", "color": INK_COLOUR}, zorder=6,
     )  # fmt: skip
-    wide = np.ptp(hub.outline_mm[:, 0])
-    middle = 0.5 * (hub.outline_mm[:, 0].max() + hub.outline_mm[:, 0].min())
+    wide, middle = hub.width_mm, float(hub.outline_mm[:, 0].max() + hub.outline_mm[:, 0].min()) / 2
     _dimension(
         axes,
         (middle - wide / 2, -168.0 * unit),
@@ -158,12 +157,16 @@ def _label(axes: Axes, seat: Seat, hub: HubToMake, unit: float) -> None:
         inner = float(np.min(np.concatenate(boxes)[:, :2] @ direction))
         outer = float(np.max(np.concatenate(boxes)[:, :2] @ direction))
         across = seat.face_mm[:2] - (seat.face_mm[:2] @ direction) * direction
-        for regulator in dict.fromkeys(seat.regulators):
-            near = hub.well_radius_mm * direction if hub.well_radius_mm > 0.0 else 0.0 * direction
-            x, y = np.column_stack([near, across + (inner + 4.0) * direction])
+        left = np.array([-direction[1], direction[0]])
+        for place, regulator in enumerate(seat.regulators):
+            # Tubes of two chambers beside each other.
+            beside = 2.0 * unit * (len(seat.regulators) - 1 - 2 * place) * left
+            near = hub.well_radius_mm * direction + beside
+            x, y = np.column_stack([near, across + (inner + 4.0) * direction + beside])
             axes.plot(x, y, color=regulator_colour(regulator), linewidth=2.0, zorder=4)
         told = "regulator" if len(seat.regulators) == 1 else "regulators"
-        text = f"{seat.location}: {told} {'+'.join(map(str, seat.regulators))}"
+        kind = "" if seat.leg is None or not seat.leg.name else f"{seat.leg.name}, "
+        text = f"{seat.location}: {kind}{told} {'+'.join(map(str, seat.regulators))}"
         at = across + (outer + 3.0 * unit) * direction
     else:
         text = f"{seat.location}: free"
@@ -212,16 +215,19 @@ def _section(axes: Axes, leg: LegToMake, scale: float) -> None:
 
 
 def _told_section(name: str, shape: PneuNetShape, scale: float) -> str:
-    chamber = shape.chamber_mm
+    chamber, count = shape.chamber_mm, shape.inner_tooth_count
     roof = shape.height_mm - shape.base_plate_mm[2] - chamber[2]
     side = (shape.inner_tooth_length_mm - chamber[0]) / 2.0
     parted = shape.middle_wall_mm > 0.0
-    wall = f" parted by {shape.middle_wall_mm:g}" if parted else ""
-    return (
+    wide = 0.5 * (chamber[1] - shape.middle_wall_mm) if parted else chamber[1]
+    each = " on each side" if parted else ""
+    rows = (
         f"{name or 'leg'}, {'section of a chamber' if parted else 'middle section'}, 1:{scale:g}: "
-        f"{shape.inner_tooth_count} chambers {chamber[0]:g} x {chamber[1]:g} x {chamber[2]:g}"
-        f"{wall}, walls {side:g}, roof {roof:g}; paper below (bold)"
+        f"{count} chambers {chamber[0]:g} x {wide:g} x {chamber[2]:g}{each},",
+        f"walls {side:g}, {f'between the sides {shape.middle_wall_mm:g}, ' if parted else ''}"
+        f"roof {roof:g}; paper below (bold)",
     )
+    return "\n".join(rows)
 
 
 def _dimension(axes: Axes, start: Point, end: Point, text: str, unit: float) -> None:
@@ -255,14 +261,12 @@ def _tables(figure: Figure, parts: Sequence[Part], tubes: Sequence[TubeRun]) -> 
         ],
         [0.04, 0.22, 0.08, 0.46, 0.1, 0.1],
     )  # fmt: skip
-    chambers = any(t.chamber > 1 for t in tubes)
     table(
-        (205.0, 45.0), (120.0, 70.0), "tubes, one a chamber" if chambers else "tubes, one a leg",
+        (205.0, 45.0), (120.0, 70.0), "tubes, one a chamber",
         ["location", "direction", "regulator", "cut to"],
         [
             [
-                f"{t.location}{', left' if t.chamber == 1 else ', right'}" if chambers
-                else str(t.location),
+                f"{t.location}{t.side}",
                 f"{t.direction_deg:g}°", str(t.regulator), f"{t.length_mm:g} mm",
             ]
             for t in tubes
@@ -276,7 +280,7 @@ def _title(figure: Figure, robot: RobotToMake) -> None:
     axes.set(xticks=[], yticks=[], xlim=(0, 1), ylim=(0, 1))
     axes.spines[:].set_visible(True)
     design = robot.design
-    axes.text(0.02, 0.55, f"crawling robot {design}", fontsize=14, va="center")
+    axes.text(0.02, 0.55, f"{robot.name} {design}", fontsize=14, va="center")
     count = len({regulator for seat in robot.seats for regulator in seat.regulators})
     axes.text(
         0.02, 0.18,

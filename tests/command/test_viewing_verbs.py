@@ -219,8 +219,9 @@ def test_a_robot_of_a_file_is_made(tmp_path: Path, capsys: pytest.CaptureFixture
     command = ["fabricate", "b1.0.2.2.0.b1", "--robot", str(plate), "--out", str(out), "--json"]
     # Fins between the teeth of the short leg are 0.75 mm thick.
     assert run(command) == 1
-    assert "short_mould_upper has a wall of 0.75 mm" in capsys.readouterr().err
-    assert run([*command, "--mould.smallest-wall-mm", "0.7", "--surface-size-mm", "20"]) == 0
+    refusal = "as thick as their gaps: short 0.75 mm, expected 0.8 mm or more"
+    assert refusal in capsys.readouterr().err
+    assert run([*command, "--mould.smallest-wall-mm", "0.75", "--surface-size-mm", "20"]) == 0
     summary = json.loads((out / "summary.json").read_text())
     short, long = summary["legs"]
     assert (short["name"], short["count"], long["name"], long["count"]) == ("short", 2, "long", 2)
@@ -234,6 +235,24 @@ def test_a_robot_of_a_file_is_made(tmp_path: Path, capsys: pytest.CaptureFixture
         assert (out / f"{name}.stl").exists()
         assert (out / f"{name}.step").exists()
     assert (out / "drawing.pdf").exists()
+
+
+def test_designs_that_a_file_forbids_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The usual one is refused; one that is asked for walks, and it is said."""
+    plate = Path(__file__).parent.parent.parent / "examples" / "plate.toml"
+    text = plate.read_text().replace("[designs]", '[designs]\nexclusions = ["0 5"]')
+    file = tmp_path / "robot.toml"
+    file.write_text(text)
+    assert run(["simulate", "--robot", str(file)]) == 1
+    refusal = "designs.usual is b1.0.2.2.0.b1, expected a design that options, exclusions and"
+    assert refusal in capsys.readouterr().err
+    file.write_text(text.replace('usual = "b1.0.2.2.0.b1"', 'usual = "b1.1.2.2.1.0"'))
+    short = ["--expert.duration-s", "0.1", "--out", str(tmp_path / "run")]
+    assert run(["simulate", "--robot", str(file), "--design", "b1.0.2.2.0.b1", *short]) == 0
+    said = capsys.readouterr()
+    assert "design b1.0.2.2.0.b1 is none that [designs] of" in said.out + said.err
 
 
 def test_a_description_says_itself_what_its_legs_are(

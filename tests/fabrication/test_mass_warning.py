@@ -39,7 +39,8 @@ def test_a_robot_of_a_file_is_told_by_its_fields() -> None:
     assert warning == (
         "masses differ: leg short: 19.8 g as built, 44.3 g in the simulation (+124 %); hub: 84.7 g "
         "as built, 60.0 g in the simulation (-29 %); distances depend on them: simulate and learn "
-        "with mass_g = 19.8 under [modules.short], mass_kg = 0.0847 under [hub] of plate.toml"
+        "with mass_g = 19.8 under [modules.short], mass_kg = 0.0847 under [hub] "
+        "(in place of a density) of plate.toml"
     )
     # What the hub is made of may not be known.
     assert mass_warning({"long": (46.8, 47.0)}, (None, 60.0), "plate.toml") is None
