@@ -33,6 +33,10 @@ from pneumorph.fabrication.wall_thickness import wall_thickness_mm
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.surface import boundary_triangles, surface_area, write_stl
 
+_GRAZED = (
+    "; a leg's base plate may graze the hub's lower face: move the sites up, or the hub by its "
+    "bottom_mm"
+)
 _OF_A_MOULD = ("mould_upper", "mould_lower", "core")
 
 
@@ -308,6 +312,7 @@ def _written(
             f"{name} has a wall of {thinnest:.2f} mm at ({', '.join(f'{v:.1f}' for v in middle)}) "
             f"mm, expected {smallest_mm:g} mm or more; if you can make it, say so by "
             "smallest_wall_mm of mould or hub, or smallest_silicone_mm"
+            + (_GRAZED if name == "hub" else "")
         )
     step = write_step(folder / f"{name}.step", solid)
     stl = write_stl(folder / f"{name}.stl", surface.nodes, surface.triangles)
