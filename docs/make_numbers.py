@@ -40,7 +40,7 @@ def measured_table() -> str:
         f"worlds | {_banded(expert['band'])} | |"
     ]
     lines += [
-        f"| the pair of seed {certified} with {times} the loss of the silicone | {_banded(band)} | |"
+        f"| the pair of seed {certified}, {times} the silicone's loss factor | {_banded(band)} | |"
         for times, band in (
             ("half", found["damping"]["loss_factor_times_0.5"]),
             ("twice", found["damping"]["loss_factor_times_2"]),
