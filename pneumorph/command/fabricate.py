@@ -51,25 +51,15 @@ class FabricateOptions:
 
 
 def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
-    """Make, check and draw everything.
-
-    Raises:
-        ValueError: The hub of a robot's file is to be checked.
-    """
+    """Make, check and draw everything."""
     source, design = Path(options.design), options.design
     if source.is_dir():
         design = FinishedRun.read(source).of_summary("best_design", str)
-    settings = options.fabrication
+    settings, description = options.fabrication, options.robot.description
     full = replace(options.robot.full, mesh=settings.mesh or options.robot.full.mesh)
     robot = replace(options.robot, full=full).spec()
-    description = options.robot.description
     if description is None:
         asked = paper_robot_to_make(design, settings, robot)
-    elif settings.check_hub:
-        raise ValueError(
-            "check_hub is given beside a robot's file, expected one of them: only the paper's hub "
-            "is checked as finite elements"
-        )
     else:
         asked = described_robot_to_make(design, description, robot, settings)
     made = fabricate(asked, settings, folder)

@@ -196,8 +196,14 @@ def described_robot_to_make(
         settings: Walls of sockets and holes.
 
     Raises:
-        ValueError: The design has no legs, or is of another number of sites.
+        ValueError: The design has no legs, or is of another number of sites; or the hub is to be
+            checked.
     """
+    if settings.check_hub:
+        raise ValueError(
+            "check_hub is given beside a robot's file, expected one of them: only the paper's hub "
+            "is checked as finite elements"
+        )
     design = _with_legs(design)
     if design.location_count != len(robot.sites):
         raise ValueError(
