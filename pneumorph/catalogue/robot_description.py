@@ -262,19 +262,9 @@ class RobotDescription(Checked, ShownInNotebooks):
             self.acting.regulator_count,
         )
 
-    def allows(self, design: str) -> bool:
-        """Whether a design keeps to the rules of its designs; nothing is listed for this.
-
-        Raises:
-            ValueError: As of `space`, or the text is no design.
-        """
-        rules = replace(self.designs, usual=None)
-        space = rules.space(self._poses(), self._allowed(), self.acting.regulator_count)
-        return space.holds(Design.parse(design))
-
     def forbidden_note(self, design: str) -> str | None:
         """What to say of a design that the rules do not allow; None of others."""
-        if self.allows(design):
+        if self.space.holds(Design.parse(design)):
             return None
         return (
             f"design {design} is none that [designs] of {self.file or self.name} allows: see its "

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from pneumorph.catalogue.module import Module
 from pneumorph.geometry.attachment import mount_pose, same_frame
 from pneumorph.geometry.pose import Pose
@@ -56,9 +54,7 @@ class Site:
         """Where a module that is mounted here points, seen from above, from forward (0) to the left
         (90) [degrees], 0 to 360."""
         pose = self.pose if self.face is None else self.pose.compose(self.face)
-        x, y, _ = pose.rotation[:, 0]
-        # What is left of a right angle's cosine is no direction.
-        return round(float(np.degrees(np.arctan2(y, x))), 9) % 360.0
+        return pose.yaw_deg
 
     def with_modules(self, change: Callable[[Module], Module]) -> Site:
         """The same site with each module changed."""

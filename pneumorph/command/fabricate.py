@@ -64,7 +64,7 @@ def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
         asked = described_robot_to_make(design, description, robot, settings)
     made = fabricate(asked, settings, folder)
     if settings.check_hub:
-        made = checked_hub(made, robot, settings, folder)
+        made = checked_hub(made, asked, robot, settings, folder)
     drawing = write_assembly_drawing(folder / "drawing.pdf", asked, made)
     return replace(made, drawing=str(drawing))
 

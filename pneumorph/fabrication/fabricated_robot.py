@@ -14,7 +14,6 @@ from pneumorph.base.artefact import write_atomically
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
-from pneumorph.fabrication.hub import make_hub
 from pneumorph.fabrication.hub_stiffness import HubStiffness, hub_model, hub_stiffness
 from pneumorph.fabrication.leg_mould import MouldSettings, check_leg_mould, make_leg_mould
 from pneumorph.fabrication.mass_warning import mass_warning
@@ -133,9 +132,8 @@ def fabricate(
     refuse_thin_fins(robot.legs, settings.mould)
     folder.progress.stage("making moulds and hub")
     solids, checks = _of_legs(robot.legs, settings)
-    hub = None if robot.hub.make is None else robot.hub.make()
-    if hub is not None:
-        solids["hub"] = hub, settings.hub.smallest_wall_mm
+    if robot.hub.solid is not None:
+        solids["hub"] = robot.hub.solid, settings.hub.smallest_wall_mm
     made = _made(solids, settings, folder)
     for leg in robot.legs:
         if leg.shape is None:
@@ -202,21 +200,25 @@ def fabricate(
 
 
 def checked_hub(
-    made: FabricatedRobot, robot: RobotSpec, settings: FabricationSettings, folder: RunFolder
+    made: FabricatedRobot,
+    asked: RobotToMake,
+    robot: RobotSpec,
+    settings: FabricationSettings,
+    folder: RunFolder,
 ) -> FabricatedRobot:
     """With how far the paper's hub gives way, as finite elements.
 
     Args:
         made: The paper's robot as it was made.
+        asked: What it was made of.
         robot: The simulation, for the leg beside which the hub is judged.
         settings: How it was made.
         folder: Tells that it is computed.
     """
     folder.progress.stage("computing how far the hub gives way")
     hub_g = _known(made.hub_mass_g)
-    hub = make_hub(settings.disk, settings.leg, settings.mounting, settings.hub)
     stiffness = hub_stiffness(
-        hub_model(hub, 1e-3 * hub_g, settings.hub_check),
+        hub_model(asked.hub.solid, 1e-3 * hub_g, settings.hub_check),
         robot.module.full,
         settings.leg,
         settings.mounting,

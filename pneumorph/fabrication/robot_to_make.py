@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -75,8 +75,7 @@ class Seat:
     @property
     def direction_deg(self) -> float:
         """Where it points, counter-clockwise from forward [degrees], 0 to 360."""
-        x, y, _ = self.pose.rotation[:, 0]
-        return round(float(np.degrees(np.arctan2(y, x))), 9) % 360.0
+        return self.pose.yaw_deg
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +103,11 @@ class HubToMake:
     width_mm: float
     round: bool = False
     well_radius_mm: float = 0.0
+
+    @cached_property
+    def solid(self) -> Any | None:
+        """The hub as an OpenCASCADE solid, made once; None of one that is a mesh."""
+        return None if self.make is None else self.make()
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,6 +43,14 @@ class Pose:
         """Points of the part [mm], (..., 3), in the frame of the robot."""
         return np.asarray(points) @ self.rotation.T + self.translation
 
+    @property
+    def yaw_deg(self) -> float:
+        """Where the part's x axis points, seen from above, from forward (0) to the left (90)
+        [degrees], 0 to 360."""
+        x, y, _ = self.rotation[:, 0]
+        # What is left of a right angle's cosine is no direction.
+        return round(float(np.degrees(np.arctan2(y, x))), 9) % 360.0
+
     def inverse(self) -> Pose:
         """The pose that takes points of the robot back into the part."""
         return Pose(self.rotation.T, -self.rotation.T @ self.translation)
