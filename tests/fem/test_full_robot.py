@@ -9,6 +9,7 @@ from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.hub_body import HubBody
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.yeoh_constants import yeoh_material
+from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 
@@ -80,6 +81,31 @@ def test_rollout_records_what_it_is_asked_to():
         "unconverged_share": 0.0,
         "deepest_penetration_mm": max(each.penetration_mm for each in seen),
     }
+
+
+def test_work_of_the_pressure_is_what_it_does_on_the_cavity():
+    """p dV of every step (9), of a pressure that stays: the one that a step ends with."""
+    physics = Physics(
+        floor_height_mm=0.0, regulator_count=2, pressure_map=PressureMap(1.0, 0.0),
+        pressure_rate_kPa_per_s=1e6,
+    )  # fmt: skip
+    robot = small_robot(physics)
+    _, seen = robot.rollout(robot.initial_state(), np.tile([10.0, 6.0], (12, 1)), record_every=1)
+    work = np.diff(seen.pressure_work_mJ, axis=0)
+    swollen = np.diff(seen.cavity_volume_mm3, axis=0)
+    assert np.abs(swollen).max() > 1.0
+    np.testing.assert_allclose(work, 1e-3 * swollen * [10.0, 6.0], rtol=1e-9, atol=1e-12)
+
+
+def test_a_regulator_fills_the_chambers_of_all_its_legs():
+    """Two alike take twice the air of one, and the tube next to none."""
+    air = Air(law="orifice", tube_mm3=1e-3)
+    physics = Physics(floor_height_mm=0.0, regulator_count=2, air=air)
+    robot = small_robot(physics, legs=((0.0, 0), (100.0, 0), (200.0, 1)))
+    state = robot.initial_state()
+    risen = robot.regulators.after(state.regulated_kPa, np.full(2, 90.0), 1e-4)
+    # From one state, so that the chambers have grown by nothing yet.
+    assert risen[1] / risen[0] == pytest.approx(2.0, rel=1e-5)
 
 
 def test_rollout_in_two_pieces_is_the_rollout_in_one():

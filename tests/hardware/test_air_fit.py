@@ -55,10 +55,12 @@ def square_log(
     )
 
 
-def test_a_log_without_noise_gives_the_valves_back() -> None:
-    """To what the derivative's step and the search's tolerance leave, wherever it begins."""
+@pytest.mark.parametrize("start", [(0.2, 4.0), (30.0, 30.0)])
+def test_a_log_without_noise_gives_the_valves_back(start: tuple[float, float]) -> None:
+    """To what the derivative's step and the search's tolerance leave, wherever it begins: also with
+    valves so wide that no sample tells how wide."""
     log = square_log(noise_kPa=0.0)
-    found = fit_air([log], BELIEVED.scaled(0.2, 4.0), CHAMBERS[:1])
+    found = fit_air([log], BELIEVED.scaled(*start), CHAMBERS[:1])
     assert found.air.filling_mm3_per_s_kPa[0] == pytest.approx(78.0, rel=1e-4)
     assert found.air.venting_mm3_per_s_kPa[0] == pytest.approx(1100.0, rel=1e-4)
     assert found.sample_count == len(log.time_s) - 1

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 from helpers.published_pairs import PAPER_PAIRS
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.fem.part_model import PartModel
+from pneumorph.geometry.mesh import Mesh
+from pneumorph.hardware import bend_test
+from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.bend_test import MonotoneBend, equal_bend_pairs, read_bends, read_pairs
 from pneumorph.hardware.line_fit import fit_line
 from pneumorph.hardware.measured_table import read_measured_table
@@ -63,6 +70,28 @@ def test_equal_bends_are_found_on_a_known_curve() -> None:
     # a parabola to some hundredths of a kPa.
     np.testing.assert_array_equal(pairs.real_kPa, real[1:])
     np.testing.assert_allclose(pairs.simulated_kPa, simulated[1:], atol=0.05)
+
+
+@pytest.mark.parametrize("last", [(30.0, False), (15.0, True)])
+def test_the_curve_of_a_leg_ends_where_it_gives_way(
+    last: tuple[float, bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where no equilibrium is found, or one that is bent less: the leg has snapped."""
+
+    def held_bends(*_: object) -> Iterator[tuple[float, SimpleNamespace]]:
+        for bend, converged in ((10.0, True), (20.0, True), last, (40.0, True)):
+            yield bend, SimpleNamespace(converged=converged)
+
+    monkeypatch.setattr(bend_test, "held_bends", held_bends)
+    leg, mesh = cast(PartModel, None), cast(Mesh, None)  # only passed on
+    curve = bend_test.simulated_bend_curve(leg, mesh, 40.0, 10.0)
+    np.testing.assert_array_equal(curve.pressure_kPa, [0.0, 10.0, 20.0])
+    np.testing.assert_array_equal(curve.bend_deg, [0.0, 10.0, 20.0])
+
+
+def test_the_last_stair_of_a_bend_test_is_not_above_the_highest() -> None:
+    assert list(BendTestSettings(highest_kPa=30.0).pressures_kPa) == [10.0, 20.0, 30.0]
+    assert list(BendTestSettings(highest_kPa=34.0).pressures_kPa) == [10.0, 20.0, 30.0]
 
 
 def test_a_bend_beyond_the_simulated_leg_is_refused() -> None:

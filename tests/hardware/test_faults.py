@@ -17,6 +17,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,6 +29,7 @@ from pneumorph.hardware.analog_rig import AnalogRig
 from pneumorph.hardware.deployment import DeploymentReport, deploy
 from pneumorph.hardware.deployment_log import DeploymentLog, read_log
 from pneumorph.hardware.driver import WallClock
+from pneumorph.hardware.guardian import Guardian
 from pneumorph.hardware.rig import Channel, RigSettings, SafetySettings
 from pneumorph.hardware.schedule import plan_schedule
 
@@ -252,3 +254,23 @@ def _wait_for(condition: object, limit_s: float) -> None:
     while not condition():  # type: ignore[operator]
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.01)
+
+
+def test_a_guardian_is_gone_when_it_was_dismissed(
+    supply: ScpiInstrument, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its end is waited for, so that it is no zombie and holds no port when the next run begins."""
+    made: list[subprocess.Popen[bytes]] = []
+
+    class Noted(subprocess.Popen[bytes]):
+        def __init__(self, *arguments: Any, **named: Any) -> None:
+            super().__init__(*arguments, **named)
+            made.append(self)
+
+    monkeypatch.setattr(subprocess, "Popen", Noted)
+    guardian = Guardian(_rig(supply), tmp_path / "guardian.json")
+    guardian.beat()
+    guardian.dismiss(vented=True)
+    (process,) = made
+    assert process.returncode == 0
+    assert not (tmp_path / "guardian.json").exists()
