@@ -50,6 +50,8 @@ Progress = Callable[[int, int, str], None]
 
 # Rows gathered before one product with themselves: the matrix of normal equations is large.
 _BLOCK_ROWS = 256
+_SCALE_STATES = 24
+"""States that tell scales where none has its stiffness fitted."""
 
 
 @dataclass(frozen=True)
@@ -123,8 +125,9 @@ def ecsw(
     training = TrainingRows.build(
         groups, modes, mirror_nodes, rotation, linear_stiffness, mixed, relaxing
     )
-    # Evenly spread over the states, which are ordered by protocol and load.
-    spread = np.linspace(0, len(states) - 1, max(settings.stiffness_state_count, 1))
+    # Evenly spread over the states, which are ordered by protocol and load: the first, at rest,
+    # tells no scales.
+    spread = np.linspace(0, len(states) - 1, settings.stiffness_state_count or _SCALE_STATES)
     stiffness_states = set(np.unique(spread.astype(int)).tolist())
     scales = training.scales(states[sorted(stiffness_states)], settings.force_floor)
     if settings.stiffness_state_count == 0:
@@ -236,8 +239,10 @@ class TrainingRows:
             turn.append(sum(np.sum(d * (tangent @ d)) for d, tangent in turns) / 3.0)
             forces, _ = self.rows(state, unscaled, with_stiffness=False)
             sizes.append(_size(forces[:mode_count]))
-        # A part that is never stressed gives no turning stiffness; any scale will do then.
-        return RowScales(float(np.mean(turn)) ** 0.5 or 1.0, force_floor * max(sizes) or 1.0)
+        # A part that is never stressed gives no turning stiffness, or one that rounding makes
+        # negative; any scale will do then.
+        rotation = max(float(np.mean(turn)), 0.0) ** 0.5 or 1.0
+        return RowScales(rotation, force_floor * max(sizes) or 1.0)
 
     def rows(
         self, state: np.ndarray, scales: RowScales, *, with_stiffness: bool

@@ -68,6 +68,28 @@ def test_rows_are_the_reduced_force_moment_and_stiffness():
     assert np.allclose(stiffness.sum(axis=1), entries, rtol=1e-9, atol=1e-9)
 
 
+def test_moments_are_reproduced_where_no_stiffness_is_fitted_and_the_first_state_is_at_rest():
+    """Scales of rows come from the states: one at rest has a stiffness against turns of rounding's
+    size and sign."""
+    states = np.vstack([np.zeros(6), STATES])
+    result = ecsw(PART.element_groups, MODES, states, EcswSettings(0.01, stiffness_state_count=0))
+    weight = []
+    for group, cubature in zip(PART.element_groups, result.cubatures, strict=True):
+        weight.append(np.zeros(group.element_count))
+        weight[-1][cubature.index] = cubature.weight
+    training = TrainingRows.build(PART.element_groups, MODES, None, "edge")
+    scales = training.scales(STATES, 0.05)
+    error, size = [], []
+    for state in STATES:
+        forces, _ = training.rows(state, scales, with_stiffness=False)
+        every = forces.sum(axis=1)
+        error.append((forces @ np.concatenate(weight) - every)[6:] / np.linalg.norm(every))
+        size.append(every[6:] / np.linalg.norm(every))
+    # The tolerance bounds the mean square of forces and moments together.
+    assert np.linalg.norm(error) < 0.01 * len(STATES) ** 0.5
+    assert np.linalg.norm(size) > 0.05 * len(STATES) ** 0.5
+
+
 def test_mirrored_motion_of_the_sampled_part_is_mirrored():
     image = np.moveaxis(MODES[PART.mesh.mirror_nodes], 1, 2) * MIRROR
     parity = np.sign(np.einsum("nmi,nim->m", image, MODES))
@@ -108,7 +130,8 @@ def test_element_limit_is_kept_and_said():
 
 def test_a_state_of_weight_two_counts_as_four():
     """Squares of rows add up: an identity, to rounding."""
-    settings = EcswSettings(element_limit=40, stiffness_state_count=0)
+    # One state tells the scales, so that repeats do not change them.
+    settings = EcswSettings(element_limit=40, stiffness_state_count=1, stiffness_weight=0.0)
     repeated = np.concatenate([STATES[:3], np.repeat(STATES[3:4], 4, axis=0)])
     groups, mirror = PART.element_groups, PART.mesh.mirror_nodes
     weights = np.array([1.0, 1.0, 1.0, 2.0])
