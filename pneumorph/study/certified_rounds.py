@@ -151,12 +151,20 @@ def _ending(
         return "no new reduction: walks that differ did not come to their end as finite elements"
     if len(spec.modules) > 1:
         return "no new reduction: the robot has several kinds of modules"
+    if len(rounds) > 1 and _walk_files(rounds) == _walk_files(rounds[:-1]):
+        return "the two models part still, on walks that the leg was made from: no more can be had"
     if len(rounds) > limits.limit:
         return f"the two models part still: there were {limits.limit} new reductions at most"
     spent_s = sum(each.made_s for each in rounds) + sum(walk.wall_s for walk in walks.values())
     if spent_s >= limits.budget_s:
         return f"the two models part still: {spent_s:.0f} s of {limits.budget_s:.0f} were spent"
     return None
+
+
+def _walk_files(rounds: Sequence[CertifiedRound]) -> list[str]:
+    """Files of the states of all walks so far, each once, from the certificate's folder."""
+    walks = (walk for each in rounds for pair in each.pairs for walk in pair.full_order)
+    return list(dict.fromkeys(walk.states for walk in walks if walk.states is not None))
 
 
 def _reduced_again(
@@ -167,13 +175,12 @@ def _reduced_again(
     kept: Path,
 ) -> Reduction:
     """The leg, with all walks so far among its snapshots."""
-    walks = (walk for each in rounds for pair in each.pairs for walk in pair.full_order)
-    files = dict.fromkeys(walk.states for walk in walks if walk.states is not None)
+    files = _walk_files(rounds)
     made_of = spec.module.reduced.metadata.get("materials")
     return study_once(
         folder,
         Reduction,
-        {"reduction": settings, "walks": list(files)},
+        {"reduction": settings, "walks": files},
         lambda: reduce(
             spec,
             folder,

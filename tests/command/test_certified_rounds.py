@@ -193,6 +193,22 @@ def test_what_was_made_is_made_once(
     assert "agree, after 0 new reductions" in found.notes[-1]
 
 
+def test_no_leg_is_made_again_from_the_same_walks(
+    learned: Path, certified: Certificate, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Gaits that stay as they were walk as they did, so a second new leg would be the first."""
+    monkeypatch.setattr(certified_walks, "AGREED", {"cm": 1e-9})
+    monkeypatch.setattr(certified_walks, "AGREED_SHARE", 0.0)
+    monkeypatch.setattr(Trained, "of_run", lambda *_: None)
+    for made in ("full_order", "snapshots"):
+        shutil.copytree(learned / "certificate" / made, tmp_path / made)
+    settings = replace(SETTINGS, worst_world_count=0, rounds=RoundSettings(limit=3))
+    found = certify(learned, settings, folder=RunFolder(tmp_path, "certify"), reduction=REDUCTION)
+    assert [each.agrees for each in found.rounds] == [False, False]
+    assert "walks that the leg was made from" in found.notes[-2]
+    assert "gaits stayed as they were" in found.notes[-1]
+
+
 def test_the_verb_and_its_page_list_the_rounds(
     learned: Path, certified: Certificate, mesh_file: Path, tmp_path: Path
 ) -> None:
