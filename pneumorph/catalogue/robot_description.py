@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from pneumorph.base.artefact import ArtefactError
-from pneumorph.base.checked import Bounds, Checked, Positive
+from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import (
     laid_over,
@@ -21,19 +21,17 @@ from pneumorph.base.settings import (
     settings_from_dict,
     settings_to_dict,
 )
-from pneumorph.catalogue.built_module import CATALOGUE_FOLDER, BuiltModule
+from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
-from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.module_description import ModuleDescription
 from pneumorph.catalogue.mounting_check import check_module, check_mounted
-from pneumorph.catalogue.paper_leg import LegName, PhysicsName, leg_kind, masses_of, paper_leg
+from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
 from pneumorph.catalogue.paper_robot import ring_of_sites
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
 from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
-from pneumorph.fem.material import LegMaterials
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
@@ -41,73 +39,6 @@ from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.usual_design import usual_design
 from pneumorph.simulation.randomisation import Randomisation
-
-
-@dataclass(frozen=True)
-class ModuleDescription(Checked):
-    """A kind of module: a leg that ships, one of a catalogue, or a part of your own."""
-
-    catalogue: str | None = None
-    """Name of a module that `pneumorph catalogue build` has made; it says itself what it is."""
-
-    leg: LegName | None = None
-    """A leg that ships, by default the published one; of a part of your own the one that it bends
-    as: its pressures, and its material where the part does not say what it is made of."""
-    part: Path | None = None
-    """Reduced part, as `pneumorph reduce` writes it."""
-    mesh: Path | None = None
-    """Its mesh, as `pneumorph mesh` writes it; for finite elements, and where the part does not say
-    what of it is attached."""
-    materials: LegMaterials | None = None
-    """What it is made of, for finite elements; by default what its reduction says, or the leg."""
-    size_factor: Annotated[float, Bounds(least=0.01, most=100.0)] = 1.0
-    """All its lengths, the sheet's thickness among them, over those it was made with."""
-    mass_g: Positive | None = None
-    """Its mass [g]; by default what its reduction says, or what is cast of the leg that ships."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.catalogue is None:
-            return
-        for said in ("leg", "part", "mesh", "materials"):
-            if getattr(self, said) is not None:
-                raise ValueError(
-                    f"{said} is given beside catalogue = {self.catalogue!r}, expected one of them: "
-                    "the catalogue says what its module is"
-                )
-
-    def module(self, name: str, folder: Path, catalogue_folder: Path) -> Module:
-        """The module.
-
-        Args:
-            name: What summaries call it.
-            folder: Where the paths of files start.
-            catalogue_folder: Where modules of a catalogue were built.
-
-        Raises:
-            FileNotFoundError: The catalogue's module is not built there.
-        """
-        if self.catalogue is not None:
-            built = BuiltModule.find(self.catalogue, catalogue_folder)
-            return paper_leg(
-                built.leg,
-                built.part,
-                built.mesh,
-                built.materials,
-                Masses(leg_mass_g=self.mass_g),
-                size_factor=self.size_factor,
-                label=name,
-                shape=built.shape,
-            )
-        part, mesh = (None if path is None else folder / path for path in (self.part, self.mesh))
-        leg = self.leg or "published"
-        masses = replace(masses_of(leg) if part is None else Masses(), leg_mass_g=self.mass_g)
-        module = paper_leg(
-            leg, part, mesh, self.materials, masses, size_factor=self.size_factor, label=name
-        )
-        # Nobody has said how a part of one's own bends; the physics says what inflates it.
-        own = part is not None and self.leg is None
-        return replace(module, pressure_map=None) if own else module
 
 
 @dataclass(frozen=True)
