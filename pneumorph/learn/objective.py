@@ -42,6 +42,11 @@ class Objective(Checked):
     evaluation_worlds: Count = 32
     """Number of worlds, always the same, in which the policy's gaits are ranked at an evaluation,
     if designs walk in several worlds."""
+    nominal_until_timestep: CountOrNone = 0
+    """Until this timestep of a training whose designs walk in several worlds, each robot of a round
+    has a design of its own and walks in the nominal world: that is where gaits are found, and of
+    more designs. From then on designs walk in their worlds. 0: in worlds from the first round
+    on."""
     centring_rounds: CountOrNone = 0
     """Corrects scores for rounds whose worlds are easy or hard for all designs: scores are shifted
     by the difference between the round's mean over designs that did not fail and the mean of about
@@ -59,6 +64,11 @@ class Objective(Checked):
     def is_robust(self) -> bool:
         """Whether designs walk in several worlds each."""
         return self.worlds_per_design > 1
+
+    def worlds_at(self, timestep: int) -> int:
+        """Number of worlds in which each design of the round from a timestep of training on
+        walks."""
+        return 1 if timestep < self.nominal_until_timestep else self.worlds_per_design
 
     @property
     def said(self) -> str:

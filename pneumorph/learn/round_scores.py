@@ -50,7 +50,8 @@ class RoundScores:
         counted = np.where(failed, np.minimum(returns_cm, 0.0), returns_cm)
         by_world = counted.reshape(len(designs), -1)
         distances, fallen = list(by_world), list(failed.reshape(by_world.shape))
-        if self._objective.is_robust:
+        in_worlds = by_world.shape[1] > 1
+        if in_worlds:
             designs, places = self._joined(designs)
             distances, fallen = (
                 [np.concatenate([each[place] for place in at]) for at in places]
@@ -59,7 +60,8 @@ class RoundScores:
         scores = np.array([self._objective.of(each) for each in distances])
         failing, lost = (np.array([has(each) for each in fallen]) for has in (np.any, np.all))
         # How hard a round is for all, those say that came to the end of their walks.
-        scores = self.level.centred(scores, ~failing)
+        if in_worlds or not self._objective.is_robust:
+            scores = self.level.centred(scores, ~failing)
         # A hard round's shift is no merit of a design that failed in each of its worlds.
         scores = np.where(lost, np.minimum(scores, 0.0), scores)
         return ScoredRound(designs, scores, failing, self._metrics(by_world))
@@ -72,7 +74,7 @@ class RoundScores:
         return once, [np.flatnonzero(which == number) for number in range(len(once))]
 
     def _metrics(self, by_world: np.ndarray) -> dict[str, float]:
-        if not self._objective.is_robust:
+        if by_world.shape[1] == 1:
             return {}
         errors = self._objective.standard_error(by_world)
         return {

@@ -101,11 +101,11 @@ class Training:
             Metrics of the round.
         """
         # Algorithm 1, line 3.
-        objective = self.settings.objective
-        designs = self.distribution.sample(self.settings.designs_per_round, self._rng)
+        worlds = self.settings.objective.worlds_at(self.timestep)
+        designs = self.distribution.sample(self.settings.environment_count // worlds, self._rng)
         # Robot i walks in world i modulo their number, so each design in all of them.
         returns, failed, losses = self.walk_and_learn(
-            np.repeat(designs, objective.worlds_per_design), self.settings.updates_per_vector_step
+            np.repeat(designs, worlds), self.settings.updates_per_vector_step
         )
         found = self._scores.of(designs, returns, failed)
         self._update_distribution(found.designs, found.scores_cm, found.failing)

@@ -74,6 +74,11 @@ class World:
     ground_seed: int = 0
     """Which surface of that roughness it is."""
 
+    @classmethod
+    def nominal(cls, physics: Physics) -> World:
+        """The world as physics have it, with regulators that do not lag."""
+        return cls(physics.friction, 1.0, 1.0, 0.0, physics.floor_slope_deg)
+
     def applied_to(self, physics: Physics) -> Physics:
         """Physics of this world; what is said of the legs is the robots', the lag the command's."""
         by_surface = {**dict(physics.friction_by_surface), **dict(self.friction_by_surface)}

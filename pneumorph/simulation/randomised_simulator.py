@@ -39,6 +39,7 @@ class RandomisedSimulator:
         thread_count: Threads of the engine; 0 takes every processor.
         make: Makes what simulates robots in worlds, as `simulator_in_worlds` does, somewhere else;
             None for this process.
+        nominal_until: What is redrawn by a lower number is the nominal world.
 
     Raises:
         ValueError: No robot or no world.
@@ -54,6 +55,7 @@ class RandomisedSimulator:
         stepper: StepperSettings | None = None,
         thread_count: int = 0,
         make: Callable[[Sequence[Robot], Sequence[World]], Any] | None = None,
+        nominal_until: int = 0,
     ) -> None:
         if world_count < 1:
             raise ValueError(f"world_count is {world_count}, expected at least 1")
@@ -61,13 +63,18 @@ class RandomisedSimulator:
         self._make = make or partial(
             simulator_in_worlds, physics=physics, stepper=stepper, thread_count=thread_count
         )
+        self._nominal, self._nominal_until = World.nominal(physics), nominal_until
         self._simulator: LaggingSimulator | None = None
         self._robots: Sequence[Robot] = robots
         self.redraw(0)
 
     def redraw(self, number: int) -> None:
         """Draw the worlds of a number and put every robot back to its start in them."""
-        self.worlds = worlds_of_round(self._randomisation, self._seed, number, self._world_count)
+        count = self._world_count
+        if number < self._nominal_until:
+            self.worlds = [self._nominal] * count
+        else:
+            self.worlds = worlds_of_round(self._randomisation, self._seed, number, count)
         self.set_robots(self._robots)
 
     def set_robots(self, robots: Sequence[Robot]) -> None:

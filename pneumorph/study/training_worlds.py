@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pneumorph.base.checked import Checked, Count
+from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
 from pneumorph.learn.objective import Objective
@@ -22,6 +22,8 @@ class TrainingWorlds(Checked):
     """What they are drawn from."""
     world_count: Count = 8
     """Worlds side by side in a round."""
+    nominal_until: CountOrNone = 0
+    """Timestep of training until which all robots walk in the nominal world."""
 
     @classmethod
     def of_objective(
@@ -34,8 +36,9 @@ class TrainingWorlds(Checked):
             objective: What designs are ranked by.
             world_count: Worlds where designs walk in one each.
         """
-        robust = objective.is_robust
-        return cls(randomisation, objective.worlds_per_design if robust else world_count)
+        if not objective.is_robust:
+            return cls(randomisation, world_count)
+        return cls(randomisation, objective.worlds_per_design, objective.nominal_until_timestep)
 
     def as_dict(self) -> dict[str, Any]:
         """Distributions and count by name, for summaries and checkpoints."""
@@ -43,6 +46,7 @@ class TrainingWorlds(Checked):
         return {
             **self.randomisation.described(),
             "world_count": self.world_count,
+            **({"nominal_until": self.nominal_until} if self.nominal_until else {}),
             **({"reduction_digests": digests} if digests else {}),
         }
 
@@ -68,6 +72,7 @@ def simulator_factory(
             seed,
             worlds.world_count,
             make=spec.simulator_in_worlds,
+            nominal_until=worlds.nominal_until,
         )
 
     return make

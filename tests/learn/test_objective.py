@@ -133,6 +133,21 @@ def test_a_rounds_designs_walk_in_the_same_worlds() -> None:
     )
 
 
+def test_rounds_in_the_nominal_world_have_a_design_for_each_robot() -> None:
+    """One round of three actions by sixteen robots, and then designs in four worlds each."""
+    trained = training(replace(ROBUST, nominal_until_timestep=1, centring_rounds=3))
+    metrics = trained.run_round()
+    designs = [SPACE.index(design) for design in trained.environment.designs]
+    assert len(set(designs)) > 4
+    assert "round_score_cm" not in metrics
+    # What is no mean over worlds does not say how hard later rounds are.
+    assert trained._scores.level.level_cm is None
+    assert trained.run_round()["score_standard_error_cm"] > 0.0
+    assert trained._scores.level.level_cm is not None
+    designs = trained.environment.designs
+    assert all(designs[4 * i : 4 * i + 4] == (designs[4 * i],) * 4 for i in range(4))
+
+
 def test_gaits_are_ranked_by_the_objective_over_worlds_of_their_own() -> None:
     """Each pair's gait walked again in the worlds of an evaluation."""
     trained = training()

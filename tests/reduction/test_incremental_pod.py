@@ -171,6 +171,13 @@ def test_compressed_snapshots_are_within_their_error(tolerance: float, tmp_path)
     assert np.abs(factors.T @ factors - products).max() < 1e-5 * np.abs(products).max()
 
 
+def test_of_a_leg_at_rest_nothing_is_left_out() -> None:
+    compressor = SnapshotCompressor(METRIC, 0.1)
+    compressor.add(np.zeros((1, *PART.mesh.nodes.shape)))
+    found = compressor.finish(np.zeros(1), np.zeros(1, dtype=int), {"mesh_digest": "a"})
+    assert found.metadata["relative_error"] == 0.0
+
+
 def test_impossible_tolerances_and_states_are_refused() -> None:
     with pytest.raises(ValueError, match="tolerance must lie between 0 and 1"):
         IncrementalPod(METRIC, 0.0)

@@ -13,9 +13,11 @@ from helpers.synthetic_part import synthetic_part, synthetic_reduced_part, vibra
 from pneumorph.base.artefact import ArtefactError, save_artefact
 from pneumorph.fem.material import Material
 from pneumorph.reduction.assemble import assemble_reduced_part
+from pneumorph.reduction.errors import force_errors
 from pneumorph.reduction.modal_equilibrium import modal_equilibrium
 from pneumorph.reduction.part_file import FORMAT_VERSION
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.scaled_part import scaled_part
 
 PART = synthetic_part()
 MODE_COUNT = 8
@@ -95,6 +97,36 @@ def test_equilibrium_reports_that_it_did_not_converge():
     result = modal_equilibrium(REDUCED, 50.0, iteration_limit=1)
     assert not result.converged
     assert result.iterations == 1
+
+
+def test_without_a_load_a_part_comes_back_to_rest_in_as_many_steps_as_it_says():
+    start = 0.1 * large_state()
+    found = modal_equilibrium(REDUCED, 0.0, start=start)
+    assert found.converged
+    assert np.abs(found.alpha).max() < 1e-9
+    within = [
+        modal_equilibrium(REDUCED, 0.0, start=start, iteration_limit=limit).converged
+        for limit in (found.iterations - 1, found.iterations)
+    ]
+    assert within == [False, True]
+
+
+def test_mass_may_lie_on_a_line():
+    """Rounding makes its spread across the line negative: as little is no negative mass."""
+    across, along = -1e-10, 1e3
+    moments = {"first_moment": np.zeros(3), "second_moment": np.diag([across, 0.0, along])}
+    moments["second_moment"] = REDUCED.mass * moments["second_moment"]
+    assert dataclasses.replace(REDUCED, **moments).mass == REDUCED.mass
+    moments["second_moment"] = REDUCED.mass * np.diag([-1.0, 0.0, along])
+    with pytest.raises(ValueError, match="spread the mass by -1 mm"):
+        dataclasses.replace(REDUCED, **moments)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6])
+def test_errors_of_forces_are_relative_however_small_they_are(size):
+    stiffer = scaled_part(REDUCED, modulus_factor=1.1)
+    errors = force_errors(stiffer, REDUCED, size * np.stack([large_state(0), large_state(1)]))
+    np.testing.assert_allclose(errors, 0.1, rtol=1e-6)
 
 
 def test_contact_points_follow_the_solid():

@@ -313,6 +313,18 @@ def test_robots_live_in_their_worlds_and_draws_repeat() -> None:
     np.testing.assert_array_equal(simulator.status, np.zeros(4))
 
 
+def test_worlds_below_a_number_are_the_nominal_one() -> None:
+    robots, physics = [paper_robot("published").assembly(DESIGN)], Physics(friction=0.7)
+    plain = _walked(BatchedSimulator(robots, physics, thread_count=1))
+    simulator = RandomisedSimulator(robots, physics, Randomisation(), 5, 1, nominal_until=10)
+    found = {}
+    for number in (9, 10, 3):
+        simulator.redraw(number)
+        found[number] = _walked(simulator)
+    assert found[9] == found[3] == plain
+    assert found[10] != plain
+
+
 def test_the_environment_redraws_by_its_seed_alone() -> None:
     task = CrawlingTask(action_count=2, action_step_count=20)
 

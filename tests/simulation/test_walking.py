@@ -67,6 +67,16 @@ def test_contact_forces_carry_a_resting_robot_as_pressed_points_stand_still():
     assert speed.max() < 1e-3 * 9800.0 * physics.time_step_s
 
 
+def test_frames_are_told_by_their_time_and_command():
+    robot = Robot(HUB, (Mount(PART, Pose(np.eye(3), np.zeros(3)), (0,)),))
+    reduced = ReducedRobot(robot, PHYSICS, STEPPER)
+    commands = np.stack([np.arange(7.0), np.zeros(7)], axis=1)
+    _, seen = reduced.rollout(reduced.initial_state(), commands, record_every=3)
+    np.testing.assert_allclose(seen.time_s, PHYSICS.time_step_s * np.array([0, 3, 6, 7]))
+    # The command that led to each frame; the first has that which follows.
+    np.testing.assert_array_equal(seen.commanded_kPa[:, 0], [0.0, 2.0, 5.0, 6.0])
+
+
 def test_a_settling_robot_loses_energy():
     """Without pressure, elastic, gravitational and kinetic energy together never grow.
 
