@@ -13,6 +13,7 @@ experiment).
 By default robots have measured material properties, and every round walks in worlds drawn from the
 ranges of what nobody has measured (--randomize, --randomisation). Every design walks in four worlds
 (--objective.worlds-per-design), and --objective.kind over them ranks designs, finalists and gaits;
+quick begins in the nominal world (--objective.nominal-until-timestep).
 score_standard_error_cm in the metrics is the uncertainty that the draw leaves. At the end the best
 pairs are certified in worlds that training never saw (--certified-world-count; see `pneumorph
 certify`). With --certify they also walk as finite elements, and where the two models differ the leg
