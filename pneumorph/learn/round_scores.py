@@ -59,7 +59,8 @@ class RoundScores:
             )
         scores = np.array([self._objective.of(each) for each in distances])
         failing, lost = (np.array([has(each) for each in fallen]) for has in (np.any, np.all))
-        # How hard a round is for all, those say that came to the end of their walks.
+        # How hard a round is for all, those say that came to the end of their walks; rounds in the
+        # nominal world say nothing of it.
         if in_worlds or not self._objective.is_robust:
             scores = self.level.centred(scores, ~failing)
         # A hard round's shift is no merit of a design that failed in each of its worlds.

@@ -4,7 +4,7 @@
 
 Robots walk every corner of their pressures, as the paper's do, but only six of the 255. Modes and
 elements are as many as the paper's tolerances ask for. The leg walks the four test animations
-beside finite elements, which ship, and the leg that ships. Half an hour of a processor; the same
+beside finite elements, which ship, and the leg that ships. Ten minutes of a processor; the same
 call goes on where it was stopped. Writes reduction/ and compare/ with their summary.json.
 """
 
