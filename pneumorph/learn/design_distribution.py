@@ -147,11 +147,22 @@ class DesignDistribution:
         failing: Designs whose newest episode failed, (design,) bool.
     """
 
-    def __init__(self, design_count: int, schedule: EntropySchedule) -> None:
-        """Start uniform over ``design_count`` designs, all with the schedule's initial score."""
+    def __init__(
+        self, design_count: int, schedule: EntropySchedule, twin: Callable[[int], int] = int
+    ) -> None:
+        """Start uniform over ``design_count`` designs, all with the schedule's initial score.
+
+        Args:
+            design_count: How many designs.
+            schedule: Of the entropy.
+            twin: Gives the same index of two designs that count as one (`DesignSpace.twin`).
+
+        Raises:
+            ValueError: There is no design.
+        """
         if design_count < 1:
             raise ValueError(f"design_count is {design_count}, expected at least 1")
-        self.schedule = schedule
+        self.schedule, self._twin = schedule, twin
         self.scores = np.full(design_count, schedule.initial_score_cm)
         self.failing = np.zeros(design_count, dtype=bool)
         self.inverse_temperature = 0.0
@@ -227,14 +238,20 @@ class DesignDistribution:
         value: Callable[[np.ndarray], np.ndarray] | None,
         rng: np.random.Generator,
     ) -> np.ndarray:
-        """Indices of the designs of highest score, at most (count,), the highest first.
+        """Indices of the designs of highest score, at most (count,), the highest first; one of
+        those that count as one.
 
         Args:
             count: How many.
             value: What the critic expects of designs by their indices; the scores tell here.
             rng: Draws nothing here: all designs are compared.
         """
-        return np.argsort(-self.scores, kind="stable")[:count]
+        found: dict[int, int] = {}
+        for design in np.argsort(-self.scores, kind="stable").tolist():
+            found.setdefault(self._twin(design), design)
+            if len(found) == count:
+                break
+        return np.array(list(found.values()), dtype=np.int64)
 
     def said(self) -> dict[str, float | list[float]]:
         """What metrics say of the scores."""

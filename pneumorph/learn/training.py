@@ -70,7 +70,11 @@ class Training:
                 self.space, settings.schedule, settings.factored, settings.mirrored_scores
             )
             if settings.is_factored
-            else DesignDistribution(len(self.space), settings.schedule)
+            else DesignDistribution(
+                len(self.space),
+                settings.schedule,
+                self.space.twin if settings.mirrored_scores else int,
+            )
         )
         symmetric = self.environment.is_symmetric
         self.best = BestPairs(self.space, settings.kept_pair_count, symmetric)

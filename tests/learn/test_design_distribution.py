@@ -90,6 +90,21 @@ def test_newest_return_replaces_a_score() -> None:
     np.testing.assert_array_equal(distribution.scores, [0.0, 3.0, -1.0])
 
 
+def test_candidates_are_the_highest_one_of_images() -> None:
+    """1 and 3 are images, as are 0 and 4; 2 is its own."""
+    twins = {0: 0, 1: 1, 2: 2, 3: 1, 4: 0}
+    scores = np.array([5.0, 9.0, 1.0, 9.5, 5.0])
+    for twin, expected in ((twins.__getitem__, [3, 0, 2]), (int, [3, 1, 0])):
+        distribution = DesignDistribution(5, PAPER, twin)
+        distribution.record(np.arange(5), scores)
+        rng = np.random.default_rng(0)
+        np.testing.assert_array_equal(distribution.candidates(3, None, rng), expected)
+        np.testing.assert_array_equal(distribution.candidates(1, None, rng), expected[:1])
+    with_images = DesignDistribution(5, PAPER, twins.__getitem__)
+    with_images.record(np.arange(5), scores)
+    assert len(with_images.candidates(5, None, rng)) == 3
+
+
 def test_bad_input_is_refused() -> None:
     with pytest.raises(ValueError, match=r"returns\[1\] is nan, expected finite"):
         DesignDistribution(2, PAPER).record(np.array([0, 1]), np.array([1.0, np.nan]))

@@ -63,6 +63,8 @@ def test_policy_learned_and_not_the_dice() -> None:
         assert pairs[0].source == "policy"
         distances = [pair.distance_cm for pair in pairs]
         assert distances == sorted(distances, reverse=True)
+        twins = [SPACE.twin(index) for index in range(len(SPACE))]
+        assert sorted(twins[pair.design] for pair in pairs) == sorted(set(twins))
         furthest = best_distances_cm().max()
         return bool(
             metrics[-1]["return_mean_cm"] > 0.4 * furthest and distances[0] > 0.55 * furthest
