@@ -76,6 +76,31 @@ def test_cma_finds_the_best_gait_of_each_design(tmp_path: Path) -> None:
         assert 0.85 * best[design] < distance_cm < 1.05 * best[design]
 
 
+def test_a_search_of_gaits_begins_around_half_the_highest_pressure() -> None:
+    """Half of a normal distribution of deviation 0.5 lies within 0.337 of its mean: a gait's number
+    there is sin(0.337 pi / 2)."""
+    asked = GaitSearch(range(40), TASK, GaitSearchSettings(), seed=0).ask()
+    within = np.abs(asked.action) < np.sin(0.5 * np.pi * 0.6745 * 0.5)
+    # Four standard deviations of a share of that many numbers.
+    assert np.mean(within) == pytest.approx(0.5, abs=2.0 / np.sqrt(within.size))
+    assert np.mean(asked.action) == pytest.approx(0.0, abs=2.4 / np.sqrt(within.size))
+
+
+def test_progress_counts_from_where_a_search_goes_on(tmp_path: Path) -> None:
+    """So that the time left is of the walks that are made now."""
+    for timesteps, first in ((20 * TASK.action_count, 0), (60 * TASK.action_count, 20)):
+        told: list[int] = []
+        search(
+            "random",
+            timesteps,
+            tmp_path,
+            progress=lambda done, total, message, told=told: told.append(done),
+        )
+        assert told[0] == first * TASK.action_count
+        assert told == sorted(told)
+        assert told[-1] == timesteps
+
+
 def test_genetic_algorithm_finds_the_best_design_and_beats_random_search(tmp_path: Path) -> None:
     best = best_distances_cm()
     timesteps = 150 * 20 * TASK.action_count

@@ -65,6 +65,16 @@ def test_a_part_and_its_image_get_the_same_mount() -> None:
     np.testing.assert_allclose(np.linalg.inv(both), expected, atol=1e-6 * expected.max())
 
 
+def test_a_coarse_hub_is_stiff_but_not_beyond_bounds() -> None:
+    """Eight nodes cannot move sixteen points apart: there the hub is 10^4 times as stiff as in its
+    softest direction, whatever rounding leaves of a compliance of zero."""
+    hub = PartModel(box_mesh((40.0, 4.0, 4.0), (1, 1, 1)), Material(500.0, 0.0), 0.02)
+    points = np.stack(np.meshgrid([4.0, 8.0, 30.0, 36.0], [1.0, 3.0], [1.0, 3.0]), -1)
+    stiffness = mount_stiffness(hub, points.reshape(-1, 3), [Pose(np.eye(3), np.zeros(3))])
+    values = np.linalg.eigvalsh(stiffness)
+    assert values[-1] / values[0] == pytest.approx(1e4, rel=1e-6)
+
+
 def test_a_part_feels_its_mount_at_the_attachment_alone() -> None:
     part = synthetic_part((6, 4, 4))
     held = vibration_modes(part, 4)
