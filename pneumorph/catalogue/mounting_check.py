@@ -83,12 +83,16 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
                 )
             points = pose.apply(module.reduced.rest_nodes)
             within = points[_inside(points, nodes, skin)]
-            depth = max((distance_to(point, nodes[skin]) for point in within), default=0.0)
+            depths = [distance_to(point, nodes[skin]) for point in within]
+            depth = max(depths, default=0.0)
             if depth > tolerance_mm:
+                deepest = np.round(within[int(np.argmax(depths))], 1).tolist()
+                bottom, top = nodes[:, 2].min(), nodes[:, 2].max()
                 raise ValueError(
-                    f"module {module.name} at {where} is up to {depth:.1f} mm inside the hub, "
-                    f"expected at most {tolerance_mm:g}: does the site's x axis point away from "
-                    "the hub? Turn or move it, or allow it by mounting_tolerance_mm"
+                    f"module {module.name} at {where} is up to {depth:.1f} mm inside the hub, at "
+                    f"{deepest} mm, expected at most {tolerance_mm:g}: does the site's x axis "
+                    f"point away from the hub, whose height is from {bottom:g} to {top:g} mm? Turn "
+                    "or move the site, or allow it by mounting_tolerance_mm"
                 )
 
 
