@@ -130,8 +130,11 @@ def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
             Circle((0, 0), hub.well_radius_mm, facecolor="white", edgecolor=INK_COLOUR,
                    linewidth=0.7, zorder=3)
         )  # fmt: skip
+    taken = [seat.face_mm for seat in robot.seats if seat.leg is not None]
     for seat in robot.seats:
-        _label(axes, seat, hub, unit)
+        # Of sites in one place, of which one may carry a leg, the others are not free.
+        if seat.leg is not None or all(np.abs(seat.face_mm - each).max() > 1.0 for each in taken):
+            _label(axes, seat, hub, unit)
     axes.annotate(
         "forward", (172 * unit, 172 * unit), (120 * unit, 172 * unit), fontsize=8, va="center",
         arrowprops={"arrowstyle": "->", "color": INK_COLOUR}, zorder=6,

@@ -94,3 +94,7 @@ def test_the_drawing_is_to_scale() -> None:
     assert "crawling robot 1.2.3.0.0.0.0.1" in shown
     assert "1: regulator 2" in shown
     assert "4: free" in shown
+    twice = replace(asked, seats=(*asked.seats, replace(asked.seats[1], location=8, leg=None)))
+    labels = [text.get_text() for text in assembly_drawing(twice, parts, tubes).axes[0].texts]
+    assert "4: free" in labels
+    assert "8: free" not in labels, "there is a leg"
