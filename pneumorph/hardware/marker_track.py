@@ -2,25 +2,30 @@
 
 Four formats are told apart by their header:
 
-- ours: ``time_s,x_mm,y_mm`` (units of the header, see `measured_table`);
+- ours: ``time_s,x_mm,y_mm`` (units of the header, see `measured_table`), with ``turned_deg`` where
+  it is known how far the robot has turned to the left;
 - Tracker (Open Source Physics): a line with the mass's name, then ``t,x,y``;
 - DeepLabCut: three header rows ``scorer``, ``bodyparts``, ``coords`` with x, y, likelihood;
 - SLEAP: ``track,frame_idx,instance.score,NODE.x,NODE.y,NODE.score``.
 
-The last three give pixels, or whatever unit their user chose: `VideoSettings` turns them into mm.
+The last three give pixels, or whatever unit their user chose: `VideoSettings` turns them into mm. A
+second marker in front of the first tells how the robot turns.
 """
 
 from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from pneumorph.base.artefact import read_text, reading, write_atomically
 from pneumorph.base.checked import Checked, Positive, rises
+from pneumorph.environment.goal import Goal
 from pneumorph.hardware.measured_table import read_measured_table
 
 
@@ -42,6 +47,9 @@ class VideoSettings(Checked):
     marker: str = ""
     """Name of the body part or node to follow (DeepLabCut, SLEAP); empty: the first in the
     table."""
+    marker_ahead: str = ""
+    """Name of a second one in front of it (DeepLabCut, SLEAP): the robot faces from the first to
+    the second, which tells how far it turns; empty: the turn is not known."""
     least_likelihood: float = 0.6
     """Points that the tracker rates less likely than this, 0 to 1, are left out."""
 
@@ -53,6 +61,8 @@ class MarkerTrack:
     Attributes:
         time_s: Times since the gait's start, rising [s], (frame,).
         position_mm: Forward (x) and leftward (y) place [mm], (frame, 2).
+        turned_deg: Turn to the left, whole circles counted [degrees], (frame,); None where one
+            marker alone was followed.
 
     Raises:
         ValueError: Fewer than two points, or times that do not rise.
@@ -60,6 +70,7 @@ class MarkerTrack:
 
     time_s: np.ndarray
     position_mm: np.ndarray
+    turned_deg: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         if len(self.time_s) < 2:
@@ -74,10 +85,23 @@ class MarkerTrack:
 
         Before the first and after the last point the nearest point counts.
         """
-        x = np.interp(time_s, self.time_s, self.position_mm[:, 0])
-        start = np.interp(0.0, self.time_s, self.position_mm[:, 0])
-        travel: np.ndarray = (x - start) / 10.0
-        return travel
+        return self._since_start(self.position_mm[:, 0], time_s) / 10.0
+
+    def achieved(self, goal: Goal, time_s: float) -> float | None:
+        """How much of a goal was achieved at a time since the gait's start [its unit]; None where
+        the track does not tell, as of a turn where one marker alone was followed."""
+        if goal.turns and self.turned_deg is None:
+            return None
+        at = np.array([time_s])
+        turned = np.zeros(len(self.time_s)) if self.turned_deg is None else self.turned_deg
+        left_cm = self._since_start(self.position_mm[:, 1], at) / 10.0
+        return float(goal.of(self.forward_cm(at), left_cm, self._since_start(turned, at))[0])
+
+    def _since_start(self, value: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+        change: np.ndarray = np.interp(time_s, self.time_s, value) - np.interp(
+            0.0, self.time_s, value
+        )
+        return change
 
 
 def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTrack:
@@ -99,16 +123,17 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
     head = rows[0] if rows else []
     try:
         if any(name.startswith(("time_", "x_")) for name in head):
-            table = read_measured_table(path, {"time": "s", "x": "mm", "y": "mm"})
-            return MarkerTrack(table["time"], np.column_stack([table["x"], table["y"]]))
+            turned = {"turned": "deg"} if any(name.startswith("turned_") for name in head) else {}
+            table = read_measured_table(path, {"time": "s", "x": "mm", "y": "mm", **turned})
+            position_mm = np.column_stack([table["x"], table["y"]])
+            return MarkerTrack(table["time"], position_mm, table.get("turned"))
         if head and head[0] == "scorer":
-            return _placed(*_deeplabcut(rows, video), video)
+            return _track_of(lambda marker: _deeplabcut(rows, marker, video), video)
         if "frame_idx" in head:
-            return _placed(*_sleap(rows, video), video)
+            return _track_of(lambda marker: _sleap(rows, marker, video), video)
         for place in range(min(2, len(rows))):
             if rows[place][:3] == ["t", "x", "y"]:
-                values = np.array([[float(v) for v in row[:3]] for row in rows[place + 1 :]])
-                return _placed(values[:, 0], values[:, 1:], video)
+                return _track_of(partial(_tracker, rows[place + 1 :]), video)
     except (ValueError, IndexError) as error:
         raise ValueError(f"track {path}: {error}") from error
     raise ValueError(
@@ -119,15 +144,57 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
 
 def write_track(path: Path | str, track: MarkerTrack) -> Path:
     """Write a track in the package's own format."""
-    lines = ["time_s,x_mm,y_mm"]
-    for time_s, (x, y) in zip(track.time_s, track.position_mm, strict=True):
-        lines.append(f"{time_s:.6g},{x:.6g},{y:.6g}")
+    known = track.turned_deg is not None
+    columns = [track.time_s, *track.position_mm.T, *([track.turned_deg] if known else [])]
+    lines = ["time_s,x_mm,y_mm" + (",turned_deg" if known else "")]
+    lines += [",".join(f"{value:.6g}" for value in row) for row in zip(*columns, strict=True)]
     return write_atomically(path, lambda stream: stream.write(("\n".join(lines) + "\n").encode()))
 
 
-def _deeplabcut(rows: list[list[str]], video: VideoSettings) -> tuple[np.ndarray, np.ndarray]:
+def _track_of(
+    followed: Callable[[str], tuple[np.ndarray, np.ndarray]], video: VideoSettings
+) -> MarkerTrack:
+    """The track of the marker, with the turn where a second one is followed.
+
+    Args:
+        followed: Gives the times (frame,) and the picture's points (frame, 2) of a marker by its
+            name, empty for the first; NaN where it was not seen.
+        video: What the picture means.
+    """
+    time_s, place_mm = _placed(*followed(video.marker), video)
+    if not video.marker_ahead:
+        return MarkerTrack(time_s, place_mm)
+    ahead_s, ahead_mm = _placed(*followed(video.marker_ahead), video)
+    both_s, first, second = np.intersect1d(time_s, ahead_s, return_indices=True)
+    if not len(both_s):
+        raise ValueError(
+            f"marker_ahead {video.marker_ahead!r} is in no frame together with the marker, "
+            "expected both in some: the turn is the direction from one to the other"
+        )
+    facing = ahead_mm[second] - place_mm[first]
+    if not facing.any(axis=1).all():
+        raise ValueError(
+            f"marker_ahead {video.marker_ahead!r} lies on the marker, expected another marker in "
+            "front of it: the turn is the direction from one to the other"
+        )
+    turned = np.unwrap(np.degrees(np.arctan2(facing[:, 1], facing[:, 0])), period=360.0)
+    return MarkerTrack(both_s, place_mm[first], turned)
+
+
+def _tracker(rows: list[list[str]], marker: str) -> tuple[np.ndarray, np.ndarray]:
+    if marker:
+        raise ValueError(
+            f"marker {marker!r} is asked for, expected none: a table of Tracker is of one mass"
+        )
+    values = np.array([[float(value) for value in row[:3]] for row in rows])
+    return values[:, 0], values[:, 1:]
+
+
+def _deeplabcut(
+    rows: list[list[str]], marker: str, video: VideoSettings
+) -> tuple[np.ndarray, np.ndarray]:
     parts, coordinates = rows[1], rows[2]
-    name = _marker(sorted(set(parts[1:]), key=parts.index), video.marker)
+    name = _marker(sorted(set(parts[1:]), key=parts.index), marker)
     column = {c: i for i, c in enumerate(coordinates) if parts[i] == name}
     times, points = [], []
     for row in rows[3:]:
@@ -140,10 +207,12 @@ def _deeplabcut(rows: list[list[str]], video: VideoSettings) -> tuple[np.ndarray
     return np.array(times), np.array(points).reshape(-1, 2)
 
 
-def _sleap(rows: list[list[str]], video: VideoSettings) -> tuple[np.ndarray, np.ndarray]:
+def _sleap(
+    rows: list[list[str]], marker: str, video: VideoSettings
+) -> tuple[np.ndarray, np.ndarray]:
     head = rows[0]
     nodes = [c.removesuffix(".x") for c in head if c.endswith(".x")]
-    name = _marker(nodes, video.marker)
+    name = _marker(nodes, marker)
     x, y, frame = head.index(f"{name}.x"), head.index(f"{name}.y"), head.index("frame_idx")
     score = head.index(f"{name}.score") if f"{name}.score" in head else None
     times, points = [], []
@@ -167,11 +236,14 @@ def _number(text: str) -> float:
     return float(text) if text else math.nan
 
 
-def _placed(time_s: np.ndarray, points: np.ndarray, video: VideoSettings) -> MarkerTrack:
-    """Turn a picture's points into forward and leftward millimetres since the gait's start."""
+def _placed(
+    time_s: np.ndarray, points: np.ndarray, video: VideoSettings
+) -> tuple[np.ndarray, np.ndarray]:
+    """Turn the points of a picture where a marker was seen into times since the gait's start and
+    forward and leftward millimetres."""
     seen = np.isfinite(points).all(axis=1)
     points = points[seen] / video.units_per_mm * np.array([1.0, -1.0 if video.y_down else 1.0])
     angle = math.radians(video.heading_deg)
     forward = np.array([math.cos(angle), math.sin(angle)])
     left = np.array([-math.sin(angle), math.cos(angle)])
-    return MarkerTrack(time_s[seen] - video.start_s, points @ np.column_stack([forward, left]))
+    return time_s[seen] - video.start_s, points @ np.column_stack([forward, left])

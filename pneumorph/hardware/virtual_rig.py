@@ -61,6 +61,9 @@ class VirtualRigSettings(Checked):
     """Frame rate of the virtual camera that tracks the marker [1/s]."""
     marker_noise_mm: NotNegative = 0.2
     """Standard deviation of the noise on the tracked marker position [mm]."""
+    marker_distance_mm: Positive = 40.0
+    """Distance from the marker to one in front of it, by which the camera sees the robot turn
+    [mm]."""
     bend_noise_deg: NotNegative = 0.5
     """Standard deviation of the noise on each measured bend, with --bend-test [degrees]."""
     friction_between_trials: NotNegative = 0.02
@@ -228,6 +231,7 @@ class VirtualRig:
         self._state: Any = None
         self._steps = 0
         self._places: list[np.ndarray] = []
+        self._facing: list[np.ndarray] = []
         self.clock = VirtualClock(self._advance_to)
 
     def open(self) -> None:
@@ -237,6 +241,7 @@ class VirtualRig:
             self.robot.initial_state(), rest, record_every=len(rest), record_nodes=False
         )
         self._places = [trajectory.tracked_point_mm[-1]]
+        self._facing = [trajectory.hub_rotation[-1, :2, 0]]
 
     def command(self, pressure_kPa: np.ndarray) -> None:
         """Set every regulator [real kPa]."""
@@ -260,13 +265,17 @@ class VirtualRig:
         """What the camera saw, from the opening of the rig."""
         settings = self._settings
         every = 1.0 / (settings.frames_per_second * self._step_s)
-        places = np.array(self._places)[:, :2]
+        # Of both markers: forward and left of the first, then of the one ahead from there.
+        ahead = settings.marker_distance_mm * np.array(self._facing)
+        places = np.column_stack([np.array(self._places)[:, :2], ahead])
         frames = np.arange(0.0, len(places) - 1e-9, every)
-        seen = np.column_stack(
-            [np.interp(frames, np.arange(len(places)), places[:, axis]) for axis in (0, 1)]
-        )
-        seen += settings.marker_noise_mm * self._rng.standard_normal(seen.shape)
-        return MarkerTrack(frames * self._step_s, seen)
+        steps = np.arange(len(places))
+        seen = np.column_stack([np.interp(frames, steps, each) for each in places.T])
+        noise = settings.marker_noise_mm * self._rng.standard_normal((2, len(frames), 2))
+        seen[:, :2] += noise[0]
+        seen[:, 2:] += noise[1] - noise[0]
+        turned = np.unwrap(np.degrees(np.arctan2(seen[:, 3], seen[:, 2])), period=360.0)
+        return MarkerTrack(frames * self._step_s, seen[:, :2], turned)
 
     def _advance_to(self, time_s: float) -> None:
         count = round(time_s / self._step_s) - self._steps
@@ -286,6 +295,7 @@ class VirtualRig:
         if trajectory.status != "completed":
             raise DriverError(f"the virtual robot's simulation {trajectory.status}")
         self._places.extend(trajectory.tracked_point_mm[1:])
+        self._facing.extend(trajectory.hub_rotation[1:, :2, 0])
 
     def _quantised(self, pressure: np.ndarray) -> np.ndarray:
         step = self._settings.resolution_kPa

@@ -18,6 +18,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_leg import PhysicsName
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.held_gait import HeldGait
@@ -104,6 +105,8 @@ class TrialOutcome(DeploymentReport):
     """Its folder."""
     distance_cm: float | None = None
     """Forward travel of the marker; None on a real rig, whose track comes later."""
+    achieved: float | None = None
+    """What of the gait's goal was achieved [its unit]; None likewise."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +142,10 @@ class DeployedGait:
     mean_distance_cm: float | None = None
     spread_cm: float | None = None
     """Standard deviation over trials; None of a single one."""
+    goal: Goal = FORWARD
+    """What the gait was made for."""
+    mean_achieved: float | None = None
+    """Mean over trials [its unit]."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
 
@@ -190,11 +197,11 @@ def deploy_gait(
     described: dict[str, Any]
     if settings.bend_test:
         gait: Any = settings.bends.gait(len(rig.channels))
-        design, described = None, {"gait": "bend test"}
+        design, described, goal = None, {"gait": "bend test"}, FORWARD
     else:
         found = find_gait(source, settings.design, settings.expert, settings.rank)
-        design, described = found.design, {"gait": found.name, "design": str(found.design)}
-        gait = found.gait
+        design, gait, goal = found.design, found.gait, found.goal
+        described = {"gait": found.name, "design": str(design)}
         if spec.calibration is not None:  # otherwise its pressures are commanded as they are
             # Beside a calibration, the options hold the map of the leg as it is before measuring.
             trained = found.pressure_map or robot.physics.pressure_map
@@ -211,6 +218,7 @@ def deploy_gait(
     _save_schedule(schedule, design, folder)
     planned = DeployedGait(
         **described,
+        goal=goal,
         driver=rig.driver,
         rig=settings_to_dict(rig),
         duration_s=schedule.duration_s,
@@ -292,12 +300,18 @@ def _virtual_trials(planned: DeployedGait, plan: _Plan, robot: RobotOptions) -> 
         **robot.spec().describe(reduced=settings.model == "reduced"),
     )
 
-    def trial(number: int, name: str) -> tuple[DeploymentReport, float]:
+    def trial(number: int, name: str) -> TrialOutcome:
         driver = reality.rig(design, plan.rig, number)
         report = _driven(plan, driver, driver.clock, None, name)
         track = driver.track()
         write_track(plan.folder / f"{name}/track.csv", track)
-        return report, float(track.forward_cm(np.array([plan.schedule.duration_s]))[0])
+        end_s = plan.schedule.duration_s
+        return TrialOutcome(
+            **vars(report),
+            trial=name,
+            distance_cm=track.achieved(FORWARD, end_s),
+            achieved=track.achieved(planned.goal, end_s),
+        )
 
     return _each_trial(planned, plan, trial)
 
@@ -305,14 +319,14 @@ def _virtual_trials(planned: DeployedGait, plan: _Plan, robot: RobotOptions) -> 
 def _real_trials(
     planned: DeployedGait, plan: _Plan, before_trial: Callable[[int], None]
 ) -> DeployedGait:
-    def trial(number: int, name: str) -> tuple[DeploymentReport, None]:
+    def trial(number: int, name: str) -> TrialOutcome:
         before_trial(number)
         guardian = Guardian(plan.rig, plan.folder / f"{name}/guardian.json")
         vented = False
         try:
             report = _driven(plan, open_driver(plan.rig), WallClock(), guardian, name)
             vented = report.vented
-            return report, None
+            return TrialOutcome(**vars(report), trial=name)
         finally:
             guardian.dismiss(vented)
 
@@ -322,7 +336,7 @@ def _real_trials(
 def _each_trial(
     planned: DeployedGait,
     plan: _Plan,
-    trial: Callable[[int, str], tuple[DeploymentReport, float | None]],
+    trial: Callable[[int, str], TrialOutcome],
 ) -> DeployedGait:
     """Run every trial; one that was stopped ends the run.
 
@@ -334,8 +348,8 @@ def _each_trial(
     for number in range(1, count + 1):
         name = f"trial_{number}"
         folder.progress.stage(f"trial {number} of {count}")
-        report, distance_cm = trial(number, name)
-        trials.append(TrialOutcome(**vars(report), trial=name, distance_cm=distance_cm))
+        report = trial(number, name)
+        trials.append(report)
         if not report.completed:
             message = (
                 f"{name} was stopped after {report.ended_s:.2f} s: {report.reason}; "
@@ -347,11 +361,13 @@ def _each_trial(
                 message += f"; the summary cannot be written: {error}"
             raise DriverError(message)
     known = [each.distance_cm for each in trials if each.distance_cm is not None]
+    achieved = [each.achieved for each in trials if each.achieved is not None]
     return replace(
         planned,
         trials=tuple(trials),
         mean_distance_cm=float(np.mean(known)) if known else None,
         spread_cm=float(np.std(known, ddof=1)) if len(known) > 1 else None,
+        mean_achieved=float(np.mean(achieved)) if achieved else None,
     )
 
 

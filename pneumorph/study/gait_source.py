@@ -9,6 +9,7 @@ import numpy as np
 
 from pneumorph.base.layers import changed_flags
 from pneumorph.base.run_folder import SUMMARY, TRAINING_FOLDER
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.exchange.sorotraj import read_sorotraj
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait
@@ -22,7 +23,8 @@ from pneumorph.study.finished_run import FinishedRun, TakenOver
 
 @dataclass(frozen=True)
 class GaitSource:
-    """A gait, whose it is, and what it was made with: pressure map, and steps before it starts.
+    """A gait, whose it is, and what it was made with: pressure map, steps before it starts, and the
+    goal.
 
     The map is None where the source does not say: then it is that of the leg that walks.
     """
@@ -32,6 +34,7 @@ class GaitSource:
     name: str
     pressure_map: PressureMap | None = None
     settling_steps: int = 15
+    goal: Goal = FORWARD
 
 
 def find_gait(
@@ -127,6 +130,7 @@ def _of_run(folder: Path, design: str | None, rank: int) -> GaitSource:
         str(folder / pair.gait_file),
         run.spec().physics.pressure_map,
         run.task.settling_step_count,
+        run.goal,
     )
 
 

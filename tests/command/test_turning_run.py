@@ -14,6 +14,7 @@ from pneumorph.base.result import result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.cli import run
 from pneumorph.environment.goal import FORWARD
+from pneumorph.hardware.marker_track import read_track
 from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.finished_run import FinishedRun
@@ -119,6 +120,22 @@ def test_a_mirror_image_turns_to_the_other_side_in_every_world(learned: Path) ->
     )
     np.testing.assert_allclose(achieved[:, 1], -achieved[:, 0], atol=0.01)
     assert np.abs(achieved).max() > 0.1
+
+
+def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> None:
+    """As its camera saw it, without what it does when the rig vents at the end."""
+    out = tmp_path / "deployed"
+    asked = f"deploy {learned} --trials 1 --model reduced --virtual.marker-noise-mm 0 --out {out}"
+    assert run(asked.split()) == 0
+    found = _summary(out)
+    assert (found["goal"]["name"], found["unit"]) == ("turn_left", "degrees")
+    track = read_track(out / "trial_1" / "track.csv")
+    assert track.turned_deg is not None
+    start, end = np.interp([0.0, found["duration_s"]], track.time_s, track.turned_deg)
+    assert abs(end - start) > 1e-3
+    assert found["mean_achieved"] == found["trials"][0]["achieved"]
+    # Six digits are written.
+    assert found["mean_achieved"] == pytest.approx(end - start, rel=1e-4)
 
 
 def test_verbs_rank_by_the_turn(learned: Path, tmp_path: Path) -> None:

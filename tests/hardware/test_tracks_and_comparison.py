@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.hardware.deployment_log import DeploymentLog, LoggedPressures, read_log
 from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_track, write_track
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
@@ -25,6 +26,11 @@ def test_our_own_format_reads_back(tmp_path: Path) -> None:
     read = read_track(write_track(tmp_path / "track.csv", track))
     # Six digits are written.
     np.testing.assert_allclose(read.position_mm, track.position_mm, rtol=1e-5)
+    assert read.turned_deg is None
+    turned = MarkerTrack(TIMES, _path(), 100.0 * TIMES)
+    read = read_track(write_track(tmp_path / "turned.csv", turned))
+    assert read.turned_deg is not None
+    np.testing.assert_allclose(read.turned_deg, turned.turned_deg, rtol=1e-5)
 
 
 @pytest.mark.parametrize("kind", ["tracker", "deeplabcut", "sleap"])
@@ -62,6 +68,42 @@ def test_video_trackers_tell_the_same_path(kind: str, tmp_path: Path) -> None:
     expected = np.interp(at, TIMES, _path()[:, 0]) / 10.0
     # Times are rounded to a video frame: 1/60 s at up to 12 mm/s, twice.
     np.testing.assert_allclose(track.forward_cm(at), expected, atol=0.04)
+
+
+@pytest.mark.parametrize("kind", ["deeplabcut", "sleap"])
+def test_two_markers_tell_the_turn(kind: str, tmp_path: Path) -> None:
+    """Of a robot that turns to the left by 100 degrees a second and goes on; y points down."""
+    facing = np.radians(100.0 * TIMES)
+    first = _path() * [1.0, -1.0]
+    second = first + 40.0 * np.column_stack([np.cos(facing), -np.sin(facing)])
+    rows = np.round(TIMES * 30.0).astype(int), *first.T, *second.T
+    if kind == "deeplabcut":
+        lines = ["scorer" + ",net" * 6, "bodyparts,hub,hub,hub,nose,nose,nose"]
+        lines.append("coords" + ",x,y,likelihood" * 2)
+        lines += [f"{f},{x},{y},0.9,{u},{v},0.9" for f, x, y, u, v in zip(*rows, strict=True)]
+        lines[10] = "21,0,0,0.9,0,0,0.1"  # the second marker was lost
+    else:
+        lines = ["track,frame_idx,instance.score,hub.x,hub.y,hub.score,nose.x,nose.y,nose.score"]
+        lines += [f"t,{f},0.9,{x},{y},0.9,{u},{v},0.9" for f, x, y, u, v in zip(*rows, strict=True)]
+    (tmp_path / "track.csv").write_text("\n".join(lines) + "\n")
+    track = read_track(tmp_path / "track.csv", VideoSettings(marker_ahead="nose"))
+    left = Goal("turn_left")
+    # Times are rounded to a frame of 1/30 s.
+    assert track.achieved(left, 3.5) == pytest.approx(350.0, abs=100.0 / 60.0)
+    assert track.achieved(Goal("turn_right"), 3.5) == pytest.approx(-350.0, abs=100.0 / 60.0)
+    assert track.achieved(Goal("heading", 90.0), 3.5) == pytest.approx(0.15 * 3.5, abs=0.01)
+    alone = read_track(tmp_path / "track.csv")
+    assert alone.achieved(left, 3.5) is None
+    assert alone.achieved(FORWARD, 3.5) == track.achieved(FORWARD, 3.5)
+    for name, why in (("hub", "lies on the marker"), ("tail", "is unknown, the table has hub")):
+        with pytest.raises(ValueError, match=why):
+            read_track(tmp_path / "track.csv", VideoSettings(marker_ahead=name))
+
+
+def test_tracker_tells_one_mass_alone(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("mass_A\t\t\nt\tx\ty\n0\t1\t1\n1\t2\t2\n")
+    with pytest.raises(ValueError, match="'nose' is asked for, expected none: a table of Tracker"):
+        read_track(tmp_path / "a.csv", VideoSettings(marker_ahead="nose"))
 
 
 def test_what_is_no_track_is_refused(tmp_path: Path) -> None:
