@@ -30,6 +30,7 @@ from pneumorph.study.analysis import walkers
 from pneumorph.study.certified_pairs import Band
 from pneumorph.study.certified_walks import FullOrderWalk, full_order_walks
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.gait_source import find_gait
 from pneumorph.study.rivals import Contender, searched, share_beyond, uniform
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.study.study_once import study_folder
@@ -44,7 +45,7 @@ HERE = Path(__file__).parent
 _EXAMPLES = HERE.parent.parent / "examples"
 _TWO_CHAMBERS = {"robot": {"described": str(_EXAMPLES / "two_chambers.toml")}}
 _SUMMARY = "robots.json"
-_METHODS = ("learned", "expert", "uniform", "genetic")
+_METHODS = ("learned", "expert", "uniform", "genetic", "by_hand")
 Step = Literal["learn", "uniform", "genetic", "full"]
 STEPS: tuple[Step, ...] = ("learn", "uniform", "genetic")
 
@@ -60,6 +61,8 @@ class Example:
     """What is other than the preset has, as nested settings."""
     settings: Path | None = None
     """A file of such, over `changes`."""
+    by_hand: Path | None = None
+    """File of a gait that a person wrote, with its design."""
 
     def options(self, seed: int, over: Mapping[str, Any]) -> TrainingOptions:
         """Its training, in the measured physics.
@@ -104,6 +107,7 @@ EXAMPLES: dict[str, Example] = {
             "0.1+1.2+2.0.0.1+1.2+2.0",
         ),
         {**_TWO_CHAMBERS, "coopt": {"task": {"reward": {"goal": "turn_left"}}}},
+        by_hand=_EXAMPLES / "gaits" / "turn_by_hand.csv",
     ),
     "heading": Example(
         (
@@ -205,6 +209,9 @@ def _row(
         },
     }
     beside: list[Contender | None] = []
+    by_hand = EXAMPLES[name].by_hand
+    if by_hand is not None:
+        beside.append(_by_hand(by_hand, found.seed))
     if "uniform" in steps:
         beside.append(uniform(run, EXAMPLES[name].uniform, PHASES_DEG, work))
     if "genetic" in steps:
@@ -227,6 +234,11 @@ def _row(
         (kept,) = full_order_walks(run.spec(), [(walker, None)], folder, goal=found.goal)
         row["full"] = result_to_dict(FullOrderWalk.of(None, kept, pair.nominal, found.goal))
     return row
+
+
+def _by_hand(path: Path, seed: int) -> Contender:
+    source = find_gait(path, None, ExpertGait())
+    return Contender("by_hand", seed, 0, 0.0, source.design, source.gait, path, None)
 
 
 def _band(achieved: np.ndarray, learned: np.ndarray | None = None) -> dict[str, Any]:
@@ -283,7 +295,7 @@ def bands_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
                         color=colour,
                     )
                     axes.plot(band["median"], y, "o", color=colour, markersize=4)
-        axes.set_yticks(range(len(_METHODS)), _METHODS)
+        axes.set_yticks(range(len(_METHODS)), [each.replace("_", " ") for each in _METHODS])
         axes.set_ylim(len(_METHODS) - 0.5, -0.5)
         axes.set_xlabel(f"{name.replace('_', ' ')}: {own[0]['goal']} ({own[0]['unit']})")
     return figure

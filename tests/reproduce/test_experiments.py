@@ -23,6 +23,7 @@ from pneumorph.catalogue.paper_leg import leg_kind
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import run
+from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.learn.policy_file import load_policy
 from pneumorph.physics.air import Air
 from pneumorph.physics.friction import FrictionPressure
@@ -32,6 +33,7 @@ from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.simulation.stepper_settings import StepperSettings
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.gait_source import find_gait
 from pneumorph.study.gait_walks import GaitWalkSettings
 from pneumorph.study.kept_run import keep_run
 from pneumorph.study.learning_curve import learning_curve
@@ -342,6 +344,9 @@ def test_robots_of_two_chambers_turn_and_walk_in_the_measured_physics() -> None:
         for name in ("turning", "heading"):
             for design in robots.EXAMPLES[name].uniform:
                 options.coopt.space.check(Design.parse(design))
+    by_hand = find_gait(robots.EXAMPLES["turning"].by_hand, None, ExpertGait())
+    turning.coopt.space.check(by_hand.design)
+    assert by_hand.gait.duration_s == turning.coopt.task.action_count * 1.0
     described = RobotDescription.read(REPRODUCE.parent / "examples" / "two_chambers.toml")
     # On the printed hub, whose top is 0.02 mm higher.
     hub = described.hub.spec(described.folder).rigid
