@@ -62,6 +62,22 @@ RUN_VERBS: tuple[tuple[str, ...], ...] = (
         "--highest-friction=1",
     ),
     ("watch", "{run}", "--once"),
+    (
+        "certify",
+        "{run}",
+        "--pair-count=1",
+        "--world-count=4",
+        "--tuning-world-count=1",
+        "--cycle-s=1",
+    ),
+    (
+        "search",
+        "--run",
+        "{run}",
+        "--method=random",
+        "--timesteps=96",
+        "--random.population=8",
+    ),
 )
 VERBS: dict[str, tuple[tuple[str, ...], ...]] = {
     "run/summary.json": RUN_VERBS,
