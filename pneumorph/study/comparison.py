@@ -15,14 +15,13 @@ from pneumorph.base.checked import Checked, Count, CountOrNone, NotNegative, Pos
 from pneumorph.base.result import save_result
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.study.animations import Animation, animations
 from pneumorph.study.bend_error import BendComparison, bend_of_report, compare_bend
 from pneumorph.study.full_benchmark import FullBenchmark, bench_full
-from pneumorph.study.full_order_store import FullOrderStore
+from pneumorph.study.full_order_store import FullOrderStore, shipped_folders
 from pneumorph.study.heldout import heldout_animations, periodic_animations
 from pneumorph.study.model_pair import ModelPair
 from pneumorph.study.reduction_grid import GridPoint, reduction_grid
@@ -186,9 +185,8 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
         for each in chosen:
             _ = robot.assembly(each.design)  # before the first walk, which takes hours
     robot.check_reduction()
-    store = FullOrderStore(
-        (settings.full_order or folder.path / "full_order", data_folder("full_order"))
-    )
+    own = settings.full_order or folder.path / "full_order"
+    store = FullOrderStore((own, *shipped_folders()))
     comparer = _Comparer(settings, robot, folder, store)
     runs = settings.runs()
     errors: dict[str, dict[str, RobotError]] = {}

@@ -16,10 +16,16 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.trajectory import Trajectory
 
 NODE_COUNT = 96
 """So many nodes of each leg are kept."""
+
+
+def shipped_folders() -> tuple[Path, ...]:
+    """Folders of the trajectories that ship with the package, one for each physics."""
+    return tuple(sorted(data_folder("full_order").glob("*/")))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import paper_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.fem.material import LegMaterials
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
@@ -23,6 +22,7 @@ from pneumorph.study.full_order_store import (
     FullOrderStore,
     at_nodes,
     rollout_identity,
+    shipped_folders,
     thinned,
 )
 from pneumorph.study.model_pair import ModelPair
@@ -70,7 +70,7 @@ def test_a_trajectory_without_nodes_cannot_be_kept() -> None:
 def test_ways_that_ship_are_of_the_published_masses(name: str) -> None:
     """Found for the published robot, and for none of another hub, leg or spread of mass."""
     (animation,) = animations([name], 10.0)
-    shipped = FullOrderStore((data_folder("full_order"),))
+    shipped = FullOrderStore(shipped_folders())
     by_volume = paper_leg("published", materials=LegMaterials(mass_lumping="volume"))
 
     def found(robot: RobotSpec) -> bool:
