@@ -57,7 +57,7 @@ class SimulatedWalk:
     design: str
     model: str
     distance_cm: float | None
-    """None of a robot that did not come to the end of its walk."""
+    """Forward; None of a robot that did not come to the end of its walk."""
     simulated_s: float
     """Simulated time until the end, or until the robot diverged [s]."""
     mean_contact_count: float
@@ -66,6 +66,10 @@ class SimulatedWalk:
     damping: str
     simulation_wall_s: float
     wall_s: float
+    left_cm: float | None = None
+    """Travel to the left; None as of the distance, and in files of earlier versions."""
+    turned_deg: float | None = None
+    """Turn to the left, whole circles counted; None likewise."""
     calibration: UsedCalibration | None = None
     reason: str | None = None
     """What a solver said of a robot that diverged."""
@@ -132,12 +136,14 @@ def simulate(
     )
     simulated_s = time.monotonic() - simulation_start
     path = trajectory.with_skin_only().save(folder / TRAJECTORY_FILE)
-    told = trajectory.metadata
+    told, ended = trajectory.metadata, trajectory.status == "completed"
     return SimulatedWalk(
         status=trajectory.status,
         design=str(source.design),
         model=settings.model,
         distance_cm=trajectory.distance_cm,
+        left_cm=float(trajectory.left_cm[-1]) if ended else None,
+        turned_deg=float(trajectory.turned_deg[-1]) if ended else None,
         simulated_s=float(trajectory.time_s[-1]),
         mean_contact_count=float(trajectory.contact_count.mean()),
         trajectory=str(path),

@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from helpers.run_json import run_json
 from helpers.short_training import SHORT_SWEEP
@@ -81,6 +82,11 @@ def test_simulate_walks_a_gait_file_and_films_it(
     assert summary["distance_cm"] == pytest.approx(learned_summary["best_distance_cm"], abs=1e-9)
     trajectory = Trajectory.load(tmp_path / "trajectory.npz")
     assert trajectory.forward_distance_cm == summary["distance_cm"]
+    aside_mm = trajectory.tracked_point_mm[[0, -1], 1]
+    assert 10.0 * summary["left_cm"] == pytest.approx(aside_mm[1] - aside_mm[0])
+    axis = trajectory.hub_rotation[[0, -1], :2, 0]
+    turned_deg = np.degrees(np.arctan2(axis[:, 1], axis[:, 0]))
+    assert summary["turned_deg"] == pytest.approx(turned_deg[1] - turned_deg[0])
     assert (tmp_path / "film.mp4").stat().st_size > 1000
 
 
