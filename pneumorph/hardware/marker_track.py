@@ -18,7 +18,6 @@ import csv
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +48,8 @@ class VideoSettings(Checked):
     table."""
     marker_ahead: str = ""
     """Name of a second one in front of it (DeepLabCut, SLEAP): the robot faces from the first to
-    the second, which tells how far it turns; empty: the turn is not known."""
+    the second, which tells how far it turns. Empty: the turn is not known, but from a column of our
+    own format."""
     least_likelihood: float = 0.6
     """Points that the tracker rates less likely than this, 0 to 1, are left out."""
 
@@ -133,7 +133,8 @@ def read_track(path: Path | str, video: VideoSettings | None = None) -> MarkerTr
             return _track_of(lambda marker: _sleap(rows, marker, video), video)
         for place in range(min(2, len(rows))):
             if rows[place][:3] == ["t", "x", "y"]:
-                return _track_of(partial(_tracker, rows[place + 1 :]), video)
+                values = np.array([[float(v) for v in row[:3]] for row in rows[place + 1 :]])
+                return _placed(values[:, 0], values[:, 1:], video)
     except (ValueError, IndexError) as error:
         raise ValueError(f"track {path}: {error}") from error
     raise ValueError(
@@ -154,40 +155,40 @@ def write_track(path: Path | str, track: MarkerTrack) -> Path:
 def _track_of(
     followed: Callable[[str], tuple[np.ndarray, np.ndarray]], video: VideoSettings
 ) -> MarkerTrack:
-    """The track of the marker, with the turn where a second one is followed.
+    """The track of the marker, with the turn where a second one is followed as well.
+
+    From one frame with both markers to the next the robot is taken to turn by less than half a
+    circle, and evenly.
 
     Args:
         followed: Gives the times (frame,) and the picture's points (frame, 2) of a marker by its
             name, empty for the first; NaN where it was not seen.
         video: What the picture means.
     """
-    time_s, place_mm = _placed(*followed(video.marker), video)
+    track = _placed(*followed(video.marker), video)
     if not video.marker_ahead:
-        return MarkerTrack(time_s, place_mm)
-    ahead_s, ahead_mm = _placed(*followed(video.marker_ahead), video)
-    both_s, first, second = np.intersect1d(time_s, ahead_s, return_indices=True)
-    if not len(both_s):
+        return track
+    if video.marker_ahead == video.marker:
         raise ValueError(
-            f"marker_ahead {video.marker_ahead!r} is in no frame together with the marker, "
-            "expected both in some: the turn is the direction from one to the other"
+            f"marker_ahead is {video.marker_ahead!r}, as marker is, expected another one in front "
+            "of it: the robot faces from one to the other"
         )
-    facing = ahead_mm[second] - place_mm[first]
-    if not facing.any(axis=1).all():
+    try:
+        ahead = _placed(*followed(video.marker_ahead), video)
+    except ValueError as error:
+        raise ValueError(f"marker_ahead {video.marker_ahead!r}: {error}") from error
+    both_s, first, second = np.intersect1d(track.time_s, ahead.time_s, return_indices=True)
+    facing = ahead.position_mm[second] - track.position_mm[first]
+    apart = facing.any(axis=1)
+    if apart.sum() < 2:
         raise ValueError(
-            f"marker_ahead {video.marker_ahead!r} lies on the marker, expected another marker in "
-            "front of it: the turn is the direction from one to the other"
+            f"marker_ahead {video.marker_ahead!r} is seen apart from the marker in "
+            f"{apart.sum()} frames, expected at least 2: it may be the same one (marker, the "
+            "table's first by default), or hardly trusted (least_likelihood)"
         )
-    turned = np.unwrap(np.degrees(np.arctan2(facing[:, 1], facing[:, 0])), period=360.0)
-    return MarkerTrack(both_s, place_mm[first], turned)
-
-
-def _tracker(rows: list[list[str]], marker: str) -> tuple[np.ndarray, np.ndarray]:
-    if marker:
-        raise ValueError(
-            f"marker {marker!r} is asked for, expected none: a table of Tracker is of one mass"
-        )
-    values = np.array([[float(value) for value in row[:3]] for row in rows])
-    return values[:, 0], values[:, 1:]
+    angle = np.degrees(np.arctan2(facing[apart, 1], facing[apart, 0]))
+    turned = np.interp(track.time_s, both_s[apart], np.unwrap(angle, period=360.0))
+    return MarkerTrack(track.time_s, track.position_mm, turned)
 
 
 def _deeplabcut(
@@ -236,14 +237,11 @@ def _number(text: str) -> float:
     return float(text) if text else math.nan
 
 
-def _placed(
-    time_s: np.ndarray, points: np.ndarray, video: VideoSettings
-) -> tuple[np.ndarray, np.ndarray]:
-    """Turn the points of a picture where a marker was seen into times since the gait's start and
-    forward and leftward millimetres."""
+def _placed(time_s: np.ndarray, points: np.ndarray, video: VideoSettings) -> MarkerTrack:
+    """Turn a picture's points into forward and leftward millimetres since the gait's start."""
     seen = np.isfinite(points).all(axis=1)
     points = points[seen] / video.units_per_mm * np.array([1.0, -1.0 if video.y_down else 1.0])
     angle = math.radians(video.heading_deg)
     forward = np.array([math.cos(angle), math.sin(angle)])
     left = np.array([-math.sin(angle), math.cos(angle)])
-    return time_s[seen] - video.start_s, points @ np.column_stack([forward, left])
+    return MarkerTrack(time_s[seen] - video.start_s, points @ np.column_stack([forward, left]))

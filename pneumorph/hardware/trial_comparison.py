@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.environment.goal import Goal
 from pneumorph.gait.walk import cycle_slides, step_rewards
 from pneumorph.hardware.trial import Trial
 
@@ -24,6 +25,9 @@ class TrialComparison:
         measured_cm: Forward travel of each trial [cm], (trial, time).
         step_s: Length of a step, over which a reward is counted [s].
         cycle_s: Length of a cycle, over which a slide back is counted [s].
+        simulated_turned_deg: How far the simulation turned to the left [degrees]; None where that
+            is not known.
+        turned_deg: The same of the trials whose tracks tell [degrees].
     """
 
     label: str
@@ -33,6 +37,8 @@ class TrialComparison:
     measured_cm: np.ndarray
     step_s: float
     cycle_s: float
+    simulated_turned_deg: float | None = None
+    turned_deg: tuple[float, ...] = ()
 
     @property
     def simulated_distance_cm(self) -> float:
@@ -91,6 +97,8 @@ class TrialComparison:
             "simulated_backsliding_cm": simulated_slide,
             "mean_backsliding_cm": float(measured_slides.mean()),
             "path_rms_cm": float(np.sqrt(np.mean(difference**2))),
+            "simulated_turned_deg": self.simulated_turned_deg,
+            "mean_turned_deg": float(np.mean(self.turned_deg)) if self.turned_deg else None,
         }
 
 
@@ -103,6 +111,7 @@ def compare_trials(
     step_s: float = 1.0,
     cycle_s: float = 4.0,
     sample_s: float = 0.05,
+    simulated_turned_deg: np.ndarray | None = None,
 ) -> TrialComparison:
     """Put a simulated path and measured trials on common instants.
 
@@ -115,6 +124,7 @@ def compare_trials(
         step_s: Length of a step, over which a reward is counted [s].
         cycle_s: Length of a cycle, over which a slide back is counted [s].
         sample_s: Distance of the instants [s].
+        simulated_turned_deg: Turn of the simulation to the left [degrees], (frame,).
 
     Raises:
         ValueError: No trial, or paths shorter than one step.
@@ -130,6 +140,7 @@ def compare_trials(
             f"of {step_s:g} s; times of a track count from the gait's start"
         )
     time_s = np.linspace(0.0, end, round(end / sample_s) + 1)
+    measured = [trial.track.achieved(Goal("turn_left"), end) for trial in trials]
     return TrialComparison(
         label,
         design,
@@ -138,6 +149,10 @@ def compare_trials(
         np.array([trial.track.forward_cm(time_s) for trial in trials]),
         step_s,
         cycle_s,
+        None
+        if simulated_turned_deg is None
+        else float(np.interp(end, simulated_time_s, simulated_turned_deg)),
+        tuple(turned for turned in measured if turned is not None),
     )
 
 

@@ -155,7 +155,8 @@ class DesignDistribution:
         Args:
             design_count: How many designs.
             schedule: Of the entropy.
-            twin: Gives the same index of two designs that count as one (`DesignSpace.twin`).
+            twin: Gives the same index of two designs that count as one, such as
+                `DesignSpace.twin`; by default each counts for itself.
 
         Raises:
             ValueError: There is no design.

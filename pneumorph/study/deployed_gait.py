@@ -105,6 +105,8 @@ class TrialOutcome(DeploymentReport):
     """Its folder."""
     distance_cm: float | None = None
     """Forward travel of the marker; None on a real rig, whose track comes later."""
+    turned_deg: float | None = None
+    """Its turn to the left, whole circles counted; None likewise."""
     achieved: float | None = None
     """What of the gait's goal was achieved [its unit]; None likewise."""
 
@@ -142,10 +144,10 @@ class DeployedGait:
     mean_distance_cm: float | None = None
     spread_cm: float | None = None
     """Standard deviation over trials; None of a single one."""
-    goal: Goal = FORWARD
-    """What the gait was made for."""
+    goal: Goal | None = None
+    """What the gait was made for: forward where it is from a file of its own."""
     mean_achieved: float | None = None
-    """Mean over trials [its unit]."""
+    """Mean over trials of what of the goal was achieved [its unit]."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
 
@@ -197,7 +199,7 @@ def deploy_gait(
     described: dict[str, Any]
     if settings.bend_test:
         gait: Any = settings.bends.gait(len(rig.channels))
-        design, described, goal = None, {"gait": "bend test"}, FORWARD
+        design, described, goal = None, {"gait": "bend test"}, None
     else:
         found = find_gait(source, settings.design, settings.expert, settings.rank)
         design, gait, goal = found.design, found.gait, found.goal
@@ -310,7 +312,8 @@ def _virtual_trials(planned: DeployedGait, plan: _Plan, robot: RobotOptions) -> 
             **vars(report),
             trial=name,
             distance_cm=track.achieved(FORWARD, end_s),
-            achieved=track.achieved(planned.goal, end_s),
+            turned_deg=track.achieved(Goal("turn_left"), end_s),
+            achieved=track.achieved(planned.goal or FORWARD, end_s),
         )
 
     return _each_trial(planned, plan, trial)
@@ -348,12 +351,12 @@ def _each_trial(
     for number in range(1, count + 1):
         name = f"trial_{number}"
         folder.progress.stage(f"trial {number} of {count}")
-        report = trial(number, name)
-        trials.append(report)
-        if not report.completed:
+        outcome = trial(number, name)
+        trials.append(outcome)
+        if not outcome.completed:
             message = (
-                f"{name} was stopped after {report.ended_s:.2f} s: {report.reason}; "
-                f"{report.ending}; its log is {folder.path / name / LOG_FILE}"
+                f"{name} was stopped after {outcome.ended_s:.2f} s: {outcome.reason}; "
+                f"{outcome.ending}; its log is {folder.path / name / LOG_FILE}"
             )
             try:
                 folder.save_summary(result_to_dict(replace(planned, trials=tuple(trials))))

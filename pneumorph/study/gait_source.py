@@ -26,7 +26,8 @@ class GaitSource:
     """A gait, whose it is, and what it was made with: pressure map, steps before it starts, and the
     goal.
 
-    The map is None where the source does not say: then it is that of the leg that walks.
+    The map is None where the source does not say: then it is that of the leg that walks. The goal
+    is that of a run or a policy; a gait's file does not say one, and it is forward.
     """
 
     gait: OpenLoopGait
@@ -171,7 +172,7 @@ def _of_policy(path: Path, design: str | None) -> GaitSource:
     action_s = metadata.get("time_step_s", 0.01) * task.action_step_count
     gait = HeldGait.evenly(commands, action_s, task)
     name = f"{path} for {design}"
-    return GaitSource(gait, chosen, name, settling_steps=task.settling_step_count)
+    return GaitSource(gait, chosen, name, settling_steps=task.settling_step_count, goal=task.goal)
 
 
 def recalibrated(

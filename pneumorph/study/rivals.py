@@ -53,7 +53,7 @@ class Contender:
     """A design and its gait, and what they took.
 
     Attributes:
-        method: ``learned``, ``uniform`` or a search's.
+        method: ``learned``, ``uniform``, ``by_hand`` or a search's.
         seed: Of the training beside which it stands.
         timesteps: Actions of all robots that were spent on it.
         wall_s: Wall time of that [s].

@@ -74,6 +74,10 @@ class ComparedRobot:
     """Folder of its deployment."""
     trajectory: str
     """File of its simulation, in the run's folder."""
+    simulated_turned_deg: float | None = None
+    """How far the simulation turned to the left; None in files of earlier versions."""
+    mean_turned_deg: float | None = None
+    """The same of the trials whose tracks tell; None where none does."""
 
 
 @dataclass(frozen=True)
@@ -199,15 +203,15 @@ def _compared(
         progress=folder.progress,
     )
     trajectory.with_skin_only().save(folder / _trajectory_file(label))
-    x = trajectory.tracked_point_mm[:, 0]
     return compare_trials(
         label,
         comments["design"],
         trajectory.time_s,
-        (x - x[0]) / 10.0,
+        trajectory.forward_cm,
         trials,
         settings.step_s,
         settings.cycle_s,
+        simulated_turned_deg=trajectory.turned_deg,
     )
 
 

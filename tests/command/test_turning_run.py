@@ -136,6 +136,17 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     assert found["mean_achieved"] == found["trials"][0]["achieved"]
     # Six digits are written.
     assert found["mean_achieved"] == pytest.approx(end - start, rel=1e-4)
+    assert found["trials"][0]["turned_deg"] == found["mean_achieved"]
+    compared = tmp_path / "transfer"
+    assert run(f"transfer {out} --out {compared}".split()) == 0
+    (robot,) = _summary(compared)["robots"]
+    assert robot["mean_turned_deg"] == pytest.approx(end - start, rel=0.05)
+    walked = Trajectory.load(compared / robot["trajectory"])
+    assert robot["simulated_turned_deg"] == pytest.approx(float(walked.turned_deg[-1]))
+    policy = learned / "training" / "policy.npz"
+    asked = f"deploy {policy} --design {found['design']} --trials 1 --model reduced --dry-run"
+    assert run([*asked.split(), "--out", str(tmp_path / "policy")]) == 0
+    assert _summary(tmp_path / "policy")["goal"]["name"] == "turn_left"
 
 
 def test_verbs_rank_by_the_turn(learned: Path, tmp_path: Path) -> None:

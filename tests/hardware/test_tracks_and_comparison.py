@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pneumorph.environment.goal import FORWARD, Goal
+from pneumorph.environment.goal import Goal
 from pneumorph.hardware.deployment_log import DeploymentLog, LoggedPressures, read_log
 from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_track, write_track
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
@@ -70,40 +71,77 @@ def test_video_trackers_tell_the_same_path(kind: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(track.forward_cm(at), expected, atol=0.04)
 
 
-@pytest.mark.parametrize("kind", ["deeplabcut", "sleap"])
-def test_two_markers_tell_the_turn(kind: str, tmp_path: Path) -> None:
-    """Of a robot that turns to the left by 100 degrees a second and goes on; y points down."""
+def _two_markers(kind: str, path: Path, lost: Sequence[int] = (), doubled: bool = False) -> Path:
+    """The table of a robot that turns to the left by 100 degrees a second and goes on; y points
+    down, and the second marker is not trusted in the lost frames."""
     facing = np.radians(100.0 * TIMES)
     first = _path() * [1.0, -1.0]
     second = first + 40.0 * np.column_stack([np.cos(facing), -np.sin(facing)])
-    rows = np.round(TIMES * 30.0).astype(int), *first.T, *second.T
+    trust = np.full(len(TIMES), 0.9)
+    trust[list(lost)] = 0.1
+    frame = np.round(TIMES * 30.0).astype(int)
+    rows = zip(frame, *first.T, *second.T, trust, strict=True)
     if kind == "deeplabcut":
         lines = ["scorer" + ",net" * 6, "bodyparts,hub,hub,hub,nose,nose,nose"]
         lines.append("coords" + ",x,y,likelihood" * 2)
-        lines += [f"{f},{x},{y},0.9,{u},{v},0.9" for f, x, y, u, v in zip(*rows, strict=True)]
-        lines[10] = "21,0,0,0.9,0,0,0.1"  # the second marker was lost
+        lines += [f"{f},{x},{y},0.9,{u},{v},{trusted}" for f, x, y, u, v, trusted in rows]
     else:
         lines = ["track,frame_idx,instance.score,hub.x,hub.y,hub.score,nose.x,nose.y,nose.score"]
-        lines += [f"t,{f},0.9,{x},{y},0.9,{u},{v},0.9" for f, x, y, u, v in zip(*rows, strict=True)]
-    (tmp_path / "track.csv").write_text("\n".join(lines) + "\n")
-    track = read_track(tmp_path / "track.csv", VideoSettings(marker_ahead="nose"))
+        lines += [f"t,{f},0.9,{x},{y},0.9,{u},{v},{trusted}" for f, x, y, u, v, trusted in rows]
+    if doubled:
+        lines.append(lines[-1])
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("kind", ["deeplabcut", "sleap"])
+def test_two_markers_tell_the_turn(kind: str, tmp_path: Path) -> None:
+    lost = (7, len(TIMES) - 1)
+    table = _two_markers(kind, tmp_path / "track.csv", lost)
+    track = read_track(table, VideoSettings(marker_ahead="nose"))
     left = Goal("turn_left")
     # Times are rounded to a frame of 1/30 s.
     assert track.achieved(left, 3.5) == pytest.approx(350.0, abs=100.0 / 60.0)
     assert track.achieved(Goal("turn_right"), 3.5) == pytest.approx(-350.0, abs=100.0 / 60.0)
     assert track.achieved(Goal("heading", 90.0), 3.5) == pytest.approx(0.15 * 3.5, abs=0.01)
-    alone = read_track(tmp_path / "track.csv")
+    # Where the second marker is lost, the first still tells the way.
+    alone = read_track(table)
     assert alone.achieved(left, 3.5) is None
-    assert alone.achieved(FORWARD, 3.5) == track.achieved(FORWARD, 3.5)
-    for name, why in (("hub", "lies on the marker"), ("tail", "is unknown, the table has hub")):
-        with pytest.raises(ValueError, match=why):
-            read_track(tmp_path / "track.csv", VideoSettings(marker_ahead=name))
+    np.testing.assert_array_equal(alone.forward_cm(TIMES), track.forward_cm(TIMES))
+    np.testing.assert_array_equal(alone.time_s, track.time_s)
 
 
-def test_tracker_tells_one_mass_alone(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("mass_A\t\t\nt\tx\ty\n0\t1\t1\n1\t2\t2\n")
-    with pytest.raises(ValueError, match="'nose' is asked for, expected none: a table of Tracker"):
-        read_track(tmp_path / "a.csv", VideoSettings(marker_ahead="nose"))
+@pytest.mark.parametrize(
+    ("video", "lost", "doubled", "why"),
+    [
+        (
+            {"marker_ahead": "hub", "marker": "hub"},
+            (),
+            False,
+            "marker_ahead is 'hub', as marker is",
+        ),
+        (
+            {"marker_ahead": "hub"},
+            (),
+            False,
+            "in 0 frames, expected at least 2: it may be the same",
+        ),
+        ({"marker_ahead": "nose"}, range(1, 40), False, "marker_ahead 'nose': a track needs"),
+        (
+            {"marker_ahead": "tail"},
+            (),
+            False,
+            "marker_ahead 'tail': marker 'tail' is unknown, the table",
+        ),
+        ({"marker_ahead": "nose"}, (), True, "frames may be doubled or out of order"),
+    ],
+)
+def test_a_second_marker_that_tells_no_turn_is_refused(
+    video: dict[str, str], lost: Sequence[int], doubled: bool, why: str, tmp_path: Path
+) -> None:
+    table = _two_markers("sleap", tmp_path / "track.csv", lost, doubled)
+    with pytest.raises(ValueError, match=why):
+        read_track(table, VideoSettings(**video))
 
 
 def test_what_is_no_track_is_refused(tmp_path: Path) -> None:
