@@ -131,7 +131,7 @@ def test_two_markers_tell_the_turn(kind: str, tmp_path: Path) -> None:
             {"marker_ahead": "tail"},
             (),
             False,
-            "marker_ahead 'tail': marker 'tail' is unknown, the table",
+            "marker_ahead 'tail': marker 'tail' is unknown",
         ),
         ({"marker_ahead": "nose"}, (), True, "frames may be doubled or out of order"),
     ],
