@@ -38,9 +38,14 @@ def in_cm(name: str) -> dict[str, str]:
     return {_NAME_IN_CM: name}
 
 
-def result_to_dict(result: Any) -> dict[str, Any]:
-    """Return a result as JSON values: arrays and tuples become lists, paths text, NaN null."""
-    content = _named(result, _converter().unstructure(result), "cm")
+def result_to_dict(result: Any, unit: str = "cm") -> dict[str, Any]:
+    """Return a result as JSON values: arrays and tuples become lists, paths text, NaN null.
+
+    Args:
+        result: The result.
+        unit: Unit of what a result without a goal of its own achieved.
+    """
+    content = _named(result, _converter().unstructure(result), unit)
     derived = result.derived() if hasattr(result, "derived") else {}
     plain: dict[str, Any] = finite({**content, **derived})
     return plain

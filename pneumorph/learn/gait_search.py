@@ -85,3 +85,6 @@ class GaitSearch:
         for search, asked, walked in zip(self._searches, self._asked, distances, strict=True):
             # The library minimises.
             search.tell([(x, -float(value)) for x, value in zip(asked, walked, strict=True)])
+
+    def begin_in_other_worlds(self) -> None:
+        """Go on: each generation is compared with itself alone."""

@@ -80,6 +80,13 @@ class GeneticAlgorithm:
         ranked = sorted(best.values(), key=lambda each: -each[1])
         self._parents = ranked[: self._settings.population]
 
+    def begin_in_other_worlds(self) -> None:
+        """Let the survivors walk again, and newcomers in the places that are free."""
+        survivors = [genome for genome, _ in self._parents]
+        free = self._settings.population - len(survivors)
+        self._genomes = [*survivors, *(self._newcomer() for _ in range(free))]
+        self._parents = []
+
     def _newcomer(self) -> _Genome:
         (options,) = self._space.options_of(self._space.drawn(1, self._rng))
         return options, self._rng.uniform(-1.0, 1.0, self._gait_shape)

@@ -7,14 +7,16 @@ without walking: no state of the searcher needs saving.
 
 Where an objective asks for several worlds, all candidates of a generation walk in the same ones,
 drawn anew for each generation and centred by it, as a training's rounds are. The best of so few
-worlds is often the luckiest: at the end the best walk again, in the worlds of an evaluation.
+worlds is often the luckiest: at the end the best walk again, in the worlds of an evaluation. Until
+the objective's `nominal_until_timestep` they walk in the nominal world alone, as a training's
+designs do; the best from there are half of those that walk again.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -109,14 +111,20 @@ def run_search(
     known = _read_or_begin(path, header)
     task = environment.task
     goal = task.goal
-    walks_each = task.action_count * objective.worlds_per_design
     kept_of_design = _KEPT_OF_DESIGN if objective.is_robust else 1
     found: dict[int, list[DesignGaitPair]] = {}
     earlier_cm: dict[int, float] = {}
+    nominal: dict[int, list[DesignGaitPair]] = {}
     reached: list[tuple[int, float]] = []
     done, resumed, most = 0, 0, np.nan
+    alone = replace(objective, worlds_per_design=1)
+    now = alone if done < objective.nominal_until_timestep else objective
     with path.open("a", encoding="utf-8") as stream:
         while done < timesteps:
+            if now is alone and done >= objective.nominal_until_timestep:
+                now, nominal, found, most = objective, found, {}, np.nan
+                searcher.begin_in_other_worlds()
+            walks_each = task.action_count * now.worlds_per_design
             candidates = searcher.ask()
             if known:
                 kept = np.atleast_2d(np.array(known.pop(0), dtype=float))
@@ -135,14 +143,16 @@ def run_search(
                         progress(min(before + made, timesteps), timesteps, f"searching{far}")
 
                 report(0)  # before the walk: the time left counts from the first that is made now
-                walked = _walked(candidates, environment, space, objective, done, report)
+                seed = done if objective.is_robust else None
+                walked = _walked(candidates, environment, space, now, seed, report)
                 score_cm, distance_cm, achieved = walked
                 same = goal.is_forward and np.array_equal(score_cm, distance_cm)
                 rows = walked[: 2 if goal.is_forward else 3].tolist()
                 stream.write(json.dumps(rows[0] if same else rows) + "\n")
                 stream.flush()
             ended = score_cm > FAILED_CM
-            score_cm = np.where(ended, level.centred(score_cm, ended), FAILED_CM)
+            if now is objective:
+                score_cm = np.where(ended, level.centred(score_cm, ended), FAILED_CM)
             searcher.tell(score_cm)
             done += len(candidates) * walks_each
             told = (score_cm, distance_cm, achieved)
@@ -164,7 +174,8 @@ def run_search(
     }
     best = {design: pairs[0] for design, pairs in found.items()}
     if objective.is_robust:
-        pairs = _finalists(found, finalist_count)
+        pairs = _finalists(nominal, finalist_count // 2)
+        pairs += _finalists(found, finalist_count - len(pairs))
         best = best_of_each_design(pairs, environment, space, objective, progress)
     return SearchResult(best, curve[:, 0].astype(int), curve[:, 1], late_gain_cm, resumed)
 
@@ -174,17 +185,17 @@ def _walked(
     environment: CrawlingEnvironment,
     space: DesignSpace,
     objective: Objective,
-    timestep: int,
+    seed: int | None,
     report: Callable[[int], None],
 ) -> np.ndarray:
     """Score and distance of every candidate [cm], and what it achieved, (3, candidate), in batches
-    for which the environment has room; told are the actions that all robots have made."""
+    for which the environment has room; the seed draws the worlds, and told are the actions that
+    all robots have made."""
     count = environment.num_envs // objective.worlds_per_design
     found = []
     for begin in range(0, len(candidates), count):
         batch = slice(begin, begin + count)
         design, action = candidates.design[batch], candidates.action[batch]
-        seed = timestep if objective.is_robust else None
 
         def step(made: int, begin: int = begin, count: int = len(design)) -> None:
             actions = begin * environment.task.action_count + count * made

@@ -32,3 +32,7 @@ class Searcher(Protocol):
 
     def tell(self, distance_cm: np.ndarray) -> None:
         """Take the distances of the candidates asked for last [cm], shape (candidate,)."""
+
+    def begin_in_other_worlds(self) -> None:
+        """Distances told so far were of other worlds than those to come, and are no measure for
+        them."""

@@ -233,7 +233,8 @@ def _row(
     if "full" in steps:
         walker = walkers(run, place)[-1]
         (kept,) = full_order_walks(run.spec(), [(walker, None)], folder, goal=found.goal)
-        row["full"] = result_to_dict(FullOrderWalk.of(None, kept, pair.nominal, found.goal))
+        walk = FullOrderWalk.of(None, kept, pair.nominal, found.goal)
+        row["full"] = result_to_dict(walk, found.goal.unit)
     return row
 
 

@@ -21,6 +21,7 @@ LABELS = {
 def bands_figure(found: Sequence[Mapping[str, Any]]) -> Figure:
     """A line from the 10th to the 90th percentile and a point at the median, a seed each."""
     figure, axes = new_axes(5.6, 3.0)
+    figure.set_layout_engine("constrained")
     seeds = sorted({each["seed"] for each in found})
     for each in found:
         row = list(LABELS).index(each["method"])
@@ -31,7 +32,7 @@ def bands_figure(found: Sequence[Mapping[str, Any]]) -> Figure:
         axes.plot(band["median_cm"], y, "o", color=colour, markersize=4)
     axes.set_yticks(range(len(LABELS)), list(LABELS.values()))
     axes.invert_yaxis()
-    axes.set_xlabel("distance in 200 unseen worlds (cm): median, 80 % of them")
+    axes.set_xlabel("distance in 200 unseen worlds (cm)")
     return figure
 
 

@@ -1,5 +1,6 @@
 """Searches find the known best of a toy space, and a stopped one goes on to the same bits."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,7 +30,7 @@ from pneumorph.learn.genetic_algorithm import (
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
 from pneumorph.learn.search_run import FAILED_CM, LOG_FILE, SearchResult, run_search
-from pneumorph.learn.searcher import Searcher
+from pneumorph.learn.searcher import Candidates, Searcher
 
 
 def environment(
@@ -258,15 +259,59 @@ def test_candidates_walk_in_worlds_of_their_generation(tmp_path: Path, method: s
         assert pair.distance_cm == pytest.approx(distances.mean(), abs=1e-9)
 
 
+@pytest.mark.parametrize("method", ["gaits", "genetic", "random"])
+def test_the_first_generations_walk_alone_in_the_nominal_world(tmp_path: Path, method: str) -> None:
+    """One walk a candidate until then, all in one world; then four each, and the survivors of the
+    first part begin the second. Half of those that walk once more are of the first."""
+    seeds: list[int | None] = []
+
+    class Told(CrawlersInWorlds):
+        def redraw(self, number: int | None = None) -> None:
+            seeds.append(number)
+            super().redraw(number)
+
+    size = 30 if method == "gaits" else 20
+    each = TASK.action_count * size
+    objective = replace(ROBUST, nominal_until_timestep=2 * each)
+    asked: list[Candidates] = []
+    searching = searcher(method)
+    ask = searching.ask
+
+    def noted() -> Candidates:
+        asked.append(ask())
+        return asked[-1]
+
+    searching.ask = noted  # type: ignore[method-assign]
+    walkers = environment(Told, 16)
+    found = run_search(searching, walkers, SPACE, 8 * each, tmp_path, objective=objective)
+    assert found.timesteps.tolist() == [each, 2 * each, 6 * each, 10 * each]
+    drawn = [seed for seed in seeds if seed is not None and seed < EVALUATION_SEED]
+    assert sorted(set(drawn)) == [0, each, 2 * each, 6 * each]
+    # Sixteen robots side by side: one for each candidate, then four. A new simulator draws once.
+    assert drawn.count(0) == 1 + -(-size // 16)
+    assert drawn.count(2 * each) == -(-size // 4)
+    if method == "genetic":
+        walked = {(int(d), a.tobytes()) for one in asked[:2] for d, a in _pairs(one)}
+        again = [(int(d), a.tobytes()) in walked for d, a in _pairs(asked[2])]
+        assert sum(again) >= size // 2
+    assert {pair.timestep <= 2 * each for pair in found.best.values()} == {True, False} or (
+        method == "gaits"
+    )
+
+
+def _pairs(candidates: Candidates) -> Iterator[tuple[np.integer, np.ndarray]]:
+    return zip(candidates.design, candidates.action, strict=True)
+
+
 def test_a_search_in_worlds_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     timesteps = 6 * 20 * 4 * TASK.action_count
-    centred = replace(ROBUST, centring_rounds=3)
+    centred = replace(ROBUST, centring_rounds=3, nominal_until_timestep=2 * 20 * TASK.action_count)
     folders = [tmp_path / name for name in ("straight", "stopped")]
     straight = run_search(
         searcher("genetic"), in_worlds(), SPACE, timesteps, folders[0], objective=centred
     )
-    for share in (0.5, 1.0):
-        resumed = run_search(
+    stopped, resumed = (
+        run_search(
             searcher("genetic"),
             in_worlds(),
             SPACE,
@@ -274,7 +319,9 @@ def test_a_search_in_worlds_goes_on_to_the_same_bits(tmp_path: Path) -> None:
             folders[1],
             objective=centred,
         )
-    assert resumed.resumed_timesteps == timesteps // 2
+        for share in (0.5, 1.0)
+    )
+    assert resumed.resumed_timesteps == stopped.timesteps[-1] < straight.timesteps[-1]
     assert [pair.score_cm for pair in resumed.ranked(SPACE)] == [
         pair.score_cm for pair in straight.ranked(SPACE)
     ]
