@@ -2,9 +2,9 @@
 
 A catalogue is a TOML file of parametric legs by name (docs/own_leg.md). Without a file it is the
 one that ships: legs of the measured physics, short and long, narrow and wide, and one with two
-chambers side by side, which alone is there without being built. `build` makes what is missing and
-resumes where it was stopped; `list` shows the shape, mass, bend at the highest pressure, errors,
-range and size of what is built.
+chambers side by side, which are there without being built. `build` makes what is missing (with
+--shipped also what ships) and resumes where it was stopped; `list` shows the shape, mass, bend at
+the highest pressure, errors, range and size of what is built.
 
 A module is stored under a key of all that it depends on: shape, mesh, materials, physics and
 settings of the reduction. It is remade only if one of these changes; the old variant is kept. A
@@ -13,7 +13,7 @@ robot's file names a module by `catalogue = "long_wide"`.
 Writes KEY/mesh.npz, KEY/leg.npz and KEY/module.json for each module, and modules/NAME.json, which
 maps names to keys, into runs/catalogue or --out.
 
-Example: pneumorph catalogue build --only long_wide
+Example: pneumorph catalogue build my_legs.toml
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def run(options: CatalogueOptions, folder: RunFolder) -> Catalogue:
     modules = chosen(read_catalogue(options.file or shipped_catalogue()), options.build.only)
     if options.action == "list":
         return listed(modules, folder)
-    return build_catalogue(modules, options.build.executor, folder)
+    return build_catalogue(modules, options.build.executor, folder, options.build.shipped)
 
 
 VERB = Verb(CatalogueOptions, run, folder=lambda _: CATALOGUE_FOLDER, alone=False)

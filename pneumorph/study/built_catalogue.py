@@ -130,6 +130,8 @@ class BuildSettings:
 
     only: tuple[str, ...] = ()
     """Names of the modules; all by default."""
+    shipped: bool = False
+    """Also build modules that ship with the package."""
     executor: ExecutorSettings = field(default_factory=ExecutorSettings)
     """Where snapshots are computed."""
 
@@ -186,7 +188,10 @@ def listed(modules: Mapping[str, ParametricModule], folder: RunFolder) -> Catalo
 
 
 def build_catalogue(
-    modules: Mapping[str, ParametricModule], executor: ExecutorSettings, folder: RunFolder
+    modules: Mapping[str, ParametricModule],
+    executor: ExecutorSettings,
+    folder: RunFolder,
+    shipped: bool = False,
 ) -> Catalogue:
     """Mesh and reduce the modules that are not there yet; the same call goes on where it stopped.
 
@@ -194,6 +199,7 @@ def build_catalogue(
         modules: By name, as `read_catalogue` reads them.
         executor: Where snapshots are computed.
         folder: The folder of built modules.
+        shipped: Also build those that ship with the package.
 
     Raises:
         ValueError: Another process builds there.
@@ -203,7 +209,7 @@ def build_catalogue(
         for name, module in modules.items():
             failure = folder.path / module.key / FAILURE_FILE
             try:
-                _build(name, module, executor, folder)
+                _build(name, module, executor, folder, shipped)
                 failure.unlink(missing_ok=True)
             except (ValueError, ArithmeticError, WorkerError) as error:  # the others go on
                 write_json(failure, {"error": str(error)})
@@ -211,11 +217,15 @@ def build_catalogue(
 
 
 def _build(
-    name: str, module: ParametricModule, executor: ExecutorSettings, folder: RunFolder
+    name: str,
+    module: ParametricModule,
+    executor: ExecutorSettings,
+    folder: RunFolder,
+    shipped: bool,
 ) -> None:
     """Make what is missing of one module, its report last, and let its name stand for it."""
-    if _home(module, folder.path) == SHIPPED_MODULES:
-        folder.progress.say(f"{name}: ships with the package")
+    if not shipped and _home(module, folder.path) == SHIPPED_MODULES:
+        folder.progress.say(f"{name}: ships with the package; --shipped builds it as well")
         return
     inner = RunFolder(folder.path / module.key, folder.verb, folder.progress, folder.provenance)
     mesh = inner / MESH_FILE
@@ -244,8 +254,9 @@ def _build(
 
 
 def _home(module: ParametricModule, folder: Path) -> Path:
-    """The folder of built modules that has a module: the given one, unless it only ships."""
-    there = (folder / module.key / REPORT_FILE).exists()
+    """The folder of built modules that has a module, or where it was tried: the given one, unless
+    it only ships."""
+    there = any((folder / module.key / name).exists() for name in (REPORT_FILE, FAILURE_FILE))
     ships = (SHIPPED_MODULES / module.key / REPORT_FILE).exists()
     return SHIPPED_MODULES if ships and not there else folder
 

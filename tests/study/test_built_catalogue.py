@@ -24,6 +24,7 @@ from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.study import built_catalogue
 from pneumorph.study.built_catalogue import Catalogue, build_catalogue
 from pneumorph.study.finished_run import FinishedRun
+from pneumorph.study.made_mesh import MeshSettings
 from pneumorph.study.module_catalogue import read_catalogue, shipped_catalogue
 
 # Two teeth of linear elements, a few equilibria: every stage in seconds.
@@ -237,7 +238,7 @@ def test_a_robots_file_names_a_module(folder: Path) -> None:
 def test_a_module_that_is_not_built_names_its_command(folder: Path, tmp_path: Path) -> None:
     path = folder / "other.toml"
     path.write_text(ROBOT.replace('"stub"', '"twin"'))
-    command = r"there are stub.*pneumorph catalogue build \[FILE\] --only twin --out .*built, where"
+    command = r"there are .*stub.*pneumorph catalogue build \[FILE\] --only twin --out .*built, where"
     with pytest.raises(FileNotFoundError, match=command):
         RobotDescription.read(path).spec()
     path.write_text(ROBOT.replace('"stub"', '"two_chamber"'))
@@ -332,22 +333,40 @@ def test_the_catalogue_that_ships_is_of_the_measured_physics() -> None:
         assert each.options().masses.model == "cast"
 
 
-def test_the_two_chamber_leg_ships_as_its_catalogue_has_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", read_catalogue(shipped_catalogue()))
+def test_a_module_ships_as_its_catalogue_has_it(name: str, tmp_path: Path) -> None:
     """Another law, shape or setting asks for it to be built again:
-    `pneumorph catalogue build --only two_chambers`, then its folder into pneumorph/data/catalogue.
+    `pneumorph catalogue build --only NAME`, then its folder into pneumorph/data/catalogue.
     """
-    module = read_catalogue(shipped_catalogue())["two_chambers"]
+    module = read_catalogue(shipped_catalogue())[name]
     assert (SHIPPED_MODULES / module.key / "leg.npz").exists()
-    found = built_catalogue.listed({"two_chambers": module}, RunFolder(tmp_path, "catalogue"))
-    report = found.reports["two_chambers"]
+    found = built_catalogue.listed({name: module}, RunFolder(tmp_path, "catalogue"))
+    report = found.reports[name]
     assert report.bend_error_percent < 1.0
     assert report.blocked_error_percent is not None
     assert report.blocked_error_percent < 3.0
-    built = BuiltModule.find("two_chambers", tmp_path)
+    built = BuiltModule.find(name, tmp_path)
     assert built.shape == module.mesh.leg
     # Nothing is made again, and nothing is written where it would be.
-    build_catalogue({"two_chambers": module}, ExecutorSettings(), RunFolder(tmp_path, "catalogue"))
+    build_catalogue({name: module}, ExecutorSettings(), RunFolder(tmp_path, "catalogue"))
     assert not (tmp_path / module.key).exists()
+
+
+def test_what_ships_is_built_where_that_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    asked = []
+
+    def meshed(kind: str, mesh: MeshSettings, inner: RunFolder) -> None:
+        asked.append((kind, mesh.leg))
+        raise ValueError("meshed in earnest")
+
+    monkeypatch.setattr(built_catalogue, "make_mesh", meshed)
+    module = read_catalogue(shipped_catalogue())["short_wide"]
+    folder = RunFolder(tmp_path, "catalogue")
+    found = build_catalogue({"short_wide": module}, ExecutorSettings(), folder, shipped=True)
+    assert asked == [("leg", module.mesh.leg)]
+    assert found.status == "some modules could not be built"
 
 
 def test_a_robot_of_legs_that_ship_bends_to_both_sides(tmp_path: Path) -> None:
