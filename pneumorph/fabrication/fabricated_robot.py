@@ -100,7 +100,8 @@ class FabricatedRobot:
     drawing: str | None = None
     """The assembly drawing, once it is drawn."""
     hub_mass_g: float | None = None
-    """Mass of the hub as it is printed [g]; None where its density is not known."""
+    """Mass of the hub as it is printed [g]; None in files of earlier versions where its density was
+    not known."""
     simulated_leg_mass_g: float | None = None
     """Mass of a leg in the simulation [g]."""
     simulated_hub_mass_g: float | None = None
@@ -142,8 +143,7 @@ def fabricate(
     if robot.hub.mesh is not None:
         made["hub"] = _written_mesh("hub", robot.hub.mesh, folder)
     volume_ml = made["hub"].volume_mm3 / MM3_PER_ML
-    density = robot.hub.density_g_per_ml
-    printed = Printed(robot.hub.detail, volume_ml, None if density is None else volume_ml * density)
+    printed = Printed(robot.hub.detail, volume_ml, volume_ml * robot.hub.density_g_per_ml)
     materials = [_material(leg, checks[leg.name]["cast_volume_mm3"]) for leg in robot.legs]
     tubes = tube_plan(robot.seats, settings.workshop)
     moulds = {name: solid.volume_mm3 for name, solid in made.items() if name.endswith(_OF_A_MOULD)}

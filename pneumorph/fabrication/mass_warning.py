@@ -13,19 +13,18 @@ LARGEST_MASS_DIFFERENCE = 0.1
 
 def mass_warning(
     legs: Mapping[str, tuple[float, float]],
-    hub: tuple[float | None, float],
+    hub: tuple[float, float],
     file: str | None = None,
 ) -> str | None:
     """Say where built and simulated masses differ by more than a tenth, and what makes them agree.
 
     Args:
         legs: Mass of each kind of leg as it is built and in the simulation [g], by its name.
-        hub: That of the hub; None where it is not known as it is built.
+        hub: That of the hub.
         file: The robot's file; None for the paper's robot.
     """
     pairs = {f"leg {name}".rstrip(): pair for name, pair in legs.items()}
-    if hub[0] is not None:
-        pairs["hub"] = hub[0], hub[1]
+    pairs["hub"] = hub
     apart = {name: pair for name, pair in pairs.items() if _differ(*pair)}
     if not apart:
         return None
@@ -42,7 +41,9 @@ def mass_warning(
             else f"mass_g = {built:.4g} under [modules.{name.removeprefix('leg ')}]"
             for name, (built, _) in apart.items()
         ]
-        return f"{told}simulate and learn with {', '.join(said)} of {file}"
+        heavy = "hub" in apart and hub[0] > hub[1]
+        hollow = ", or make the hub hollow (wall_mm, with its density)" if heavy else ""
+        return f"{told}simulate and learn with {', '.join(said)} of {file}{hollow}"
     usual = {"leg": 1e3 * cast_leg_mass_kg(paper_leg_mesh()), "hub": 1e3 * PRINTED_HUB.mass_kg}
     if not any(_differ(built, usual[name]) for name, (built, _) in pairs.items()):
         return f"{told}simulate and learn with --masses.model cast"

@@ -22,8 +22,8 @@ class Printed:
     """What it is printed of, and how."""
     volume_ml: float
     """Its volume [ml]."""
-    mass_g: float | None
-    """Its mass [g]; None where its density is not known."""
+    mass_g: float
+    """Its mass [g]."""
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ class HubToMake:
     Attributes:
         make: Makes it as an OpenCASCADE solid; None of a hub that is a mesh.
         mesh: The mesh of such a hub.
-        density_g_per_ml: Of what it is made of; None where only its mass is known.
+        density_g_per_ml: Of what it is made of.
         detail: What it is made of and how, for the parts list.
         simulated_mass_g: Mass of the simulated hub, without a payload [g].
         outline_mm: Points whose convex hull is its outline from each side [mm], (point, 3).
@@ -96,7 +96,7 @@ class HubToMake:
 
     make: Callable[[], Any] | None
     mesh: Mesh | None
-    density_g_per_ml: float | None
+    density_g_per_ml: float
     detail: str
     simulated_mass_g: float
     outline_mm: np.ndarray
@@ -258,8 +258,9 @@ def _described_hub(
         if seat.leg is not None and seat.leg.shape is not None
     ]
     simulated_g = 1e3 * robot.hub.mass_kg - hub.payload_g
-    density = hub.density_g_per_ml
-    made_of = "" if density is None else f" of {density:g} g/ml"
+    # Of a hub whose mass alone the file says, the material is that which is printed with.
+    density = hub.density_g_per_ml or settings.hub.density_g_per_ml
+    made_of = f" of {density:g} g/ml"
     hollow = "solid" if hub.wall_mm is None else f"hollow, walls of {hub.wall_mm:g} mm"
     if hub.shape == "mesh":
         detail = f"as its mesh has it{made_of}, without sockets"

@@ -11,6 +11,8 @@ import pytest
 
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.fabrication.fabrication_settings import FabricationSettings
+from pneumorph.fabrication.robot_to_make import described_robot_to_make
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.module_catalogue import read_catalogue, shipped_catalogue
 
@@ -73,3 +75,11 @@ def test_robots_that_are_turned_by_a_quarter_count_once(robot: RobotDescription)
         kept += same_sides * same_names
     assert len(robot.space) == kept / 4 == 11298
     assert all(len(each.regulators) == 2 for each in robot.space.first.fittings)
+
+
+def test_its_hub_is_printed_of_the_usual_material(robot: RobotDescription) -> None:
+    """Its file says a mass alone; what is built of it is weighed beside that."""
+    settings = FabricationSettings()
+    made = described_robot_to_make(robot.usual_design, robot, robot.spec(), settings)
+    assert made.hub.density_g_per_ml == settings.hub.density_g_per_ml
+    assert made.hub.simulated_mass_g == pytest.approx(30.0858)

@@ -40,7 +40,9 @@ def test_a_robot_of_a_file_is_told_by_its_fields() -> None:
         "masses differ: leg short: 19.8 g as built, 44.3 g in the simulation (+124 %); hub: 84.7 g "
         "as built, 60.0 g in the simulation (-29 %); distances depend on them: simulate and learn "
         "with mass_g = 19.8 under [modules.short], mass_kg = 0.0847 under [hub] "
-        "(in place of a density) of plate.toml"
+        "(in place of a density) of plate.toml, or make the hub hollow (wall_mm, with its density)"
     )
-    # What the hub is made of may not be known.
-    assert mass_warning({"long": (46.8, 47.0)}, (None, 60.0), "plate.toml") is None
+    # One that is built lighter than it is simulated is not to become lighter still.
+    light = mass_warning({"long": (46.8, 47.0)}, (50.0, 60.0), "plate.toml")
+    assert light is not None
+    assert light.endswith("of plate.toml")
