@@ -29,7 +29,13 @@ from pneumorph.physics.regulators import air_regulators
 
 ROOT = Path(__file__).parents[2]
 LEARNED = ROOT / "examples" / "gaits" / "learned.csv"
-FILES = sorted(p for folder in ("examples", "reproduce") for p in ROOT.glob(f"{folder}/**/gaits/*"))
+CHANNELS = 3
+FILES = sorted(
+    path
+    for folder in ("examples", "reproduce")
+    for path in ROOT.glob(f"{folder}/**/gaits/*")
+    if read_gait(path)[0].regulator_count == CHANNELS
+)
 LAGS_S = (0.0, 0.05, 0.1, 0.15, 0.2)
 """From none to the slowest that randomised worlds draw; a rig's limit is 0.25 s."""
 
