@@ -8,7 +8,8 @@ Full-order trajectories take minutes each: they are kept in RUN/full_order, thos
 package are found there, and an interrupted one is resumed.
 
 By default this verb compares the published robot, because the full-order trajectories that ship are
-of that robot; those of `--physics measured` take hours.
+of that robot; of `--physics measured` two ship (hamiltonian and heldout_00), and the others take
+hours.
 
 With --grid, further reductions of the leg walk the four animations too: their errors against the
 time of a step are figure 12 of the paper.

@@ -27,6 +27,7 @@ from pneumorph.study.full_order_store import (
 )
 from pneumorph.study.model_pair import ModelPair
 from pneumorph.study.robot_error import robot_error
+from pneumorph.trajectory import Trajectory
 
 
 def test_a_kept_trajectory_is_found_by_its_identity(tmp_path: Path) -> None:
@@ -85,3 +86,13 @@ def test_ways_that_ship_are_of_the_published_masses(name: str) -> None:
     assert not found(paper_robot(by_volume))
     for changed in (Physics(friction_by_surface=(("hub", 0.3),)), Physics(air=Air("orifice"))):
         assert not found(paper_robot("published", physics=changed))
+
+
+def test_ways_that_ship_came_to_their_end() -> None:
+    ways = [way for folder in shipped_folders() for way in folder.glob("*.npz")]
+    assert {way.parent.name for way in ways} == {"measured", "published"}
+    for way in ways:
+        kept = Trajectory.load(way)
+        assert kept.status == "completed"
+        assert len(kept.metadata["identity"]) == 64
+        assert kept.metadata["nodes"]
