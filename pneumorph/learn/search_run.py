@@ -117,11 +117,10 @@ def run_search(
     nominal: dict[int, list[DesignGaitPair]] = {}
     reached: list[tuple[int, float]] = []
     done, resumed, most = 0, 0, np.nan
-    alone = replace(objective, worlds_per_design=1)
-    now = alone if done < objective.nominal_until_timestep else objective
+    now = _objective_at(objective, done)
     with path.open("a", encoding="utf-8") as stream:
         while done < timesteps:
-            if now is alone and done >= objective.nominal_until_timestep:
+            if now is not objective and _objective_at(objective, done) is objective:
                 now, nominal, found, most = objective, found, {}, np.nan
                 searcher.begin_in_other_worlds()
             walks_each = task.action_count * now.worlds_per_design
@@ -178,6 +177,14 @@ def run_search(
         pairs += _finalists(found, finalist_count - len(pairs))
         best = best_of_each_design(pairs, environment, space, objective, progress)
     return SearchResult(best, curve[:, 0].astype(int), curve[:, 1], late_gain_cm, resumed)
+
+
+def _objective_at(objective: Objective, timestep: int) -> Objective:
+    """What counts of a generation: itself, or in the nominal world the one walk there."""
+    worlds = objective.worlds_at(timestep)
+    if worlds == objective.worlds_per_design:
+        return objective
+    return replace(objective, worlds_per_design=worlds)
 
 
 def _walked(

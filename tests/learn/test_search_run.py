@@ -299,6 +299,22 @@ def test_the_first_generations_walk_alone_in_the_nominal_world(tmp_path: Path, m
     )
 
 
+def test_in_one_world_there_is_no_other_to_begin_in(tmp_path: Path) -> None:
+    timesteps = 60 * TASK.action_count
+    plain, begun = (
+        search(
+            "random",
+            timesteps,
+            tmp_path / str(until),
+            objective=Objective(nominal_until_timestep=until),
+        )
+        for until in (0, timesteps // 2)
+    )
+    assert begun.best.keys() == plain.best.keys()
+    for design, pair in plain.best.items():
+        assert begun.best[design].score_cm == pair.score_cm
+
+
 def _pairs(candidates: Candidates) -> Iterator[tuple[np.integer, np.ndarray]]:
     return zip(candidates.design, candidates.action, strict=True)
 
