@@ -54,7 +54,7 @@ class HubDescription(Checked):
     """What it is made of [g/ml]; its mass, centre and inertia follow from its shape."""
     wall_mm: Positive | None = None
     """Thickness of its walls, of a hollow one [mm]; by default it is solid. A mesh with walls is
-    taken as a thin shell."""
+    taken as a thin shell. Where the inertia is given, walls only say how it is printed."""
     mass_kg: Positive | None = None
     """Its mass, in place of the density [kg]: of a box or a disk with the inertia of its shape, of
     a mesh spread evenly over its nodes, unless centre and inertia are given."""
@@ -109,11 +109,8 @@ class HubDescription(Checked):
                 f"payload_g is {self.payload_g:g} and model is soft, expected rigid: a point would "
                 "hang on one node"
             )
-        if self.wall_mm is not None and (self.centre_mm is not None or not self._hollow_fits()):
-            raise ValueError(
-                f"wall_mm is {self.wall_mm:g}, expected less than half of every size, and none "
-                "where the inertia is given"
-            )
+        if self.wall_mm is not None and not self._hollow_fits():
+            raise ValueError(f"wall_mm is {self.wall_mm:g}, expected less than half of every size")
 
     def spec(self, folder: Path) -> HubSpec:
         """The hub.
@@ -147,9 +144,17 @@ class HubDescription(Checked):
             return box_solid(
                 self.length_mm - 2.0 * wall_mm, self.width_mm - 2.0 * wall_mm, high, low
             )
+        return cone_solid(*self.radii_mm(wall_mm), high, low)
+
+    def radii_mm(self, wall_mm: float) -> tuple[float, float]:
+        """Radii of a disk's lower and upper face without so much of its outside [mm]: the flank
+        moves inwards at right angles to itself."""
         assert self.radius_mm is not None
+        assert self.height_mm is not None
         bottom, top = self.radius_mm, self.top_radius_mm or self.radius_mm
-        return cone_solid(bottom - wall_mm, top - wall_mm, high, low)
+        slope = (top - bottom) / self.height_mm
+        inwards = wall_mm * float(np.hypot(1.0, slope))
+        return bottom + slope * wall_mm - inwards, top - slope * wall_mm - inwards
 
     def _hollow_fits(self) -> bool:
         sizes = (self.length_mm, self.width_mm, self.height_mm)

@@ -20,6 +20,7 @@ from pneumorph.fabrication.leg_socket import (
     collar,
     leg_space,
     tube_places_mm,
+    within_the_pad,
 )
 from pneumorph.fabrication.solid import FabricationError, posed, single_solid
 from pneumorph.geometry.netgen_mesher import box, open_cascade, union
@@ -49,15 +50,24 @@ def make_described_hub(
         )
     settings = settings or HubSettings()
     body = _body(hub, 0.0)
-    if hub.wall_mm is not None:
-        body = body - _body(hub, hub.wall_mm)
+    hollow = None if hub.wall_mm is None else _body(hub, hub.wall_mm)
+    if hollow is not None:
+        around = hollow
+        for leg, pose in legs:  # whose space grazes the walls, and has one of its own around it
+            around = around - posed(leg_space(leg, settings, settings.wall_mm), pose)
+        body = body - around
     assert hub.bottom_mm is not None
     assert hub.height_mm is not None
     top_mm = hub.bottom_mm + hub.height_mm
     for leg, pose in legs:
         body = body + posed(collar(leg, settings), pose)
     for leg, pose in legs:
-        body = body - posed(leg_space(leg, settings), pose) - _tubes(leg, pose, top_mm, settings)
+        if hollow is not None:
+            body = body - posed(within_the_pad(leg, settings, end_wall=True), pose)
+            # Its end opens into the hollow, and stands where it would thin the hub's own wall.
+            body = body - posed(within_the_pad(leg, settings, end_wall=False), pose) * hollow
+        body = body - posed(leg_space(leg, settings), pose)
+        body = body - _tubes(leg, pose, top_mm, hollow is not None, settings)
     return single_solid("the hub with its sockets", body)
 
 
@@ -71,16 +81,18 @@ def _body(hub: HubDescription, inset_mm: float) -> Any:
         assert hub.width_mm is not None
         length, width = hub.length_mm - 2.0 * inset_mm, hub.width_mm - 2.0 * inset_mm
         return box((-length / 2.0, -width / 2.0, low), (length, width, height))
-    assert hub.radius_mm is not None
-    bottom, top = hub.radius_mm - inset_mm, (hub.top_radius_mm or hub.radius_mm) - inset_mm
+    bottom, top = hub.radii_mm(inset_mm)
     occ = open_cascade()
     if bottom == top:
         return occ.Cylinder(occ.Pnt(0, 0, low), occ.Z, bottom, height)
     return occ.Cone(occ.Axes(occ.Pnt(0, 0, low), occ.Z), bottom, top, height, 2.0 * np.pi)
 
 
-def _tubes(leg: PneuNetShape, pose: Pose, top_mm: float, settings: HubSettings) -> Any:
-    """Along the leg's axis to behind its socket, and from there straight up."""
+def _tubes(
+    leg: PneuNetShape, pose: Pose, top_mm: float, hollow: bool, settings: HubSettings
+) -> Any:
+    """Along the leg's axis to behind its socket, and from there straight up. Behind the wall of a
+    socket of a hollow hub there is nothing to drill."""
     inwards = PAD_MM + 2.0 * settings.channel_radius_mm
     occ = open_cascade()
     shafts = []
@@ -92,4 +104,5 @@ def _tubes(leg: PneuNetShape, pose: Pose, top_mm: float, settings: HubSettings) 
         shafts.append(
             occ.Cylinder(occ.Pnt(x, y_there, z), occ.Z, settings.channel_radius_mm, over - z)
         )
-    return posed(channels(leg, inwards, settings), pose) + union(shafts)
+    drilled = 2.0 * settings.wall_mm if hollow else inwards
+    return posed(channels(leg, drilled, settings), pose) + union(shafts)

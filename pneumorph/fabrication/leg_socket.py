@@ -38,14 +38,32 @@ def behind_the_socket(leg: PneuNetShape, settings: HubSettings) -> Any:
     return box((back - PAD_MM, -half, -BEYOND_MM), (PAD_MM, 2.0 * half, top + BEYOND_MM))
 
 
-def leg_space(leg: PneuNetShape, settings: HubSettings) -> Any:
-    """What the leg takes, with clearance: its end tooth, open downwards, and its base plate."""
-    gap = settings.clearance_mm
+def within_the_pad(leg: PneuNetShape, settings: HubSettings, end_wall: bool) -> Any:
+    """What is hollow of the pad, with a wall below as well, and one at its end or not."""
+    length, width, _ = leg.tooth_base_mm
+    half = width / 2.0 + settings.clearance_mm
+    bottom = leg.base_plate_mm[2] + settings.clearance_mm + settings.wall_mm
+    deep = PAD_MM - settings.wall_mm * (2.0 if end_wall else 1.0)
+    return box(
+        (-length / 2.0 - settings.wall_mm - deep, -half, bottom),
+        (deep, 2.0 * half, leg.height_mm + settings.clearance_mm - bottom),
+    )
+
+
+def leg_space(leg: PneuNetShape, settings: HubSettings, around_mm: float = 0.0) -> Any:
+    """What the leg takes, with clearance: its end tooth, open downwards, and its base plate.
+
+    Args:
+        leg: The leg.
+        settings: The clearance.
+        around_mm: So much more on every side but below, and behind the tooth [mm].
+    """
+    gap = settings.clearance_mm + around_mm
     length, width, _ = leg.tooth_base_mm
     plate_length, plate_width, plate_height = leg.base_plate_mm
     tooth = box(
-        (-length / 2.0, -width / 2.0 - gap, -1.0),
-        (length, width + 2.0 * gap, leg.height_mm + gap + 1.0),
+        (-length / 2.0 - around_mm, -width / 2.0 - gap, -1.0),
+        (length + 2.0 * around_mm, width + 2.0 * gap, leg.height_mm + gap + 1.0),
     )
     plate = box(
         (-plate_length / 2.0 - gap, -plate_width / 2.0 - gap, -10.0),

@@ -13,6 +13,8 @@ from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.robot_to_make import described_robot_to_make
+from pneumorph.fabrication.solid import surface_of
+from pneumorph.fabrication.wall_thickness import wall_thickness_mm
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.module_catalogue import read_catalogue, shipped_catalogue
 
@@ -83,3 +85,16 @@ def test_its_hub_is_printed_of_the_usual_material(robot: RobotDescription) -> No
     made = described_robot_to_make(robot.usual_design, robot, robot.spec(), settings)
     assert made.hub.density_g_per_ml == settings.hub.density_g_per_ml
     assert made.hub.simulated_mass_g == pytest.approx(30.0858)
+
+
+def test_its_hub_weighs_in_print_what_it_does_in_the_simulation(robot: RobotDescription) -> None:
+    """Within a twentieth, half of what `fabricate` warns of; thinner walls would not print."""
+    pytest.importorskip("netgen.occ")
+    made = described_robot_to_make(
+        "1+2.0.0.3+4.1+2.0.3+4.0", robot, robot.spec(), FabricationSettings()
+    )
+    assert made.hub.solid is not None
+    printed_g = 1e-3 * made.hub.density_g_per_ml * sum(each.mass for each in made.hub.solid.solids)
+    assert printed_g == pytest.approx(made.hub.simulated_mass_g, rel=0.05)
+    thinnest = wall_thickness_mm(surface_of(made.hub.solid, 8.0), 5.0).min()
+    assert thinnest > FabricationSettings().hub.smallest_wall_mm

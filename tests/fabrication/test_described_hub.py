@@ -83,6 +83,47 @@ def test_sockets_clear_their_legs_and_open_to_the_top(wall_mm: float | None) -> 
             assert volume(up * hub) == 0.0
 
 
+DISK = HubDescription(
+    "disk",
+    radius_mm=50,
+    top_radius_mm=54.5,
+    height_mm=18,
+    bottom_mm=26.9,
+    density_g_per_ml=1.24,
+    wall_mm=0.9,
+)
+
+
+def test_a_flank_is_as_thick_as_the_other_walls() -> None:
+    """Facets of e are e^2 / (8 r) off a curved wall: those of 5 mm 0.06 off this one."""
+    hub = make_described_hub(DISK, [])
+    thickness = wall_thickness_mm(surface_of(hub, 4.0), 5.0)
+    assert thickness[np.isfinite(thickness)] == pytest.approx(0.9, abs=0.06)
+    low, high, wall = np.pi / 3 * 18, np.pi / 3 * 16.2, 0.9 * np.hypot(1.0, 0.25)
+    bottom, top = 50 + 0.225 - wall, 54.5 - 0.225 - wall
+    outside = low * (50**2 + 50 * 54.5 + 54.5**2)
+    inside = high * (bottom**2 + bottom * top + top**2)
+    assert volume(hub) == pytest.approx(outside - inside, rel=1e-9)
+
+
+@pytest.mark.parametrize("roll_deg", [0.0, 45.0, -45.0])
+def test_sockets_of_rolled_legs_in_a_thin_shell_can_be_printed(roll_deg: float) -> None:
+    """Where a leg's base plate grazes the flank, the flank has a wall of its own behind it."""
+    legs = []
+    for yaw in (45.0, 225.0):
+        turn = rotation_about("z", yaw) @ rotation_about("y", 15.0) @ rotation_about("x", roll_deg)
+        place = 55.0 * np.array([np.cos(np.radians(yaw)), np.sin(np.radians(yaw)), 0.0])
+        face = np.array([-52.0, 0.0, 12.0])
+        legs.append((TWIN, Pose(turn, place + [0.0, 0.0, 36.0] - turn @ face)))
+    hub = make_described_hub(DISK, legs)
+    assert wall_thickness_mm(surface_of(hub, 8.0), 5.0).min() > HubSettings().smallest_wall_mm
+    added_g = 1.24e-3 * (volume(hub) - volume(make_described_hub(DISK, [])))
+    assert 0.5 < added_g / len(legs) < 3.0  # a solid pad would add 8 g
+    for leg, pose in legs:
+        for low, size in leg.solid_boxes():
+            assert volume(posed(box(low, size), pose) * hub) == 0.0
+
+
 def test_two_chambers_have_two_tubes_within_their_chambers() -> None:
     left, right = tube_places_mm(TWIN)
     assert left == -right
