@@ -112,9 +112,10 @@ def test_sockets_of_rolled_legs_in_a_thin_shell_can_be_printed(roll_deg: float) 
     legs = []
     for yaw in (45.0, 225.0):
         turn = rotation_about("z", yaw) @ rotation_about("y", 15.0) @ rotation_about("x", roll_deg)
-        place = 55.0 * np.array([np.cos(np.radians(yaw)), np.sin(np.radians(yaw)), 0.0])
+        radians = np.radians(yaw)
+        place = np.array([55.0 * np.cos(radians), 55.0 * np.sin(radians), 36.0])
         face = np.array([-52.0, 0.0, 12.0])
-        legs.append((TWIN, Pose(turn, place + [0.0, 0.0, 36.0] - turn @ face)))
+        legs.append((TWIN, Pose(turn, place - turn @ face)))
     hub = make_described_hub(DISK, legs)
     assert wall_thickness_mm(surface_of(hub, 8.0), 5.0).min() > HubSettings().smallest_wall_mm
     added_g = 1.24e-3 * (volume(hub) - volume(make_described_hub(DISK, [])))
