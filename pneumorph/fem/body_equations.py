@@ -3,11 +3,14 @@
 With M the mass, f(x) all forces but damping, K their negative derivative and D the stiffness that
 damping acts on, the converged implicit Euler step of length h asks for v such that
 
-    r(v) = (1 + alpha h) M v + h beta D(x) v - M v_0 - h f(x) = impulses,   x = x_0 + h v.
+    r(v) = (1 + alpha h) M v + h beta D(x_0) v - M v_0 - h f(x) = impulses,   x = x_0 + h v.
 
 Newton's method linearises it at a trial v_k: A = (1 + alpha h) M + h beta D + h^2 K and
 b = A v_k - r. The linearly implicit step (Baraff and Witkin 1998; the paper's equation for dv) is
 one such step from v_k = 0 in which K is D, without geometric and pressure terms.
+
+D is that of the step's start in both: at a trial end, what only turns seems stretched, and a stiff
+sheet's D would be of that stretch.
 
 A solid that relaxes adds the force of its branches, which depends on the whole step: on what the
 solid remembered at its start and on where it ends (`pneumorph.fem.maxwell_group`).
@@ -61,6 +64,7 @@ def implicit_equations(
     pressure_kPa: Pressure,
     physics: Physics,
     definite: bool,
+    damped: np.ndarray | None,
     memory: ViscousState | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A and b of the implicit Euler step linearised at a trial end of it.
@@ -73,19 +77,21 @@ def implicit_equations(
         pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
         definite: Make A positive definite at the price of a slower convergence.
+        damped: `damping_data` of the step's start.
         memory: What a solid that relaxes remembers at the start of the step.
 
     Returns:
         As `linearly_implicit_equations`; A v - b is the residual r(v).
     """
     if part.compiled is not None and not definite:
-        compiled = implicit_matrix(part, x, pressure_kPa, physics, memory)
-        unbalanced = implicit_residual(part, start_velocity, x, v, pressure_kPa, physics, memory)
+        compiled = implicit_matrix(part, x, pressure_kPa, physics, damped, memory)
+        unbalanced = implicit_residual(
+            part, start_velocity, x, v, pressure_kPa, physics, damped, memory
+        )
         return compiled, part.assembly.matrix(compiled) @ v.ravel() - unbalanced
-    h, beta = physics.time_step_s, physics.stiffness_damping_s
+    h = physics.time_step_s
     mass = np.repeat(part.node_mass, 3)
-    data = h * beta * damped_stiffness_data(part, x, physics)
-    data[part.assembly.diagonal] += physics.mass_factor * mass
+    data = _inertia_and_damping(part, physics, damped)
     velocity = v.ravel()
     residual = part.assembly.matrix(data) @ velocity - mass * start_velocity.ravel()
     residual -= h * _force(part, x, pressure_kPa, physics).ravel()
@@ -102,6 +108,7 @@ def implicit_residual(
     v: np.ndarray,
     pressure_kPa: Pressure,
     physics: Physics,
+    damped: np.ndarray | None,
     memory: ViscousState | None = None,
 ) -> np.ndarray:
     """r(v) of the implicit Euler step at a trial end of it, without its matrix.
@@ -113,6 +120,7 @@ def implicit_residual(
         v: Velocities that lead there [mm/s], (node, 3).
         pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
+        damped: `damping_data` of the step's start.
         memory: What a solid that relaxes remembers at the start of the step.
 
     Returns:
@@ -123,9 +131,9 @@ def implicit_residual(
     force = elements.force(x, part.pressures_kPa(pressure_kPa), relaxing)
     force += part.node_mass[:, None] * physics.gravity_vector
     residual = part.node_mass[:, None] * (physics.mass_factor * v - start_velocity) - h * force
-    if physics.stiffness_damping_s > 0.0:
-        damping = part.assembly.matrix(damped_stiffness_data(part, x, physics)) @ v.ravel()
-        residual += h * physics.stiffness_damping_s * damping.reshape(-1, 3)
+    if damped is not None:
+        resistance = part.assembly.matrix(damped) @ v.ravel()
+        residual += h * physics.stiffness_damping_s * resistance.reshape(-1, 3)
     return residual.ravel()
 
 
@@ -134,6 +142,7 @@ def implicit_matrix(
     x: np.ndarray,
     pressure_kPa: Pressure,
     physics: Physics,
+    damped: np.ndarray | None,
     memory: ViscousState | None = None,
     change: np.ndarray | None = None,
 ) -> np.ndarray:
@@ -144,14 +153,12 @@ def implicit_matrix(
         x: World positions at the trial end [mm], (node, 3).
         pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
+        damped: `damping_data` of the step's start.
         memory: What a solid that relaxes remembers at the start of the step.
         change: A step that led there [mm], (node, 3): stiff stresses as it foresaw them.
     """
-    elements, h, beta = _elements(part), physics.time_step_s, physics.stiffness_damping_s
-    data = np.zeros(len(part.assembly.indices))
-    if beta > 0.0:
-        data += h * beta * damped_stiffness_data(part, x, physics)
-    data[part.assembly.diagonal] += physics.mass_factor * np.repeat(part.node_mass, 3)
+    elements, h = _elements(part), physics.time_step_s
+    data = _inertia_and_damping(part, physics, damped)
     relaxing = elements.relaxing_stress(memory, h)
     elements.force_and_tangent(x, part.pressures_kPa(pressure_kPa), relaxing, data, h**2, change)
     return data
@@ -160,6 +167,29 @@ def implicit_matrix(
 def _elements(part: PartModel) -> CompiledElements:
     assert part.compiled is not None, "asked for of parts whose elements the engine knows"
     return part.compiled
+
+
+def _inertia_and_damping(
+    part: PartModel, physics: Physics, damped: np.ndarray | None
+) -> np.ndarray:
+    """(1 + alpha h) M + h beta D."""
+    factor = physics.time_step_s * physics.stiffness_damping_s
+    data = np.zeros(len(part.assembly.indices)) if damped is None else factor * damped
+    data[part.assembly.diagonal] += physics.mass_factor * np.repeat(part.node_mass, 3)
+    return data
+
+
+def damping_data(part: PartModel, x: np.ndarray, physics: Physics) -> np.ndarray | None:
+    """`damped_stiffness_data` of the implicit Euler step; None where stiffness damps nothing.
+
+    Args:
+        part: The body.
+        x: World positions of the nodes at the step's start [mm], (node, 3).
+        physics: Which damping.
+    """
+    if physics.stiffness_damping_s == 0.0:
+        return None
+    return damped_stiffness_data(part, x, physics)
 
 
 def damped_stiffness_data(part: PartModel, x: np.ndarray, physics: Physics) -> np.ndarray:

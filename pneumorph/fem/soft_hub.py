@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.fem.bend import best_rotation
-from pneumorph.fem.body_equations import implicit_equations, linearly_implicit_equations
+from pneumorph.fem.body_equations import (
+    damping_data,
+    implicit_equations,
+    linearly_implicit_equations,
+)
 from pneumorph.fem.hub_body import Body
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
@@ -99,6 +103,7 @@ class SoftHub:
                 0.0,
                 physics,
                 definite,
+                damping_data(self.part, start.positions, physics),
             )
         )
 

@@ -9,6 +9,7 @@ from typing import Generic
 import numpy as np
 
 from pneumorph.fem.body_equations import (
+    damping_data,
     implicit_equations,
     implicit_matrix,
     implicit_residual,
@@ -57,6 +58,7 @@ class StepProblem(Generic[HubState]):
         self._robot, self._start, self._physics = robot, start, physics
         self._regulated = regulated_kPa
         self._pressure = physics.pressure_map.simulated(regulated_kPa)
+        self._damping: dict[int, np.ndarray | None] = {}
         self.friction: np.ndarray = physics.contact_friction(
             robot.contact_surfaces, start.impulses[:, 0]
         )
@@ -155,6 +157,7 @@ class StepProblem(Generic[HubState]):
             self._pressure_of(leg),
             self._physics,
             definite,
+            self._damped(number),
             start.memories[number],
         )
 
@@ -175,6 +178,7 @@ class StepProblem(Generic[HubState]):
             trial.positions[number],
             self._pressure_of(leg),
             self._physics,
+            self._damped(number),
             self._start.memories[number],
             change,
         )
@@ -189,6 +193,7 @@ class StepProblem(Generic[HubState]):
             trial.velocities[number],
             self._pressure_of(leg),
             self._physics,
+            self._damped(number),
             start.memories[number],
         )
 
@@ -356,6 +361,13 @@ class StepProblem(Generic[HubState]):
             penetration_mm=penetration_mm,
             iterations=iterations,
         )
+
+    def _damped(self, number: int) -> np.ndarray | None:
+        """`damping_data` of a leg, once for all trials."""
+        if number not in self._damping:
+            part, x = self._robot.legs[number].part, self._start.positions[number]
+            self._damping[number] = damping_data(part, x, self._physics)
+        return self._damping[number]
 
     def _moved(
         self,
