@@ -134,8 +134,20 @@ class RobotDescription(Checked, ShownInNotebooks):
             FileNotFoundError: No such file.
             ValueError: It is no description; names the file, the field and the cause.
         """
-        path = Path(path)
-        content = read_settings_file(path)
+        return cls.of_content(read_settings_file(path), path)
+
+    @classmethod
+    def of_content(cls, content: Mapping[str, Any], path: Path | str) -> RobotDescription:
+        """The description that a file had, whatever it has now.
+
+        Args:
+            content: What was in it, as nested dictionaries.
+            path: The file; paths in it start from its folder.
+
+        Raises:
+            ValueError: It is no description; names the file, the field and the cause.
+        """
+        path, content = Path(path), dict(content)
         if not isinstance(content.get("physics", {}), Mapping):
             raise ArtefactError(f"robot file {path}: physics is no table, expected [physics]")
         acting = dict(content.get("physics", {}))

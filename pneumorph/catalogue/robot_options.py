@@ -12,7 +12,12 @@ import tyro
 
 from pneumorph.base.checked import Bounds, Checked
 from pneumorph.base.executor import ExecutorSettings
-from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
+from pneumorph.base.settings import (
+    laid_over,
+    read_settings_file,
+    settings_from_dict,
+    settings_to_dict,
+)
 from pneumorph.base.shapes import table
 from pneumorph.catalogue.full_options import FullOptions, full_of
 from pneumorph.catalogue.masses import Masses
@@ -79,8 +84,11 @@ def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
     Args:
         content: Settings as nested dictionaries.
     """
-    path = content.get("robot", {}).get("described")
-    return None if path is None else RobotDescription.read(path)
+    robot = content.get("robot", {})
+    path, said = robot.get("described"), robot.get("file_content")
+    if path is None or said is not None:
+        return None if path is None else RobotDescription.of_content(said, path)
+    return RobotDescription.read(path)
 
 
 def chosen_robot(content: Mapping[str, Any]) -> RobotDescription | None:
@@ -100,6 +108,9 @@ class RobotOptions(Checked):
     described: Annotated[Path | None, tyro.conf.arg(name="robot")] = None
     """TOML file that describes a robot, see docs/own_robot.md; by default the paper's robot. The
     file sets its own physics, designs, legs and masses."""
+    file_content: Annotated[Mapping[str, Any] | None, tyro.conf.Fixed, tyro.conf.Suppress] = None
+    """What was in that file when the run began, so that later verbs and resumed runs have the same
+    robot whatever becomes of the file."""
     based_on: Annotated[PhysicsName, tyro.conf.arg(name="physics")] = USUAL
     """Sets leg, masses, hub and physics together; other flags change single numbers. `measured`:
     material properties as they were measured. `published`: as the article simulated its robots."""
@@ -158,6 +169,8 @@ class RobotOptions(Checked):
             now = {**usual, "masses": {"model": "published"}, **now}
             robot = now.get("described")
             if isinstance(robot, str) and Path(robot).is_file():
+                if now.get("file_content") is None:
+                    now["file_content"] = read_settings_file(robot)
                 said = _all_of(RobotDescription.read(robot).physics.based_on)
                 nothing = {**usual, "masses": settings_to_dict(Masses("published"))}
                 now |= {
@@ -192,8 +205,10 @@ class RobotOptions(Checked):
             ArtefactError: It is no reduced part.
         """
         if content.get("described") is not None:
-            robot = RobotDescription.read(content["described"])
-            brought = _all_of(robot.physics.based_on)
+            path, said = content["described"], content.get("file_content")
+            said = read_settings_file(path) if said is None else said
+            robot = RobotDescription.of_content(said, path)
+            brought = {**_all_of(robot.physics.based_on), "file_content": said}
             brought["physics"] = settings_to_dict(robot.acting)
             brought["full"]["hub"] = robot.hub.model
             return brought
@@ -269,7 +284,9 @@ class RobotOptions(Checked):
             FileNotFoundError: The file is missing.
             ArtefactError: It is no description.
         """
-        return None if self.described is None else RobotDescription.read(self.described)
+        return described_robot(
+            {"robot": {"described": self.described, "file_content": self.file_content}}
+        )
 
     def _part_of_this_physics(self) -> ReducedPart | Path | None:
         """The reduced leg, read where what is in it is checked.

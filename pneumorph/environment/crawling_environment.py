@@ -272,8 +272,13 @@ class CrawlingEnvironment(VectorEnv):
         left_mm = after[0] - before[0]
         turn_deg = turn_between(before[1], after[1])
         image = terms_of(left_mm=-left_mm, turn_deg=-turn_deg)
-        told = {"mirrored_reward_cm": np.sum(list(image.values()), axis=0)}
+        mirrored = np.sum(list(image.values()), axis=0)
         terms, goal = terms_of(left_mm=left_mm, turn_deg=turn_deg), self.task.goal
+        own = np.sum(list(terms.values()), axis=0)
+        told = {
+            "mirrored_reward_cm": mirrored,
+            "mirrored_with_cm": np.stack([own, mirrored], axis=1),
+        }
         told["achieved"] = terms[GOAL_TERMS[goal.name]] / goal.cm_per_unit
         return terms, told
 

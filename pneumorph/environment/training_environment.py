@@ -28,7 +28,8 @@ class TrainingEnvironment(Protocol):
     default the reward; ``achieved``, what of the task's goal was in its unit, by default the same;
     ``command_kPa`` (robot, regulator), the pressures of gait files, by default
     what `CrawlingTask.pressure_kPa` makes of the actions; ``mirrored_reward_cm``, what the robot's
-    mirror image would have got, by default the reward.
+    mirror image would have got, by default the reward; ``mirrored_with_cm`` (robot, 2), the reward
+    and the image's that belong together, by which a wrapper is told that changes the one alone.
     """
 
     @property
@@ -107,6 +108,7 @@ class ToldStep:
         distance_cm: What counts as its way [cm], (robot,).
         achieved: What of the task's goal it achieved [its unit], (robot,).
         mirrored_reward_cm: What its mirror image would have got [cm], (robot,).
+        mirror_is_stale: Whether that is the image's of another reward.
         command_kPa: Real pressures [kPa], (robot, regulator).
     """
 
@@ -114,6 +116,7 @@ class ToldStep:
     distance_cm: np.ndarray
     achieved: np.ndarray
     mirrored_reward_cm: np.ndarray
+    mirror_is_stale: bool
     command_kPa: np.ndarray
 
     @classmethod
@@ -130,10 +133,16 @@ class ToldStep:
         """
         command = info.get("command_kPa")
         distance_cm = info.get("forward_travel_cm", reward)
+        mirrored_cm, together = info.get("mirrored_reward_cm", reward), info.get("mirrored_with_cm")
+        stale = together is not None and (
+            np.array_equal(mirrored_cm, together[:, 1])
+            and not np.array_equal(reward, together[:, 0])
+        )
         return cls(
             failed=np.asarray(info.get("status", np.zeros(len(reward)))) != RUNNING,
             distance_cm=distance_cm,
             achieved=info.get("achieved", distance_cm),
-            mirrored_reward_cm=info.get("mirrored_reward_cm", reward),
+            mirrored_reward_cm=mirrored_cm,
+            mirror_is_stale=stale,
             command_kPa=task.pressure_kPa(actions) if command is None else command,
         )

@@ -193,6 +193,12 @@ class Training:
             terminal=terminated,
         )
         if self._mirror is not None:
+            if told.mirror_is_stale:
+                raise ValueError(
+                    "mirror_transitions is true, and the environment changes the reward but "
+                    'not info["mirrored_reward_cm"], what the mirror image gets: expected both '
+                    "changed, or mirror_transitions = false"
+                )
             self.buffer.add(
                 state=self._mirror.actions(designs, state),
                 design=self._mirror.designs(designs),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.reward import RewardWeights
+from pneumorph.environment.training_environment import TaskWrapper
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.mirror import MirrorImage
@@ -124,6 +127,42 @@ def test_what_turns_to_a_side_is_not_what_its_image_does() -> None:
     assert training.distribution.scores[[chosen, image]].tolist() == [3.0, 0.0]
     training.walk_and_learn(np.full(16, image), 0)
     assert {chosen, image} <= {pair.design for pair in training.best.pairs}
+
+
+class Costly(TaskWrapper):
+    """Each action costs something, of the image too where it says so."""
+
+    said = False
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        observation, reward, terminated, truncated, info = self.env.step(actions)
+        if self.said:
+            info["mirrored_reward_cm"] = info["mirrored_reward_cm"] - 0.5
+        return observation, reward - 0.5, terminated, truncated, info
+
+
+@pytest.mark.parametrize("mirror", [True, False])
+@pytest.mark.parametrize("said", [True, False])
+def test_a_wrapper_that_forgets_the_mirror_image_is_refused(said: bool, mirror: bool) -> None:
+    task = replace(TASK, reward=RewardWeights(goal="turn_left"))
+    settings = replace(toy_settings(round_count=4), task=task, mirror_transitions=mirror)
+    usual = crawling(
+        viscous_crawler_robot, lambda robots: Lopsided(robots, time_step_s=TIME_STEP_S), settings
+    )
+
+    def make(designs: Sequence[Design]) -> Costly:
+        wrapped = Costly(usual(designs))
+        wrapped.said = said
+        return wrapped
+
+    training, design = Training(make, settings), np.zeros(16, dtype=int)
+    if mirror and not said:
+        with pytest.raises(ValueError, match=r'not info\["mirrored_reward_cm"\], what the mirror'):
+            training.walk_and_learn(design, 0)
+    else:
+        training.walk_and_learn(design, 0)
 
 
 def test_a_goal_to_a_side_asks_for_a_simulator_that_knows_it() -> None:
