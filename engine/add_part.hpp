@@ -18,6 +18,7 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   const Part<Real>& part = parts[mount.part];
   const double* alpha = state.modes + k * M;
   const double* rates = state.mode_rates + k * M;
+  const double* end = alpha;  // where its forces are
   MountMemory<M, Real>& memory = work.mounts[k];
 #if defined(PNEUMORPH_KERNEL_NAME)
   ElementSystem<M, Real>& elements = memory.elements;
@@ -62,11 +63,16 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   }
 #else
   constexpr bool kept = false;  // of the whole part; its solid's alone
-  rubber_system<M, Real>(part, alpha, rates, settings, static_cast<Real*>(state.springs) + mount.spring_offset, memory,
+  alignas(64) double foreseen[M];
+  if (settings.foreseen && settings.stiffness_damping == 0 && moves_smoothly(part, rates, settings, state.has_memory, memory)) {
+    for (int a = 0; a < M; ++a) foreseen[a] = alpha[a] + settings.time_step * rates[a];
+    end = foreseen;
+  }
+  rubber_system<M, Real>(part, alpha, end, rates, settings, static_cast<Real*>(state.springs) + mount.spring_offset, memory,
                          state, elements);
 #endif
   clock.lap(0);
-  add_inertia_and_loads<M, Real>(part, alpha, rates, part_velocity, part_gravity, part_pressure, settings, leg);
+  add_inertia_and_loads<M, Real>(part, alpha, end, rates, part_velocity, part_gravity, part_pressure, settings, leg);
   clock.lap(1);
   if (!kept && !factor_modes<M, Real>(part, elements, settings, leg)) return false;
   eliminate_modes<M, Real>(part, alpha, elements, settings, leg);

@@ -89,6 +89,7 @@ static pneumorph::PartInput read_part(PartReader& reader, size_t m) {
   part.second_moment_mode_pairs = reader.read("second_moment_mode_pairs", {3, 3, m, m});
   part.contact_points = reader.read("contact_points", {p, 3});
   part.contact_modes = reader.read("contact_modes", {p, 3, m});
+  if (reader.length("contact_flexibility") > 0) part.contact_flexibility = reader.read("contact_flexibility", {p, p});
   if (reader.length("snapshot_range") > 0) part.snapshot_range = reader.read("snapshot_range", {m, m});
   return part;
 }
@@ -108,7 +109,7 @@ static pneumorph::Settings read_settings(nb::dict d) {
   s.pressure_rate = number("pressure_rate"), s.pressure_cell = number("pressure_cell");
   s.pressure_cells = nb::cast<int>(d["pressure_cells"]), s.pressure_slope = number("pressure_slope");
   s.pressure_intercept = number("pressure_intercept"), s.speed_limit = number("speed_limit");
-  s.tangent_tolerance = number("tangent_tolerance");
+  s.tangent_tolerance = number("tangent_tolerance"), s.foreseen = nb::cast<bool>(d["foreseen"]);
   s.regulator_count = nb::cast<int>(d["regulator_count"]);
   return s;
 }

@@ -3,6 +3,11 @@
 //
 // Impulses act through W = G G^T + P P^T with G_c = J_modes U^-1 (of the point's part) and
 // P_c = (J_hub - G_c E) X L_hub^-T, so a product with W costs M + 6 numbers a row.
+//
+// Points of a part whose contact_flexibility is known give way beyond the modes, quasi-statically and alike in all directions:
+// a force F_d at a point d moves a point c by r_cd F_d besides. At the end of a step that is r_cd lambda_d / h, of which
+// r_cd lambda_d(before) / h was there at its start, so that W has r_cd / h^2 besides, and tangents start from what is left of
+// the impulses of the step before. A normal counts from its gap by the modes alone. Equation (47).
 #pragma once
 #include "workspace.hpp"
 
@@ -12,9 +17,36 @@ namespace PNEUMORPH_INSTRUCTION_SET {
 // Rounding of a height in single precision is below this [mm].
 constexpr double kHeightSlack = 1e-3;
 
+// What 1 mm/mN of a part's flexibility is worth in W [1/kg].
+inline double flexibility_scale(const Settings& settings) {
+  return 1.0 / (settings.elasticity * settings.time_step * settings.time_step);
+}
+
+// Of what the flexibility adds to the velocities of a row, what the impulses of the step before leave to the tangents.
+template <int M, class Real>
+inline void begin_flexible_row(const Part<Real>& part, const Mount& mount, const Settings& settings,
+                               const RobotState& state, ContactRow<M>& row) {
+  const double* before = state.impulses + 3 * mount.contact_offset;
+  double left[2] = {0, 0};
+  for (int d = 0; d < part.contact_count; ++d)
+    for (int i = 0; i < 2; ++i) left[i] += row.flexibility[d] * before[3 * d + 1 + i];
+  for (int i = 0; i < 2; ++i) row.free_velocity[1 + i] -= flexibility_scale(settings) * left[i];
+}
+
+// How far the impulses of the step before lift a point beyond the modes: what its gap by the modes lacks at the start of the
+// step [mm].
+template <class Real>
+inline double lifted_before(const Part<Real>& part, const Mount& mount, int c, const Settings& settings, const RobotState& state) {
+  const double *flexibility = part.contact_flexibility + long(c) * part.contact_count,
+               *before = state.impulses + 3 * mount.contact_offset;
+  double lift = 0;
+  for (int d = 0; d < part.contact_count; ++d) lift += flexibility[d] * before[3 * d];
+  return settings.time_step * flexibility_scale(settings) * lift;
+}
+
 // The operator of a row whose response is known.
 template <int M>
-inline void finish_row(ContactRow<M>& row) {
+inline void finish_row(ContactRow<M>& row, const Settings& settings) {
   double w[9];
   for (int i = 0; i < 3; ++i)
     for (int j = i; j < 3; ++j) {
@@ -22,6 +54,8 @@ inline void finish_row(ContactRow<M>& row) {
       for (int v = 0; v < M / 8 + 1; ++v) dot += load(&row.response[i][8 * v]) * load(&row.response[j][8 * v]);
       w[3 * i + j] = w[3 * j + i] = sum_lanes(dot);
     }
+  if (row.flexibility)
+    for (int i = 0; i < 3; ++i) w[4 * i] += flexibility_scale(settings) * row.flexibility[row.point_number];
   row.point = point_operator(w);
 }
 
@@ -163,14 +197,29 @@ int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k,
       const int c = block * kLane + lane;
       if (c >= part.contact_count || lowest[lane] >= limit) continue;
       const double gap = gap_of_point<M>(part, c, alpha, up, height);
-      deepest = std::fmax(deepest, -gap);
+      if (-gap > deepest)
+        deepest = std::fmax(deepest, -gap - (part.contact_flexibility ? lifted_before(part, robot.mounts[k], c, settings, state) : 0));
       candidates[count++] = {gap, height + double(lowest[lane]), k, c, false};
     }
   }
   return count;
 }
 
-// Height over the floor that a candidate would have after the step's motion [mm].
+// How far the rows' impulses lift a candidate beyond the modes, along its normal [mm].
+template <int M, class Real>
+double flexible_lift(const Candidate& at, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+                     const ContactRow<M>* rows, int row_count) {
+  if (at.mount < 0) return 0;
+  const Part<Real>& part = parts[robot.mounts[at.mount].part];
+  if (!part.contact_flexibility) return 0;
+  const double* flexibility = part.contact_flexibility + long(at.point) * part.contact_count;
+  double lift = 0;
+  for (int c = 0; c < row_count; ++c)
+    if (rows[c].mount == at.mount) lift += flexibility[rows[c].point_number] * rows[c].impulse[0];
+  return settings.time_step * flexibility_scale(settings) * lift;
+}
+
+// Height over the floor that a candidate would have after the step's motion, by the modes [mm].
 template <int M, class Real>
 double next_gap(const Candidate& at, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
                 const RobotState& state, const Workspace<M, Real>& work) {
@@ -213,7 +262,8 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
   const HubSystem& hub = work.hub;
   double jacobian[3][6], turned[9];
   row.mount = at.mount;
-  row.contact = at.point;
+  row.contact = row.point_number = at.point;
+  row.flexibility = nullptr;
   if (at.mount < 0) {
     hub_jacobian(axes(at, state.rotation, turned), robot.hub_contact_points + 3 * at.point, jacobian);
     for (int i = 0; i < 3; ++i) {
@@ -229,6 +279,7 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
     const double* modes = part.contact_modes + long(at.point) * 3 * M;
     const double* alpha = state.modes + at.mount * M;
     row.contact += mount.contact_offset;
+    if (part.contact_flexibility) row.flexibility = part.contact_flexibility + long(at.point) * part.contact_count;
     double arm[3];
     for (int i = 0; i < 3; ++i) {
       DoubleLanes dot = {};
@@ -257,9 +308,11 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
     }
   }
   row.free_velocity[0] += at.gap / settings.time_step;
+  if (row.flexibility)
+    begin_flexible_row(parts[robot.mounts[at.mount].part], robot.mounts[at.mount], settings, state, row);
   for (int i = 0; i < 3; ++i) row.impulse[i] = state.impulses[3 * row.contact + i];
   row.friction = contact_friction(settings, robot.friction + 2 * row.contact, row.impulse[0]);
-  finish_row(row);
+  finish_row(row, settings);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -78,6 +78,7 @@ double sweep_contacts(const Settings& settings, int row_count, int most, Workspa
   constexpr int kVectors = M / 8;
   auto& sum = work.sum;
   sum_impulses(row_count, work);
+  const double flexible = flexibility_scale(settings);
   double residual = 0;
   for (int sweep = 0; sweep < most; ++sweep) {
     residual = 0;
@@ -94,6 +95,12 @@ double sweep_contacts(const Settings& settings, int row_count, int most, Workspa
       }
       double v[3], delta[3];
       for (int i = 0; i < 3; ++i) v[i] = row.free_velocity[i] + sum_lanes(dots[i]);
+      if (row.flexibility)
+        for (int d = 0; d < row_count; ++d)
+          if (work.rows[d].mount == row.mount) {
+            const double flexibility = flexible * row.flexibility[work.rows[d].point_number];
+            for (int i = 0; i < 3; ++i) v[i] += flexibility * work.rows[d].impulse[i];
+          }
       residual = std::fmax(residual, project_point(row.point, v, row.friction, row.impulse, delta));
       if (delta[0] == 0 && delta[1] == 0 && delta[2] == 0) continue;
       DoubleLanes hub_value = load(sum.hub);
@@ -112,10 +119,11 @@ double sweep_contacts(const Settings& settings, int row_count, int most, Workspa
 
 // The problem of the rows, sorted by mount; `order`: row of each of its points.
 template <int M>
-void pose_friction(const ContactRow<M>* rows, int row_count, FrictionProblem& problem, int* order) {
+void pose_friction(const Settings& settings, const ContactRow<M>* rows, int row_count, FrictionProblem& problem, int* order) {
   problem.count = row_count;
   problem.group_count = 0;
   problem.caution = kReducedCaution;
+  const double flexible = flexibility_scale(settings);
   double* block = problem.blocks;
   int placed = 0;
   for (int mount = -1; placed < row_count; ++mount) {
@@ -138,6 +146,13 @@ void pose_friction(const ContactRow<M>* rows, int row_count, FrictionProblem& pr
             to[3 * d + j] = block[(3 * d + j) * stride + 3 * c + i] = sum_lanes(dot);
           }
       }
+    if (const double* flexibility = rows[order[first]].flexibility; flexibility)
+      for (int c = 0; c < count; ++c)
+        for (int d = 0; d < count; ++d) {
+          const ContactRow<M>& row = rows[order[first + c]];
+          const double both = flexible * row.flexibility[rows[order[first + d]].point_number];
+          for (int i = 0; i < 3; ++i) block[(3 * c + i) * stride + 3 * d + i] += both;
+        }
     block += 3 * count * stride;
   }
   for (int c = 0; c < row_count; ++c) {
@@ -177,7 +192,7 @@ void solve_friction(const Settings& settings, int row_count, Workspace<M, Real>&
   }
   FrictionProblem& problem = work.friction;
   int order[kNewtonPoints];
-  pose_friction<M>(rows, row_count, problem, order);
+  pose_friction<M>(settings, rows, row_count, problem, order);
   double best[kFrictionRows], least = 1e301;
   int left = settings.contact_sweeps, most = kFirstSweeps;
   while (true) {

@@ -7,6 +7,10 @@
 // branches resist, so what it makes of velocities u is the work of the stress rate
 //   P' = mu F (2 E' + lambda / mu tr(E') I),   E' = sym(F^T F'),   F' = sum_a G_a u_a.
 // No turn of the hub changes it.
+//
+// Where a part moves smoothly, its forces may be found where its old rates u lead in the step, alpha + h u, in place of where
+// the step starts: f(alpha + h u) - h K (u' - u) for f(alpha) - h K u'. What K lacks then acts on the small change u' - u
+// alone, so the step is nearly the converged implicit one at the same price; `Ahead` below. Equation (46).
 #pragma once
 #include "kept_tangent.hpp"
 #include "rubber.hpp"
@@ -32,11 +36,11 @@ PNEUMORPH_INLINE void objective_rate(const V f[9], const V change[9], Real ratio
 }
 
 // Work of the solid's stress on every mode, lanes over elements, and of the stress rate of modal `rates`; takes the springs to
-// the step's end.
-template <int M, class Law, class Real>
+// the step's end. With `Ahead` the stresses are those after a time `ahead` of these rates.
+template <int M, bool Ahead, class Law, class Real>
 __attribute__((noinline)) void solid_work(const ElementFamily<Real>& family, const Law& law,
                                           const StepBranches<Real>& branches, Real* left, const Real* alpha,
-                                          const Real* rates, typename RegisterLanes<Real>::type work[2][M]) {
+                                          const Real* rates, Real ahead, typename RegisterLanes<Real>::type work[2][M]) {
   using L = RegisterLanes<Real>;
   using V = typename L::type;
   for (int number = 0; number < family.block_count; ++number)
@@ -54,10 +58,15 @@ __attribute__((noinline)) void solid_work(const ElementFamily<Real>& family, con
           change[row] += rate * g;
         }
       }
-      law.stress(f, stress[0]);
+      V end[9];
+      if constexpr (Ahead)
+#pragma GCC unroll 9
+        for (int row = 0; row < 9; ++row) end[row] = f[row] + ahead * change[row];
+      const V* now = Ahead ? end : f;
+      law.stress(now, stress[0]);
       if (branches.count > 0)
-        relax<Real>(branches, f, left + long(number) * branches.count * 6 * kLane + lane, stress[0]);
-      objective_rate<Real>(f, change, family.lambda_over_mu, Real(1 + branches.resistance), stress[1]);
+        relax<Ahead, Real>(branches, f, now, left + long(number) * branches.count * 6 * kLane + lane, stress[0]);
+      objective_rate<Real>(now, change, family.lambda_over_mu, Real(1 + branches.resistance), stress[1]);
       const V mu = L::load(family.mu + number * kLane + lane);
 #pragma GCC unroll 9
       for (int row = 0; row < 9; ++row) stress[0][row] *= mu, stress[1][row] *= mu;
@@ -76,15 +85,15 @@ __attribute__((noinline)) void solid_work(const ElementFamily<Real>& family, con
 }
 
 // Renews the solid's force beside a kept stiffness, what that stiffness lacks, and the springs.
-template <int M, class Real>
+template <int M, bool Ahead, class Real>
 void renew_solid(const Part<Real>& part, const StepBranches<Real>& branches, const Real* coordinates, const double* rates,
-                 Real* left, ElementSystem<M, Real>& solid) {
+                 double ahead, Real* left, ElementSystem<M, Real>& solid) {
   using V = typename RegisterLanes<Real>::type;
   alignas(64) Real speeds[M], kept[M];
   for (int a = 0; a < M; ++a) speeds[a] = Real(rates[a]);
   V work[2][M] = {};
   with_law_of(part, [&](const auto& law) {
-    solid_work<M>(part.tetrahedra, law, branches, left, coordinates, speeds, work);
+    solid_work<M, Ahead>(part.tetrahedra, law, branches, left, coordinates, speeds, Real(ahead), work);
   });
   // K0 u from the blocks on and above the diagonal.
   for (int a = 0; a < M; ++a) {
@@ -101,52 +110,95 @@ void renew_solid(const Part<Real>& part, const StepBranches<Real>& branches, con
 }
 
 // The solid's force and stiffness, found afresh; where its force was `renewed` in this step that stays, and so do the springs.
-template <int M, class Real>
-void fresh_solid(const Part<Real>& part, StepBranches<Real> branches, const Real* coordinates, Real* left, bool renewed,
-                 ElementSystem<M, Real>& solid) {
+template <int M, bool Ahead, class Real>
+void fresh_solid(const Part<Real>& part, StepBranches<Real> branches, const Real* coordinates, const Real* end, Real* left,
+                 bool renewed, ElementSystem<M, Real>& solid) {
   Real force[M];
   for (int a = 0; a < M; ++a) force[a] = solid.force[a];
   __builtin_memset(&solid, 0, sizeof(solid));
   if (renewed) branches.count = 0;  // what they resist stays
   alignas(64) Real work[1][M] = {};
-  add_rubber_of_law<M, false>(part, branches, left, coordinates, work, solid);
+  add_rubber_of_law<M, false, Ahead>(part, branches, left, coordinates, end, work, solid);
   for (int a = 0; a < M; ++a) solid.force[a] = renewed ? force[a] : -work[0][a];
 }
 
-// Force and stiffness of a part, and what the latter lacks; `left`: (block, branch, 6, kLane). The solid's own are kept in
-// `memory`, whose leg is that of the last step.
+constexpr double kSmoothChange = 0.3;  // mm in a step, root mean square over a part's mass
+
+// Whether the rates have changed little since the step before, and so are likely to in this one. Notes them.
 template <int M, class Real>
-void rubber_system(const Part<Real>& part, const double* alpha, const double* rates, const Settings& settings, Real* left,
-                   MountMemory<M, Real>& memory, RobotState& state, ElementSystem<M, Real>& whole) {
+bool moves_smoothly(const Part<Real>& part, const double* rates, const Settings& settings, bool has_memory,
+                    MountMemory<M, Real>& memory) {
+  double square = 0;
+  for (int a = 0; a < M; ++a) {
+    const double change = rates[a] - memory.last_rates[a];
+    square += change * change;
+    memory.last_rates[a] = rates[a];
+  }
+  const double allowed = kSmoothChange / settings.time_step;
+  return has_memory && square <= allowed * allowed * part.mass;
+}
+
+// Force and stiffness of a part whose solid is damped objectively, and what the latter lacks; see rubber_system.
+template <int M, bool Ahead, class Real>
+void objective_system(const Part<Real>& part, const double* alpha, const double* end, const double* rates,
+                      const Settings& settings, Real* left, MountMemory<M, Real>& memory, RobotState& state,
+                      ElementSystem<M, Real>& whole) {
+  __builtin_memset(&whole, 0, sizeof(whole));
+  alignas(64) Real coordinates[M], ends[M], work[4][M] = {};
+  for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]), ends[a] = Real(end[a]);
+  const StepBranches<Real> branches(part, settings);
+  add_stiff<M, Real>(part, end, ends, settings, work, whole);
+  ElementSystem<M, Real>& solid = memory.elements;
+  bool renewed = false;
+  const auto renew = [&](ElementSystem<M, Real>& elements) {
+    renew_solid<M, Ahead, Real>(part, branches, coordinates, rates, settings.time_step, left, elements);
+    renewed = true;
+  };
+  if (!state.has_memory || !keep_stiffness(part, alpha, rates, nullptr, settings, memory, state, renew)) {
+    fresh_solid<M, Ahead, Real>(part, branches, coordinates, ends, left, renewed, solid);
+    ++state.tangent_total;
+  }
+  for (int a = 0; a < M; ++a) {
+    whole.force[a] = solid.force[a] - work[0][a];
+    if constexpr (!Ahead) {
+      whole.lack[a] = solid.lack[a];
+      whole.last_lack[a] = solid.last_lack[a];
+    }
+    for (int b = a / 8 * 8; b < M; ++b) whole.stiffness[a][b] += solid.stiffness[a][b];
+  }
+  if constexpr (Ahead) {  // h K u, from the blocks on and above the diagonal
+    for (int a = 0; a < M; ++a) {
+      double sum = 0;
+      for (int b = a / 8 * 8; b < M; ++b) sum += double(whole.stiffness[a][b]) * rates[b];
+      for (int b = 0; b < a / 8 * 8; ++b) sum += double(whole.stiffness[b][a]) * rates[b];
+      whole.force[a] = Real(double(whole.force[a]) + settings.time_step * sum);
+    }
+  }
+}
+
+// Force and stiffness of a part, and what the latter lacks; `left`: (block, branch, 6, kLane). The solid's own are kept in
+// `memory`, whose leg is that of the last step. The forces are those at the coordinates `end`, alpha or ahead of it.
+template <int M, class Real>
+void rubber_system(const Part<Real>& part, const double* alpha, const double* end, const double* rates,
+                   const Settings& settings, Real* left, MountMemory<M, Real>& memory, RobotState& state,
+                   ElementSystem<M, Real>& whole) {
+  if (!settings.published_damping) {
+    if (end == alpha)
+      objective_system<M, false, Real>(part, alpha, alpha, rates, settings, left, memory, state, whole);
+    else
+      objective_system<M, true, Real>(part, alpha, end, rates, settings, left, memory, state, whole);
+    return;
+  }
   __builtin_memset(&whole, 0, sizeof(whole));
   alignas(64) Real coordinates[M], work[4][M] = {};
   for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
   const StepBranches<Real> branches(part, settings);
   add_stiff<M, Real>(part, alpha, coordinates, settings, work, whole);
-  if (settings.published_damping) {
-    add_rubber_of_law<M, true>(part, branches, left, coordinates, work, whole);
-    ++state.tangent_total;
-    for (int a = 0; a < M; ++a) {
-      whole.force[a] = -work[0][a];
-      for (int axis = 0; axis < 3; ++axis) whole.turn_stiffness[axis][a] = work[1 + axis][a];
-    }
-    return;
-  }
-  ElementSystem<M, Real>& solid = memory.elements;
-  bool renewed = false;
-  const auto renew = [&](ElementSystem<M, Real>& elements) {
-    renew_solid<M, Real>(part, branches, coordinates, rates, left, elements);
-    renewed = true;
-  };
-  if (!state.has_memory || !keep_stiffness(part, alpha, rates, nullptr, settings, memory, state, renew)) {
-    fresh_solid<M, Real>(part, branches, coordinates, left, renewed, solid);
-    ++state.tangent_total;
-  }
+  add_rubber_of_law<M, true, false>(part, branches, left, coordinates, coordinates, work, whole);
+  ++state.tangent_total;
   for (int a = 0; a < M; ++a) {
-    whole.force[a] = solid.force[a] - work[0][a];
-    whole.lack[a] = solid.lack[a];
-    whole.last_lack[a] = solid.last_lack[a];
-    for (int b = a / 8 * 8; b < M; ++b) whole.stiffness[a][b] += solid.stiffness[a][b];
+    whole.force[a] = -work[0][a];
+    for (int axis = 0; axis < 3; ++axis) whole.turn_stiffness[axis][a] = work[1 + axis][a];
   }
 }
 

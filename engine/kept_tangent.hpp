@@ -175,6 +175,7 @@ struct MountMemory {
   LegSystem<M> leg;
   int fresh_steps;  // steps in a row that found the stiffness afresh
   int wait;         // steps to go until keeping it is tried again
+  alignas(64) double last_rates[M];  // that the last step began with
 };
 
 constexpr double kLargestShare = 0.3;  // of a motion that what the stiffness lacks along it may be worth

@@ -144,18 +144,18 @@ inline void add_products(const double* amounts, const Real* rows, int count, Rea
 }
 
 // Mass of the part about its origin and its products with the old rates; gravity; pressure.
-// `velocity`: old V and W in the part's frame. Fills coupling, hub, right sides with (1 + a h) M and M u + h f.
+// `velocity`: old V and W in the part's frame; `end`: where the pressure acts. Fills coupling, hub, right sides with (1 + a h) M and M u + h f.
 template <int M, class Real>
-void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const double* rates,
+void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const double* end, const double* rates,
                            const double velocity[6], const double gravity[3], const double* pressure,
                            const Settings& settings, LegSystem<M>& leg) {
   constexpr int kVectors = M / 8;
   const double h = settings.time_step, mass_scale = 1.0 + settings.mass_damping * h;
   constexpr int kPairs = pair_count(M);
-  alignas(64) double pairs[kPairs];  // alpha_b alpha_c
+  alignas(64) double pairs[kPairs];  // products of the coordinates where the pressure acts
   for (int v = kPairs - 16; v < kPairs; v += 8) store(pairs + v, DoubleLanes{});
   for (int b = 0; b < M; ++b)
-    for (int c = b; c < M; ++c) pairs[pair_index(b, c, M)] = alpha[b] * alpha[c];
+    for (int c = b; c < M; ++c) pairs[pair_index(b, c, M)] = end[b] * end[c];
   double second[9];                       // sum m y y^T
   alignas(64) double second_change[6][M];  // its change with each mode: xx, xy, xz, yy, yz, zz
   for (int i = 0, entry = 0; i < 3; ++i)
@@ -231,7 +231,7 @@ void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const do
     for (int v = 0; v < kVectors; ++v) gradient[v] = load(part.volume_1 + cavity * M + 8 * v);
     const double* quadratic = part.volume_2 + long(cavity) * M * M;
     for (int b = 0; b < M; ++b)
-      for (int v = 0; v < kVectors; ++v) gradient[v] += alpha[b] * load(quadratic + b * M + 8 * v);
+      for (int v = 0; v < kVectors; ++v) gradient[v] += end[b] * load(quadratic + b * M + 8 * v);
     alignas(64) Real cubic[M] = {};
     const Real* coefficients = part.volume_3 + long(cavity) * kPairs * M;
     add_products<M, Real>(pairs, coefficients, kPairs, cubic);

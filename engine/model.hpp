@@ -97,6 +97,7 @@ struct Part {
   const double* contact_modes = nullptr;   // (point, 3, mode)
   const float* contact_point_lanes = nullptr;  // (block, 3, lane): to find the few points near the floor
   const float* contact_mode_lanes = nullptr;   // (block, mode, 3, lane)
+  const double* contact_flexibility = nullptr;  // (point, point) mm/mN that points give way beyond the modes; null: not at all
   double contact_centre[3] = {0, 0, 0}, contact_half[3] = {0, 0, 0};  // of the box around them at rest
   const double* contact_reach = nullptr;       // (mode) how far it takes any of them
 };
@@ -144,6 +145,7 @@ struct Settings {
   double stiffness_damping = 0.1;    // s
   int published_damping = 1;         // else objective: acts on modal rates alone
   int edge_rotations = 1;            // else polar
+  int foreseen = 0;                  // silicone without stiffness damping is linearised where smooth motion leads
   double friction_exponent = 0;      // of the normal impulse of the step before; 0: mu stays as it is
   double friction_least = 1, friction_most = 1;  // factors that mu is kept between
   double floor_height = 0;           // mm, where contact points rest

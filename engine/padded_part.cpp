@@ -246,6 +246,8 @@ void pad_contacts(std::vector<AlignedArray>& storage, const PartInput& in, int p
   part.contact_count = in.contacts;
   part.contact_points = copy(storage, in.contact_points, size_t(in.contacts) * 3);
   part.contact_modes = pad_rows(storage, in.contact_modes, size_t(in.contacts) * 3, m, p);
+  if (in.contact_flexibility)
+    part.contact_flexibility = copy(storage, in.contact_flexibility, size_t(in.contacts) * in.contacts);
   const size_t blocks = (in.contacts + kLane - 1) / kLane;
   float* points = allocate<float>(storage, blocks * 3 * kLane + 1);
   float* modes = allocate<float>(storage, blocks * p * 3 * kLane + 1);

@@ -26,6 +26,7 @@ struct PartInput {
   double mass = 0;
   const double *first_moment, *first_moment_modes, *second_moment, *second_moment_modes, *second_moment_mode_pairs;
   const double *contact_points, *contact_modes;
+  const double* contact_flexibility = nullptr;  // (point, point), null for none
   const double* snapshot_range = nullptr;  // (mode, mode), null where it is not known
 };
 

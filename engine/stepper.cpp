@@ -104,7 +104,8 @@ int solve_contacts(const Part<Real>* parts, const RobotModel& robot, const Setti
     for (int c = 0; c < candidate_count; ++c) {
       Candidate& at = candidates[c];
       if (at.working) continue;
-      const double gap = next_gap(at, parts, robot, settings, state, work);
+      const double gap = next_gap(at, parts, robot, settings, state, work) +
+                         flexible_lift(at, parts, robot, settings, work.rows, before);
       if (gap >= -allowed) continue;
       if (pass == kContactPasses) {
         report.residual = std::fmax(report.residual, -gap / settings.time_step);

@@ -57,11 +57,11 @@ inline double gap_at(const Ground& ground, const Settings& settings, const doubl
 // Takes a point in, if it comes near at its velocity. Of the motion that a solve has `found`, those that are not watched
 // yet, and the ground there is looked at, too.
 inline int take_in(const RobotModel& robot, const Settings& settings, const double place[3], const double velocity[3],
-                   int mount, int point, bool found, UnevenCandidate* candidates, int count, double& deepest) {
+                   int mount, int point, bool found, double lift, UnevenCandidate* candidates, int count, double& deepest) {
   if (found && is_watched(candidates, count, mount, point)) return count;
   UnevenCandidate& at = candidates[count];
   at.gap = gap_at(*robot.ground, settings, place, at.normal);
-  deepest = std::fmax(deepest, -at.gap);
+  deepest = std::fmax(deepest, -at.gap - lift);
   at.lowest = at.gap + std::fmin(0.0, settings.time_step * dot3(at.normal, velocity));
   if (found) {
     double end[3], below[3];
@@ -85,7 +85,7 @@ inline int find_uneven_hub_candidates(const RobotModel& robot, const Settings& s
     motion.of(place, state.position, velocity);
     const double lowest = place[2] - settings.floor_height + std::fmin(0.0, settings.time_step * velocity[2]);
     if (lowest > reach + ceiling_over(*robot.ground, place, place)) continue;
-    count = take_in(robot, settings, place, velocity, -1, c, found, candidates, count, deepest);
+    count = take_in(robot, settings, place, velocity, -1, c, found, 0, candidates, count, deepest);
   }
   return count;
 }
@@ -135,7 +135,8 @@ int find_uneven_part_candidates(const Part<Real>& part, const RobotModel& robot,
       multiply(world, rate, moved);
       motion.of(place, state.position, velocity);
       for (int i = 0; i < 3; ++i) velocity[i] += moved[i];
-      count = take_in(robot, settings, place, velocity, k, c, found, candidates, count, deepest);
+      const double lift = part.contact_flexibility ? lifted_before(part, robot.mounts[k], c, settings, state) : 0;
+      count = take_in(robot, settings, place, velocity, k, c, found, lift, candidates, count, deepest);
     }
   }
   return count;
@@ -265,8 +266,9 @@ int solve_uneven_contacts(const Part<Real>* parts, const RobotModel& robot, cons
       double below[3];
       way_of(at, parts, robot, settings, state, motion, work, at.way);
       for (int i = 0; i < 3; ++i) place[i] = at.place[i] + at.way[i];
-      deepest = std::fmax(deepest, -gap_at(*robot.ground, settings, place, below));
-      const double gap = at.gap + dot3(at.normal, at.way);
+      const double lift = flexible_lift(at, parts, robot, settings, work.rows, before);
+      deepest = std::fmax(deepest, -gap_at(*robot.ground, settings, place, below) - lift);
+      const double gap = at.gap + dot3(at.normal, at.way) + lift;
       if (at.working || gap >= -allowed) continue;
       passed = std::fmax(passed, -gap);
       if (pass < kContactPasses) add_row(at);

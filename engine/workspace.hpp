@@ -38,6 +38,8 @@ struct ContactRow {
   double impulse[3];
   double friction;                        // mu of this step
   int mount, contact;                     // which: its place in the state's impulses
+  int point_number;                       // of the mount's part, or of the hub
+  const double* flexibility;              // row of the part's contact_flexibility; null for none
 };
 
 template <int M>

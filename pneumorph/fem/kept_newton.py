@@ -48,6 +48,9 @@ FURTHEST_TURN = 0.002
 """A leg that has turned further than this since its factor was made [radian, root mean square over
 its nodes] begins no step with it. Of the paper's leg on a sheet of 2 GPa: up to 0.002 two
 iterations leave 0.05 of a change, with 0.0025 a quarter, from 0.004 on changes may grow."""
+NEGLIGIBLE = 1e-3
+"""Share of the displacement tolerance that a change may have without shrinking any more: the
+rounding of a robot at rest on which nothing acts, whose impulses are nothing to be small beside."""
 _WITHIN_A_STEP = 2.0
 """Times as far a leg may turn before its factor is made anew on the way to a step's end."""
 _SMALLER, _LARGER = 0.5, 1.1
@@ -130,7 +133,9 @@ def kept_newton_step(
             earlier -= fresh
             contraction = Contraction(bool(earlier))
         target = _target(robot, problem, kept.legs, now)
-        if not contraction.accept(_size(robot, now.trial, target)):
+        size = _size(robot, now.trial, target)
+        at_rest = size < NEGLIGIBLE * numerics.displacement_tolerance_mm
+        if not contraction.accept(size) and not at_rest:
             if earlier:
                 kept.refuse(earlier)
                 now, changes, points = first, evenly, list(first.contacts.points)
@@ -140,7 +145,7 @@ def kept_newton_step(
             continue
         points, deepest = with_points_below(robot, points, target)
         sound = not deepest > numerics.penetration_tolerance_mm
-        done = contraction.left < numerics.displacement_tolerance_mm
+        done = at_rest or contraction.left < numerics.displacement_tolerance_mm
         if not (sound and done):
             changes = _moves(now.trial.positions, target.positions)
             now = _evaluated(robot, problem, target, points)

@@ -14,6 +14,7 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import assemble_reduced_part, sampled_groups
 from pneumorph.reduction.blocked_force import even_load
+from pneumorph.reduction.contact_flexibility import with_contact_flexibility
 from pneumorph.reduction.ecsw import EcswResult, ecsw
 from pneumorph.reduction.errors import (
     ReducedBend,
@@ -206,6 +207,8 @@ def _measured(
     node_error, reached = nearest_of_all(asked.snapshots, every.modes, projected.metric)
     parity = None if asked.mirror_nodes is None else basis.parity
     sampled = replace(sampled, snapshot_range=snapshot_range(reached, parity))
+    if asked.settings.contact_flexibility:
+        sampled = with_contact_flexibility(asked.part, sampled)
     heldout = asked.heldout if len(asked.heldout) else asked.training
     tried = asked.snapshots.states(evenly(heldout, 100))
     alpha = nearest_states(tried, every.modes, projected.metric)
@@ -267,6 +270,12 @@ def _check(
         )
     if settings.stress_limit > 0 and part.membranes:
         scaled_strain(part.element_groups[1], part.rest_nodes)
+    if settings.contact_flexibility and (mount_stiffness is not None or not part.cavities):
+        kind = "on a soft mount" if mount_stiffness is not None else "without a cavity"
+        raise ValueError(
+            f"contact_flexibility is true, expected false of a part {kind}: how its points give "
+            "way is found with the attachment held"
+        )
     if settings.answer_share > 0.0:
         if mount_stiffness is not None or not part.cavities:
             kind = "on a soft mount" if mount_stiffness is not None else "without a cavity"

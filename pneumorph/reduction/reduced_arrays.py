@@ -18,9 +18,9 @@ from pneumorph.reduction.mixed_sheet import LAW as SHEET_LAW
 
 ROUNDING = 1e-9
 """What rounding may leave of a spread of mass that is zero, relative to the largest."""
-OPTIONAL = ("contact_surface", "contact_area_mm2", "snapshot_range")
-"""What files of earlier versions lack: their points lie on one surface without a name, and how far
-their snapshots went is not known."""
+OPTIONAL = ("contact_surface", "contact_area_mm2", "contact_flexibility", "snapshot_range")
+"""What files of earlier versions lack: their points lie on one surface without a name and give way
+as their modes do, and how far their snapshots went is not known."""
 STRETCHES = ("stretch_1", "stretch_2")
 """What parts lack whose sheets are sampled, or that have none."""
 WALLS = (
@@ -128,6 +128,12 @@ class ReducedArrays:
         default_factory=lambda: np.zeros(0)
     )
     """Area that each stands for [mm^2], (point,); likewise."""
+    contact_flexibility: Float[np.ndarray, "point point"] | Float[np.ndarray, "0 0"] = field(
+        default_factory=lambda: np.zeros((0, 0))
+    )
+    """How far each point gives way beyond the modes under a force at another, alike in all
+    directions [mm/mN], see `contact_flexibility.py`, (point, point); of no entries for not at
+    all."""
     stretch_1: Float[np.ndarray, "stretch mode"] = field(default_factory=lambda: np.zeros((0, 0)))
     """c1 of the stretches of a membrane that is seen by fields of stress, c = c1.a + 1/2 c2 a a
     [mm^1.5], see `mixed_sheet.py`; none where its points are sampled, (stretch, mode)."""
@@ -257,14 +263,14 @@ class ReducedArrays:
 
         What its points lie on says nothing of that: friction is the physics'. Nor does its range.
         """
-        content = hashlib.sha256()
+        content, decisive = hashlib.sha256(), (*STRETCHES, "contact_flexibility")
         for each in fields(self):
             value = getattr(self, each.name)
             if isinstance(value, Material):
                 content.update(repr(value).encode())
-            elif each.name in STRETCHES and len(value) == 0:
+            elif each.name in decisive and len(value) == 0:
                 continue  # as before there were any
-            elif each.name not in ("metadata", *OPTIONAL):
+            elif each.name in decisive or each.name not in ("metadata", *OPTIONAL):
                 content.update(np.ascontiguousarray(value).tobytes())
         return content.hexdigest()
 

@@ -53,6 +53,10 @@ class ReductionSettings(Checked):
     """Share of the responses of the outer end face to small forces, at some of the free bends. They
     train the modes, not the sampled elements. Only for legs that are held rigidly and have that
     face."""
+    contact_flexibility: bool = False
+    """Let contact points give way beyond the modes, by their residual flexibility at rest. Reduced
+    robots then follow finite elements more closely while legs slip, for the same modes. Only for
+    legs that are held rigidly."""
     curve_tolerance: NotNegative = 0.0
     """Relative projection error to which free bends and blocked tips are represented before modes
     are spent on other snapshots; 0: only their shares count."""

@@ -35,6 +35,7 @@ def resized_part(part: ReducedPart, size_factor: float) -> ReducedPart:
         contact_points=size * part.contact_points,
         contact_modes=part.contact_modes / root,
         contact_area_mm2=size**2 * part.contact_area_mm2,
+        contact_flexibility=part.contact_flexibility / size,
         tetrahedron_mode_gradient=part.tetrahedron_mode_gradient / unit,
         tetrahedron_measure=volume * part.tetrahedron_measure,
         membrane_mode_gradient=part.membrane_mode_gradient / unit,

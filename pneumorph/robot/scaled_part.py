@@ -51,6 +51,7 @@ def scaled_part(
         part,
         modes=part.modes / root,
         contact_modes=part.contact_modes / root,
+        contact_flexibility=part.contact_flexibility / modulus_factor,
         tetrahedron_mode_gradient=part.tetrahedron_mode_gradient / root,
         membrane_mode_gradient=part.membrane_mode_gradient / root,
         tetrahedron_material=part.tetrahedron_material.stiffer(modulus_factor),

@@ -24,7 +24,8 @@ _PART_ARRAYS = (
     "wall_pair_stiffness",
     "linear_stiffness", "cavity_volume_1", "cavity_volume_2", "cavity_volume_3",
     "first_moment", "first_moment_modes", "second_moment", "second_moment_modes",
-    "second_moment_mode_pairs", "contact_points", "contact_modes", "snapshot_range",
+    "second_moment_mode_pairs", "contact_points", "contact_modes", "contact_flexibility",
+    "snapshot_range",
 )  # fmt: skip
 
 
@@ -146,5 +147,6 @@ def engine_settings(physics: Physics, stepper: StepperSettings) -> dict[str, Any
         "pressure_intercept": physics.pressure_map.intercept_kPa,
         "speed_limit": stepper.speed_limit_mm_per_s,
         "tangent_tolerance": stepper.tangent_tolerance_mm_per_s,
+        "foreseen": stepper.linearised == "ahead",
         "regulator_count": physics.regulator_count,
     }

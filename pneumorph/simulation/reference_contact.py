@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import block_diag
 
 from pneumorph.robot.robot import Robot
 
@@ -96,6 +97,18 @@ def contact_kinematics(
     positions = position + np.concatenate(arms) @ rotation.T
     frame = rotation[[2, 0, 1]]  # rows z, x, y of the world along the hub's axes
     return positions, np.einsum("ij,pja->pia", frame, np.concatenate(jacobians))
+
+
+def contact_flexibility(robot: Robot) -> Float[np.ndarray, "point point"]:
+    """How far points give way beyond the modes under forces at others [mm/mN], the hub's first;
+    points of different parts do not feel each other."""
+    hub = np.zeros((len(robot.hub.contact_points),) * 2)
+    blocks = [hub]
+    for mount in robot.mounts:
+        own, count = mount.part.contact_flexibility, len(mount.part.contact_points)
+        blocks.append(own if len(own) > 0 else np.zeros((count, count)))
+    flexibility: np.ndarray = block_diag(*blocks)
+    return flexibility
 
 
 def _jacobian(arms: np.ndarray, fields: np.ndarray, start: int, count: int) -> np.ndarray:

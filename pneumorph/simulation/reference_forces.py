@@ -59,16 +59,18 @@ def elastic_forces(
 def relaxing_forces(
     mount: Mount,
     alpha: Float[np.ndarray, " mode"],
+    end: Float[np.ndarray, " mode"],
     springs: Float[np.ndarray, "branch point 6"],
     step_s: float,
 ) -> tuple[Float[np.ndarray, " 6+mode"], Float[np.ndarray, "6+mode 6+mode"]]:
-    """Forces of the branches at the end of a step in which nothing moves (37), and their stiffness.
+    """Forces of the branches at the end of a step (37), and their stiffness there.
 
     Both are blind to turns of the hub. A part that does not relax has none.
 
     Args:
         mount: The part and its pose.
-        alpha: Modal coordinates.
+        alpha: Modal coordinates at its start.
+        end: Those at its end.
         springs: At the start of the step.
         step_s: h [s].
 
@@ -78,9 +80,9 @@ def relaxing_forces(
     branches = mount.part.branches
     if branches is None:
         return np.zeros(6 + len(alpha)), np.zeros((6 + len(alpha),) * 2)
-    decayed = branches.decayed(matrices_of(springs), step_s)
-    force = branches.force(decayed, alpha)
-    return np.pad(force, (6, 0)), np.pad(branches.stiffness(alpha, step_s), (6, 0))
+    moved = branches.advanced(matrices_of(springs), alpha, end, step_s)
+    force = branches.force(moved, end)
+    return np.pad(force, (6, 0)), np.pad(branches.stiffness(end, step_s), (6, 0))
 
 
 def advanced_springs(

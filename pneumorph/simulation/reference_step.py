@@ -10,6 +10,7 @@ keep one, (25) and (26), is its own affair, as is all that makes it fast.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -22,6 +23,7 @@ from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.reduced_state import ReducedState
 from pneumorph.simulation.reference_contact import (
     FrictionLaw,
+    contact_flexibility,
     contact_kinematics,
     solve_friction,
 )
@@ -47,6 +49,8 @@ DEPTH_MM = 0.01
 """How deep a step may leave a point in the floor before it is solved again [mm]."""
 MOST_BENDS = 3
 """How often for that, at most."""
+SMOOTH_CHANGE_MM = 0.3
+"""Motion is smooth where rates change by less in a step, root mean square over a part's mass."""
 CONTACT_PASSES = 10
 """How often it is solved at most, with those times when points joined."""
 
@@ -72,6 +76,7 @@ def reference_step(
     command_kPa: Float[np.ndarray, " regulator"],
     friction_tolerance: float = 1e-10,
     margin_mm: float = StepperSettings.contact_margin_mm,
+    rates_before: Float[np.ndarray, "mount mode"] | None = None,
 ) -> ReducedState:
     """Advance by one time step.
 
@@ -83,6 +88,8 @@ def reference_step(
         friction_tolerance: Largest residual (30) allowed [mm/s].
         margin_mm: Points that the motion before brings nearer to the floor than this take part
             from the start [mm]; others join where the step's impulses throw them into the floor.
+        rates_before: Modal rates that the step before began with, by which steps that are
+            linearised ahead tell smooth motion; None linearises at the start.
 
     Raises:
         ArithmeticError: No impulses were found that obey the contact law.
@@ -92,7 +99,9 @@ def reference_step(
     regulated = regulators_of(robot, physics).after(state.regulated, command_kPa, h)
     pressure = physics.pressure_map.simulated(regulated)
     # The step's equations (8) without impulses.
-    system = step_system(robot, physics, state, pressure)
+    system = step_system(
+        robot, physics, state, pressure, _smooth(robot, physics, state, rates_before)
+    )
     matrix, right = step_equations(system, velocity, physics)
     # Points that take part, and what they know of the rest of the robot, (27).
     modes = modes_of(robot, state)
@@ -105,6 +114,9 @@ def reference_step(
     # and below where they come to lie, if the floor bends on their way. Points that the impulses
     # throw into the floor take part as well.
     friction = physics.contact_friction(robot.contact_surfaces, state.impulses[:, 0])
+    # Points give way beyond the modes, (47); tangents start from what the last impulses left.
+    flexible = contact_flexibility(robot) / h**2
+    left = flexible @ state.impulses * [0.0, 1.0, 1.0]
     impulses, under, bends = state.impulses, np.zeros_like(positions), 0
     for _ in range(CONTACT_PASSES):
         frames = floor.frames(positions + under)
@@ -112,16 +124,18 @@ def reference_step(
         rows = (frames[near][:, :, ROWS] @ jacobian[near]).reshape(-1, len(velocity))
         response = np.linalg.solve(matrix, np.column_stack([right, rows.T]))
         alone, answers = response[:, 0], response[:, 1:]
-        free = rows @ alone + np.kron(gaps[near] / h, [1.0, 0.0, 0.0])
-        law = FrictionLaw(rows @ answers, free, friction[near])
+        free = rows @ alone + np.kron(gaps[near] / h, [1.0, 0.0, 0.0]) - left[near].ravel()
+        own = np.kron(flexible[np.ix_(near, near)], np.eye(3))
+        law = FrictionLaw(rows @ answers + own, free, friction[near])
         found = solve_friction(law, impulses[near], friction_tolerance)
         impulses = np.eye(len(positions))[:, near] @ found
         new = alone + answers @ found.ravel()
         way = np.zeros_like(positions)
         way[:, ROWS] = h * (jacobian @ new)
-        thrown = ~near & (gaps + _along(frames[:, 0], way) < 0.0)
+        lift = h * (flexible @ impulses[:, 0])
+        thrown = ~near & (gaps + _along(frames[:, 0], way) + lift < 0.0)
         if not thrown.any():
-            deep = np.min(floor.gap(positions + way), initial=0.0) < -DEPTH_MM
+            deep = np.min(floor.gap(positions + way) + lift, initial=0.0) < -DEPTH_MM
             if not deep or bends == MOST_BENDS:
                 break
             under, bends = way, bends + 1
@@ -136,6 +150,7 @@ def step_system(
     physics: Physics,
     state: ReducedState,
     pressure_kPa: Float[np.ndarray, " regulator"],
+    ahead: Sequence[bool] = (),
 ) -> StepSystem:
     """Mass, stiffness and force of a robot, summed over the hub and the mounts.
 
@@ -144,8 +159,10 @@ def step_system(
         physics: What acts on it.
         state: Where it is.
         pressure_kPa: Simulated pressure of each regulator [kPa].
+        ahead: Of each mount, whether its forces are found where its rates lead in the step, (46);
+            at the start where nothing is said.
     """
-    velocity = unknowns_of(robot, state)
+    velocity, h = unknowns_of(robot, state), physics.time_step_s
     turning, gravity = velocity[3:6], state.rotation.T @ physics.gravity_vector
     hub = hub_moments(robot.hub)
     chosen = np.eye(6, len(velocity))  # the hub's unknowns among all
@@ -154,12 +171,15 @@ def step_system(
     force = (weight(hub, gravity) + velocity_products(hub, turning, np.zeros(0))) @ chosen
     first = 6
     parts = zip(robot.mounts, modes_of(robot, state), springs_of(robot, state), strict=True)
-    for mount, alpha, springs in parts:
+    for number, (mount, alpha, springs) in enumerate(parts):
         own = np.eye(len(alpha), len(velocity), first)
         body, to_all = mount_moments(mount, alpha), np.concatenate([chosen, own])
-        elastic, stiff = elastic_forces(mount, alpha, physics.damping)
-        relaxed, resisting = relaxing_forces(mount, alpha, springs, physics.time_step_s)
-        pressing = pressure_force(mount, alpha, pressure_kPa)
+        led = h * (own @ velocity) if any(ahead[number : number + 1]) else np.zeros_like(alpha)
+        end = alpha + led
+        elastic, stiff = elastic_forces(mount, end, physics.damping)
+        relaxed, resisting = relaxing_forces(mount, alpha, end, springs, h)
+        elastic = elastic + (stiff + resisting) @ np.pad(led, (6, 0))
+        pressing = pressure_force(mount, end, pressure_kPa)
         moving = velocity_products(body, turning, own @ velocity)
         mass = mass + to_all.T @ mass_matrix(body) @ to_all
         stiffness = stiffness + to_all.T @ stiff @ to_all
@@ -167,6 +187,20 @@ def step_system(
         force = force + (elastic + relaxed + pressing + weight(body, gravity) + moving) @ to_all
         first += len(alpha)
     return StepSystem(mass, stiffness, relaxing, force)
+
+
+def _smooth(
+    robot: Robot, physics: Physics, state: ReducedState, rates_before: np.ndarray | None
+) -> list[bool]:
+    """Of each mount, whether it is linearised ahead."""
+    if rates_before is None or physics.stiffness_damping_s > 0.0:
+        return [False] * len(robot.mounts)
+    changes = np.linalg.norm(state.mode_rates - rates_before, axis=1)
+    allowed = SMOOTH_CHANGE_MM / physics.time_step_s
+    return [
+        bool(change <= allowed * np.sqrt(mount.part.mass))
+        for mount, change in zip(robot.mounts, changes, strict=True)
+    ]
 
 
 def step_equations(

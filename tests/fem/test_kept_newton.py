@@ -234,3 +234,19 @@ def test_points_that_the_floor_presses_may_be_held(leg, monkeypatch):
     assert end.iterations <= 2 * expected.iterations
     for x, y in zip(end.positions, expected.positions, strict=True):
         np.testing.assert_allclose(x, y, atol=1e-6)
+
+
+def test_a_robot_on_which_nothing_acts_stays_where_it_is(leg):
+    """Without weight and pressure there is no impulse that what is unbalanced could be small
+    beside, and rounding does not shrink."""
+    physics = dataclasses.replace(PHYSICS, gravity_mm_per_s2=0.0, floor_height_mm=-1e3)
+    made = robot(leg, physics=physics, displacement_tolerance_mm=1e-5)
+    start = state = made.initial_state()
+    for _ in range(3):
+        state = made.step(state, np.zeros(2))
+    assert state.substeps == 1
+    for x, y in zip(state.positions, start.positions, strict=True):
+        np.testing.assert_allclose(x, y, atol=1e-7)
+    for command in COMMANDS:  # pressure that is felt from 5 kPa on, after four steps
+        state = made.step(state, command)
+    assert np.abs(state.positions[0] - start.positions[0]).max() > 1e-4

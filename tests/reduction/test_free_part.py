@@ -71,6 +71,13 @@ def test_a_soft_disk_is_reduced_like_a_leg(snapshots: Snapshots) -> None:
     assert np.abs(twist).max() < 1e-6 * size * np.abs(part.rest_nodes).max()
 
 
+def test_what_needs_an_attachment_is_refused_without_one(snapshots: Snapshots) -> None:
+    for name, value in (("contact_flexibility", True), ("answer_share", 0.1)):
+        settings = dataclasses.replace(ReductionSettings(), **{name: value})
+        with pytest.raises(ValueError, match=rf"{name} is .* of a part without a cavity"):
+            reduce_part(DISK, snapshots, settings)
+
+
 def test_legs_of_other_parts_are_not_mixed() -> None:
     from pneumorph.fem.full_robot import FullRobot
     from pneumorph.physics.physics import Physics

@@ -12,6 +12,7 @@ from pneumorph.fem.bend import end_face_bend_deg
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.blocked_force import blocked_forces
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, blocked_snapshots
+from pneumorph.reduction.contact_flexibility import contact_flexibility
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.errors import force_errors, reduced_bend
 from pneumorph.reduction.learned_fields import snapshot_kinds
@@ -121,6 +122,12 @@ def test_same_snapshots_same_reduction(model, snapshots, reduction):
     again, _ = reduce_part(model, snapshots, settings)
     assert np.array_equal(again.modes, part.modes)
     assert np.array_equal(again.tetrahedron_weight, part.tetrahedron_weight)
+    assert len(again.contact_flexibility) == 0
+    settings = dataclasses.replace(settings, contact_flexibility=True)
+    flexible, _ = reduce_part(model, snapshots, settings)
+    assert np.array_equal(flexible.modes, part.modes)
+    assert np.array_equal(flexible.contact_flexibility, contact_flexibility(model, flexible))
+    assert np.diag(flexible.contact_flexibility).max() > 0.0
 
 
 def test_snapshots_of_another_mesh_and_without_bending_are_refused(model, snapshots, loads_alone):
