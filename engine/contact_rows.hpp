@@ -22,26 +22,28 @@ inline double flexibility_scale(const Settings& settings) {
   return 1.0 / (settings.elasticity * settings.time_step * settings.time_step);
 }
 
-// Of what the flexibility adds to the velocities of a row, what the impulses of the step before leave to the tangents.
+// The points of mounted part k that carried something in the last step, where its flexibility is known. So many at most that
+// the rest, of legs that lie flat, is left out.
 template <int M, class Real>
-inline void begin_flexible_row(const Part<Real>& part, const Mount& mount, const Settings& settings,
-                               const RobotState& state, ContactRow<M>& row) {
+inline void note_pressed(const Part<Real>& part, const Mount& mount, const RobotState& state, MountView<M>& view) {
+  view.pressed_count = 0;
+  if (!part.contact_flexibility) return;
   const double* before = state.impulses + 3 * mount.contact_offset;
-  double left[2] = {0, 0};
-  for (int d = 0; d < part.contact_count; ++d)
-    for (int i = 0; i < 2; ++i) left[i] += row.flexibility[d] * before[3 * d + 1 + i];
-  for (int i = 0; i < 2; ++i) row.free_velocity[1 + i] -= flexibility_scale(settings) * left[i];
+  for (int d = 0; d < part.contact_count && view.pressed_count < kNewtonPoints; ++d)
+    if (before[3 * d] > 0) view.pressed[view.pressed_count++] = d;
 }
 
-// How far the impulses of the step before lift a point beyond the modes: what its gap by the modes lacks at the start of the
-// step [mm].
-template <class Real>
-inline double lifted_before(const Part<Real>& part, const Mount& mount, int c, const Settings& settings, const RobotState& state) {
+// How far their impulses moved point c beyond the modes, along its normal or a tangent: what its place by the modes lacks at
+// the start of the step [mm].
+template <int M, class Real>
+inline double moved_before(const Part<Real>& part, const Mount& mount, int c, int axis, const Settings& settings,
+                           const RobotState& state, const MountView<M>& view) {
+  if (view.pressed_count == 0) return 0;
   const double *flexibility = part.contact_flexibility + long(c) * part.contact_count,
-               *before = state.impulses + 3 * mount.contact_offset;
-  double lift = 0;
-  for (int d = 0; d < part.contact_count; ++d) lift += flexibility[d] * before[3 * d];
-  return settings.time_step * flexibility_scale(settings) * lift;
+               *before = state.impulses + 3 * mount.contact_offset + axis;
+  double moved = 0;
+  for (int n = 0; n < view.pressed_count; ++n) moved += flexibility[view.pressed[n]] * before[3 * view.pressed[n]];
+  return settings.time_step * flexibility_scale(settings) * moved;
 }
 
 // The operator of a row whose response is known.
@@ -197,9 +199,9 @@ int find_part_candidates(const Part<Real>& part, const RobotModel& robot, int k,
       const int c = block * kLane + lane;
       if (c >= part.contact_count || lowest[lane] >= limit) continue;
       const double gap = gap_of_point<M>(part, c, alpha, up, height);
-      if (-gap > deepest)
-        deepest = std::fmax(deepest, -gap - (part.contact_flexibility ? lifted_before(part, robot.mounts[k], c, settings, state) : 0));
-      candidates[count++] = {gap, height + double(lowest[lane]), k, c, false};
+      const double lift = moved_before(part, robot.mounts[k], c, 0, settings, state, view);
+      deepest = std::fmax(deepest, -gap - lift);
+      candidates[count++] = {gap, height + double(lowest[lane]) + lift, k, c, false};
     }
   }
   return count;
@@ -309,7 +311,9 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
   }
   row.free_velocity[0] += at.gap / settings.time_step;
   if (row.flexibility)
-    begin_flexible_row(parts[robot.mounts[at.mount].part], robot.mounts[at.mount], settings, state, row);
+    for (int i = 1; i < 3; ++i)
+      row.free_velocity[i] -= moved_before(parts[robot.mounts[at.mount].part], robot.mounts[at.mount], at.point, i, settings,
+                                           state, work.views[at.mount]) / settings.time_step;
   for (int i = 0; i < 3; ++i) row.impulse[i] = state.impulses[3 * row.contact + i];
   row.friction = contact_friction(settings, robot.friction + 2 * row.contact, row.impulse[0]);
   finish_row(row, settings);

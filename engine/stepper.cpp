@@ -127,6 +127,7 @@ int level_contacts(const Part<Real>* parts, const RobotModel& robot, const Setti
   int candidate_count = find_hub_candidates(robot, settings, state, work.hub, candidates, 0, deepest);
   for (int k = 0; k < robot.mount_count; ++k) {
     view_mount<M>(robot, k, state, work.hub, work.mounts[k].leg, work.views[k]);
+    note_pressed(parts[robot.mounts[k].part], robot.mounts[k], state, work.views[k]);
     candidate_count = find_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, work.hub,
                                                     work.views[k], candidates, candidate_count, deepest);
   }

@@ -62,11 +62,11 @@ inline int take_in(const RobotModel& robot, const Settings& settings, const doub
   UnevenCandidate& at = candidates[count];
   at.gap = gap_at(*robot.ground, settings, place, at.normal);
   deepest = std::fmax(deepest, -at.gap - lift);
-  at.lowest = at.gap + std::fmin(0.0, settings.time_step * dot3(at.normal, velocity));
+  at.lowest = at.gap + lift + std::fmin(0.0, settings.time_step * dot3(at.normal, velocity));
   if (found) {
     double end[3], below[3];
     for (int i = 0; i < 3; ++i) end[i] = place[i] + settings.time_step * velocity[i];
-    at.lowest = std::fmin(at.lowest, gap_at(*robot.ground, settings, end, below));
+    at.lowest = std::fmin(at.lowest, gap_at(*robot.ground, settings, end, below) + lift);
   }
   if (!(at.lowest < settings.contact_margin)) return count;
   at.working = false;
@@ -135,7 +135,7 @@ int find_uneven_part_candidates(const Part<Real>& part, const RobotModel& robot,
       multiply(world, rate, moved);
       motion.of(place, state.position, velocity);
       for (int i = 0; i < 3; ++i) velocity[i] += moved[i];
-      const double lift = part.contact_flexibility ? lifted_before(part, robot.mounts[k], c, settings, state) : 0;
+      const double lift = moved_before(part, robot.mounts[k], c, 0, settings, state, view);
       count = take_in(robot, settings, place, velocity, k, c, found, lift, candidates, count, deepest);
     }
   }
@@ -315,6 +315,7 @@ int uneven_contacts(const Part<Real>* parts, const RobotModel& robot, const Sett
   int count = find_uneven_hub_candidates(robot, settings, state, motion, reach, false, candidates, 0, deepest);
   for (int k = 0; k < robot.mount_count; ++k) {
     view_mount<M>(robot, k, state, work.hub, work.mounts[k].leg, work.views[k]);
+    note_pressed(parts[robot.mounts[k].part], robot.mounts[k], state, work.views[k]);
     count = find_uneven_part_candidates<M, Real>(parts[robot.mounts[k].part], robot, k, settings, state, motion,
                                                  state.mode_rates + k * M, reach, false, work.views[k], candidates, count, deepest);
   }

@@ -66,6 +66,7 @@ struct MountView {
   double world[9];                       // part frame to world
   double free_velocity[6];               // of the part's frame, if nothing touched
   double next_speed, next_lever[3];      // after the step: upward speed of the part's origin, and up x W
+  int pressed_count, pressed[kNewtonPoints];  // points of a flexible part that carried something in the last step
   alignas(64) double free_rates[M];
   alignas(64) double hub_response[M][8]; // D^-1 C^T
   alignas(64) double to_factor[6][8];    // part unknowns to the hub's factored ones
