@@ -58,7 +58,8 @@ BENCH_TESTS = (
         0.05,
         True,
         5.0,
-        "The same with bare silicone below.",
+        "Lay a leg on its side, bare silicone below, on a board of the floor and tilt until it "
+        "slides: the tangent.",
         "tilt_deg",
     ),
     BenchTest(
@@ -67,7 +68,7 @@ BENCH_TESTS = (
         0.05,
         True,
         5.0,
-        "The same with the hub without legs.",
+        "Lay the hub without legs on a board of the floor and tilt until it slides: the tangent.",
         "tilt_deg",
     ),
     BenchTest(
@@ -99,9 +100,22 @@ BENCH_TESTS = (
         "Command a step and log the sensed pressure (`pneumorph calibrate --air`): the filling "
         "conductance over the simulated one.",
     ),
-    BenchTest("step down of pressure", "venting_factor", 0.1, True, 10.0, "The same downward."),
     BenchTest(
-        "lag of a regulator", "regulator_lag_s", 0.01, False, 10.0, "From the same log, in seconds."
+        "step down of pressure",
+        "venting_factor",
+        0.1,
+        True,
+        10.0,
+        "Command a step down and log the sensed pressure (`pneumorph calibrate --air`): the "
+        "venting conductance over the simulated one.",
+    ),
+    BenchTest(
+        "lag of a regulator",
+        "regulator_lag_s",
+        0.01,
+        False,
+        10.0,
+        "Command a step and log the sensed pressure: how long until it begins to follow [s].",
     ),
     BenchTest("level of the floor", "floor_slope_deg", 0.1, False, 2.0, "A spirit level."),
     BenchTest(

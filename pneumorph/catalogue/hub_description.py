@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
+from pneumorph.base.checked import Bounds, Checked, Positive
 from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
 from pneumorph.fem.material import DiskMaterials, Material
 from pneumorph.geometry.mass_properties import MassProperties
@@ -21,6 +21,8 @@ from pneumorph.geometry.surface import boundary_triangles
 HubShape = Literal["box", "disk", "mesh"]
 HubContact = Literal["rims", "spread", "mesh", "none"]
 Vector = tuple[float, float, float]
+Density = Annotated[float, Bounds(above=0.0, most=25.0, why="in g/ml, of which water has 1")]
+Payload = Annotated[float, Bounds(least=0.0, most=1e4, why="in g; these legs carry some 100")]
 
 _ON_EDGE_MM = 1e-6
 _SIZES = {
@@ -50,7 +52,7 @@ class HubDescription(Checked):
     """Height of the lower face of a box or a disk in the robot's frame [mm]."""
     mesh: Path | None = None
     """Mesh file, as `pneumorph mesh` writes it."""
-    density_g_per_ml: Positive | None = None
+    density_g_per_ml: Density | None = None
     """What it is made of [g/ml]; its mass, centre and inertia follow from its shape."""
     wall_mm: Positive | None = None
     """Thickness of its walls, of a hollow one [mm]; by default it is solid. A mesh with walls is
@@ -62,7 +64,7 @@ class HubDescription(Checked):
     """Centre of mass that goes with mass_kg and inertia_kg_mm2 [mm]."""
     inertia_kg_mm2: tuple[Vector, Vector, Vector] | None = None
     """Inertia about the centre that goes with mass_kg and centre_mm, three rows [kg mm^2]."""
-    payload_g: NotNegative = 0.0
+    payload_g: Payload = 0.0
     """What the hub carries besides, as a point [g]."""
     payload_mm: Vector | None = None
     """Where it lies [mm]; by default at the tracked point."""
@@ -231,9 +233,15 @@ def rim_points(mesh: Mesh) -> np.ndarray:
     """Nodes on the outlines of the faces ``bottom`` and ``top`` of a mesh [mm], (point, 3).
 
     Raises:
-        MeshError: The mesh has no such node sets.
+        ValueError: The mesh has no such node sets.
     """
     points = []
+    lacking = [name for name in ("bottom", "top") if name not in mesh.node_sets]
+    if lacking:
+        raise ValueError(
+            f"contact is rims and the hub's mesh has no node set {' and '.join(lacking)}, expected "
+            'both, or contact = "spread", "mesh" (its own contact points) or "none"'
+        )
     for name in ("bottom", "top"):
         face = mesh.nodes[mesh.node_set(name)]
         hull = ConvexHull(face[:, :2])

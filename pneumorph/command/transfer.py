@@ -14,14 +14,16 @@ Example: pneumorph transfer B=runs/deploy-B L1=runs/deploy-L1 --calibration cali
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.run_folder import SUMMARY, RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.trial_figures import save_transfer_figures
+from pneumorph.study.finished_run import FinishedRun, TakenOver
 from pneumorph.study.transfer import Transfer, TransferSettings, transfer
 
 
@@ -44,4 +46,16 @@ def run(options: TransferOptions, folder: RunFolder) -> Transfer:
     return replace(compared.found, figures=tuple(str(each) for each in figures))
 
 
-VERB = Verb(TransferOptions, run)
+def taken_over(options: TransferOptions) -> TakenOver | None:
+    """The robot of a file that the first of them deployed. Of the paper's robot a deployment's
+    physics may be that of its virtual rig, with which the simulation is to be compared."""
+    for text in options.runs[:1]:
+        folder = Path(text.rpartition("=")[2])
+        if (folder / SUMMARY).is_file():
+            deployed = FinishedRun.read(folder)
+            if deployed.robot.described is not None:
+                return deployed.handed_on(deployed.taken_over("robot"))
+    return None
+
+
+VERB = Verb(TransferOptions, run, taken_over=taken_over)

@@ -66,10 +66,14 @@ class Goal:
         """What is achieved, in a word or some."""
         return {
             "forward": "distance",
-            "heading": f"travel {self.heading_deg:g}° left of forward",
+            "heading": f"travel {abs(self.heading_deg):g}° {self._side} of forward",
             "turn_left": "turn to the left",
             "turn_right": "turn to the right",
         }[self.name]
+
+    @property
+    def _side(self) -> str:
+        return "right" if self.heading_deg < 0.0 else "left"
 
     @property
     def title(self) -> str:

@@ -86,7 +86,8 @@ class RewardWeights(Checked):
         """What is rewarded and what is taken off, for a person; empty for the distance alone."""
         goals = {
             "forward": "distance",
-            "heading": f"travel {self.heading_deg:g} degrees left of forward",
+            "heading": f"travel {abs(self.heading_deg):g} degrees "
+            f"{'right' if self.heading_deg < 0.0 else 'left'} of forward",
             "turn_left": f"{self.turn_cm_per_degree:g} cm for each degree turned left",
             "turn_right": f"{self.turn_cm_per_degree:g} cm for each degree turned right",
         }

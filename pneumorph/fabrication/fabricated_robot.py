@@ -171,6 +171,7 @@ def fabricate(
         {leg.name: (leg.mass_g, leg.simulated_mass_g) for leg in legs},
         (printed.mass_g, robot.hub.simulated_mass_g),
         robot.file,
+        robot.hub.hollow,
     )
     if warning is not None:
         folder.progress.say(warning)

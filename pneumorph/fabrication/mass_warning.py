@@ -15,6 +15,7 @@ def mass_warning(
     legs: Mapping[str, tuple[float, float]],
     hub: tuple[float, float],
     file: str | None = None,
+    hollow: bool = False,
 ) -> str | None:
     """Say where built and simulated masses differ by more than a tenth, and what makes them agree.
 
@@ -22,6 +23,7 @@ def mass_warning(
         legs: Mass of each kind of leg as it is built and in the simulation [g], by its name.
         hub: That of the hub.
         file: The robot's file; None for the paper's robot.
+        hollow: Whether its hub has walls.
     """
     pairs = {f"leg {name}".rstrip(): pair for name, pair in legs.items()}
     pairs["hub"] = hub
@@ -42,8 +44,9 @@ def mass_warning(
             for name, (built, _) in apart.items()
         ]
         heavy = "hub" in apart and hub[0] > hub[1]
-        hollow = ", or make the hub hollow (wall_mm, with its density)" if heavy else ""
-        return f"{told}simulate and learn with {', '.join(said)} of {file}{hollow}"
+        thinner = "make its walls thinner" if hollow else "make the hub hollow"
+        lighter = f", or {thinner} (wall_mm, with its density)" if heavy else ""
+        return f"{told}simulate and learn with {', '.join(said)} of {file}{lighter}"
     usual = {"leg": 1e3 * cast_leg_mass_kg(paper_leg_mesh()), "hub": 1e3 * PRINTED_HUB.mass_kg}
     if not any(_differ(built, usual[name]) for name, (built, _) in pairs.items()):
         return f"{told}simulate and learn with --masses.model cast"

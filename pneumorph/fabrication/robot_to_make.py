@@ -91,6 +91,7 @@ class HubToMake:
         outline_mm: Points whose convex hull is its outline from each side [mm], (point, 3).
         width_mm: Its size from back to front, a disk's diameter [mm].
         round: Whether it is a disk.
+        hollow: Whether it has walls that its file says.
         well_radius_mm: Radius of the well in its middle [mm]; 0 for none.
     """
 
@@ -103,6 +104,7 @@ class HubToMake:
     width_mm: float
     round: bool = False
     well_radius_mm: float = 0.0
+    hollow: bool = False
 
     @cached_property
     def solid(self) -> Any | None:
@@ -261,7 +263,7 @@ def _described_hub(
     # Of a hub whose mass alone the file says, the material is that which is printed with.
     density = hub.density_g_per_ml or settings.hub.density_g_per_ml
     made_of = f" of {density:g} g/ml"
-    hollow = "solid" if hub.wall_mm is None else f"hollow, walls of {hub.wall_mm:g} mm"
+    walls = "solid" if hub.wall_mm is None else f"hollow, walls of {hub.wall_mm:g} mm"
     if hub.shape == "mesh":
         detail = f"as its mesh has it{made_of}, without sockets"
         nodes = robot.hub.mesh.nodes
@@ -273,11 +275,12 @@ def _described_hub(
         partial(make_described_hub, hub, in_sockets, settings.hub),
         None,
         density,
-        f"{hub.shape}{made_of}, {hollow}, {sockets}",
+        f"{hub.shape}{made_of}, {walls}, {sockets}",
         simulated_g,
         robot.hub.mesh.nodes,
         wide,
         hub.shape == "disk",
+        hollow=hub.wall_mm is not None,
     )
 
 

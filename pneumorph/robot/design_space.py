@@ -291,7 +291,8 @@ class DesignSpace(DesignChoices):
 def _no_image(design: Design, image: Design) -> str:
     return (
         f"the mirror image {image} of design {design} is not one of the space, "
-        'expected options that are each other\'s images, or mirror = "none"'
+        "expected options and exclusions that are each other's images, or no mirror "
+        "(mirror = false in a robot's file)"
     )
 
 

@@ -24,7 +24,7 @@ def chambers_of(robot: Robot, regulator_count: int) -> np.ndarray:
         for regulator in mount.regulators:
             if not 0 <= regulator < regulator_count:
                 raise ValueError(
-                    f"unknown regulator {regulator}, expected 0 to {regulator_count - 1}"
+                    f"unknown regulator {regulator + 1}, expected 1 to {regulator_count}"
                 )
         np.add.at(chambers, list(mount.regulators), mount.part.cavity_volume)
     return chambers

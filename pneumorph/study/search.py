@@ -62,8 +62,8 @@ class SearchSettings(Checked):
     random_design_count: CountOrNone = 30
     """Number of designs, drawn at random, whose gaits are searched."""
     timesteps: Count | None = None
-    """Actions of all robots together. None: one million, and for --method gaits 960 gaits of each
-    design."""
+    """Actions of all robots together, to the end of the generation that reaches them. None: one
+    million, and for --method gaits 960 gaits of each design."""
     seed: CountOrNone = 0
     """Seed of every random number."""
     environment_count: Count = 96
@@ -164,13 +164,24 @@ def search(
         pairs=pairs,
         timesteps=int(found.timesteps[-1]),
         simulated_s=float(found.timesteps[-1]) * action_s,
-        notes=(f"resumed at timestep {resumed}",) if resumed else (),
+        notes=_notes(resumed, int(found.timesteps[-1]), _timesteps(settings, len(designs))),
         seed=settings.seed,
         goal=task.goal,
         best_achieved=None if best is None else best.achieved,
         **robot.describe(reduced=False),
         wall_s=time.monotonic() - start,
     )
+
+
+def _notes(resumed: int, made: int, asked: int) -> tuple[str, ...]:
+    notes = [f"resumed at timestep {resumed}"] if resumed else []
+    if made >= 1.5 * asked:
+        notes.append(
+            f"{made} timesteps were made where {asked} were asked for: a search ends with the "
+            "generation that reaches them, each candidate in as many worlds as the objective asks "
+            "for; a smaller population makes shorter generations"
+        )
+    return tuple(notes)
 
 
 def _timesteps(settings: SearchSettings, design_count: int) -> int:

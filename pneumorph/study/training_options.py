@@ -159,12 +159,18 @@ def train(
 
     Raises:
         FileNotFoundError: No such file of a robot.
+        TypeError: The robot is no path.
         ValueError: No such preset or setting, the folder holds another run, or the environment is
             none for the settings.
         ArtefactError: The file describes no robot, or the folder is damaged.
     """
     if preset not in PRESETS:
         raise ValueError(f"preset is {preset!r}, expected {' or '.join(PRESETS)}")
+    if not (robot is None or isinstance(robot, (str, Path))):
+        raise TypeError(
+            f"robot is a {type(robot).__name__}, expected the path of the file that describes it: "
+            "the run keeps what the file says"
+        )
     named = {} if robot is None else {"robot": {"described": str(robot)}}
     options = layered(PRESETS[preset](), [laid_over(named, changes or {})])
     return train_once(options, study_folder(Path(folder), "coopt"), own_task=own_task)

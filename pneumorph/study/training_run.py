@@ -117,6 +117,11 @@ class TrainingResult(BestPhase):
     certificate: Certificate | None = None
     """What is to be expected of the pairs in unseen worlds, where that was asked for."""
 
+    def __repr__(self) -> str:
+        """In a line; the fields are what ``summary.json`` has."""
+        best = f"{self.best_design}: {self.best_distance_cm} cm forward"
+        return f"TrainingResult({best}, {len(self.pairs)} pairs, {self.timesteps} timesteps)"
+
     def derived(self) -> dict[str, Any]:
         """Of the best pair over unseen worlds, for those who read the file."""
         names = ("median", "tenth_percentile", "expert_median")

@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.box_mesh import box_mesh
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
+from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.paper_robot import PAPER_FACE, paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
@@ -146,6 +149,8 @@ def test_a_leg_of_another_length_is_mounted_by_its_face() -> None:
         ("bottom_mm = 31", "bottom_mm = 31\nradius_mm = 3", "radius_mm is given"),
         ("density_g_per_ml = 0.6", "", "either density_g_per_ml or mass_kg, got neither"),
         ("density_g_per_ml = 0.6", "density_g_per_ml = 0.6\nwall_mm = 6", "wall_mm is 6"),
+        ("density_g_per_ml = 0.6", "density_g_per_ml = 600", "25.*got 600.*in g/ml"),
+        ("density_g_per_ml = 0.6", "density_g_per_ml = 0.6\npayload_g = 4e4", "got 40000.*in g;"),
         ("regulator_count = 4", "regulator_count = 4\nfrictoin = 1", "frictoin"),
         ("regulator_count = 4", "regulator_count = 1", "design .* to regulator 2"),
         ('modules = ["long"]', 'modules = ["tall"]', r"sites\[1\].modules names 'tall'"),
@@ -336,3 +341,13 @@ def test_a_payload_is_a_point_on_the_hub(edited: Edited) -> None:
         RobotDescription.read(
             edited("height_mm = 10", 'height_mm = 10\npayload_g = 50\nmodel = "soft"')
         )
+
+
+def test_a_hub_without_rims_is_told_what_else_may_touch(tmp_path: Path) -> None:
+    mesh = box_mesh((20.0, 20.0, 10.0), (2, 2, 1))
+    bare = replace(mesh, node_sets={})
+    bare.save(tmp_path / "hub.npz")
+    hub = HubDescription("mesh", mesh=Path("hub.npz"), density_g_per_ml=1.0)
+    with pytest.raises(ValueError, match=r"no node set bottom and top, .* contact = \"spread\""):
+        hub.spec(tmp_path)
+    assert len(replace(hub, contact="spread").spec(tmp_path).contact_points) > 3

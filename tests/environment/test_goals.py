@@ -181,3 +181,5 @@ def test_goals_are_said_as_what_they_are() -> None:
     assert RewardWeights(goal="turn_right").said == "0.1 cm for each degree turned right"
     heading = RewardWeights(goal="heading", heading_deg=90.0, hub_load=2.0)
     assert heading.said == ("travel 90 degrees left of forward less 2 x share of weight on the hub")
+    right = RewardWeights(goal="heading", heading_deg=-90.0)
+    assert right.counted.label == "travel 90° right of forward"

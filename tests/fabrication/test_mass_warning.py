@@ -42,6 +42,9 @@ def test_a_robot_of_a_file_is_told_by_its_fields() -> None:
         "with mass_g = 19.8 under [modules.short], mass_kg = 0.0847 under [hub] "
         "(in place of a density) of plate.toml, or make the hub hollow (wall_mm, with its density)"
     )
+    warning = mass_warning(legs, (84.7, 60.0), "plate.toml", hollow=True)
+    assert warning is not None
+    assert warning.endswith("or make its walls thinner (wall_mm, with its density)")
     # One that is built lighter than it is simulated is not to become lighter still.
     light = mass_warning({"long": (46.8, 47.0)}, (50.0, 60.0), "plate.toml")
     assert light is not None

@@ -32,13 +32,13 @@ def test_a_law_that_the_engine_does_not_know_is_refused():
 
 def test_refused_robots_leave_the_old_ones_running():
     simulator = BatchedSimulator(crawlers(), PHYSICS, STEPPER, 1)
-    with pytest.raises(ValueError, match="unknown regulator 2"):
+    with pytest.raises(ValueError, match="unknown regulator 3, expected 1 to 2"):
         simulator.set_robots([*crawlers()[:2], Robot(HUB, (Mount(PART, POSE, (2,)),))])
     assert len(march(simulator)["position"]) == 3
 
 
 def test_bad_robots_and_settings_are_refused():
-    with pytest.raises(ValueError, match="unknown regulator 2"):
+    with pytest.raises(ValueError, match="unknown regulator 3, expected 1 to 2"):
         BatchedSimulator([Robot(HUB, (Mount(PART, POSE, (2,)),))], PHYSICS, STEPPER, 1)
     with pytest.raises(ValueError, match="one regulator for each cavity"):
         Mount(PART, POSE, (0, 1))

@@ -72,10 +72,29 @@ def test_the_genetic_algorithm_keeps_to_the_rules_of_options(
     )
     found = search(settings, plate.spec(), RunFolder(tmp_path, "search"))
     assert found.timesteps == 54
+    assert found.notes == ()
     assert found.pairs is not None
     assert len({pair.design for pair in found.pairs}) == 3
     for pair in found.pairs:
         assert Design.parse(pair.design) in plate.space
+
+
+def test_a_search_says_that_it_ends_with_a_generation(
+    plate: RobotDescription, tmp_path: Path
+) -> None:
+    settings = SearchSettings(
+        method="genetic",
+        timesteps=4,
+        environment_count=6,
+        genetic=GeneticSettings(population=6),
+        space=plate.space,
+        task=replace(SearchSettings().task, regulator_count=4, action_count=3),
+    )
+    found = search(settings, plate.spec(), RunFolder(tmp_path, "search"))
+    assert found.timesteps == 18
+    assert [note.split(":")[0] for note in found.notes] == [
+        "18 timesteps were made where 4 were asked for"
+    ]
 
 
 def test_a_belief_of_the_large_plate_is_even_at_first(plate: RobotDescription) -> None:

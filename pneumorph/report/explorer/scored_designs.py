@@ -131,10 +131,16 @@ def scored_by_training(run: FinishedRun) -> ScoredDesigns:
         np.where(scores == 0.0, np.nan, scores),
         gibbs(scores, beta),
         _pairs(space, run),
-        meaning=f"Score: newest {run.goal.label} in training; none where a design was not tried or "
-        "failed.",
+        meaning=f"Score: newest {_score_of(run)} in training; none where a design was not tried "
+        "or failed.",
         goal=run.goal,
     )
+
+
+def _score_of(run: FinishedRun) -> str:
+    """What designs were ranked by: the goal, or what else the training says."""
+    ranked_by = run.summary.get("ranked_by")
+    return ranked_by if isinstance(ranked_by, str) else run.goal.label
 
 
 def _scored_by_factors(
@@ -165,7 +171,7 @@ def _scored_by_factors(
         distribution.probability_of(indices),
         pairs,
         goal=run.goal,
-        meaning=f"Score: newest {run.goal.label} in training. These are {len(indices)} designs "
+        meaning=f"Score: newest {_score_of(run)} in training. These are {len(indices)} designs "
         f"that walked or whose mirror image did, of {len(space):.3g}.",
         indices=indices,
     )
