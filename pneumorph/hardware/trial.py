@@ -46,7 +46,15 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
         FileNotFoundError: The log or the track is missing.
         ValueError: One of them cannot be read, or there are several tracks.
     """
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder} does not exist, expected the folder of a trial")
     tracks = sorted(folder.glob(TRACK_PATTERN))
+    if not tracks and any(folder.glob(f"*/{LOG_FILE}")):
+        first = trial_folders(folder)[0]
+        raise FileNotFoundError(
+            f"{folder} is the folder of a deployment, expected that of one of its trials, such as "
+            f"{first}"
+        )
     if not tracks:
         raise FileNotFoundError(
             f"{folder} holds no track, expected a file such as track.csv with the marker's path; "

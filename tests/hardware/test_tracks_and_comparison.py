@@ -237,3 +237,7 @@ def test_trial_folders(tmp_path: Path) -> None:
     (folders[0] / "track.csv").rename(folders[0] / "video.csv")
     with pytest.raises(FileNotFoundError, match="holds no track"):
         read_trial(folders[0])
+    with pytest.raises(FileNotFoundError, match=r"of a deployment, .* such as .*trial_1$"):
+        read_trial(tmp_path)
+    with pytest.raises(FileNotFoundError, match=r"trial_9 does not exist"):
+        read_trial(tmp_path / "trial_9")

@@ -57,6 +57,24 @@ def test_the_large_plate_trains(plate: RobotDescription, tmp_path: Path) -> None
     assert found.replayed_distance_cm == pytest.approx(found.best_distance_cm, abs=1e-9)
 
 
+def test_a_lopsided_space_is_refused_before_anything_walks(tmp_path: Path) -> None:
+    """Exclusions whose images are none: mirrored transitions would be of no design."""
+    small = RobotDescription.read(PLATE.with_name("plate.toml"))
+    quick = quick_settings()
+    settings = replace(
+        quick,
+        space=replace(small.space, exclusions=("0 2",)),
+        task=replace(quick.task, regulator_count=4),
+    )
+    assert settings.mirror_transitions
+    baseline = PhaseSweepSettings(
+        design=small.usual_design, gait=ExpertGait(regulator_count=4, duration_s=4.0)
+    )
+    with pytest.raises(ValueError, match=r"the mirror image .* mirror = false in a robot's file"):
+        run_training(settings, RunFolder(tmp_path, "coopt"), small.spec(), baseline=baseline)
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_genetic_algorithm_keeps_to_the_rules_of_options(
     plate: RobotDescription, tmp_path: Path
 ) -> None:
