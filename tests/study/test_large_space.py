@@ -70,7 +70,7 @@ def test_a_lopsided_space_is_refused_before_anything_walks(tmp_path: Path) -> No
     baseline = PhaseSweepSettings(
         design=small.usual_design, gait=ExpertGait(regulator_count=4, duration_s=4.0)
     )
-    with pytest.raises(ValueError, match=r"the mirror image .* mirror = false in a robot's file"):
+    with pytest.raises(ValueError, match=r"the mirror image .* no mirror"):
         run_training(settings, RunFolder(tmp_path, "coopt"), small.spec(), baseline=baseline)
     assert not list(tmp_path.iterdir())
 
