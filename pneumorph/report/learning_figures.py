@@ -72,7 +72,7 @@ def phase_figure(
         axes.axhline(learned, color=LEARNED_COLOUR, label=f"learned: {goal.said(learned)}")
     zero_line(axes)
     axes.margins(y=0.15)
-    axes.set(xlabel="phase shift between fore and hind legs (°)", ylabel=goal.axis)
+    axes.set(xlabel="phase shift between the two sine waves (°)", ylabel=goal.axis)
     axes.legend(loc="best")
     return figure
 

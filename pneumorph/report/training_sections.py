@@ -32,7 +32,7 @@ def sweep_sections(found: BestPhase, run: FinishedRun, sheet: Sheet) -> list[Sec
     goal, achieved = found.goal, found.phases_achieved or found.distances_cm
     learned = _best(found) if isinstance(found, TrainingResult) else None
     figure = phase_figure(found.phases_deg, achieved, learned, goal)
-    caption = f"{found.baseline_design} under two sine waves, the hind legs later by the phase."
+    caption = f"{found.baseline_design} under two sine waves, the second later by the phase."
     return [
         Section("The expert's gait at every phase", sheet.drawn("phase_sweep", figure, caption))
     ]

@@ -281,7 +281,7 @@ PAGES = {
         "Trials on a rig",
         "A gait driven through regulators, and what they sensed.",
         DeployedGait,
-        (_MEASURED, _DESIGN, _TIME),
+        (replace(_MEASURED, achieved="mean_achieved", of_goal="on the rig"), _DESIGN, _TIME),
         (deployment_sections, leg_sections),
     ),
     "transfer": VerbPage(

@@ -124,7 +124,7 @@ def _gait_sections(
             _named("pressures", group),
             pressure_figure(trajectory, highest_regulator(plan)),
             f"Pressures of the robot called {first}: what is commanded, and what the regulators "
-            "reach at their limited rate.",
+            "reach.",
         ),
         sheet.drawn(
             _named("design", group),

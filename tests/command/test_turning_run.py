@@ -137,6 +137,9 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     # Six digits are written.
     assert found["mean_achieved"] == pytest.approx(end - start, rel=1e-4)
     assert found["trials"][0]["turned_deg"] == found["mean_achieved"]
+    page = tmp_path / "page"
+    assert run(["report", str(out), "--out", str(page)]) == 0
+    assert "turn to the left on the rig" in (page / "page.html").read_text()
     compared = tmp_path / "transfer"
     assert run(f"transfer {out} --out {compared}".split()) == 0
     (robot,) = _summary(compared)["robots"]
