@@ -185,7 +185,11 @@ class FinishedRun:
         """
         if "coopt" in self.settings or "search" in self.settings or "task" in self.settings:
             return self.task.goal
-        return FORWARD if self.source is None else self.source.goal
+        if self.source is not None:
+            return self.source.goal
+        # A deployment says it, of whatever its gait came from.
+        own = self.summary.get("goal")
+        return FORWARD if own is None else self._result(Goal, self.of_summary("goal", dict))
 
     @cached_property
     def space(self) -> DesignSpace:
