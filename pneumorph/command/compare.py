@@ -7,9 +7,8 @@ under periodic gaits, where errors accumulate. A single leg is also bent by risi
 Full-order trajectories take minutes each: they are kept in RUN/full_order, those that ship with the
 package are found there, and an interrupted one is resumed.
 
-By default this verb compares the published robot, because the full-order trajectories that ship are
-of that robot; of `--physics measured` two ship (hamiltonian and heldout_00), and the others take
-hours.
+Trajectories of the default preset ship in both physics; those of other lengths, and the periodic
+ones of the measured physics, take hours.
 
 With --grid, further reductions of the leg walk the four animations too: their errors against the
 time of a step are figure 12 of the paper.
@@ -38,9 +37,7 @@ class CompareOptions:
     """What to compare, of which robot."""
 
     comparison: Annotated[ComparisonSettings, flat] = field(default_factory=ComparisonSettings)
-    robot: Annotated[RobotOptions, flat] = field(
-        default_factory=lambda: RobotOptions.of("published")
-    )
+    robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
 
 def run(options: CompareOptions, folder: RunFolder) -> Comparison:

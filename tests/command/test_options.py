@@ -184,11 +184,9 @@ def test_the_measured_physics_is_the_default_of_every_robot(asked: Ask) -> None:
     assert (spec.physics, spec.full_order) == (named.physics, named.full_order)
     assert spec.hub.mass_numbers() == named.hub.mass_numbers() == paper_robot().hub.mass_numbers()
     assert spec.reduction_digest() == named.reduction_digest() == paper_robot().reduction_digest()
-    for verb in ("baseline", "coopt", "search", "bench"):
+    for verb in ("baseline", "coopt", "search", "bench", "compare"):
         assert asked(verb).robot == usual
-    # Whose full-order trajectories ship.
-    assert asked("compare").robot == PUBLISHED
-    assert asked("compare --physics measured").robot == usual
+    assert asked("compare --physics published").robot == PUBLISHED
 
 
 def test_a_leg_or_a_part_of_another_physics_brings_that_with_it(tmp_path: Path, asked: Ask) -> None:

@@ -17,6 +17,7 @@ from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.rollout import rollout
 from pneumorph.study.animations import animations
+from pneumorph.study.comparison import ComparisonSettings
 from pneumorph.study.full_order_store import (
     NODE_COUNT,
     FullOrderStore,
@@ -86,6 +87,20 @@ def test_ways_that_ship_are_of_the_published_masses(name: str) -> None:
     assert not found(paper_robot(by_volume))
     for changed in (Physics(friction_by_surface=(("hub", 0.3),)), Physics(air=Air("orifice"))):
         assert not found(paper_robot("published", physics=changed))
+
+
+def test_every_way_of_the_usual_comparison_ships() -> None:
+    """Of either physics, so that comparing takes seconds and not hours."""
+    shipped = FullOrderStore(shipped_folders())
+    for physics in ("published", "measured"):
+        robot = paper_robot(physics)
+        for kind, animated in ComparisonSettings().runs().items():
+            for animation in animated:
+                floating = kind == "floating"
+                name = f"floating_{animation.name}" if floating else animation.name
+                pair = ModelPair(animation, robot, floating)
+                identity = rollout_identity(pair._described(10), pair.commands_kPa)
+                assert shipped.find(name, identity) is not None, (physics, name)
 
 
 def test_ways_that_ship_came_to_their_end() -> None:
