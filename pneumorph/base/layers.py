@@ -102,6 +102,8 @@ def _flags(kind: Any, path: Path = (), prefix: str = "") -> Iterator[tuple[Path,
     hints = hints_of(kind)
     for field in fields(kind):
         marks = getattr(hints[field.name], "__metadata__", ())
+        if any(str(mark) == "Fixed" for mark in marks):
+            continue  # no option of the command line
         shown = next((m.name for m in marks if isinstance(getattr(m, "name", None), str)), None)
         flag = f"{prefix}{field.name.replace('_', '-') if shown is None else shown}"
         inner = dataclass_of(hints[field.name])
