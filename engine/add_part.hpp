@@ -54,7 +54,10 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   for (int i = 0; i < 3; ++i) part_gravity[i] -= inward[i];
   for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
 
-  if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
+  if (!state.has_memory) {
+    memory.fresh_steps = memory.wait = 0;
+    for (int a = 0; a < M; ++a) memory.last_rates[a] = 0;
+  }
 #if defined(PNEUMORPH_KERNEL_NAME)
   const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory, state);
   if (!kept) {
@@ -64,7 +67,8 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
 #else
   constexpr bool kept = false;  // of the whole part; its solid's alone
   alignas(64) double foreseen[M];
-  if (settings.foreseen && settings.stiffness_damping == 0 && moves_smoothly(part, rates, settings, state.has_memory, memory)) {
+  if (settings.foreseen && !settings.published_damping && settings.stiffness_damping == 0 &&
+      moves_smoothly(part, rates, settings, state.has_memory, memory)) {
     for (int a = 0; a < M; ++a) foreseen[a] = alpha[a] + settings.time_step * rates[a];
     end = foreseen;
   }

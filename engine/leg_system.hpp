@@ -144,7 +144,8 @@ inline void add_products(const double* amounts, const Real* rows, int count, Rea
 }
 
 // Mass of the part about its origin and its products with the old rates; gravity; pressure.
-// `velocity`: old V and W in the part's frame; `end`: where the pressure acts. Fills coupling, hub, right sides with (1 + a h) M and M u + h f.
+// `velocity`: old V and W in the part's frame; `end`: where the pressure acts. Fills coupling, hub, right sides with
+// (1 + a h) M and M u + h f.
 template <int M, class Real>
 void add_inertia_and_loads(const Part<Real>& part, const double* alpha, const double* end, const double* rates,
                            const double velocity[6], const double gravity[3], const double* pressure,

@@ -145,7 +145,7 @@ struct Settings {
   double stiffness_damping = 0.1;    // s
   int published_damping = 1;         // else objective: acts on modal rates alone
   int edge_rotations = 1;            // else polar
-  int foreseen = 0;                  // silicone without stiffness damping is linearised where smooth motion leads
+  int foreseen = 0;                  // silicone that branches alone damp is linearised where smooth motion leads
   double friction_exponent = 0;      // of the normal impulse of the step before; 0: mu stays as it is
   double friction_least = 1, friction_most = 1;  // factors that mu is kept between
   double floor_height = 0;           // mm, where contact points rest

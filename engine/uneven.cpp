@@ -62,13 +62,14 @@ inline int take_in(const RobotModel& robot, const Settings& settings, const doub
   UnevenCandidate& at = candidates[count];
   at.gap = gap_at(*robot.ground, settings, place, at.normal);
   deepest = std::fmax(deepest, -at.gap - lift);
-  at.lowest = at.gap + lift + std::fmin(0.0, settings.time_step * dot3(at.normal, velocity));
+  at.lowest = at.gap + std::fmin(0.0, settings.time_step * dot3(at.normal, velocity));
   if (found) {
     double end[3], below[3];
     for (int i = 0; i < 3; ++i) end[i] = place[i] + settings.time_step * velocity[i];
-    at.lowest = std::fmin(at.lowest, gap_at(*robot.ground, settings, end, below) + lift);
+    at.lowest = std::fmin(at.lowest, gap_at(*robot.ground, settings, end, below));
   }
   if (!(at.lowest < settings.contact_margin)) return count;
+  at.lowest += lift;
   at.working = false;
   for (int i = 0; i < 3; ++i) at.place[i] = place[i];
   at.mount = mount, at.point = point;

@@ -101,7 +101,11 @@ def read_json(path: Path | str, kind: str) -> dict[str, Any]:
         FileNotFoundError: No such file.
         ArtefactError: It is no JSON, or not a table.
     """
-    text = read_text(path, kind)
+    return table_of_json(read_text(path, kind), path, kind)
+
+
+def table_of_json(text: str, path: Path | str, kind: str) -> dict[str, Any]:
+    """Table of values of a JSON file's text; as `read_json`."""
     try:
         content = json.loads(text)
     except (json.JSONDecodeError, RecursionError) as error:

@@ -20,7 +20,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin
 import cattrs
 from cattrs.strategies import configure_union_passthrough
 
-from pneumorph.base.artefact import ArtefactError, read_json, read_text, write_json
+from pneumorph.base.artefact import ArtefactError, read_text, table_of_json, write_json
 from pneumorph.base.checked import hints_of
 from pneumorph.base.shapes import refuse_other_shapes, table
 
@@ -103,18 +103,31 @@ def read_settings_file(path: Path | str) -> dict[str, Any]:
         FileNotFoundError: No such file.
         ValueError: Not JSON or TOML, or no table.
     """
+    return table_of_text(read_text(path, "settings"), path, "settings")
+
+
+def table_of_text(text: str, path: Path | str, kind: str) -> dict[str, Any]:
+    """The text of a ``.json`` or ``.toml`` file as nested dictionaries.
+
+    Args:
+        text: What is in it.
+        path: The file, whose name says which of the two it is.
+        kind: What it should hold, such as ``settings``.
+
+    Raises:
+        ArtefactError: Not JSON or TOML, or no table.
+    """
     path = Path(path)
     if path.suffix in (".yaml", ".yml"):
         raise ArtefactError(
-            f"settings file {path} is YAML by its name, expected JSON (.json) or TOML (.toml)"
+            f"{kind} file {path} is YAML by its name, expected JSON (.json) or TOML (.toml)"
         )
     if path.suffix != ".toml":
-        return read_json(path, "settings")
-    text = read_text(path, "settings")
+        return table_of_json(text, path, kind)
     try:
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ArtefactError(f"settings file {path} is not valid TOML ({error})") from error
+        raise ArtefactError(f"{kind} file {path} is not valid TOML ({error})") from error
 
 
 def load_settings(

@@ -12,14 +12,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.artefact import ArtefactError, read_text
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import (
     laid_over,
-    read_settings_file,
     settings_from_dict,
     settings_to_dict,
+    table_of_text,
 )
 from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.catalogue.design_rules import DesignRules
@@ -134,20 +134,20 @@ class RobotDescription(Checked, ShownInNotebooks):
             FileNotFoundError: No such file.
             ValueError: It is no description; names the file, the field and the cause.
         """
-        return cls.of_content(read_settings_file(path), path)
+        return cls.of_text(read_text(path, "robot"), path)
 
     @classmethod
-    def of_content(cls, content: Mapping[str, Any], path: Path | str) -> RobotDescription:
+    def of_text(cls, text: str, path: Path | str) -> RobotDescription:
         """The description that a file had, whatever it has now.
 
         Args:
-            content: What was in it, as nested dictionaries.
+            text: What was in it.
             path: The file; paths in it start from its folder.
 
         Raises:
             ValueError: It is no description; names the file, the field and the cause.
         """
-        path, content = Path(path), dict(content)
+        path, content = Path(path), table_of_text(text, path, "robot")
         if not isinstance(content.get("physics", {}), Mapping):
             raise ArtefactError(f"robot file {path}: physics is no table, expected [physics]")
         acting = dict(content.get("physics", {}))

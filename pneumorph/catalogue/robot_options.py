@@ -10,14 +10,10 @@ from typing import Annotated, Any
 
 import tyro
 
+from pneumorph.base.artefact import read_text
 from pneumorph.base.checked import Bounds, Checked
 from pneumorph.base.executor import ExecutorSettings
-from pneumorph.base.settings import (
-    laid_over,
-    read_settings_file,
-    settings_from_dict,
-    settings_to_dict,
-)
+from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.base.shapes import table
 from pneumorph.catalogue.full_options import FullOptions, full_of
 from pneumorph.catalogue.masses import Masses
@@ -85,10 +81,10 @@ def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
         content: Settings as nested dictionaries.
     """
     robot = content.get("robot", {})
-    path, said = robot.get("described"), robot.get("file_content")
-    if path is None or said is not None:
-        return None if path is None else RobotDescription.of_content(said, path)
-    return RobotDescription.read(path)
+    path, text = robot.get("described"), robot.get("file_text")
+    if path is None:
+        return None
+    return RobotDescription.read(path) if text is None else RobotDescription.of_text(text, path)
 
 
 def chosen_robot(content: Mapping[str, Any]) -> RobotDescription | None:
@@ -108,7 +104,7 @@ class RobotOptions(Checked):
     described: Annotated[Path | None, tyro.conf.arg(name="robot")] = None
     """TOML file that describes a robot, see docs/own_robot.md; by default the paper's robot. The
     file sets its own physics, designs, legs and masses."""
-    file_content: Annotated[Mapping[str, Any] | None, tyro.conf.Fixed, tyro.conf.Suppress] = None
+    file_text: Annotated[str | None, tyro.conf.Fixed, tyro.conf.Suppress] = None
     """What was in that file when the run began, so that later verbs and resumed runs have the same
     robot whatever becomes of the file."""
     based_on: Annotated[PhysicsName, tyro.conf.arg(name="physics")] = USUAL
@@ -168,9 +164,8 @@ class RobotOptions(Checked):
             usual: dict[str, Any] = {"based_on": "published", "leg": "published", "full": {}}
             now = {**usual, "masses": {"model": "published"}, **now}
             robot = now.get("described")
-            if isinstance(robot, str) and Path(robot).is_file():
-                if now.get("file_content") is None:
-                    now["file_content"] = read_settings_file(robot)
+            if isinstance(robot, str) and now.get("file_text") is None and Path(robot).is_file():
+                now["file_text"] = read_text(robot, "robot")
                 said = _all_of(RobotDescription.read(robot).physics.based_on)
                 nothing = {**usual, "masses": settings_to_dict(Masses("published"))}
                 now |= {
@@ -205,10 +200,10 @@ class RobotOptions(Checked):
             ArtefactError: It is no reduced part.
         """
         if content.get("described") is not None:
-            path, said = content["described"], content.get("file_content")
-            said = read_settings_file(path) if said is None else said
-            robot = RobotDescription.of_content(said, path)
-            brought = {**_all_of(robot.physics.based_on), "file_content": said}
+            path, text = content["described"], content.get("file_text")
+            text = read_text(path, "robot") if text is None else text
+            robot = RobotDescription.of_text(text, path)
+            brought = {**_all_of(robot.physics.based_on), "file_text": text}
             brought["physics"] = settings_to_dict(robot.acting)
             brought["full"]["hub"] = robot.hub.model
             return brought
@@ -285,7 +280,7 @@ class RobotOptions(Checked):
             ArtefactError: It is no description.
         """
         return described_robot(
-            {"robot": {"described": self.described, "file_content": self.file_content}}
+            {"robot": {"described": self.described, "file_text": self.file_text}}
         )
 
     def _part_of_this_physics(self) -> ReducedPart | Path | None:

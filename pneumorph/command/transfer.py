@@ -49,6 +49,8 @@ def run(options: TransferOptions, folder: RunFolder) -> Transfer:
 def taken_over(options: TransferOptions) -> TakenOver | None:
     """The robot of a file that the first of them deployed. Of the paper's robot a deployment's
     physics may be that of its virtual rig, with which the simulation is to be compared."""
+    if options.robot.described is not None:
+        return None
     for text in options.runs[:1]:
         folder = Path(text.rpartition("=")[2])
         if (folder / SUMMARY).is_file():

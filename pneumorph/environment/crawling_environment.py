@@ -277,7 +277,8 @@ class CrawlingEnvironment(VectorEnv):
         own = np.sum(list(terms.values()), axis=0)
         told = {
             "mirrored_reward_cm": mirrored,
-            "mirrored_with_cm": np.stack([own, mirrored], axis=1),
+            "mirrored_with_cm": mirrored,
+            "rewarded_cm": own,
         }
         told["achieved"] = terms[GOAL_TERMS[goal.name]] / goal.cm_per_unit
         return terms, told

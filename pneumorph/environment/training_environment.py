@@ -28,8 +28,9 @@ class TrainingEnvironment(Protocol):
     default the reward; ``achieved``, what of the task's goal was in its unit, by default the same;
     ``command_kPa`` (robot, regulator), the pressures of gait files, by default
     what `CrawlingTask.pressure_kPa` makes of the actions; ``mirrored_reward_cm``, what the robot's
-    mirror image would have got, by default the reward; ``mirrored_with_cm`` (robot, 2), the reward
-    and the image's that belong together, by which a wrapper is told that changes the one alone.
+    mirror image would have got, by default the reward; ``mirrored_with_cm``, the same array, and
+    ``rewarded_cm``, the reward that it belongs to, by which a wrapper is told that changes the
+    reward and not the image's.
     """
 
     @property
@@ -133,11 +134,10 @@ class ToldStep:
         """
         command = info.get("command_kPa")
         distance_cm = info.get("forward_travel_cm", reward)
-        mirrored_cm, together = info.get("mirrored_reward_cm", reward), info.get("mirrored_with_cm")
-        stale = together is not None and (
-            np.array_equal(mirrored_cm, together[:, 1])
-            and not np.array_equal(reward, together[:, 0])
-        )
+        mirrored_cm, rewarded_cm = info.get("mirrored_reward_cm", reward), info.get("rewarded_cm")
+        untouched = mirrored_cm is info.get("mirrored_with_cm")
+        # Single precision of a wrapper is no other reward.
+        stale = rewarded_cm is not None and untouched and not np.allclose(reward, rewarded_cm)
         return cls(
             failed=np.asarray(info.get("status", np.zeros(len(reward)))) != RUNNING,
             distance_cm=distance_cm,

@@ -3,14 +3,15 @@
 With M the mass, f(x) all forces but damping, K their negative derivative and D the stiffness that
 damping acts on, the converged implicit Euler step of length h asks for v such that
 
-    r(v) = (1 + alpha h) M v + h beta D(x_0) v - M v_0 - h f(x) = impulses,   x = x_0 + h v.
+    r(v) = (1 + alpha h) M v + h beta D v - M v_0 - h f(x) = impulses,   x = x_0 + h v.
 
 Newton's method linearises it at a trial v_k: A = (1 + alpha h) M + h beta D + h^2 K and
 b = A v_k - r. The linearly implicit step (Baraff and Witkin 1998; the paper's equation for dv) is
 one such step from v_k = 0 in which K is D, without geometric and pressure terms.
 
-D is that of the step's start in both: at a trial end, what only turns seems stretched, and a stiff
-sheet's D would be of that stretch.
+D is that of the end, x, of objective damping, whose forces then have no moment there. Published
+damping takes that of the start, x_0, in both steps: at a trial end, what only turns seems
+stretched, and a stiff sheet's D would be of that stretch.
 
 A solid that relaxes adds the force of its branches, which depends on the whole step: on what the
 solid remembered at its start and on where it ends (`pneumorph.fem.maxwell_group`).
@@ -77,7 +78,7 @@ def implicit_equations(
         pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
         definite: Make A positive definite at the price of a slower convergence.
-        damped: `damping_data` of the step's start.
+        damped: `damping_data` of the step's start or of the trial, see `damps_by_its_start`.
         memory: What a solid that relaxes remembers at the start of the step.
 
     Returns:
@@ -120,7 +121,7 @@ def implicit_residual(
         v: Velocities that lead there [mm/s], (node, 3).
         pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
-        damped: `damping_data` of the step's start.
+        damped: `damping_data` of the step's start or of the trial, see `damps_by_its_start`.
         memory: What a solid that relaxes remembers at the start of the step.
 
     Returns:
@@ -153,7 +154,7 @@ def implicit_matrix(
         x: World positions at the trial end [mm], (node, 3).
         pressure_kPa: Pressure in the cavities, or of each [simulated kPa].
         physics: Time step and the rest.
-        damped: `damping_data` of the step's start.
+        damped: `damping_data` of the step's start or of the trial, see `damps_by_its_start`.
         memory: What a solid that relaxes remembers at the start of the step.
         change: A step that led there [mm], (node, 3): stiff stresses as it foresaw them.
     """
@@ -179,12 +180,17 @@ def _inertia_and_damping(
     return data
 
 
+def damps_by_its_start(physics: Physics) -> bool:
+    """Whether the stiffness that damps a step is that of its start, not of its end."""
+    return physics.damping == "published"
+
+
 def damping_data(part: PartModel, x: np.ndarray, physics: Physics) -> np.ndarray | None:
     """`damped_stiffness_data` of the implicit Euler step; None where stiffness damps nothing.
 
     Args:
         part: The body.
-        x: World positions of the nodes at the step's start [mm], (node, 3).
+        x: World positions of the nodes [mm], (node, 3), see `damps_by_its_start`.
         physics: Which damping.
     """
     if physics.stiffness_damping_s == 0.0:

@@ -9,6 +9,7 @@ import numpy as np
 from pneumorph.fem.bend import best_rotation
 from pneumorph.fem.body_equations import (
     damping_data,
+    damps_by_its_start,
     implicit_equations,
     linearly_implicit_equations,
 )
@@ -94,6 +95,7 @@ class SoftHub:
         self, start: SoftHubState, trial: SoftHubState, physics: Physics, definite: bool
     ) -> tuple[np.ndarray, np.ndarray]:
         """A and b of the implicit Euler step linearised at a trial end of it."""
+        at = start if damps_by_its_start(physics) else trial
         return self._dense(
             *implicit_equations(
                 self.part,
@@ -103,7 +105,7 @@ class SoftHub:
                 0.0,
                 physics,
                 definite,
-                damping_data(self.part, start.positions, physics),
+                damping_data(self.part, at.positions, physics),
             )
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from pneumorph.fem.body_equations import (
     damping_data,
+    damps_by_its_start,
     implicit_equations,
     implicit_matrix,
     implicit_residual,
@@ -157,7 +158,7 @@ class StepProblem(Generic[HubState]):
             self._pressure_of(leg),
             self._physics,
             definite,
-            self._damped(number),
+            self._damped(number, trial),
             start.memories[number],
         )
 
@@ -178,7 +179,7 @@ class StepProblem(Generic[HubState]):
             trial.positions[number],
             self._pressure_of(leg),
             self._physics,
-            self._damped(number),
+            self._damped(number, trial),
             self._start.memories[number],
             change,
         )
@@ -193,7 +194,7 @@ class StepProblem(Generic[HubState]):
             trial.velocities[number],
             self._pressure_of(leg),
             self._physics,
-            self._damped(number),
+            self._damped(number, trial),
             start.memories[number],
         )
 
@@ -362,12 +363,14 @@ class StepProblem(Generic[HubState]):
             iterations=iterations,
         )
 
-    def _damped(self, number: int) -> np.ndarray | None:
-        """`damping_data` of a leg, once for all trials."""
-        if number not in self._damping:
-            part, x = self._robot.legs[number].part, self._start.positions[number]
-            self._damping[number] = damping_data(part, x, self._physics)
-        return self._damping[number]
+    def _damped(self, number: int, trial: TrialStep[HubState]) -> np.ndarray | None:
+        """`damping_data` of a leg; that of the start once for all trials."""
+        part, physics = self._robot.legs[number].part, self._physics
+        if damps_by_its_start(physics) and number not in self._damping:
+            self._damping[number] = damping_data(part, self._start.positions[number], physics)
+        if number in self._damping:
+            return self._damping[number]
+        return damping_data(part, trial.positions[number], physics)
 
     def _moved(
         self,

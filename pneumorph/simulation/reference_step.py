@@ -193,7 +193,8 @@ def _smooth(
     robot: Robot, physics: Physics, state: ReducedState, rates_before: np.ndarray | None
 ) -> list[bool]:
     """Of each mount, whether it is linearised ahead."""
-    if rates_before is None or physics.stiffness_damping_s > 0.0:
+    damped = physics.damping == "published" or physics.stiffness_damping_s > 0.0
+    if rates_before is None or damped:
         return [False] * len(robot.mounts)
     changes = np.linalg.norm(state.mode_rates - rates_before, axis=1)
     allowed = SMOOTH_CHANGE_MM / physics.time_step_s

@@ -100,6 +100,8 @@ class ParametricModule(Checked):
         """All that its files depend on, JSON-serialisable."""
         kind, reduced = leg_kind(self.leg), settings_to_dict(self.options())
         del reduced["snapshots"]["executor"]
+        if not reduced["reduction"]["contact_flexibility"]:
+            del reduced["reduction"]["contact_flexibility"]  # as before there was a choice
         mesh = settings_to_dict(self.mesh)
         return {
             "version": VERSION,

@@ -119,7 +119,8 @@ class TrainingResult(BestPhase):
 
     def __repr__(self) -> str:
         """In a line; the fields are what ``summary.json`` has."""
-        best = f"{self.best_design}: {self.best_distance_cm} cm forward"
+        achieved = self.best_distance_cm if self.goal.is_forward else self.best_achieved
+        best = f"{self.best_design}: {'nothing' if achieved is None else self.goal.said(achieved)}"
         return f"TrainingResult({best}, {len(self.pairs)} pairs, {self.timesteps} timesteps)"
 
     def derived(self) -> dict[str, Any]:

@@ -37,6 +37,14 @@ def test_a_changed_file_changes_no_run_that_has_begun(kite: Path) -> None:
     assert length_mm(chosen(kite)) == 140
     assert length_mm(layered(RobotOptions(), [kept, {"described": str(kite)}])) == 140
     assert settings_to_dict(chosen(kite)) != kept
+    # What it has no more is gone, and nothing of it is asked where a run has its own.
+    kite.write_text(kite.read_text().replace('usual = "b1.0.2.2.0.b1"\n', "payload = 1\n"))
+    assert length_mm(layered(RobotOptions(), [kept])) == 150
+    kite.write_text(kite.read_text().replace("payload = 1\n", ""))
+    again = layered(RobotOptions(), [kept, {"described": str(kite)}]).description
+    assert again is not None
+    assert again.designs.usual is None
+    assert hash(chosen(kite))
 
 
 def test_a_run_needs_its_robots_file_no_more(kite: Path) -> None:
@@ -50,5 +58,5 @@ def test_a_run_needs_its_robots_file_no_more(kite: Path) -> None:
 
 def test_runs_of_earlier_versions_have_what_the_file_has(kite: Path) -> None:
     kept = settings_to_dict(chosen(kite))
-    del kept["file_content"]
+    del kept["file_text"]
     assert settings_from_dict(RobotOptions, kept) == chosen(kite)

@@ -130,22 +130,27 @@ def test_what_turns_to_a_side_is_not_what_its_image_does() -> None:
 
 
 class Costly(TaskWrapper):
-    """Each action costs something, of the image too where it says so."""
+    """Each action costs something, of the image too where it says so; or it costs nothing there."""
 
     said = False
+    image_cost_cm = 0.5
 
     def step(
         self, actions: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         observation, reward, terminated, truncated, info = self.env.step(actions)
         if self.said:
-            info["mirrored_reward_cm"] = info["mirrored_reward_cm"] - 0.5
+            info["mirrored_reward_cm"] = info["mirrored_reward_cm"] - self.image_cost_cm
         return observation, reward - 0.5, terminated, truncated, info
 
 
-@pytest.mark.parametrize("mirror", [True, False])
-@pytest.mark.parametrize("said", [True, False])
-def test_a_wrapper_that_forgets_the_mirror_image_is_refused(said: bool, mirror: bool) -> None:
+@pytest.mark.parametrize(
+    ("said", "cost_cm", "mirror"),
+    [(True, 0.5, True), (True, 0.0, True), (False, 0.5, True), (False, 0.5, False)],
+)
+def test_a_wrapper_that_forgets_the_mirror_image_is_refused(
+    said: bool, cost_cm: float, mirror: bool
+) -> None:
     task = replace(TASK, reward=RewardWeights(goal="turn_left"))
     settings = replace(toy_settings(round_count=4), task=task, mirror_transitions=mirror)
     usual = crawling(
@@ -154,7 +159,7 @@ def test_a_wrapper_that_forgets_the_mirror_image_is_refused(said: bool, mirror: 
 
     def make(designs: Sequence[Design]) -> Costly:
         wrapped = Costly(usual(designs))
-        wrapped.said = said
+        wrapped.said, wrapped.image_cost_cm = said, cost_cm
         return wrapped
 
     training, design = Training(make, settings), np.zeros(16, dtype=int)

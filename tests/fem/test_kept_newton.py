@@ -150,15 +150,14 @@ def test_a_stiffness_damping_is_felt(leg):
         assert np.abs(x - z).max() > 0.01
 
 
-@pytest.mark.parametrize("damping", ["objective", "published"])
-def test_a_stiff_sheet_that_turns_is_damped_as_it_lies_at_the_start(damping):
+def test_a_stiff_sheet_that_turns_is_damped_as_it_lies_at_the_start():
     """At a trial's end, what only turns by 0.03 seems stretched by 0.0005; the damping of that
     stretch of a sheet of 2 GPa halved these eight steps to thirty."""
     sheet = Membrane("bottom", Material(2e6, 0.3, "st_venant_kirchhoff"), 0.1)
     rubber = yeoh_material(50.0, 8.0, -1.0)
     part = PartModel(small_leg().mesh, rubber, 0.02, (sheet,), "cavity")
     physics = dataclasses.replace(
-        PHYSICS, damping=damping, stiffness_damping_s=0.1, floor_height_mm=-1e3
+        PHYSICS, damping="published", stiffness_damping_s=0.1, floor_height_mm=-1e3
     )
     made, spin = robot(part, physics=physics), np.array([0.0, 3.0, 0.0])
     state = made.initial_state()

@@ -103,7 +103,7 @@ def runs(leg: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]
 def test_the_published_physics_is_named_in_full() -> None:
     """Every field: one that is left out would follow the package's default wherever that goes."""
     named = read_settings_file(REPRODUCE / "published.toml")
-    not_of_it = {"part", "threads", "executor", "calibration", "described"}
+    not_of_it = {"part", "threads", "executor", "calibration", "described", "file_text"}
     assert set(named) == {each.name for each in fields(RobotOptions)} - not_of_it
     for group, settings, left_out in (
         (named["physics"], Physics, {"ground"}),  # a plane

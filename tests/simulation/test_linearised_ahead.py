@@ -65,15 +65,25 @@ def test_a_smooth_step_equals_the_reference(instruction_set, precision, toleranc
     assert not differs[0]
 
 
-def test_an_unsmooth_step_begins_where_it_is():
-    """Rates that change by ten times as much, and stiffness damping besides."""
-    fast = motion_of(PART, 0.5, speed=30.0)
-    for settings in ({}, {"stiffness_damping_s": 0.004}):
-        usual = ahead(fast if not settings else SMALL, linearised="start", **settings)
-        other = ahead(fast if not settings else SMALL, **settings)
-        for simulator in (usual, other):
-            simulator.advance(COMMAND[None], 3)
-        np.testing.assert_array_equal(usual.read("modes"), other.read("modes"))
+@pytest.mark.parametrize(
+    ("motion", "settings"),
+    [
+        (motion_of(PART, 0.5, speed=30.0), {}),
+        (SMALL, {"stiffness_damping_s": 0.004}),
+        (SMALL, {"damping": "published"}),
+    ],
+)
+def test_other_steps_begin_where_they_are(motion, settings):
+    """Rates that change by ten times as much, and other dampings than that of branches."""
+    elastic = replace(PART, relaxation_weight=np.zeros(0), relaxation_time=np.zeros(0))
+    part = elastic if settings.get("damping") == "published" else PART
+    ends = []
+    for linearised in ("start", "ahead"):
+        asked = {"linearised": linearised, "tangent_tolerance_mm_per_s": 0.0}
+        simulator = thrown(part, motion, **asked, **{**OBJECTIVE, **settings})
+        simulator.advance(COMMAND[None], 3)
+        ends.append(simulator.read("modes"))
+    np.testing.assert_array_equal(*ends)
 
 
 def swing(step_s: float, linearised: str) -> np.ndarray:
