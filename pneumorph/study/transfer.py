@@ -130,16 +130,23 @@ def transfer(
 
     Raises:
         FileNotFoundError: A deployment has no trials, or a trial no track.
-        ValueError: There are no runs, or one is a bend test.
+        ValueError: There are no runs, one is a bend test, or a label is none or not the only one.
     """
     start = time.monotonic()
     if not runs:
         raise ValueError("runs is empty, expected at least one folder of `pneumorph deploy`")
+    labels: set[str] = set()
     compared: list[tuple[Path, TrialComparison, tuple[Trial, ...]]] = []
     for number, text in enumerate(runs, start=1):
         label, _, path = text.rpartition("=")
         run = Path(path)
         label = label or run.name
+        if not label or set(label) & set("/\\") or label in labels:
+            raise ValueError(
+                f"{text}: the label {label!r} names files of its own, expected one without slashes "
+                "that no other run has: LABEL=FOLDER"
+            )
+        labels.add(label)
         folder.progress.stage(f"simulating {label} ({number} of {len(runs)})")
         trials = tuple(read_trial(each, settings.video) for each in trial_folders(run))
         compared.append((run, _compared(spec, run, label, trials, settings, folder), trials))

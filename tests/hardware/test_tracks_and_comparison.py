@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.goal import Goal
 from pneumorph.hardware.deployment_log import DeploymentLog, LoggedPressures, read_log
 from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_track, write_track
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import compare_trials, pressure_tracking
+from pneumorph.study.transfer import TransferSettings, transfer
 
 TIMES = np.arange(0.0, 4.0, 0.1)
 
@@ -241,3 +244,11 @@ def test_trial_folders(tmp_path: Path) -> None:
         read_trial(tmp_path)
     with pytest.raises(FileNotFoundError, match=r"trial_9 does not exist"):
         read_trial(tmp_path / "trial_9")
+
+
+@pytest.mark.parametrize("runs", [["../B=dep"], ["a\\b=dep"], ["=/"]])
+def test_labels_that_are_no_names_of_files_are_refused(runs: list[str], tmp_path: Path) -> None:
+    """They name the simulations' files, which are to stay in the run's folder."""
+    with pytest.raises(ValueError, match="names files of its own, expected one without slashes"):
+        transfer(runs, TransferSettings(), paper_robot(), RunFolder(tmp_path / "out", "transfer"))
+    assert not list(tmp_path.iterdir())
