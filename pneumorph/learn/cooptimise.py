@@ -17,7 +17,13 @@ from pneumorph.catalogue.older_names import current_setting
 from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
-from pneumorph.learn.checkpoint import KIND, has_checkpoint, load_checkpoint, save_checkpoint
+from pneumorph.learn.checkpoint import (
+    KIND,
+    Checkpoint,
+    has_checkpoint,
+    load_checkpoint,
+    save_checkpoint,
+)
 from pneumorph.learn.coopt_result import CooptResult, KeptPair, SeenPair
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
@@ -153,15 +159,30 @@ def _write_gaits(
         write_gait(folder / said.gait, pair.gait(action_s, settings.task), comments)
 
 
-def _restore(
-    training: Training, folder: Path, provenance: Mapping[str, Any]
-) -> tuple[float, list[str]]:
-    """Take over the newest checkpoint; return the seconds spent before it, and remarks."""
-    checkpoint = load_checkpoint(folder)
+def refuse_other_settings(
+    settings: CooptSettings, folder: Path | str, provenance: Mapping[str, Any]
+) -> None:
+    """Refuse to go on in a folder whose training has other settings; does nothing without one.
+
+    Args:
+        settings: All options.
+        folder: The run folder.
+        provenance: As `learn_in_folder` takes it.
+
+    Raises:
+        ValueError: It has other settings, or its checkpoints are damaged.
+    """
+    if has_checkpoint(Path(folder)):
+        _refuse_changes(load_checkpoint(Path(folder)), settings, Path(folder), provenance)
+
+
+def _refuse_changes(
+    checkpoint: Checkpoint, settings: CooptSettings, folder: Path, provenance: Mapping[str, Any]
+) -> None:
     # Read as settings: one that is newer than the checkpoint had its default.
     with reading(checkpoint.path, KIND):
         theirs = settings_from_dict(CooptSettings, checkpoint.metadata["settings"])
-    changed = _differences(settings_to_dict(theirs), settings_to_dict(training.settings), "")
+    changed = _differences(settings_to_dict(theirs), settings_to_dict(settings), "")
     changed += _differences(
         checkpoint.metadata["provenance"], _as_json(provenance), "", current_setting
     )
@@ -170,6 +191,14 @@ def _restore(
             f"{folder} was trained with other settings ({'; '.join(changed)}), expected the same; "
             "resume with the settings in its settings.json, or choose another folder"
         )
+
+
+def _restore(
+    training: Training, folder: Path, provenance: Mapping[str, Any]
+) -> tuple[float, list[str]]:
+    """Take over the newest checkpoint; return the seconds spent before it, and remarks."""
+    checkpoint = load_checkpoint(folder)
+    _refuse_changes(checkpoint, training.settings, folder, provenance)
     training.take_over(checkpoint)
     remarks = list(checkpoint.metadata["remarks"])
     if checkpoint.remark is not None:

@@ -15,7 +15,7 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.coopt_result import CooptResult, SeenPair
-from pneumorph.learn.cooptimise import learn_in_folder
+from pneumorph.learn.cooptimise import learn_in_folder, refuse_other_settings
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES
@@ -169,22 +169,25 @@ def run_training(
     """
     start = time.monotonic()
     _check(settings, spec, folder, resume, worlds, baseline)
+    drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
+    name = None if own_task is None else task_name(own_task)
+    provenance = {
+        "simulation": spec.settings,
+        "leg": spec.reduction_digest(),
+        **drawn,
+        **({} if name is None else {"environment": name}),
+    }
+    # Before the baseline of other settings is written over that of the run.
+    refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
     expert = swept(spec, baseline, folder, settings.task.goal)
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start
-    drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
-    name = None if own_task is None else task_name(own_task)
     learned = learn_in_folder(
         _environments(settings, spec, worlds, own_task),
         settings,
         folder.path / TRAINING_FOLDER,
         time_step_s=spec.physics.time_step_s,
-        provenance={
-            "simulation": spec.settings,
-            "leg": spec.reduction_digest(),
-            **drawn,
-            **({} if name is None else {"environment": name}),
-        },
+        provenance=provenance,
         resume=resume,
         wandb_project=wandb_project,
         progress=folder.progress,

@@ -55,6 +55,12 @@ def test_the_large_plate_trains(plate: RobotDescription, tmp_path: Path) -> None
     assert found.best_design is not None
     assert Design.parse(found.best_design) in plate.space
     assert found.replayed_distance_cm == pytest.approx(found.best_distance_cm, abs=1e-9)
+    # Going on with other settings is refused before the baseline walks over the run's own.
+    swept = (tmp_path / "phase_sweep.npz").read_bytes()
+    other = replace(baseline, phase_step_deg=90.0)
+    with pytest.raises(ValueError, match=r"trained with other settings \(.*seed"):
+        run_training(replace(settings, seed=3), folder, plate.spec(), baseline=other, resume=True)
+    assert (tmp_path / "phase_sweep.npz").read_bytes() == swept
 
 
 def test_a_lopsided_space_is_refused_before_anything_walks(tmp_path: Path) -> None:
