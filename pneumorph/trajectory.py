@@ -20,6 +20,19 @@ _WITHOUT_SHAPE = 1
 """Format version of files that do not say what the robot looks like."""
 
 
+def check_record_every(record_every: int) -> None:
+    """Refuse a number of steps between frames that is none.
+
+    Raises:
+        ValueError: It is less than 1.
+    """
+    if record_every < 1:
+        raise ValueError(
+            f"record_every is {record_every}, expected the number of steps between two frames, at "
+            "least 1"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory(ShownInNotebooks):
     """Recorded motion of one robot. Axes: frame, leg, node, regulator.

@@ -14,6 +14,7 @@ import os
 import tempfile
 import zipfile
 import zlib
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -107,7 +108,12 @@ def read_json(path: Path | str, kind: str) -> dict[str, Any]:
 def table_of_json(text: str, path: Path | str, kind: str) -> dict[str, Any]:
     """Table of values of a JSON file's text; as `read_json`."""
     try:
-        content = json.loads(text)
+        content = json.loads(text, object_pairs_hook=_named_once)
+    except _NamedTwice as error:
+        raise ArtefactError(
+            f"{kind} file {path} has {error} twice in one table, expected once: it is not known "
+            "which of the two is meant"
+        ) from error
     except (json.JSONDecodeError, RecursionError) as error:
         raise ArtefactError(
             f"{kind} file {path} is not valid JSON ({error}); it is truncated or of another format"
@@ -116,6 +122,19 @@ def table_of_json(text: str, path: Path | str, kind: str) -> dict[str, Any]:
         raise ArtefactError(
             f"{kind} file {path} holds a {type(content).__name__}, expected a table of values"
         )
+    return content
+
+
+class _NamedTwice(Exception):
+    """The name of a value that a JSON table holds two of."""
+
+
+def _named_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A table of JSON, which Python would fill with the last of values of one name."""
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        counted = Counter(name for name, _ in pairs)
+        raise _NamedTwice(repr(counted.most_common(1)[0][0]))
     return content
 
 

@@ -1,8 +1,8 @@
 """Numbers that say beside their name which values they take.
 
 A settings dataclass that begins with `Checked` refuses a value that its annotation does not allow:
-numbers that are not finite or beyond their bounds, integers that the engine cannot hold, and names
-that are none of a `Literal`::
+one of another kind, numbers that are not finite or beyond their bounds, integers that the engine
+cannot hold, and names that are none of a `Literal`::
 
     @dataclass(frozen=True)
     class Settings(Checked):
@@ -17,6 +17,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from numbers import Integral, Real
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
@@ -97,10 +98,23 @@ def _check(name: str, value: Any, hint: Any) -> None:
     elif len(inner) == 2 and NoneType in inner:  # may be left out
         if value is not None:
             _check(name, value, inner[0] if inner[1] is NoneType else inner[1])
-    elif hint is float and not math.isfinite(value):
-        raise ValueError(f"{name} must be finite, got {value}")
-    elif hint is int and abs(value) > LARGEST_INTEGER:
-        raise ValueError(f"{name} must be at most {LARGEST_INTEGER} in size, got {value}")
+    elif hint in _KINDS:
+        allowed, words = _KINDS[hint]
+        if not isinstance(value, allowed) or (hint is not bool and isinstance(value, bool)):
+            raise ValueError(f"{name} must be {words}, got {value!r}")
+        if hint is float and not math.isfinite(value):
+            raise ValueError(f"{name} must be finite, got {value}")
+        if hint is int and abs(value) > LARGEST_INTEGER:
+            raise ValueError(f"{name} must be at most {LARGEST_INTEGER} in size, got {value}")
+
+
+_KINDS: dict[Any, tuple[Any, str]] = {
+    bool: ((bool, np.bool_), "true or false"),
+    int: (Integral, "a whole number"),
+    float: (Real, "a number"),
+    str: (str, "a text"),
+}
+"""What a value of each annotation must be, and how a message says so."""
 
 
 def rises(values: np.ndarray) -> bool:

@@ -1,4 +1,4 @@
-"""Refuse a calibration of another leg than the one that walks."""
+"""Refuse a calibration of another leg than the one that walks, or in other units."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ two that ship, more than three times."""
 
 
 def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> None:
-    """Refuse the pressures of a calibration that was fitted to the bends of another leg, or, where
-    it does not say whose, that no leg like these is inflated with.
+    """Refuse the pressures of a calibration that was fitted to the bends of another leg, or that no
+    leg like these is inflated with.
 
     Args:
         calibration: What was measured.
@@ -31,13 +31,14 @@ def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> No
     names = " or ".join(module.name for module in modules)
     fitted = calibration.source.get("pressure", {}).get("bent")
     if fitted is not None:
-        if fitted["digest"] not in [module.bending_digest for module in modules]:
+        bent = [module for module in modules if module.bending_digest == fitted["digest"]]
+        if not bent:
             raise ValueError(
                 f"{file} was fitted to the bends of {fitted['name']}, expected those of {names}, "
                 "which walks: legs of another mesh or material take other pressures; choose that "
                 "leg, or calibrate this one"
             )
-        return
+        modules = bent
     asked = float(calibration.pressure_map.simulated(HIGHEST_COMMAND_KPA))
     usual = {name: float(pressure_map(name).simulated(HIGHEST_COMMAND_KPA))
              for name in get_args(LegName)}  # fmt: skip
@@ -47,10 +48,18 @@ def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> No
         own = float(module.pressure_map.simulated(HIGHEST_COMMAND_KPA))
         if own / WIDEST_RATIO <= asked <= own * WIDEST_RATIO:
             continue
-        nearest = min(usual, key=lambda name: abs(usual[name] - asked))
+        if fitted is not None:
+            cause = (
+                "the measured pressures may be in another unit than their table says, or the bends "
+                "not in degrees; measure again, or correct the table"
+            )
+        else:
+            nearest = min(usual, key=lambda name: abs(usual[name] - asked))
+            cause = (
+                f"it may have been fitted to another, such as the {nearest} leg, which takes "
+                f"{usual[nearest]:.0f} kPa; choose the leg that it is of, or calibrate this one"
+            )
         raise ValueError(
-            f"{file} inflates {module.name} with {asked:.0f} kPa for {HIGHEST_COMMAND_KPA:g} kPa "
-            f"of the real leg, expected some {own:.0f} kPa: it may have been fitted to another, "
-            f"such as the {nearest} leg, which takes {usual[nearest]:.0f} kPa; choose the leg that "
-            "it is of, or calibrate this one"
+            f"{file} inflates {module.name} with {asked:.3g} kPa for {HIGHEST_COMMAND_KPA:g} kPa "
+            f"of the real leg, expected some {own:.0f} kPa: {cause}"
         )

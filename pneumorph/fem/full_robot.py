@@ -22,7 +22,7 @@ from pneumorph.fem.kept_newton import KeptFactors, kept_newton_step
 from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.time_integration import StepError, implicit_euler_step, linearly_implicit_step
 from pneumorph.physics.physics import Physics
-from pneumorph.trajectory import Trajectory
+from pneumorph.trajectory import Trajectory, check_record_every
 
 
 class FullRobot(RobotBody[HubState]):
@@ -140,12 +140,14 @@ class FullRobot(RobotBody[HubState]):
             in its smallest parts, and its metadata then says why.
 
         Raises:
-            ValueError: The commands have a wrong shape or are not finite.
+            ValueError: The commands have a wrong shape or are not finite, or ``record_every`` is no
+                number of steps.
         """
         from tqdm.auto import trange
 
         from pneumorph.fem.full_trajectory import Recorder
 
+        check_record_every(record_every)
         commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
         if commands.shape[1] != self.physics.regulator_count:
             raise ValueError(

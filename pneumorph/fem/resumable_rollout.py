@@ -20,7 +20,7 @@ from pneumorph.fem.part_ingredients import materials_text
 from pneumorph.fem.rollout_report import ContactReport, StepReport
 from pneumorph.fem.state_file import state_from_arrays, state_to_arrays
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
-from pneumorph.trajectory import Trajectory
+from pneumorph.trajectory import Trajectory, check_record_every
 
 FORMAT_VERSION = 1
 STATE = "state:"
@@ -79,8 +79,10 @@ def resumable_rollout(
         ArtefactError: The checkpoint is damaged.
         StepError: The robot fails while it settles.
     """
+    check_record_every(record_every)
     commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
     check_commands(commands, highest_kPa)
+    robot.physics.air.check_supply(commands)
     identity = _identity(robot, commands, settling_steps, record_every)
     done, state, pieces = _loaded(robot, checkpoint, identity, len(commands))
     if state is None:

@@ -16,6 +16,9 @@ from pneumorph.geometry.region_names import cavity_regions
 from pneumorph.geometry.spread_points import spread_points
 from pneumorph.geometry.surface import boundary_triangles, enclosed_volume
 
+LEAST_EXTENT_MM, LARGEST_EXTENT_MM = 1.0, 10_000.0
+"""Between which the longest side of a part's mesh is taken to be in mm."""
+
 REGION_FIELD = "region"
 """Name of the cell data that numbers the regions in formats without physical groups."""
 
@@ -50,7 +53,8 @@ def read_mesh_file(
     Raises:
         FileNotFoundError: No such file.
         ModuleNotFoundError: meshio is not installed.
-        MeshError: The file cannot be read, or the mesh is faulty or lacks a region.
+        MeshError: The file cannot be read, or the mesh is faulty, lacks a region or is of no
+            plausible size.
     """
     path = Path(path)
     if not path.exists():
@@ -79,6 +83,7 @@ def read_mesh_file(
         surfaces={name: number[corners] for name, corners in triangles.items()},
         node_sets={name: np.unique(number[n][number[n] >= 0]) for name, n in sets.items()},
     )
+    _check_extent(mesh, path, scale)
     mesh = _with_cavities_inward(mesh)
     check_mesh(mesh, surfaces, node_sets)
     mesh = _with_contact_points(_with_skin(mesh), contact_spacing_mm)
@@ -113,6 +118,21 @@ def _regions(
         {name: np.concatenate(parts) for name, parts in triangles.items()},
         {name: np.unique(np.concatenate(parts)) for name, parts in nodes.items()},
     )
+
+
+def _check_extent(mesh: Mesh, path: Path, scale: float) -> None:
+    """Refuse a mesh that is of no size that a robot's part has.
+
+    Raises:
+        MeshError: Its longest side is not between a millimetre and ten metres.
+    """
+    extent = float(np.ptp(mesh.nodes, axis=0).max())
+    if not LEAST_EXTENT_MM <= extent <= LARGEST_EXTENT_MM:
+        raise MeshError(
+            f"{path} is {extent:g} mm long with a scale of {scale:g}, expected "
+            f"{LEAST_EXTENT_MM:g} to {LARGEST_EXTENT_MM:g} mm: its unit may be another than mm; "
+            "a scale of 1000 is that of metres, 25.4 of inches"
+        )
 
 
 def _with_cavities_inward(mesh: Mesh) -> Mesh:

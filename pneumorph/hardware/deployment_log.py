@@ -118,7 +118,7 @@ def read_log(path: Path | str) -> LoggedPressures:
 
     Raises:
         FileNotFoundError: No such file.
-        ValueError: Not a deployment log.
+        ValueError: Not a deployment log, or its times fall.
     """
     header, rows = read_rows(path)
     commanded = [i for i, name in enumerate(header) if name.startswith("commanded_")]
@@ -140,4 +140,11 @@ def read_log(path: Path | str) -> LoggedPressures:
             if row[commanded[0]] and COMMAND not in row:
                 samples.append([float(v) if v else np.nan for v in row[: max(sensed) + 1]])
     table = np.array(samples).reshape(-1, max(sensed) + 1)
+    falls = np.flatnonzero(~(np.diff(table[:, 0]) >= 0.0))
+    if len(falls):
+        before, after = table[falls[0] : falls[0] + 2, 0]
+        raise ValueError(
+            f"{path}: time_s falls from {before:g} to {after:g} s, expected times that never fall: "
+            "the log may be sorted otherwise, or be of two trials"
+        )
     return LoggedPressures(table[:, 0], table[:, commanded], table[:, sensed], tuple(events))

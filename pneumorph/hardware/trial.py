@@ -13,6 +13,10 @@ from pneumorph.hardware.marker_track import MarkerTrack, VideoSettings, read_tra
 LOG_FILE = "log.csv"
 TRACK_PATTERN = "track*"
 
+OTHER_UNIT = 50.0
+"""A video that lasts this many times as long as the log, or the other way round, is taken to be
+timed in another unit; one that runs on before and after the gait is not."""
+
 
 @dataclass(frozen=True, eq=False)
 class Trial:
@@ -44,7 +48,8 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
 
     Raises:
         FileNotFoundError: The log or the track is missing.
-        ValueError: One of them cannot be read, or there are several tracks.
+        ValueError: One of them cannot be read, there are several tracks, or the track's times are
+            of another order than the log's.
     """
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder} does not exist, expected the folder of a trial")
@@ -62,7 +67,15 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
         )
     if len(tracks) > 1:
         raise ValueError(f"{folder} holds {[each.name for each in tracks]}, expected one track")
-    return Trial(folder.name, read_log(folder / LOG_FILE), read_track(tracks[0], video))
+    log, track = read_log(folder / LOG_FILE), read_track(tracks[0], video)
+    logged_s, tracked_s = np.ptp(log.time_s) if len(log.time_s) else 0.0, np.ptp(track.time_s)
+    if logged_s > 0.0 and not 1.0 / OTHER_UNIT < tracked_s / logged_s < OTHER_UNIT:
+        raise ValueError(
+            f"{tracks[0]} lasts {tracked_s:g} s and {folder / LOG_FILE} {logged_s:g} s, expected "
+            "about the same: times may be in milliseconds or frames, which a column time_ms or "
+            "--video.frames-per-second says"
+        )
+    return Trial(folder.name, log, track)
 
 
 def trial_folders(run: Path) -> list[Path]:

@@ -68,6 +68,23 @@ class Air(Checked):
             if not getattr(self, name):
                 raise ValueError(f"{name} is empty, expected a conductance of each regulator")
 
+    def check_supply(self, commands_kPa: np.ndarray) -> None:
+        """Refuse commands that the supply cannot reach.
+
+        Args:
+            commands_kPa: Real pressures asked of regulators [kPa], any shape.
+
+        Raises:
+            ValueError: One is above the supply's pressure, and the law knows of a supply.
+        """
+        highest = np.max(commands_kPa, initial=0.0)
+        if self.law == "orifice" and highest > self.supply_kPa:
+            raise ValueError(
+                f"a command asks for {highest:g} kPa from a supply of {self.supply_kPa:g} kPa "
+                "(air.supply_kPa), expected no more than that: the supply's pressure may be given "
+                "in bar or psi"
+            )
+
     def of_each(self, name: str, regulator_count: int) -> tuple[float, ...]:
         """Conductances of every regulator [mm^3/(s kPa)].
 

@@ -40,6 +40,10 @@ The error of a distance is in proportion to the step up to here: the furthest ga
 direction is lost: the expert's gait at 110 degrees goes -1.2, -1.0, -0.3 cm, and 0.6 at 0.2 s."""
 
 
+LEAST_GRAVITY_MM_PER_S2 = 100.0
+"""Gravity below this is taken for one in other units [mm/s^2]; the Moon has 1620."""
+
+
 @dataclass(frozen=True)
 class Physics(Checked):
     """Physics that the reduced and the full model share.
@@ -99,6 +103,11 @@ class Physics(Checked):
         for name in ("filling_mm3_per_s_kPa", "venting_mm3_per_s_kPa"):
             self.air.of_each(name, self.regulator_count)
         check_surfaces(self.friction_by_surface)
+        if 0.0 < self.gravity_mm_per_s2 < LEAST_GRAVITY_MM_PER_S2:
+            raise ValueError(
+                f"gravity_mm_per_s2 is {self.gravity_mm_per_s2:g}, expected 0 or at least "
+                f"{LEAST_GRAVITY_MM_PER_S2:g}: it may be in m/s^2, of which 9.8 are 9800 mm/s^2"
+            )
 
     def described(self) -> dict[str, Any]:
         """Settings by name, which tell kept things apart; those that earlier versions did not have

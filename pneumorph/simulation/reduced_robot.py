@@ -18,7 +18,7 @@ from pneumorph.robot.robot import Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
 from pneumorph.simulation.reduced_state import ReducedState
 from pneumorph.simulation.stepper_settings import StepperSettings
-from pneumorph.trajectory import Trajectory
+from pneumorph.trajectory import Trajectory, check_record_every
 
 
 class ReducedRobot:
@@ -105,6 +105,7 @@ class ReducedRobot:
             how far any leg went relative to its furthest snapshot (`snapshot_range.py`), None where
             that is not known; a robot that leaves the range walks on.
         """
+        check_record_every(record_every)
         commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
         time_step = self.physics.time_step_s
         simulator = self._simulator

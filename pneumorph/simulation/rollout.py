@@ -73,6 +73,7 @@ def rollout(
         commands_kPa = commands_of(commands_kPa, physics.time_step_s, physics.regulator_count)
     commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
     check_commands(commands, highest_kPa)
+    model.physics.air.check_supply(commands)
     if state is None:
         rest = np.zeros((settling_steps, commands.shape[1]))
         state, _ = model.rollout(

@@ -15,6 +15,7 @@ import numpy as np
 from pneumorph.base.artefact import write_atomically
 from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.calibration_check import check_calibration
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.air_fit import fit_air, simulated_kPa
@@ -239,6 +240,11 @@ def _with_line(
         },
         source={**calibration.source, "pressure": said},
     )
+    if settings.pairs is None:  # of pairs it is not known which leg they are of
+        try:
+            check_calibration(fitted, [spec.module])
+        except ValueError as error:
+            raise ValueError(f"{measured}: {error}") from error
     return fitted, pairs
 
 

@@ -52,6 +52,7 @@ def test_a_file_that_finds_no_room_is_named_and_stays_as_it_was(tmp_path: Path, 
         (b"\x93\xff\x00", "gait file .*file is not text .* it is binary"),
         (b'{"a": 1', "gait file .*file is not valid JSON .* it is truncated"),
         (b"[" * 100_000, "gait file .*file is not valid JSON"),
+        (b'{"a": {"b": 1, "c": 2, "b": 3}}', "gait file .*file has 'b' twice in one table"),
         (b"[1, 2]", "gait file .*file holds a list, expected a table"),
     ],
 )

@@ -38,6 +38,8 @@ class Walk(Checked):
     range_kPa: tuple[NotNegative, Positive] = (0.0, 90.0)
     skipped: CountOrNone = 0
     robots: Literal["all"] | int = "all"
+    resume: bool = False
+    title: str = ""
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,12 @@ class Rising(Checked):
         ("range_kPa", (0.0, 0.0), "range_kPa[1] must be positive, got 0.0"),
         ("range_kPa", (0.0,), "range_kPa must have 2 entries, got (0.0,)"),
         ("skipped", -1, "skipped must be at least 0, got -1"),
+        ("population", 2.5, "population must be a whole number, got 2.5"),
+        ("population", True, "population must be a whole number, got True"),
+        ("duration_s", "20", "duration_s must be a number, got '20'"),
+        ("legs", (3, 4.0), "legs[1] must be a whole number, got 4.0"),
+        ("resume", 1, "resume must be true or false, got 1"),
+        ("title", 3, "title must be a text, got 3"),
     ],
 )
 def test_a_value_out_of_range_is_refused_by_name(field: str, value: Any, message: str) -> None:

@@ -58,3 +58,15 @@ def test_a_line_without_a_leg_is_refused_where_it_asks_for_other_pressures() -> 
         check_calibration(Calibration(PressureMap(slope, 0.0)), [measured])
     # Nothing is known of a part of one's own.
     check_calibration(Calibration(PressureMap()), [module("own leg")])
+
+
+def test_a_line_of_the_legs_own_bends_in_other_units_is_refused() -> None:
+    """Pressures in Pa under a header of kPa, or bends in radians under one of degrees."""
+    measured = module("the measured leg", line=PressureMap(1.0, 0.0))
+    for slope in (0.001, 0.02, 1000.0):
+        line = replace(fitted_to(measured), pressure_map=PressureMap(slope, 0.0))
+        with pytest.raises(ValueError, match=r"some 90 kPa: .* another unit .* not in degrees"):
+            check_calibration(line, [measured])
+    for slope in (0.5, 2.0):
+        line = replace(fitted_to(measured), pressure_map=PressureMap(slope, 0.0))
+        check_calibration(line, [measured])

@@ -142,6 +142,7 @@ Write = Callable[[Path], object]
         ("pairs.csv", "1,2", "calibrate --pairs", "needs at least 3 points, got 1"),
         ("pairs.csv", "1,2\n1,2\n1,2", "calibrate --pairs", "all 3 points are at 1"),
         ("pairs.csv", "1,9\n2,6\n3,3", "calibrate --pairs", "expected it to rise"),
+        ("bends.csv", "30,0.3\n60,0.8\n90,1.2", "calibrate --bends", "or the bends not in degrees"),
         ("bench.csv", "weighing,46\nweighing,-4", "calibrate --bench",
          "row 2: a reading of 'weighing' is -4, expected leg_mass_g above 0"),
     ],
@@ -155,6 +156,7 @@ def test_a_damaged_file_is_told_in_one_line(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     header = {"pairs.csv": "real_pressure_kPa,simulated_pressure_kPa\n",
+              "bends.csv": "pressure_kPa,bend_deg\n",
               "bench.csv": "test,reading\n"}.get(name, "")  # fmt: skip
     file = tmp_path / name
     file.write_text(header + content)

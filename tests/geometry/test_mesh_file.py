@@ -48,6 +48,14 @@ def test_vtk_file_with_numbered_regions_in_metres(hollow, tmp_path):
     np.testing.assert_allclose(mesh.nodes, hollow.nodes, atol=1e-12)
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1e6])
+def test_a_mesh_in_other_units_is_refused(scale, hollow, tmp_path):
+    """A leg of 0.1 m read as one of 0.1 mm has no stiffness and no weight worth a word."""
+    write(hollow, tmp_path / "box.vtu", scale=scale)
+    with pytest.raises(MeshError, match=r"box\.vtu is .* mm long with a scale of 1, expected 1 to"):
+        read_mesh_file(tmp_path / "box.vtu", node_sets=(), region_names={2: "cavity", 3: "sheet"})
+
+
 def test_cavity_oriented_by_a_mesher_is_turned_round(hollow, tmp_path):
     turned = hollow.surfaces["cavity"][:, ::-1]
     write(hollow, tmp_path / "box.msh", cavity=turned, file_format="gmsh22")

@@ -226,6 +226,31 @@ def test_pressure_delay_is_found() -> None:
     assert pressure_tracking(_trial("a", _path()))["rms_kPa"] == 0.0
 
 
+def test_a_log_whose_times_fall_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    with DeploymentLog(path, 1) as log:
+        for time_s in (0.0, 0.1, 0.1, 0.05):
+            log.row(time_s, np.zeros(1), np.zeros(1))
+    with pytest.raises(ValueError, match=r"log\.csv: time_s falls from 0\.1 to 0\.05 s"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("unit_s", [1e-3, 60.0])
+def test_a_track_in_other_units_of_time_than_its_log_is_refused(
+    unit_s: float, tmp_path: Path
+) -> None:
+    """A video that begins earlier and ends later is none."""
+    gait_s = np.linspace(0.0, 20.0, 8)
+    with DeploymentLog(tmp_path / "log.csv", 1) as log:
+        for time_s in gait_s:
+            log.row(time_s, np.zeros(1), np.zeros(1))
+    write_track(tmp_path / "track.csv", MarkerTrack(3.0 * gait_s - 10.0, np.zeros((8, 2))))
+    assert len(read_trial(tmp_path).track.time_s) == 8
+    write_track(tmp_path / "track.csv", MarkerTrack(gait_s / unit_s, np.zeros((8, 2))))
+    with pytest.raises(ValueError, match=r"track\.csv lasts .* milliseconds or frames"):
+        read_trial(tmp_path)
+
+
 def test_trial_folders(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="holds no trials"):
         trial_folders(tmp_path)

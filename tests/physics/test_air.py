@@ -188,6 +188,15 @@ def test_impossible_air_is_refused(change: dict[str, object], message: str) -> N
         replace(RIGID, **change)
 
 
+def test_commands_that_the_supply_does_not_reach_are_refused() -> None:
+    supply = replace(RIGID, law="orifice", supply_kPa=6.0)
+    with pytest.raises(ValueError, match=r"asks for 90 kPa from a supply of 6 kPa .* bar or psi"):
+        supply.check_supply(np.array([[0.0, 90.0]]))
+    supply.check_supply(np.array([6.0, 0.0]))
+    supply.check_supply(np.zeros((0, 3)))
+    replace(supply, law="rate_limit").check_supply(np.array([90.0]))  # it knows of no supply
+
+
 def test_conductances_are_of_each_regulator_or_of_all() -> None:
     with pytest.raises(ValueError, match="has 2 numbers for 3 regulators, expected one for each"):
         air_regulators(replace(RIGID, filling_mm3_per_s_kPa=(1.0, 2.0)), [CHAMBER] * 3)
