@@ -24,6 +24,9 @@ from pneumorph.fem.time_integration import StepError, implicit_euler_step, linea
 from pneumorph.physics.physics import Physics
 from pneumorph.trajectory import Trajectory, check_record_every
 
+EASY_ITERATIONS = 5
+"""Iterations of each part, in the mean, from which on a step is tried in half as many parts."""
+
 
 class FullRobot(RobotBody[HubState]):
     """Legs of finite elements on a hub that move under commands; made as `RobotBody` is."""
@@ -51,7 +54,9 @@ class FullRobot(RobotBody[HubState]):
         """Advance by one time step.
 
         A step that fails is made as two of half the length, and those again where they fail; the
-        new state's `substeps` says how many there were.
+        new state's `substeps` says how many there were. A step after one that was made in parts is
+        made in as many, since what made that one fail, such as a sheet that buckles, lasts; in half
+        as many where they took few iterations.
 
         Args:
             state: Where the robot is.
@@ -60,7 +65,10 @@ class FullRobot(RobotBody[HubState]):
         Raises:
             StepError: The step fails even in the smallest parts.
         """
-        return self._divided(state, np.asarray(command_kPa, dtype=float), self.physics, 0)
+        command = np.asarray(command_kPa, dtype=float)
+        easy = state.iterations <= EASY_ITERATIONS * state.substeps
+        parts = state.substeps // 2 if easy else state.substeps
+        return self._divided(state, command, self.physics, 0, parts)
 
     def _divided(
         self,
@@ -68,21 +76,26 @@ class FullRobot(RobotBody[HubState]):
         command_kPa: np.ndarray,
         physics: Physics,
         halvings: int,
+        parts: int,
     ) -> FullRobotState[HubState]:
-        """One step of the physics' length, or its halves where it fails."""
-        try:
-            return self._undivided(state, command_kPa, physics)
-        except (StepError, np.linalg.LinAlgError) as error:
-            if halvings == self.numerics.step_halvings:
-                raise StepError(
-                    f"a step of {physics.time_step_s:g} s failed, {halvings} times halved: {error}"
-                ) from error
+        """One step of the physics' length, or its halves where it fails or is to have parts."""
+        if parts < 2:
+            try:
+                return self._undivided(state, command_kPa, physics)
+            except (StepError, np.linalg.LinAlgError) as error:
+                if halvings == self.numerics.step_halvings:
+                    raise StepError(
+                        f"a step of {physics.time_step_s:g} s failed, {halvings} times halved: "
+                        f"{error}"
+                    ) from error
         half = replace(physics, time_step_s=0.5 * physics.time_step_s)
         if physics.friction_pressure.exponent != 0.0:
             # It reads pressures from impulses of a step of the same length.
             state = replace(state, impulses=0.5 * state.impulses)
-        middle = self._divided(state, command_kPa, half, halvings + 1)
-        end = self._divided(middle, command_kPa, half, halvings + 1)
+        middle = self._divided(state, command_kPa, half, halvings + 1, parts // 2)
+        end = self._divided(
+            middle, command_kPa, half, halvings + 1, max(parts, middle.substeps) // 2
+        )
         return replace(
             end,
             impulses=middle.impulses + end.impulses,

@@ -116,7 +116,8 @@ def kept_newton_step(
         kept: Factors of the steps before, changed in place.
 
     Raises:
-        StepError: No balance within the iterations.
+        StepError: No balance within the iterations, or fresh factors led to a change that is not
+            smaller than the last one that fresh factors failed at.
         numpy.linalg.LinAlgError: A matrix is not positive definite.
     """
     problem, numerics = StepProblem(robot, start, regulated_kPa, physics), robot.numerics
@@ -125,7 +126,7 @@ def kept_newton_step(
     points = robot.points_near(start, physics.time_step_s)
     first = now = _evaluated(robot, problem, problem.going_on(), points)
     evenly = changes = [EVENLY * each for each in _moves(start.positions, now.trial.positions)]
-    contraction = Contraction(bool(earlier))
+    contraction, refused = Contraction(bool(earlier)), np.inf
     for iteration in range(1, numerics.newton_iterations + 1):
         furthest = kept.furthest_turn if now is first else _WITHIN_A_STEP * FURTHEST_TURN
         fresh = _renew(robot, problem, kept, now, changes, furthest)
@@ -140,8 +141,11 @@ def kept_newton_step(
                 kept.refuse(earlier)
                 now, changes, points = first, evenly, list(first.contacts.points)
                 earlier = set()
+            elif size >= refused:
+                break  # a shorter step takes less time than this one would
             else:
                 kept.forget(range(len(kept.legs)))
+                refused = size
             continue
         points, deepest = with_points_below(robot, points, target)
         sound = not deepest > numerics.penetration_tolerance_mm
@@ -155,7 +159,7 @@ def kept_newton_step(
                 kept.furthest_turn = min(FURTHEST_TURN, _LARGER * kept.furthest_turn)
             kept.end = problem.finished(target, len(now.contacts.gaps), iteration, deepest)
             return kept.end
-    raise StepError(left_unbalanced(robot, now, enough))
+    raise StepError(left_unbalanced(now, enough, iteration))
 
 
 @dataclass(frozen=True, eq=False)

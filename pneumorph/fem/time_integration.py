@@ -115,7 +115,7 @@ def implicit_euler_step(
         if balanced and not deepest > robot.numerics.penetration_tolerance_mm:
             return problem.finished(new.trial, len(new.contacts.gaps), iteration, deepest)
         now = replace(new, contacts=problem.contacts(points, new.trial))
-    raise StepError(left_unbalanced(robot, now, enough))
+    raise StepError(left_unbalanced(now, enough, robot.numerics.newton_iterations))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,11 +135,11 @@ class Evaluated(Generic[HubState]):
     unbalanced: float
 
 
-def left_unbalanced(robot: RobotBody[HubState], at: Evaluated[HubState], enough: float) -> str:
+def left_unbalanced(at: Evaluated[HubState], enough: float, iterations: int) -> str:
     """What a step says whose Newton's method ends before [mN s]."""
     return (
-        f"Newton's method left {at.unbalanced:.3g} mN s unbalanced after "
-        f"{robot.numerics.newton_iterations} iterations, expected {enough:.3g} or less"
+        f"Newton's method left {at.unbalanced:.3g} mN s unbalanced after {iterations} iterations, "
+        f"expected {enough:.3g} or less"
     )
 
 

@@ -8,7 +8,7 @@ import pytest
 from helpers.small_robot import small_robot
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
-from pneumorph.fem.full_robot import FullRobot
+from pneumorph.fem.full_robot import EASY_ITERATIONS, FullRobot
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.time_integration import StepError
 from pneumorph.physics.floor import HeightField
@@ -253,6 +253,17 @@ def test_a_step_that_fails_is_halved_and_reported():
     for _ in range(4):
         state = fine.step(state, command)
     np.testing.assert_array_equal(halved.positions[0], state.positions[0])
+
+    # The next step begins with as many parts, and as soon as they take few iterations with fewer.
+    calm = [halved]
+    for _ in range(6):
+        calm.append(robot.step(calm[-1], command))
+    wanted = [4]
+    for before in calm[:-1]:
+        easy = before.iterations <= EASY_ITERATIONS * before.substeps
+        wanted.append(wanted[-1] // 2 if easy else wanted[-1])
+    assert [state.substeps for state in calm] == [max(parts, 1) for parts in wanted]
+    assert wanted[-1] <= 1 < wanted[1]
 
     robot = small_robot(replace(FLYING, time_step_s=0.01), numerics=replace(few, step_halvings=1))
     state, trajectory = robot.rollout(start, command[None], record_nodes=False)
