@@ -8,14 +8,17 @@ import json
 import os
 import resource
 import shutil
+import signal
 import sys
 import textwrap
+import threading
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import field, fields, make_dataclass, replace
 from functools import cache
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pneumorph.base.verbs import VERBS as VERBS
@@ -66,7 +69,8 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(f"verb {name!r} is unknown, expected one of {', '.join(VERBS)}", 2)
     debug = "--debug" in arguments
     try:
-        return _run_verb(name, list(arguments[1:]))
+        with _interrupts_heard():
+            return _run_verb(name, list(arguments[1:]))
     except BrokenPipeError:
         # The reader of the output, such as `head`, has seen enough.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -81,6 +85,31 @@ def run(arguments: Sequence[str]) -> int:
         return _fail(f"the memory is full; ask for less at once ({error})", 1)
     except KeyboardInterrupt:
         return _fail("stopped by the keyboard", 130)
+
+
+@contextmanager
+def _interrupts_heard() -> Iterator[None]:
+    """Have Ctrl-C stop the program wherever it comes.
+
+    What is raised inside JAX's callback of a garbage collection, of which imports cause many, is
+    printed and forgotten: a moment later the interrupt is tried again.
+    """
+
+    def heard(number: int, frame: FrameType | None) -> None:
+        if frame is not None and frame.f_code.co_name == "_xla_gc_callback":
+            threading.Timer(0.01, signal.raise_signal, [number]).start()
+        else:
+            signal.default_int_handler(number, frame)
+
+    usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if not usual or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    signal.signal(signal.SIGINT, heard)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _run_verb(name: str, arguments: list[str]) -> int:

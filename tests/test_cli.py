@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -111,3 +114,27 @@ def test_help_of_an_option_is_one_paragraph(
         run(["mesh", "--help"])
     shown = " ".join(capsys.readouterr().out.split())
     assert "such as the settings.json of a run; flags come last. (default: None)" in shown
+
+
+def test_an_interrupt_in_a_collection_of_garbage_is_not_lost() -> None:
+    """Python prints and forgets what is raised there, by whichever callback JAX has registered."""
+    program = textwrap.dedent("""
+        import gc, signal, time
+        from pneumorph.cli import _interrupts_heard
+
+        def _xla_gc_callback(phase, info):
+            if phase == "start":
+                signal.raise_signal(signal.SIGINT)
+
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        try:
+            with _interrupts_heard():
+                gc.callbacks.append(_xla_gc_callback)
+                gc.collect()
+                gc.callbacks.clear()
+                time.sleep(60.0)
+        except KeyboardInterrupt:
+            print("stopped")
+    """)
+    told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (told.stdout, told.stderr) == ("stopped\n", "")
