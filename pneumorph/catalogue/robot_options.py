@@ -166,7 +166,8 @@ class RobotOptions(Checked):
             robot = now.get("described")
             if isinstance(robot, str) and now.get("file_text") is None and Path(robot).is_file():
                 now["file_text"] = read_text(robot, "robot")
-                said = _all_of(RobotDescription.read(robot).physics.based_on)
+                described = RobotDescription.of_text(now["file_text"], robot)
+                said = _all_of(described.physics.based_on)
                 nothing = {**usual, "masses": settings_to_dict(Masses("published"))}
                 now |= {
                     name: said[name]

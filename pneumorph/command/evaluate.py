@@ -57,7 +57,7 @@ def run(options: EvaluateOptions, folder: RunFolder) -> Evaluation:
         f"L{rank} {pair.design}": folder.path / trajectory_file(settings.model, rank)
         for rank, pair in enumerate(evaluated.pairs, start=1)
     }
-    write_side_by_side(folder / "replay.html", walks, title=str(folder.path))
+    write_side_by_side(folder / "replay.html", walks, str(folder.path), evaluated.goal)
     return evaluated
 
 

@@ -62,6 +62,11 @@ class Goal:
         return "°" if self.turns else " cm"
 
     @property
+    def digits(self) -> int:
+        """Behind the decimal point, where it is told a person."""
+        return 0 if self.turns else 1
+
+    @property
     def label(self) -> str:
         """What is achieved, in a word or some."""
         return {
@@ -146,7 +151,7 @@ class Goal:
 
     def said(self, achieved: float) -> str:
         """What was achieved, for a person, such as ``12.3 cm`` or ``123°``."""
-        return f"{achieved:.{0 if self.turns else 1}f}{self.symbol}"
+        return f"{achieved:.{self.digits}f}{self.symbol}"
 
     def of_reward(self, reward_cm: float) -> float:
         """A reward [cm] as what it would take to earn it [`unit`]."""

@@ -87,7 +87,7 @@ class Actor:
     def travelled(self, frame: int) -> str:
         """What it has achieved at a frame, for a person."""
         way = self.goal.along(self.trajectory)[frame]
-        return f"{way:+.{0 if self.goal.turns else 1}f}{self.goal.symbol}"
+        return f"{way:+.{self.goal.digits}f}{self.goal.symbol}"
 
     @property
     def regulators(self) -> tuple[int, ...]:

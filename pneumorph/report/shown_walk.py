@@ -68,7 +68,7 @@ def show_walk(
     if trajectory.skin_triangles is None and film is None:
         return walk  # a leg of another program may have no skin
     made_in = [physics_name(walk.physics)] if walk.physics is not None else []
-    actor = Actor.of(trajectory, "\n".join([walk.design, *made_in]))
+    actor = Actor.of(trajectory, "\n".join([walk.design, *made_in]), walk.goal)
     page = write_replay(folder / "replay.html", [actor], title=", ".join([walk.design, *made_in]))
     shown = replace(walk, replay=str(page))
     if film is None:

@@ -49,7 +49,7 @@ def distance_figure(trajectories: Mapping[str, Trajectory], goal: Goal = FORWARD
         colour = PATH_COLOURS[number % len(PATH_COLOURS)]
         axes.plot(time_s, way, color=colour, label=label)
         axes.annotate(
-            f"{way[-1]:.{0 if goal.turns else 1}f}", (time_s[-1], way[-1]), xytext=(4, 0),
+            f"{way[-1]:.{goal.digits}f}", (time_s[-1], way[-1]), xytext=(4, 0),
             textcoords="offset points", va="center", color=colour,
         )  # fmt: skip
     zero_line(axes)

@@ -13,6 +13,7 @@ from pneumorph.base.machine import processor_count
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.fem.rollout_report import ContactReport, StepReport
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.calibration import UsedCalibration
@@ -91,6 +92,10 @@ class SimulatedWalk:
     """Whether a browser has seen the walk to its end; None where it was not shown live."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    goal: Goal = FORWARD
+    """Of the run that the gait is from; forward where none says."""
+    achieved: float | None = None
+    """How much of it [its unit]; None of a robot that did not come to the end of its walk."""
 
 
 def simulate(
@@ -142,6 +147,8 @@ def simulate(
         design=str(source.design),
         model=settings.model,
         distance_cm=trajectory.distance_cm,
+        goal=source.goal,
+        achieved=source.goal.achieved(trajectory),
         left_cm=float(trajectory.left_cm[-1]) if ended else None,
         turned_deg=float(trajectory.turned_deg[-1]) if ended else None,
         simulated_s=float(trajectory.time_s[-1]),

@@ -63,7 +63,7 @@ def explorer_data(
         if place is None:
             continue
         robots[place] = list(range(len(actors), len(actors) + len(walks)))
-        actors += side_by_side([Actor.of(trajectory, label) for label, trajectory in walks])
+        actors += side_by_side([Actor.of(each, label, scored.goal) for label, each in walks])
     return {
         "locations": space.location_count,
         "canonical": space.canonical,

@@ -15,6 +15,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.report.film import side_by_side
 from pneumorph.report.marker_actor import TRIAD_COLOURS, MarkerActor
 from pneumorph.report.page import document, write_html
@@ -47,7 +48,9 @@ def write_replay(
     return write_html(path, page_of(title, replay_fragment(actors, settings)))
 
 
-def write_side_by_side(path: Path, walks: Mapping[str, Path], title: str) -> Path | None:
+def write_side_by_side(
+    path: Path, walks: Mapping[str, Path], title: str, goal: Goal = FORWARD
+) -> Path | None:
     """Write a page that replays recorded walks, each robot in a lane of its own.
 
     Args:
@@ -55,13 +58,16 @@ def write_side_by_side(path: Path, walks: Mapping[str, Path], title: str) -> Pat
         walks: Trajectory files by what to write beside each; missing ones, and those of legs
             without a skin, are left out.
         title: Of the page.
+        goal: What of the walks is told.
 
     Returns:
         The page, or None where there is nothing to show.
     """
     found = {label: Trajectory.load(file) for label, file in walks.items() if file.exists()}
     actors = [
-        Actor.of(walk, label) for label, walk in found.items() if walk.skin_triangles is not None
+        Actor.of(walk, label, goal)
+        for label, walk in found.items()
+        if walk.skin_triangles is not None
     ]
     return write_replay(path, side_by_side(actors), title=title) if actors else None
 

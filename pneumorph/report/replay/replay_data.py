@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.base.checked import Checked, NotNegative, Positive
+from pneumorph.environment.goal import Goal
 from pneumorph.report.ground_surface import SPACING_MM
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.leg_modes import LegModes, leg_modes
@@ -170,6 +171,7 @@ def _described(actor: Actor) -> dict[str, Any]:
         "design": trajectory.metadata.get("design"),
         "model": trajectory.metadata.get("model"),
         "status": trajectory.status,
+        **_goal(actor.goal),
         "regulators": list(actor.regulators),
         "regulator_count": trajectory.commanded_kPa.shape[1],
         "poses": [
@@ -183,6 +185,14 @@ def _described(actor: Actor) -> dict[str, Any]:
         "hub_nodes_mm": array(actor.shape.hub_nodes_mm, "<f4"),
         "hub_triangles": array(actor.shape.hub_triangles, "<u4"),
     }
+
+
+def _goal(goal: Goal) -> dict[str, Any]:
+    """What of its way is told beside a robot; nothing where that is the distance."""
+    if goal.is_forward:
+        return {}
+    told = {"label": goal.label, "symbol": goal.symbol, "digits": goal.digits}
+    return {"goal": {**told, "direction": list(goal.direction)}}
 
 
 def _motion(actor: Actor, kept: np.ndarray) -> dict[str, Any]:

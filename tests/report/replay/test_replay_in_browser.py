@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.environment.goal import Goal
+from pneumorph.geometry.pose import rotation_about
 from pneumorph.physics.ground import Ground, RoughGround
 from pneumorph.report.film import side_by_side
 from pneumorph.report.marker_actor import MarkerActor
@@ -74,6 +76,23 @@ def test_positions_of_every_frame_are_the_trajectorys(
         crawl.forward_distance_cm, abs=ROUNDING_MM / 10
     )
     assert page.evaluate(f"{PLAYER}.trackedPoint(1)")[:2] == pytest.approx([30.0, 4.5])
+
+
+@pytest.mark.parametrize("goal", [Goal("turn_right"), Goal("heading", heading_deg=120.0)])
+def test_what_is_told_of_a_robot_is_its_goal(
+    goal: Goal, crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    """Turns are counted beyond a circle: angles of single precision, 4e-6 degrees, over frames."""
+    turns = np.linspace(0.0, 540.0, len(crawl.time_s))
+    spun = replace(crawl, hub_rotation=np.stack([rotation_about("z", each) for each in turns]))
+    page = open_page(write_replay(tmp_path / "goal.html", [Actor.of(spun, "spun", goal)]))
+    frames, player = range(len(turns)), f"{PLAYER}.motions[0]"
+    told = [page.evaluate(f"{player}.achieved({frame})") for frame in frames]
+    np.testing.assert_allclose(told, goal.along(spun), atol=1e-3)
+    page.evaluate(f"{PLAYER}.seek({spun.time_s[-1]})")
+    achieved = goal.achieved(spun)
+    assert achieved is not None
+    assert goal.said(achieved) in page.locator(".pr-view").inner_text()
 
 
 def test_positions_between_frames_lie_between_them(

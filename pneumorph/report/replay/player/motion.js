@@ -30,9 +30,15 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
     return decodedBases.get(basis);
   }
 
+  const FORWARD = { label: "distance", symbol: " cm", digits: 1, direction: [1, 0, 0] };
+  const whole = (turn) => turn - 2 * Math.PI * Math.round(turn / (2 * Math.PI));
+
   class Motion {
     constructor(robot, bases) {
       this.robot = robot;
+      // What of its way is told: cm forward, cm to the left and degrees turned to the left count.
+      this.goal = robot.goal || FORWARD;
+      this.turns = []; // to the left since the first frame, whole circles counted [degrees]
       this.simulated = robot.kind === "simulated";
       // Heights that it walks on; null on a plane.
       this.ground = robot.ground
@@ -153,6 +159,30 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
       if (!this.time.length) return 0;
       const now = frame === undefined ? this.tracked[0] : this.parts.tracked[frame][0];
       return (now - this.parts.tracked[0][0]) / 10;
+    }
+
+    // What of its goal it has achieved since the first frame, now or in a frame.
+    achieved(frame) {
+      if (!this.time.length) return 0;
+      const [forward, left, turn] = this.goal.direction;
+      if (turn) return turn * this.turned(frame);
+      const now = frame === undefined ? this.tracked : this.parts.tracked[frame];
+      const start = this.parts.tracked[0];
+      return (forward * (now[0] - start[0]) + left * (now[1] - start[1])) / 10;
+    }
+
+    // Turn to the left since the first frame [degrees], now or in a frame.
+    turned(frame) {
+      const { hub } = this.parts, heading = (row) => {
+        const r = rotationOf(row);
+        return Math.atan2(r[3], r[0]);
+      };
+      const degrees = (later, earlier) => whole(heading(later) - heading(earlier)) * 180 / Math.PI;
+      for (let i = this.turns.length; i < hub.length; i++) {
+        this.turns.push(i ? this.turns[i - 1] + degrees(hub[i], hub[i - 1]) : 0);
+      }
+      if (frame !== undefined) return this.turns[frame];
+      return this.turns[this.frame] + degrees(this.hub, hub[this.frame]);
     }
 
     // Height of the floor below a place [mm]; null where it is not known.

@@ -251,8 +251,9 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
       slider.setAttribute("aria-valuetext", `${this.time.toFixed(2)} seconds`);
       if (this.stage) {
         this.stage.actors.forEach((actor, i) => {
-          const far = `${(Math.round(10 * this.distance(i)) / 10 + 0).toFixed(1)} cm`;
-          const robot = actor.motion.robot;
+          const { goal, robot } = actor.motion, unit = 10 ** goal.digits;
+          const achieved = Math.round(unit * actor.motion.achieved()) / unit + 0; // no minus zero
+          const far = `${achieved.toFixed(goal.digits)}${goal.symbol}`;
           write(actor.label, `${robot.label}\n${actor.motion.sound ? far : robot.status}`);
         });
       }

@@ -1,4 +1,4 @@
-// The charts under the picture: pressures of one robot and distance of all, over time. Drag to seek.
+// The charts under the picture: pressures of one robot and what all achieve, over time. Drag to seek.
 var pneumorphTimeLine = globalThis.pneumorphTimeLine || (() => {
   const LEFT = 52, RIGHT = 12, TOP = 14, GAP = 18, BOTTOM = 22;
 
@@ -44,7 +44,7 @@ var pneumorphTimeLine = globalThis.pneumorphTimeLine || (() => {
       pen.font = "11px system-ui, sans-serif";
       const room = this.height - TOP - GAP - BOTTOM, split = TOP + Math.round(room * 0.55);
       this.pressures(pen, TOP, split);
-      this.distances(pen, split + GAP, this.height - BOTTOM);
+      this.ways(pen, split + GAP, this.height - BOTTOM);
       pen.fillStyle = "#5d666e";
       pen.textAlign = "center";
       for (const time of ticks(0, this.duration, 10)) {
@@ -69,20 +69,22 @@ var pneumorphTimeLine = globalThis.pneumorphTimeLine || (() => {
       }
     }
 
-    distances(pen, top, bottom) {
+    // Robots of one page have one goal.
+    ways(pen, top, bottom) {
+      const { label, symbol } = this.motions[0].goal;
       let low = 0, high = 1;
       for (const motion of this.motions) {
         if (motion.sound) motion.time.forEach((_, i) => {
-          const d = motion.distance(i);
+          const d = motion.achieved(i);
           low = Math.min(low, d);
           high = Math.max(high, d);
         });
       }
-      const y = this.axis(pen, top, bottom, low, high, "distance (cm)");
+      const y = this.axis(pen, top, bottom, low, high, `${label} (${symbol.trim()})`);
       this.motions.forEach((motion, index) => {
         if (!motion.sound) return;
         pen.strokeStyle = pneumorphStage.pathColour(index, this.motions.length);
-        this.curve(pen, motion.time, (i) => y(motion.distance(i)), 1.8, []);
+        this.curve(pen, motion.time, (i) => y(motion.achieved(i)), 1.8, []);
       });
     }
 
