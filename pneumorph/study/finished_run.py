@@ -309,8 +309,13 @@ class FinishedRun:
         )
         if self.task.goal.is_forward:
             achieved = distance
-        gait, _ = read_gait(path, *limits)
+        gait, comments = read_gait(path, *limits)
         design = self.design(f"{place}.design", gait.regulator_count)
+        if comments.get("design", str(design)) != str(design):
+            raise ArtefactError(
+                f"{path} is of design {comments['design']}, expected {design}, as "
+                f"{self.folder / SUMMARY} has at {place}: one of them is of another run"
+            )
         return Pair(design, self.of_summary(f"{place}.gait", str), gait, distance, achieved)
 
     def gait_path(self, place: str, folder: Path | None = None) -> Path:

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -177,3 +178,18 @@ def test_sampled_points_are_those_of_the_mesh() -> None:
         replace(part, skin=part.skin - np.int32(1))
     with pytest.raises(ValueError, match="attachment_nodes has 1000000"):
         replace(part, metadata={**part.metadata, "attachment_nodes": [10**6]})
+
+
+def test_a_gait_of_another_design_is_told(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    gait = folder / "run" / "training" / "gaits" / "L1.csv"
+    whole = gait.read_text()
+    gait.write_text(re.sub("# design: .*", "# design: 1.1.1.1.0.0.0.0", whole))
+    try:
+        assert run(["evaluate", str(folder / "run"), "--out", str(tmp_path / "out")]) == 1
+    finally:
+        gait.write_text(whole)
+    said = capsys.readouterr().err
+    assert f"{gait} is of design 1.1.1.1.0.0.0.0, expected " in said
+    assert "summary.json has at pairs.0: one of them is of another run" in said
