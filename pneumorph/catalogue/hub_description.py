@@ -184,15 +184,20 @@ class HubDescription(Checked):
             empty = MassProperties.of_moments(
                 empty, mean * mesh.nodes.sum(axis=0), mean * mesh.nodes.T @ mesh.nodes
             )
-        place, mass_kg = (
-            np.array(self.payload_mm or self._tracked_point(mesh)),
-            1e-3 * self.payload_g,
-        )
+        place, mass_kg = np.array(self.payload_place_mm(mesh)), 1e-3 * self.payload_g
         return MassProperties.of_moments(
             empty.mass_kg + mass_kg,
             empty.first_moment + mass_kg * place,
             empty.second_moment + mass_kg * np.outer(place, place),
         )
+
+    def payload_place_mm(self, mesh: Mesh) -> Vector:
+        """Where the payload lies [mm].
+
+        Args:
+            mesh: The hub's.
+        """
+        return self.payload_mm or self._tracked_point(mesh)
 
     def _of_shape(self, mesh: Mesh, density_g_per_ml: float) -> MassProperties:
         if self.wall_mm is None:

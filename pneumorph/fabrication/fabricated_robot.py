@@ -147,7 +147,7 @@ def fabricate(
     materials = [_material(leg, checks[leg.name]["cast_volume_mm3"]) for leg in robot.legs]
     tubes = tube_plan(robot.seats, settings.workshop)
     moulds = {name: solid.volume_mm3 for name, solid in made.items() if name.endswith(_OF_A_MOULD)}
-    parts = parts_list(materials, printed, moulds, tubes, settings.workshop)
+    parts = parts_list(materials, printed, moulds, tubes, settings.workshop, robot.hub.payload)
     write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
     write_atomically(folder / "tubes.csv", lambda stream: stream.write(tubes_csv(tubes).encode()))
     legs = tuple(

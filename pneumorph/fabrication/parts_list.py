@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from pneumorph.fabrication.robot_to_make import Payload
 from pneumorph.fabrication.tube_plan import TubeRun
 from pneumorph.fabrication.workshop_settings import WorkshopSettings
 
@@ -65,6 +66,7 @@ def parts_list(
     mould_volumes_mm3: Mapping[str, float],
     tubes: Sequence[TubeRun],
     workshop: WorkshopSettings,
+    payload: Payload | None = None,
 ) -> list[Part]:
     """Everything to buy, print, cut and cast for one robot.
 
@@ -74,6 +76,7 @@ def parts_list(
         mould_volumes_mm3: Printed volume of each part of the moulds by name [mm^3].
         tubes: The tube plan.
         workshop: Materials.
+        payload: What the hub carries; None for nothing.
     """
     mixed_ml = (
         sum(each.count * each.silicone_mm3 for each in legs)
@@ -120,6 +123,8 @@ def parts_list(
         ("T piece", tees, "joins tubes of one regulator", None, None),
         ("tube to a regulator", len(regulators), f"{workshop.supply_tube_mm:g} mm", None, None),
     ]
+    if payload is not None:
+        rows.append(("payload", 1, f"on the hub, {payload.told}", None, payload.mass_g))
     rows += [
         (
             f"mould, {name}",

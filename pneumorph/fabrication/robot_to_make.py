@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -77,6 +77,29 @@ class Seat:
         """Where it points, counter-clockwise from forward [degrees], 0 to 360."""
         return self.pose.yaw_deg
 
+    @property
+    def roll_deg(self) -> float:
+        """How far it is rolled about its length, its left side up [degrees]."""
+        return self.pose.roll_deg
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What a hub carries.
+
+    Attributes:
+        mass_g: Its mass [g].
+        place_mm: Where it lies, in the robot's frame [mm].
+    """
+
+    mass_g: float
+    place_mm: tuple[float, float, float]
+
+    @property
+    def told(self) -> str:
+        """In a few words, for a drawing and a list."""
+        return f"{self.mass_g:g} g at {', '.join(f'{each:g}' for each in self.place_mm)} mm"
+
 
 @dataclass(frozen=True, eq=False)
 class HubToMake:
@@ -92,6 +115,7 @@ class HubToMake:
         width_mm: Its size from back to front, a disk's diameter [mm].
         round: Whether it is a disk.
         hollow: Whether it has walls that its file says.
+        payload: What it carries; None for nothing.
         well_radius_mm: Radius of the well in its middle [mm]; 0 for none.
     """
 
@@ -105,6 +129,7 @@ class HubToMake:
     round: bool = False
     well_radius_mm: float = 0.0
     hollow: bool = False
+    payload: Payload | None = None
 
     @cached_property
     def solid(self) -> Any | None:
@@ -246,9 +271,19 @@ def described_robot_to_make(
         of_chambers = _each_chamber(regulators[location], leg)
         length = float(np.linalg.norm(at[:2] - middle[:2]))
         seats.append(Seat(location, pose, at, leg, of_chambers, length, site.name))
-    hub = _described_hub(description.hub, robot, seats, settings)
+    hub = replace(
+        _described_hub(description.hub, robot, seats, settings),
+        payload=_payload(description.hub, robot),
+    )
     file = None if description.file is None else str(description.file)
     return RobotToMake(design, tuple(seats), tuple(legs.values()), hub, description.name, file)
+
+
+def _payload(hub: HubDescription, robot: RobotSpec) -> Payload | None:
+    if hub.payload_g == 0.0:
+        return None
+    x, y, z = hub.payload_place_mm(robot.hub.mesh)
+    return Payload(hub.payload_g, (x, y, z))
 
 
 def _described_hub(

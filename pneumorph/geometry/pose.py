@@ -51,6 +51,13 @@ class Pose:
         # What is left of a right angle's cosine is no direction.
         return round(float(np.degrees(np.arctan2(y, x))), 9) % 360.0
 
+    @property
+    def roll_deg(self) -> float:
+        """How far the part is turned about its own x axis, its left side up [degrees], -180 to 180:
+        the last of the turns about z, y and x that make its rotation."""
+        _, y, z = self.rotation[2]
+        return round(float(np.degrees(np.arctan2(y, z))), 9)
+
     def inverse(self) -> Pose:
         """The pose that takes points of the robot back into the part."""
         return Pose(self.rotation.T, -self.rotation.T @ self.translation)

@@ -130,6 +130,13 @@ def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
             Circle((0, 0), hub.well_radius_mm, facecolor="white", edgecolor=INK_COLOUR,
                    linewidth=0.7, zorder=3)
         )  # fmt: skip
+    if hub.payload is not None:
+        x, y, _ = hub.payload.place_mm
+        axes.plot(x, y, marker="x", color=INK_COLOUR, zorder=6)
+        axes.text(
+            x, y - 6.0 * unit, f"payload, {hub.payload.told}", fontsize=6, ha="center", va="top",
+            zorder=6,
+        )  # fmt: skip
     taken = [seat.face_mm for seat in robot.seats if seat.leg is not None]
     for seat in robot.seats:
         # Of sites in one place, of which one may carry a leg, the others are not free.
@@ -169,7 +176,8 @@ def _label(axes: Axes, seat: Seat, hub: HubToMake, unit: float) -> None:
             axes.plot(x, y, color=regulator_colour(regulator), linewidth=2.0, zorder=4)
         told = "regulator" if len(seat.regulators) == 1 else "regulators"
         kind = "" if seat.leg is None or not seat.leg.name else f"{seat.leg.name}, "
-        text = f"{seat.location}: {kind}{told} {'+'.join(map(str, seat.regulators))}"
+        rolled = f", rolled {seat.roll_deg:+.3g}°" if abs(seat.roll_deg) > 0.05 else ""
+        text = f"{seat.location}: {kind}{told} {'+'.join(map(str, seat.regulators))}{rolled}"
         at = across + (outer + 3.0 * unit) * direction
     else:
         text = f"{seat.location}: free"

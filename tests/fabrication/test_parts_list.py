@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.hub_settings import HubSettings
 from pneumorph.fabrication.parts_list import LegMaterial, Printed, parts_csv, parts_list
-from pneumorph.fabrication.robot_to_make import RobotToMake, paper_robot_to_make
+from pneumorph.fabrication.robot_to_make import (
+    RobotToMake,
+    described_robot_to_make,
+    paper_robot_to_make,
+)
 from pneumorph.fabrication.tube_plan import TubeRun, tube_plan, tubes_csv
 from pneumorph.fabrication.workshop_settings import WorkshopSettings
 from pneumorph.report.assembly_drawing import assembly_drawing, drawing_scale
@@ -98,3 +104,26 @@ def test_the_drawing_is_to_scale() -> None:
     labels = [text.get_text() for text in assembly_drawing(twice, parts, tubes).axes[0].texts]
     assert "4: free" in labels
     assert "8: free" not in labels, "there is a leg"
+
+
+def test_a_drawing_tells_how_legs_are_rolled_and_what_the_hub_carries() -> None:
+    example = Path(__file__).parents[2] / "examples" / "two_chambers.toml"
+    text = example.read_text().replace(
+        "wall_mm = 0.9", "payload_g = 25\npayload_mm = [10, 0, 45]\nwall_mm = 0.9"
+    )
+    description = RobotDescription.of_text(text, example)
+    asked = described_robot_to_make(
+        "1+2.0.0.3+4.1+2.0.3+4.0", description, description.spec(), FabricationSettings()
+    )
+    tubes = tube_plan(asked.seats, WorkshopSettings())
+    payload = asked.hub.payload
+    assert payload is not None
+    parts = parts_list([LEG], HUB, {}, tubes, WorkshopSettings(), payload)
+    (carried,) = [part for part in parts if part.name == "payload"]
+    assert carried.mass_g == 25.0
+    assert asked.hub.simulated_mass_g == pytest.approx(30.0858)  # without it
+    labels = [text.get_text() for text in assembly_drawing(asked, parts, tubes).axes[0].texts]
+    assert "payload, 25 g at 10, 0, 45 mm" in labels
+    rolls = [label.rpartition(", ")[2] for label in labels if "rolled" in label]
+    # The sites' own roll angles; legs point outward and down by 15 degrees.
+    assert rolls == ["rolled +45°", "rolled -45°", "rolled +45°", "rolled +45°"]
