@@ -167,13 +167,13 @@ def quick_settings(seed: int = 0) -> CooptSettings:
     return CooptSettings(
         seed=seed,
         environment_count=48,
-        total_timesteps=13_440,
+        total_timesteps=24_000,
         space=DesignSpace(maximum_legs=4),
         task=CrawlingTask(time_limit_is_terminal=False),
         # The temperature falls by a fixed share per update; few updates must begin near its end.
         sac=SacSettings(batch_size=256, initial_temperature=0.02),
         schedule=EntropySchedule(
-            decay_start_timestep=3_000, decay_end_timestep=12_500, final_entropy=2.0
+            decay_start_timestep=5_000, decay_end_timestep=22_500, final_entropy=2.0
         ),
         finetuning=FinetuningSettings(timesteps=0),
         learning_start_timestep=1_000,

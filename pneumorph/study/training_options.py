@@ -102,7 +102,7 @@ def quick_training() -> TrainingOptions:
     objective = {
         "evaluation_worlds": 16,
         "centring_rounds": 0,
-        "nominal_until_timestep": 6_720,
+        "nominal_until_timestep": 12_000,
     }
     return measured_training(
         quick_settings(),
