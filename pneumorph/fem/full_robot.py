@@ -25,7 +25,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.trajectory import Trajectory, check_record_every
 
 EASY_ITERATIONS = 5
-"""Iterations of each part, in the mean, from which on a step is tried in half as many parts."""
+"""Mean iterations of a step's parts up to which the next step is tried in half as many."""
 
 
 class FullRobot(RobotBody[HubState]):

@@ -46,8 +46,8 @@ def simulate_and_show(
     with ExitStack() as stack:
         page = None
         if live is not None:
-            design = find_gait(settings.gait, settings.design, settings.expert).design
-            page = stack.enter_context(LiveReplay(str(design), live))
+            source = find_gait(settings.gait, settings.design, settings.expert)
+            page = stack.enter_context(LiveReplay(str(source.design), live, source.goal))
             folder.progress.say(f"live at {page.address}")
         walk = show_walk(simulate(settings, robot, folder, page), folder, film)
         if page is not None:

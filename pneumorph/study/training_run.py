@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -250,6 +252,7 @@ def _check(
         raise ValueError(
             f"the task has {ours} regulators and the simulation {theirs}, expected the same number"
         )
+    spec.physics.air.check_supply(np.array(settings.task.maximum_pressure_kPa))
     if has_checkpoint(folder.path / TRAINING_FOLDER) and not resume:
         raise ValueError(
             f"{folder.path} holds a training run already; go on with --resume, or choose another "

@@ -12,6 +12,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.settings import quick_settings
+from pneumorph.physics.air import Air
 from pneumorph.study.training_options import TrainingOptions
 from pneumorph.study.training_run import run_training
 
@@ -34,6 +35,17 @@ def test_designs_of_another_robot_are_refused_before_the_baseline(tmp_path: Path
                 baseline=replace(baseline, gait=replace(baseline.gait, regulator_count=3)),
             )
         assert not list(tmp_path.rglob("*.npz"))
+
+
+def test_a_supply_below_the_tasks_pressures_is_refused_before_the_baseline(tmp_path: Path) -> None:
+    spec = RobotDescription.read(PLATE).spec()
+    low = replace(spec, physics=replace(spec.physics, air=Air("orifice", supply_kPa=6.0)))
+    asked = layered(TrainingOptions(), [{"robot": {"described": str(PLATE)}}])
+    with pytest.raises(ValueError, match="asks for 90 kPa from a supply of 6 kPa"):
+        run_training(
+            asked.coopt, RunFolder(tmp_path / "run", "coopt"), low, baseline=asked.baseline
+        )
+    assert not list(tmp_path.rglob("*.npz"))
 
 
 def test_a_file_brings_designs_regulators_and_baseline() -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from pneumorph.base.checked import Bounds, Checked, NotNegative
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.report.replay.live_server import LivePage
 from pneumorph.report.replay.page import page_of, player_script
 from pneumorph.report.replay.replay_data import live_data, live_frame
@@ -30,13 +31,16 @@ class LiveReplay:
     Args:
         label: What to write beside the robot.
         settings: Port, and patience at the end.
+        goal: What of its way is told.
 
     Raises:
         OSError: The port is taken.
     """
 
-    def __init__(self, label: str, settings: LiveSettings | None = None) -> None:
-        self._label = label
+    def __init__(
+        self, label: str, settings: LiveSettings | None = None, goal: Goal = FORWARD
+    ) -> None:
+        self._label, self._goal = label, goal
         self._settings = settings or LiveSettings()
         self._page = LivePage(
             page_of(label, f"<div></div><script>\n{player_script('live.js')}</script>"),
@@ -55,7 +59,7 @@ class LiveReplay:
         Args:
             piece: Some frames with nodes and skin, times since the start of the whole motion.
         """
-        actor = Actor.of(piece, self._label)
+        actor = Actor.of(piece, self._label, self._goal)
         for frame, time_s in enumerate(piece.time_s):
             if time_s <= self._sent_s + 1e-9:
                 continue
