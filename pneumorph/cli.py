@@ -97,7 +97,8 @@ def _interrupts_heard() -> Iterator[None]:
 
     def heard(number: int, frame: FrameType | None) -> None:
         if frame is not None and frame.f_code.co_name == "_xla_gc_callback":
-            threading.Timer(0.01, signal.raise_signal, [number]).start()
+            main = threading.main_thread().ident
+            threading.Timer(0.01, signal.pthread_kill, [main, number]).start()
         else:
             signal.default_int_handler(number, frame)
 

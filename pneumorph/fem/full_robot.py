@@ -24,7 +24,7 @@ from pneumorph.fem.time_integration import StepError, implicit_euler_step, linea
 from pneumorph.physics.physics import Physics
 from pneumorph.trajectory import Trajectory, check_record_every
 
-EASY_ITERATIONS = 5
+EASY_ITERATIONS = 8
 """Mean iterations of a step's parts up to which the next step is tried in half as many."""
 
 
@@ -54,9 +54,9 @@ class FullRobot(RobotBody[HubState]):
         """Advance by one time step.
 
         A step that fails is made as two of half the length, and those again where they fail; the
-        new state's `substeps` says how many there were. A step after one that was made in parts is
-        made in as many, since what made that one fail, such as a sheet that buckles, lasts; in half
-        as many where they took few iterations.
+        new state's `substeps` says how many there were. A step after one that was made in parts
+        begins in about as many, since what made that one fail, such as a sheet that buckles, lasts;
+        in half as many where they took few iterations.
 
         Args:
             state: Where the robot is.
@@ -68,6 +68,7 @@ class FullRobot(RobotBody[HubState]):
         command = np.asarray(command_kPa, dtype=float)
         easy = state.iterations <= EASY_ITERATIONS * state.substeps
         parts = state.substeps // 2 if easy else state.substeps
+        parts = min(parts, 2**self.numerics.step_halvings)
         return self._divided(state, command, self.physics, 0, parts)
 
     def _divided(
@@ -83,7 +84,7 @@ class FullRobot(RobotBody[HubState]):
             try:
                 return self._undivided(state, command_kPa, physics)
             except (StepError, np.linalg.LinAlgError) as error:
-                if halvings == self.numerics.step_halvings:
+                if halvings >= self.numerics.step_halvings:
                     raise StepError(
                         f"a step of {physics.time_step_s:g} s failed, {halvings} times halved: "
                         f"{error}"

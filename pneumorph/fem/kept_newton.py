@@ -141,7 +141,7 @@ def kept_newton_step(
                 kept.refuse(earlier)
                 now, changes, points = first, evenly, list(first.contacts.points)
                 earlier = set()
-            elif size >= refused:
+            elif not size < refused:
                 break  # a shorter step takes less time than this one would
             else:
                 kept.forget(range(len(kept.legs)))

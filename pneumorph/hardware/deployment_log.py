@@ -143,6 +143,8 @@ def read_log(path: Path | str) -> LoggedPressures:
     falls = np.flatnonzero(~(np.diff(table[:, 0]) >= 0.0))
     if len(falls):
         before, after = table[falls[0] : falls[0] + 2, 0]
+        if not np.isfinite([before, after]).all():
+            raise ValueError(f"{path}: time_s is missing beside {before:g} s, expected a number")
         raise ValueError(
             f"{path}: time_s falls from {before:g} to {after:g} s, expected times that never fall: "
             "the log may be sorted otherwise, or be of two trials"

@@ -17,6 +17,9 @@ OTHER_UNIT = 50.0
 """A video that lasts this many times as long as the log, or the other way round, is taken to be
 timed in another unit; one that runs on before and after the gait is not."""
 
+LONGEST_VIDEO_S = 600.0
+"""Nor is one of this length beside the log of a trial that ended at once [s]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Trial:
@@ -69,11 +72,12 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
         raise ValueError(f"{folder} holds {[each.name for each in tracks]}, expected one track")
     log, track = read_log(folder / LOG_FILE), read_track(tracks[0], video)
     logged_s, tracked_s = np.ptp(log.time_s) if len(log.time_s) else 0.0, np.ptp(track.time_s)
-    if logged_s > 0.0 and not 1.0 / OTHER_UNIT < tracked_s / logged_s < OTHER_UNIT:
+    long = tracked_s > max(OTHER_UNIT * logged_s, LONGEST_VIDEO_S)
+    if logged_s > 0.0 and (long or tracked_s < logged_s / OTHER_UNIT):
         raise ValueError(
             f"{tracks[0]} lasts {tracked_s:g} s and {folder / LOG_FILE} {logged_s:g} s, expected "
-            "about the same: times may be in milliseconds or frames, which a column time_ms or "
-            "--video.frames-per-second says"
+            "about the same: times may be in milliseconds or minutes, which a column time_ms or "
+            "time_min says"
         )
     return Trial(folder.name, log, track)
 

@@ -68,7 +68,7 @@ class Air(Checked):
             if not getattr(self, name):
                 raise ValueError(f"{name} is empty, expected a conductance of each regulator")
 
-    def check_supply(self, commands_kPa: np.ndarray) -> None:
+    def check_supply(self, commands_kPa: np.ndarray | float) -> None:
         """Refuse commands that the supply cannot reach.
 
         Args:

@@ -93,6 +93,7 @@ def swept(
 ) -> BestPhase:
     """Sweep the phases; save the sweep and the trajectory of its best phase, which achieves most of
     the goal, in the folder."""
+    spec.physics.air.check_supply(2.0 * settings.gait.amplitude_kPa)
     folder.progress.stage("walking the expert's gait at every phase")
     sweep = sweep_phases(
         spec.assembly,

@@ -242,7 +242,7 @@ def _with_line(
     )
     if settings.pairs is None:  # of pairs it is not known which leg they are of
         try:
-            check_calibration(fitted, [spec.module])
+            check_calibration(replace(fitted, path=None), [spec.module])
         except ValueError as error:
             raise ValueError(f"{measured}: {error}") from error
     return fitted, pairs

@@ -114,6 +114,7 @@ def search(
     start = time.monotonic()
     task, space = settings.task, settings.space
     robot.check_space(space)
+    robot.physics.air.check_supply(task.maximum_pressure_kPa)
     objective, worlds = settings.objective, None
     if objective.is_robust:
         drawn = measured_worlds() if randomisation is None else randomisation

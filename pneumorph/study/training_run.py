@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -252,7 +250,7 @@ def _check(
         raise ValueError(
             f"the task has {ours} regulators and the simulation {theirs}, expected the same number"
         )
-    spec.physics.air.check_supply(np.array(settings.task.maximum_pressure_kPa))
+    spec.physics.air.check_supply(settings.task.maximum_pressure_kPa)
     if has_checkpoint(folder.path / TRAINING_FOLDER) and not resume:
         raise ValueError(
             f"{folder.path} holds a training run already; go on with --resume, or choose another "

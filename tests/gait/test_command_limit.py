@@ -95,10 +95,10 @@ def test_a_calibration_hides_no_gait_above_the_limit() -> None:
 def test_commands_given_as_numbers_are_checked_too(tmp_path: Path) -> None:
     commands = np.full((3, 3), 120.0)
     with pytest.raises(ValueError, match=r"commands_kPa\[0, 0\] is 120\.0"):
-        rollout(Pusher(), commands)
+        rollout(_Model(), commands)
     with pytest.raises(ValueError, match=r"commands_kPa\[0, 0\] is 120\.0"):
         resumable_rollout(None, commands, tmp_path / "checkpoint.npz")  # type: ignore[arg-type]
-    _, trajectory = rollout(Pusher(), commands, highest_kPa=120.0)
+    _, trajectory = rollout(_Model(), commands, highest_kPa=120.0)
     assert trajectory.tracked_point_mm[-1, 0] == 3 * 120.0
 
 

@@ -247,7 +247,7 @@ def test_a_track_in_other_units_of_time_than_its_log_is_refused(
     write_track(tmp_path / "track.csv", MarkerTrack(3.0 * gait_s - 10.0, np.zeros((8, 2))))
     assert len(read_trial(tmp_path).track.time_s) == 8
     write_track(tmp_path / "track.csv", MarkerTrack(gait_s / unit_s, np.zeros((8, 2))))
-    with pytest.raises(ValueError, match=r"track\.csv lasts .* milliseconds or frames"):
+    with pytest.raises(ValueError, match=r"track\.csv lasts .* milliseconds or minutes"):
         read_trial(tmp_path)
 
 
