@@ -40,8 +40,6 @@ def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> No
             )
         modules = bent
     asked = float(calibration.pressure_map.simulated(HIGHEST_COMMAND_KPA))
-    usual = {name: float(pressure_map(name).simulated(HIGHEST_COMMAND_KPA))
-             for name in get_args(LegName)}  # fmt: skip
     for module in modules:
         if module.pressure_map is None:
             continue
@@ -54,6 +52,8 @@ def check_calibration(calibration: Calibration, modules: Sequence[Module]) -> No
                 "not in degrees; measure again, or correct the table"
             )
         else:
+            usual = {name: float(pressure_map(name).simulated(HIGHEST_COMMAND_KPA))
+                     for name in get_args(LegName)}  # fmt: skip
             nearest = min(usual, key=lambda name: abs(usual[name] - asked))
             cause = (
                 f"it may have been fitted to another, such as the {nearest} leg, which takes "

@@ -154,11 +154,9 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
     // Whether it came to the end of its walk: one that diverged has travelled no distance.
     get sound() { return (this.robot.status || "completed") === "completed"; }
 
-    // Forward travel of the tracked point since the first frame [cm], now or in a frame.
-    distance(frame) {
-      if (!this.time.length) return 0;
-      const now = frame === undefined ? this.tracked[0] : this.parts.tracked[frame][0];
-      return (now - this.parts.tracked[0][0]) / 10;
+    // Forward travel of the tracked point since the first frame [cm], now.
+    distance() {
+      return this.time.length ? (this.tracked[0] - this.parts.tracked[0][0]) / 10 : 0;
     }
 
     // What of its goal it has achieved since the first frame, now or in a frame.
