@@ -17,6 +17,9 @@ import numpy as np
 
 POOR_CONTRACTION = 0.3
 """Share of a change that may be left after two iterations."""
+PATIENCE = 8
+"""Poor changes in a row, none of them the smallest so far, that lead nowhere. Where a sheet springs
+a change may be three times as large as the one before, and the method still converge."""
 
 
 class Contraction:
@@ -47,6 +50,16 @@ class Contraction:
             return False
         self._sizes.append(size)
         return True
+
+    def goes_on_poorly(self, size: float) -> bool:
+        """Take in a change that was not accepted; whether to give up.
+
+        Args:
+            size: Its size.
+        """
+        self._sizes.append(size)
+        best = int(np.argmin(self._sizes))
+        return not np.isfinite(size) or len(self._sizes) - 1 - best >= PATIENCE
 
     @property
     def left(self) -> float:

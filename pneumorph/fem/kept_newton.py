@@ -14,7 +14,9 @@ with the right stresses, and turned:
   nodes (`pneumorph.fem.kept_leg`).
 
 A leg that turns little goes on with the factor that it has, from step to step. How well factors
-do, and what is left to do, is told by the sizes of changes (`pneumorph.fem.contraction`).
+do, and what is left to do, is told by the sizes of changes (`pneumorph.fem.contraction`). Where
+they do not shrink, the legs that change most get factors of every further trial, which is Newton's
+method for these: a sheet whose corner lets go of the floor and springs back.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ from pneumorph.fem.hub_body import HubState
 from pneumorph.fem.kept_leg import KeptLeg, KeptShare
 from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.step_problem import StepProblem
+from pneumorph.fem.step_share import EnergyAlong, share_of_step
 from pneumorph.fem.time_integration import (
     Evaluated,
     StepError,
@@ -54,6 +57,11 @@ rounding of a robot at rest on which nothing acts, whose impulses are nothing to
 _WITHIN_A_STEP = 2.0
 """Times as far a leg may turn before its factor is made anew on the way to a step's end."""
 _SMALLER, _LARGER = 0.5, 1.1
+_HEAVIER = tuple(4.0**power for power in range(7))
+"""Times its own mass that a leg gets in addition where its matrix is indefinite, the first that
+makes it definite: what is unstable grows no faster than 1/h where one is enough."""
+_CULPABLE = 0.3
+"""Share of the largest change of a leg from which on another is held to spoil the step too."""
 
 
 @dataclass
@@ -108,6 +116,9 @@ def kept_newton_step(
 ) -> FullRobotState[HubState]:
     """One implicit Euler step.
 
+    Where iterations from the trial in which everything goes on lead away, they begin once more from
+    that in which nothing moves: near the end where a robot has sprung.
+
     Args:
         robot: The robot; the engine knows the elements of its legs.
         start: Where it is.
@@ -116,39 +127,77 @@ def kept_newton_step(
         kept: Factors of the steps before, changed in place.
 
     Raises:
-        StepError: No balance within the iterations, or fresh factors led to a change that is not
-            smaller than the last one that fresh factors failed at.
+        StepError: No balance within the iterations, or changes that fresh factors led to did not
+            shrink.
         numpy.linalg.LinAlgError: A matrix is not positive definite.
     """
-    problem, numerics = StepProblem(robot, start, regulated_kPa, physics), robot.numerics
+    problem = StepProblem(robot, start, regulated_kPa, physics)
     earlier = kept.begin(start, physics.time_step_s, len(robot.legs))
-    enough = numerics.newton_tolerance * problem.applied()
     points = robot.points_near(start, physics.time_step_s)
-    first = now = _evaluated(robot, problem, problem.going_on(), points)
-    evenly = changes = [EVENLY * each for each in _moves(start.positions, now.trial.positions)]
-    contraction, refused = Contraction(bool(earlier)), np.inf
+    try:
+        end = _balanced(robot, problem, kept, start, problem.going_on(), points, earlier, set())
+    except (StepError, np.linalg.LinAlgError):
+        every = set(range(len(robot.legs)))
+        end = _balanced(robot, problem, kept, start, problem.standing(), points, set(), every)
+    kept.end = end
+    return end
+
+
+def _balanced(
+    robot: RobotBody[HubState],
+    problem: StepProblem[HubState],
+    kept: KeptFactors[HubState],
+    start: FullRobotState[HubState],
+    trial: TrialStep[HubState],
+    points: Sequence[np.ndarray],
+    earlier: set[int],
+    struggling: set[int],
+) -> FullRobotState[HubState]:
+    """The step's end by iterations from a trial.
+
+    Legs of `earlier` have factors of steps before; those of `struggling` get factors of each trial.
+    """
+    numerics = robot.numerics
+    enough = numerics.newton_tolerance * problem.applied()
+    first = now = _evaluated(robot, problem, trial, points)
+    evenly = changes = [EVENLY * each for each in _moves(start.positions, trial.positions)]
+    contraction = Contraction(bool(earlier))
     for iteration in range(1, numerics.newton_iterations + 1):
         furthest = kept.furthest_turn if now is first else _WITHIN_A_STEP * FURTHEST_TURN
+        kept.forget(struggling)
         fresh = _renew(robot, problem, kept, now, changes, furthest)
-        if fresh:
-            earlier -= fresh
+        if fresh - struggling:
+            earlier = earlier - fresh
             contraction = Contraction(bool(earlier))
-        target = _target(robot, problem, kept.legs, now)
-        size = _size(robot, now.trial, target)
+        try:
+            target = _target(robot, problem, kept.legs, now)
+        except np.linalg.LinAlgError:  # a leg stands because of its hold on the hub alone
+            kept.forget(range(len(kept.legs)))
+            fresh = _renew(robot, problem, kept, now, changes, furthest, heavier=True)
+            earlier = set()
+            target = _target(robot, problem, kept.legs, now)
+        sizes = _sizes(robot, now.trial, target)
+        size = float(np.linalg.norm(sizes))
         at_rest = size < NEGLIGIBLE * numerics.displacement_tolerance_mm
         if not contraction.accept(size) and not at_rest:
-            if earlier:
-                kept.refuse(earlier)
+            worst = set(np.flatnonzero(~(sizes < _CULPABLE * sizes.max())).tolist())
+            if worst & earlier:
+                kept.refuse(worst & earlier)
                 now, changes, points = first, evenly, list(first.contacts.points)
-                earlier = set()
-            elif not size < refused:
+                earlier = earlier - worst
+                continue
+            if worst - fresh:
+                kept.forget(worst)
+                struggling = struggling | worst
+                contraction = Contraction(bool(earlier))
+                continue
+            if contraction.goes_on_poorly(size):
                 break  # a shorter step takes less time than this one would
-            else:
-                kept.forget(range(len(kept.legs)))
-                refused = size
-            continue
+        share = _share(robot, problem, now, target) if struggling else 1.0
+        target = problem.between(now.trial, target, share)
         points, deepest = with_points_below(robot, points, target)
-        sound = not deepest > numerics.penetration_tolerance_mm
+        # The contact law holds where a whole step ended.
+        sound = share == 1.0 and not deepest > numerics.penetration_tolerance_mm
         done = at_rest or contraction.left < numerics.displacement_tolerance_mm
         if not (sound and done):
             changes = _moves(now.trial.positions, target.positions)
@@ -157,8 +206,7 @@ def kept_newton_step(
         if sound and done:
             if earlier:
                 kept.furthest_turn = min(FURTHEST_TURN, _LARGER * kept.furthest_turn)
-            kept.end = problem.finished(target, len(now.contacts.gaps), iteration, deepest)
-            return kept.end
+            return problem.finished(target, len(now.contacts.gaps), iteration, deepest)
     raise StepError(left_unbalanced(now, enough, iteration))
 
 
@@ -181,6 +229,25 @@ def _evaluated(
     return _Evaluated(trial, contacts, balance.turning, balance.unbalanced, hub, residuals)
 
 
+def _share(
+    robot: RobotBody[HubState],
+    problem: StepProblem[HubState],
+    now: _Evaluated[HubState],
+    target: TrialStep[HubState],
+) -> float:
+    """How much of the way to the next trial to go."""
+    energy = EnergyAlong(
+        robot, now.contacts, now.trial, target, problem.friction, problem.time_step_s
+    )
+
+    def slope(share: float) -> float:
+        trial = problem.between(now.trial, target, share)
+        residuals = robot.each_leg(lambda number: problem.implicit_residual(number, trial))
+        return energy.slope(share, trial, problem.implicit_hub(trial), residuals)
+
+    return robot.clock.timed("line search", share_of_step)(slope)
+
+
 def _renew(
     robot: RobotBody[HubState],
     problem: StepProblem[HubState],
@@ -188,8 +255,12 @@ def _renew(
     now: _Evaluated[HubState],
     changes: Sequence[np.ndarray],
     furthest_turn: float,
+    heavier: bool = False,
 ) -> set[int]:
-    """Turn factors to a trial, make those anew that have turned too far; numbers of their legs."""
+    """Turn factors to a trial, make those anew that have turned too far; numbers of their legs.
+
+    New ones are those of heavier legs where asked for, or where they would be indefinite.
+    """
     trial, pressed = now.trial, robot.contact_numbers_by_body(now.contacts.points)
 
     def renewed(number: int) -> bool:
@@ -200,8 +271,11 @@ def _renew(
                 return False
         kept.legs[number] = None
         # What was foreseen may be too compressed, and a corner that the floor presses may give way
-        # where it is not held.
-        for changed, held in ((changes[number], False), (None, False), (None, True)):
+        # where it is not held; what gives way nevertheless is made heavier.
+        ways: list[tuple[np.ndarray | None, bool, float]] = []
+        if not heavier:
+            ways = [(changes[number], False, 0.0), (None, False, 0.0), (None, True, 0.0)]
+        for changed, held, weight in [*ways, *((None, True, each) for each in _HEAVIER)]:
             data = problem.implicit_matrix(number, trial, changed)
             if held:
                 hold_pressed(
@@ -212,14 +286,13 @@ def _renew(
                     trial.impulses[pressed[number]],
                     problem.friction[pressed[number]],
                 )
+            data[leg.part.assembly.diagonal] += weight * np.repeat(leg.part.node_mass, 3)
             try:
                 kept.legs[number] = KeptLeg(leg, data, x)
                 return True
             except np.linalg.LinAlgError:
                 pass
-        data, _ = problem.implicit_leg(number, trial, definite=True)
-        kept.legs[number] = KeptLeg(leg, data, x)
-        return True
+        raise np.linalg.LinAlgError(f"the matrix of leg {number} is indefinite")
 
     made = robot.clock.timed("factorisation", robot.each_leg)(renewed)
     kept.made += sum(made)
@@ -252,12 +325,13 @@ def _moves(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> list[np
     return [b - a for a, b in zip(first, second, strict=True)]
 
 
-def _size(
+def _sizes(
     robot: RobotBody[HubState], first: TrialStep[HubState], second: TrialStep[HubState]
-) -> float:
-    """Root mean square, by mass, of what the legs' nodes move from one trial to another [mm]."""
-    squares = mass = 0.0
-    for leg, a, b in zip(robot.legs, first.positions, second.positions, strict=True):
-        squares += float(leg.part.node_mass @ np.sum((b - a) ** 2, axis=1))
-        mass += leg.part.mass_kg
-    return float(np.sqrt(squares / mass))
+) -> np.ndarray:
+    """What each leg's nodes move from one trial to another [mm], (leg,): the root of the squares'
+    mean by the mass of all legs, so that the vector's norm is the robot's."""
+    squares = [
+        float(leg.part.node_mass @ np.sum((b - a) ** 2, axis=1))
+        for leg, a, b in zip(robot.legs, first.positions, second.positions, strict=True)
+    ]
+    return np.sqrt(np.array(squares) / sum(leg.part.mass_kg for leg in robot.legs))

@@ -47,6 +47,7 @@ class StepProblem(Generic[HubState]):
 
     Attributes:
         friction: Coefficient at each of the robot's contact points, (contact,).
+        time_step_s: Length of the step [s].
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class StepProblem(Generic[HubState]):
         self._regulated = regulated_kPa
         self._pressure = physics.pressure_map.simulated(regulated_kPa)
         self._damping: dict[int, np.ndarray | None] = {}
+        self.time_step_s: float = physics.time_step_s
         self.friction: np.ndarray = physics.contact_friction(
             robot.contact_surfaces, start.impulses[:, 0]
         )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pneumorph.fem.contraction import POOR_CONTRACTION, Contraction
+from pneumorph.fem.contraction import PATIENCE, POOR_CONTRACTION, Contraction
 
 
 def after(*sizes: float, earlier: bool = False) -> Contraction:
@@ -49,3 +49,18 @@ def test_changes_that_grow_are_poor_at_once():
 
 def test_no_change_leaves_nothing():
     assert after(1.0, 0.1, 0.0).left == 0.0
+
+
+def test_poor_changes_are_borne_while_they_become_smaller_now_and_then():
+    made = after(1.0)
+    for size in np.geomspace(0.99, 0.5, 20):
+        assert not made.goes_on_poorly(3.0)
+        assert not made.goes_on_poorly(size)
+    for _ in range(PATIENCE - 1):
+        assert not made.goes_on_poorly(3.0)
+    assert made.goes_on_poorly(3.0)
+
+
+@pytest.mark.parametrize("size", [np.nan, np.inf])
+def test_what_is_not_finite_is_given_up(size):
+    assert after(1.0).goes_on_poorly(size)

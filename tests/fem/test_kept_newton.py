@@ -173,9 +173,19 @@ def test_a_stiff_sheet_that_turns_is_damped_as_it_lies_at_the_start():
     assert parts <= 2 * len(COMMANDS)
 
 
+def thrown(made, speed):
+    """The state of a robot whose legs are thrown at the floor, their tips first."""
+    state, velocities = made.initial_state(), []
+    for x in state.positions:
+        away = np.linalg.norm(x[:, :2], axis=1)
+        down = np.where(away > 16.0, -speed * away / 40.0, 0.0)
+        velocities.append(np.outer(down, [0.0, 0.0, 1.0]))
+    return dataclasses.replace(state, velocities=tuple(velocities))
+
+
 def test_a_step_that_does_not_converge_is_halved(leg):
     made = robot(leg, newton_iterations=4)
-    state = made.initial_state()
+    state = thrown(made, 1000.0)
     parts = []
     for command in COMMANDS:
         state = made.step(state, command)
@@ -249,3 +259,88 @@ def test_a_robot_on_which_nothing_acts_stays_where_it_is(leg):
     for command in COMMANDS:  # pressure that is felt from 5 kPa on, after four steps
         state = made.step(state, command)
     assert np.abs(state.positions[0] - start.positions[0]).max() > 1e-4
+
+
+@pytest.mark.parametrize("young", [20.0, 100.0])
+@pytest.mark.parametrize("speed", [500.0, 1000.0])
+def test_a_stiff_sheet_that_springs_does_so_within_one_step(young, speed):
+    """Legs thrown at the floor, their tips first: with factors of the first trial alone three of
+    these four needed halved steps."""
+    sheet = Membrane("bottom", Material(2e6, 0.3, "st_venant_kirchhoff"), 0.1)
+    relaxation = PronySeries((0.1, 0.2), (0.65, 0.02))
+    part = PartModel(
+        small_leg().mesh,
+        yeoh_material(young, 0.0, 0.0),
+        0.02,
+        (sheet,),
+        "cavity",
+        relaxation=relaxation,
+    )
+    made = robot(part, displacement_tolerance_mm=1e-5)
+    state = thrown(made, speed)
+    for command in COMMANDS:
+        state = made.step(state, 3.0 * command)
+        assert state.substeps == 1
+
+
+def test_a_leg_may_be_made_heavier_where_its_matrix_is_indefinite(leg, monkeypatch):
+    """It is the same step, to the tolerance of the first test, in more iterations."""
+    usual, heavy = (robot(leg, newton_tolerance=1e-10) for _ in range(2))
+    start = rested(usual)
+    command = np.array([24.0, 4.0])
+
+    class Unstable(kept_newton.KeptLeg):
+        def __init__(self, mounted, data, x):
+            mass = data[mounted.part.assembly.diagonal] / np.repeat(mounted.part.node_mass, 3)
+            if mass.min() < 4.9:  # its own and that which it has with four times as much
+                raise np.linalg.LinAlgError("unstable")
+            super().__init__(mounted, data, x)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(kept_newton, "KeptLeg", Unstable)
+        end = heavy.step(start, command)
+    usual.kept.forget(range(len(usual.legs)))
+    expected = usual.step(start, command)
+    assert end.substeps == 1
+    for x, y in zip(end.positions, expected.positions, strict=True):
+        np.testing.assert_allclose(x, y, atol=1e-6)
+
+
+def test_a_step_that_leads_away_begins_again_from_rest(leg, monkeypatch):
+    """From a trial that is far off no iteration is left; from rest it is the same step."""
+    usual, lost = (robot(leg, newton_tolerance=1e-10) for _ in range(2))
+    start = usual.initial_state()
+    expected = usual.step(start, COMMANDS[0])
+
+    def astray(problem):
+        rest = problem.standing()
+        nowhere = [np.full_like(v, np.nan) for v in rest.velocities]
+        return problem._moved(rest.hub.velocity, nowhere, rest.impulses, rest.contact_velocities)
+
+    monkeypatch.setattr(kept_newton.StepProblem, "going_on", astray)
+    end = lost.step(start, COMMANDS[0])
+    assert end.substeps == 1
+    for x, y in zip(end.positions, expected.positions, strict=True):
+        np.testing.assert_allclose(x, y, atol=1e-6)
+
+
+def test_a_hub_that_legs_would_topple_is_held_by_heavier_ones(leg, monkeypatch):
+    """A leg's matrix that is definite may stand because of its hold on the hub alone; then all are
+    made anew, heavier, and it is the same step."""
+    usual, toppled = (robot(leg, newton_tolerance=1e-10) for _ in range(2))
+    start = usual.initial_state()
+    expected = usual.step(start, COMMANDS[0])
+    calls = []
+
+    def target(*arguments, original=kept_newton._target):
+        calls.append(1)
+        if len(calls) == 2:
+            raise np.linalg.LinAlgError("the hub's matrix")
+        return original(*arguments)
+
+    monkeypatch.setattr(kept_newton, "_target", target)
+    end = toppled.step(start, COMMANDS[0])
+    assert end.substeps == 1
+    assert len(calls) > 3
+    for x, y in zip(end.positions, expected.positions, strict=True):
+        np.testing.assert_allclose(x, y, atol=1e-6)

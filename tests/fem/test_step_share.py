@@ -1,0 +1,125 @@
+"""How much of a Newton step is taken."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from fem.test_kept_newton import PHYSICS, robot
+from fem.test_kept_newton import leg as leg  # a fixture
+
+from pneumorph.fem import kept_newton
+from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.step_problem import StepProblem
+from pneumorph.fem.step_share import ACCURACY, UPHILL, EnergyAlong, share_of_step
+from pneumorph.fem.yeoh_constants import yeoh_material
+
+
+@pytest.mark.parametrize("steepness", [3.0, 80.0, 1e4])
+def test_the_lowest_point_of_a_stretched_sheet_is_found(steepness):
+    """Energy -s + a s^4 / 4 is lowest where s is the third root of 1 / a."""
+    share = share_of_step(lambda s: -1.0 + steepness * s**3)
+    assert share == pytest.approx(steepness ** (-1.0 / 3.0), abs=2 * ACCURACY)
+
+
+def test_all_of_a_step_is_taken_that_is_not_far_beyond_the_lowest_point():
+    assert share_of_step(lambda s: -1.0 + 0.9 * s) == 1.0
+    assert share_of_step(lambda s: -1.0 + (1.0 + 0.9 * UPHILL) * s) == 1.0
+    assert share_of_step(lambda s: -1.0 + (1.0 + 1.1 * UPHILL) * s) < 1.0
+
+
+def test_a_way_that_is_not_downhill_says_nothing():
+    assert share_of_step(lambda s: 1.0 + s) == 1.0
+    assert share_of_step(lambda s: np.nan) == 1.0
+
+
+@pytest.mark.parametrize("beyond", [np.nan, np.inf, 1e300])
+def test_elements_that_turn_inside_out_are_uphill(beyond):
+    share = share_of_step(lambda s: -1.0 + 3.0 * s if s < 0.5 else beyond)
+    assert ACCURACY <= share <= 0.5 + ACCURACY
+
+
+def test_some_of_a_step_is_always_taken():
+    assert share_of_step(lambda s: -1.0 if s == 0.0 else 1e8) == ACCURACY
+
+
+def newton_step(made, start, command):
+    """The energy's slope along the first Newton step from going on, and the step's ends."""
+    physics = made.physics
+    problem = StepProblem(made, start, command, physics)
+    points = made.points_near(start, physics.time_step_s)
+    now = kept_newton._evaluated(made, problem, problem.going_on(), points)
+    made.kept.begin(start, physics.time_step_s, len(made.legs))
+    changes = [np.zeros_like(x) for x in start.positions]
+    kept_newton._renew(made, problem, made.kept, now, changes, 1.0)
+    target = kept_newton._target(made, problem, made.kept.legs, now)
+    energy = EnergyAlong(
+        made, now.contacts, now.trial, target, problem.friction, problem.time_step_s
+    )
+
+    def slope(share):
+        trial = problem.between(now.trial, target, share)
+        residuals = [problem.implicit_residual(number, trial) for number in range(len(made.legs))]
+        return energy.slope(share, trial, problem.implicit_hub(trial), residuals)
+
+    return slope, now.trial, target, energy
+
+
+def falling(made, speed):
+    start = made.initial_state()
+    down = np.array([0.0, 0.0, -speed])
+    return dataclasses.replace(
+        start,
+        hub=dataclasses.replace(start.hub, velocity=np.array([*down, 0.0, 0.0, 0.0])),
+        velocities=tuple(np.tile(down, (len(x), 1)) for x in start.positions),
+    )
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.6])
+def test_a_newton_step_is_downhill_and_ends_where_energy_is_least(leg, friction):
+    """A robot that lands, so that its points go from below the floor to where it presses them. In
+    steps of 1e-4 s it is linear but for terms of h^2: the energy is a parabola whose lowest point,
+    under what the floor allows and friction holds, is the Newton step's end."""
+    physics = dataclasses.replace(PHYSICS, friction=friction, time_step_s=1e-4)
+    made = robot(leg, physics=physics)
+    start = falling(made, 2e4)  # 2 mm in a step, from 1 mm above the floor
+    slope, _, target, energy = newton_step(made, start, np.zeros(2))
+    assert target.impulses[:, 0].max() > 0.0
+    assert energy._lifting > 0.0
+    at_start = slope(0.0)
+    assert at_start < 0.0
+    assert abs(slope(1.0)) < 0.02 * abs(at_start)
+    assert slope(0.5) == pytest.approx(0.5 * at_start, rel=0.05)
+    # Without what the floor's points are lifted against, it would seem uphill.
+    assert at_start + energy._lifting > 0.0
+
+
+def test_the_slope_is_that_of_the_energy(leg):
+    """In the air: kinetic energy of what velocities change, elastic energy, and weight, by a
+    central difference, whose error is of the square of its 0.01."""
+    physics = dataclasses.replace(PHYSICS, floor_height_mm=-1e3, time_step_s=1e-3)
+    elastic = PartModel(leg.mesh, yeoh_material(50.0, 8.0, -1.0), 0.02, leg.membranes, "cavity")
+    made = robot(elastic, physics=physics)
+    start = falling(made, 100.0)
+    rng = np.random.default_rng(0)
+    start = dataclasses.replace(
+        start, velocities=tuple(v + rng.normal(0.0, 300.0, v.shape) for v in start.velocities)
+    )
+    slope, first, target, _ = newton_step(made, start, np.zeros(2))
+    problem = StepProblem(made, start, np.zeros(2), physics)
+
+    def energy(share):
+        trial = problem.between(first, target, share)
+        matrix, right = problem.implicit_hub(trial)
+        v = trial.hub.velocity
+        total = 0.5 * v @ matrix @ v - right @ v
+        for mounted, x, v, before in zip(
+            made.legs, trial.positions, trial.velocities, start.velocities, strict=True
+        ):
+            mass = mounted.part.node_mass
+            total += 0.5 * mass @ np.sum((v - before) ** 2, axis=1)
+            total += mounted.part.elastic_energy(x) - mass @ x @ physics.gravity_vector
+        return float(total)
+
+    numeric = (energy(0.51) - energy(0.49)) / 0.02
+    assert abs(numeric) > 0.1 * abs(slope(0.0))
+    assert slope(0.5) == pytest.approx(numeric, rel=1e-3)
