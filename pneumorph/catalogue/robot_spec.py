@@ -7,7 +7,7 @@ that `pneumorph.simulation.rollout.rollout` runs alike, and `RobotSpec.simulator
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -28,6 +28,7 @@ from pneumorph.fem.full_robot import FullRobot
 from pneumorph.fem.part_ingredients import ingredients
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.calibration import Calibration, describe_calibration
+from pneumorph.physics.open_loop_gait import OpenLoopGait, commands_of
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.regulators import Regulators
 from pneumorph.reduction.part_summary import PartsSummary
@@ -295,6 +296,17 @@ class RobotSpec(ShownInNotebooks):
         """
         for module in self.modules:
             module.check_reduction()
+
+    def check_supply(self, gaits: Iterable[OpenLoopGait]) -> None:
+        """Refuse gaits that ask for more than the supply has.
+
+        Raises:
+            ValueError: One does.
+        """
+        for gait in gaits:
+            self.physics.air.check_supply(
+                commands_of(gait, self.physics.time_step_s, gait.regulator_count)
+            )
 
     def regulators(self, design: Design | str) -> Regulators:
         """The regulators of a design, with the chambers of its legs."""

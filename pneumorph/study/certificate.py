@@ -49,7 +49,8 @@ def certify_once(
 
     Raises:
         ArtefactError: The leg was reduced from other finite elements than are asked for.
-        ValueError: A surface of the worlds is none of the robot's.
+        ValueError: A surface of the worlds is none of the robot's, or a gait asks for more than
+            its supply has.
     """
     start = time.monotonic()
     if settings.full:
@@ -59,6 +60,7 @@ def certify_once(
         Walker(f"L{rank}", pair.design, pair.gait, task.settling_step_count)
         for rank, pair in enumerate(candidates.pairs, start=1)
     ]
+    spec.check_supply(walker.gait for walker in walkers)
     folder.progress.stage("tuning the expert's phase")
     tuning = seen[: settings.tuning_world_count]
     expert, phase_deg = _tuned_expert(candidates.baseline, spec, tuning, folder, goal)

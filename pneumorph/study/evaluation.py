@@ -128,6 +128,7 @@ def evaluate(
 
     Raises:
         ArtefactError: The run holds no pairs, or is damaged.
+        ValueError: A gait asks for more than the robot's supply has.
     """
     start = time.monotonic()
     settings = settings or EvaluationSettings()
@@ -135,6 +136,7 @@ def evaluate(
     spec = robot or run.spec()
     folder = folder or RunFolder(run.folder / "evaluation", "evaluate")
     pairs, task = run.pairs(settings.pair_count), run.task
+    spec.check_supply(pair.gait for pair in pairs)
     if settings.model == "full":
         spec.check_reduction()
     folder.progress.stage(f"walking {len(pairs)} pairs with the {settings.model} model")

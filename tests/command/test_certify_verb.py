@@ -52,6 +52,15 @@ def certified(learned: Path) -> Path:
     return folder
 
 
+@pytest.mark.parametrize("verb", ["certify", "evaluate"])
+def test_a_supply_below_the_gaits_is_refused(
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], verb: str
+) -> None:
+    low = "--physics.air.law orifice --physics.air.supply-kPa 1"
+    assert run(f"{verb} {learned} {low} --out {tmp_path / verb}".split()) != 0
+    assert "from a supply of 1 kPa" in capsys.readouterr().err
+
+
 def test_a_certificate_is_of_the_runs_worlds_unseen(learned: Path, certified: Path) -> None:
     content = json.loads((certified / "summary.json").read_text())
     found, source = result_from_dict(Certificate, content), FinishedRun.read(learned)
