@@ -18,8 +18,8 @@ import numpy as np
 POOR_CONTRACTION = 0.3
 """Share of a change that may be left after two iterations."""
 PATIENCE = 8
-"""Poor changes in a row, none of them the smallest so far, that lead nowhere. Where a sheet springs
-a change may be three times as large as the one before, and the method still converge."""
+"""Changes since the smallest, the last of them poor, that lead nowhere. Where a sheet springs a
+change may be three times as large as the one before, and the method still converge."""
 
 
 class Contraction:

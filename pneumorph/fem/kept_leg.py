@@ -30,13 +30,17 @@ class KeptLeg:
         leg: The leg.
         data: A in the pattern of the part's assembly [kg], (entry,).
         x: Where the nodes are at that trial [mm], (node, 3).
+        weight: Times the leg's own mass that was added to A to make it definite.
 
     Raises:
         numpy.linalg.LinAlgError: A is not positive definite, or a tetrahedron is flat.
     """
 
-    def __init__(self, leg: MountedLeg, data: np.ndarray, x: np.ndarray) -> None:
+    def __init__(
+        self, leg: MountedLeg, data: np.ndarray, x: np.ndarray, weight: float = 0.0
+    ) -> None:
         self._leg = leg
+        self.weight = weight
         self._pattern = leg.pattern("tree")
         self._reference = leg.part.turns.reference(x)
         self._factor = FrontalCholesky(self._pattern, data, "single")

@@ -21,7 +21,7 @@ method for these: a sheet whose corner lets go of the floor and springs back.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Generic
 
@@ -58,8 +58,13 @@ _WITHIN_A_STEP = 2.0
 """Times as far a leg may turn before its factor is made anew on the way to a step's end."""
 _SMALLER, _LARGER = 0.5, 1.1
 _HEAVIER = tuple(4.0**power for power in range(7))
-"""Times its own mass that a leg gets in addition where its matrix is indefinite, the first that
-makes it definite: what is unstable grows no faster than 1/h where one is enough."""
+"""Times its own mass that a leg gets in addition where its matrix is indefinite: the first that
+makes it definite."""
+_SETTLED_MM = 1e-3
+"""Smaller changes of a robot with a leg that had to be made heavier tell that it settles where that
+leg is unstable: an end that a shorter step, whose inertia holds the leg, will not lead to."""
+_SEARCHED_MM = 1e-6
+"""Smaller changes are made as they are: the contact law is solved to 1e-9 mm in a step."""
 _CULPABLE = 0.3
 """Share of the largest change of a leg from which on another is held to spoil the step too."""
 
@@ -76,6 +81,8 @@ class KeptFactors(Generic[HubState]):
     """State that the last step led to; after any other the factors are of no use."""
     step_s: float = 0.0
     """Length of the last step [s]."""
+    iterations: int = 0
+    """Of the last step, those that led away included."""
     furthest_turn: float = FURTHEST_TURN
     """How far a leg may turn [radian]: less after factors of earlier steps have failed."""
 
@@ -92,13 +99,17 @@ class KeptFactors(Generic[HubState]):
         """
         if start is not self.end or step_s != self.step_s:
             self.legs, self.furthest_turn = [None] * leg_count, FURTHEST_TURN
-        self.end, self.step_s = None, step_s
+        self.end, self.step_s, self.iterations = None, step_s, 0
         return {number for number, leg in enumerate(self.legs) if leg is not None}
 
     def forget(self, numbers: Iterable[int]) -> None:
         """Have the factors of these legs made anew."""
         for number in numbers:
             self.legs[number] = None
+
+    def weights(self) -> list[float]:
+        """`KeptLeg.weight` of every leg."""
+        return [0.0 if leg is None else leg.weight for leg in self.legs]
 
     def refuse(self, earlier: set[int]) -> None:
         """Forget these legs' factors of earlier steps, which failed after so far a turn."""
@@ -127,18 +138,23 @@ def kept_newton_step(
         kept: Factors of the steps before, changed in place.
 
     Raises:
-        StepError: No balance within the iterations, or changes that fresh factors led to did not
-            shrink.
-        numpy.linalg.LinAlgError: A matrix is not positive definite.
+        StepError: From both beginnings there was no balance within the iterations, changes that
+            fresh factors led to did not shrink, or a matrix was indefinite.
     """
     problem = StepProblem(robot, start, regulated_kPa, physics)
     earlier = kept.begin(start, physics.time_step_s, len(robot.legs))
     points = robot.points_near(start, physics.time_step_s)
+    failures = (StepError, np.linalg.LinAlgError)
     try:
         end = _balanced(robot, problem, kept, start, problem.going_on(), points, earlier, set())
-    except (StepError, np.linalg.LinAlgError):
+    except failures as first:
         every = set(range(len(robot.legs)))
-        end = _balanced(robot, problem, kept, start, problem.standing(), points, set(), every)
+        try:
+            end = _balanced(robot, problem, kept, start, problem.standing(), points, set(), every)
+        except failures as second:
+            raise StepError(f"{first}; begun from rest, {second}") from second
+    # What is heavier than its leg is of no use to later steps.
+    kept.forget(number for number, weight in enumerate(kept.weights()) if weight > 0.0)
     kept.end = end
     return end
 
@@ -162,22 +178,21 @@ def _balanced(
     first = now = _evaluated(robot, problem, trial, points)
     evenly = changes = [EVENLY * each for each in _moves(start.positions, trial.positions)]
     contraction = Contraction(bool(earlier))
-    for iteration in range(1, numerics.newton_iterations + 1):
+    for _ in range(numerics.newton_iterations):
+        kept.iterations += 1
         furthest = kept.furthest_turn if now is first else _WITHIN_A_STEP * FURTHEST_TURN
+        before = kept.weights()
         kept.forget(struggling)
-        fresh = _renew(robot, problem, kept, now, changes, furthest)
-        if fresh - struggling:
+        fresh, target = _fresh_and_target(robot, problem, kept, now, changes, furthest)
+        weights = kept.weights()
+        if fresh - struggling or weights != before:
             earlier = earlier - fresh
             contraction = Contraction(bool(earlier))
-        try:
-            target = _target(robot, problem, kept.legs, now)
-        except np.linalg.LinAlgError:  # a leg stands because of its hold on the hub alone
-            kept.forget(range(len(kept.legs)))
-            fresh = _renew(robot, problem, kept, now, changes, furthest, heavier=True)
-            earlier = set()
-            target = _target(robot, problem, kept.legs, now)
         sizes = _sizes(robot, now.trial, target)
         size = float(np.linalg.norm(sizes))
+        if any(weights) and size < _SETTLED_MM:
+            unstable = int(np.argmax(weights))
+            raise StepError(f"Newton's method settles where leg {unstable} is unstable")
         at_rest = size < NEGLIGIBLE * numerics.displacement_tolerance_mm
         if not contraction.accept(size) and not at_rest:
             worst = set(np.flatnonzero(~(sizes < _CULPABLE * sizes.max())).tolist())
@@ -193,7 +208,8 @@ def _balanced(
                 continue
             if contraction.goes_on_poorly(size):
                 break  # a shorter step takes less time than this one would
-        share = _share(robot, problem, now, target) if struggling else 1.0
+        searched = bool(struggling) and not size < _SEARCHED_MM
+        share = _share(robot, problem, now, target) if searched else 1.0
         target = problem.between(now.trial, target, share)
         points, deepest = with_points_below(robot, points, target)
         # The contact law holds where a whole step ended.
@@ -206,8 +222,8 @@ def _balanced(
         if sound and done:
             if earlier:
                 kept.furthest_turn = min(FURTHEST_TURN, _LARGER * kept.furthest_turn)
-            return problem.finished(target, len(now.contacts.gaps), iteration, deepest)
-    raise StepError(left_unbalanced(now, enough, iteration))
+            return problem.finished(target, len(now.contacts.gaps), kept.iterations, deepest)
+    raise StepError(left_unbalanced(now, enough, kept.iterations))
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,11 +257,36 @@ def _share(
     )
 
     def slope(share: float) -> float:
+        if share == 0.0:
+            return energy.slope(share, now.trial, now.hub, now.residuals)
         trial = problem.between(now.trial, target, share)
         residuals = robot.each_leg(lambda number: problem.implicit_residual(number, trial))
         return energy.slope(share, trial, problem.implicit_hub(trial), residuals)
 
     return robot.clock.timed("line search", share_of_step)(slope)
+
+
+def _fresh_and_target(
+    robot: RobotBody[HubState],
+    problem: StepProblem[HubState],
+    kept: KeptFactors[HubState],
+    now: _Evaluated[HubState],
+    changes: Sequence[np.ndarray],
+    furthest_turn: float,
+) -> tuple[set[int], TrialStep[HubState]]:
+    """Numbers of the legs whose factors were made anew, and the next trial by all factors.
+
+    A leg may stand because of its hold on the hub alone, and the hub's matrix be indefinite. Then
+    all legs are made heavier.
+    """
+    fresh = _renew(robot, problem, kept, now, changes, furthest_turn)
+    for least in _HEAVIER:
+        try:
+            return fresh, _target(robot, problem, kept.legs, now)
+        except np.linalg.LinAlgError:
+            kept.forget(range(len(kept.legs)))
+            fresh = _renew(robot, problem, kept, now, changes, furthest_turn, least)
+    return fresh, _target(robot, problem, kept.legs, now)
 
 
 def _renew(
@@ -255,13 +296,29 @@ def _renew(
     now: _Evaluated[HubState],
     changes: Sequence[np.ndarray],
     furthest_turn: float,
-    heavier: bool = False,
+    least_weight: float = 0.0,
 ) -> set[int]:
-    """Turn factors to a trial, make those anew that have turned too far; numbers of their legs.
-
-    New ones are those of heavier legs where asked for, or where they would be indefinite.
-    """
+    """Turn factors to a trial, make those anew that have turned too far; numbers of their legs."""
     trial, pressed = now.trial, robot.contact_numbers_by_body(now.contacts.points)
+
+    def matrices(number: int) -> Iterator[tuple[np.ndarray, float]]:
+        """Those to try, with their weights."""
+        leg, points, frames = robot.legs[number], now.contacts.points, now.contacts.frames
+        if least_weight == 0.0:
+            yield problem.implicit_matrix(number, trial, changes[number]), 0.0
+        data = problem.implicit_matrix(number, trial)
+        if least_weight == 0.0:
+            yield data, 0.0  # what was foreseen may be too compressed
+        impulses, friction = trial.impulses[pressed[number]], problem.friction[pressed[number]]
+        hold_pressed(leg, data, points[number], frames[number], impulses, friction)
+        if least_weight == 0.0:
+            yield data, 0.0  # a corner that the floor presses may give way where it is not held
+        mass = np.repeat(leg.part.node_mass, 3)
+        for weight in _HEAVIER:
+            if weight >= least_weight and np.isfinite(data).all():
+                heavier = data.copy()
+                heavier[leg.part.assembly.diagonal] += weight * mass
+                yield heavier, weight
 
     def renewed(number: int) -> bool:
         leg, x, factor = robot.legs[number], trial.positions[number], kept.legs[number]
@@ -270,25 +327,9 @@ def _renew(
             if factor.turn <= furthest_turn:
                 return False
         kept.legs[number] = None
-        # What was foreseen may be too compressed, and a corner that the floor presses may give way
-        # where it is not held; what gives way nevertheless is made heavier.
-        ways: list[tuple[np.ndarray | None, bool, float]] = []
-        if not heavier:
-            ways = [(changes[number], False, 0.0), (None, False, 0.0), (None, True, 0.0)]
-        for changed, held, weight in [*ways, *((None, True, each) for each in _HEAVIER)]:
-            data = problem.implicit_matrix(number, trial, changed)
-            if held:
-                hold_pressed(
-                    leg,
-                    data,
-                    now.contacts.points[number],
-                    now.contacts.frames[number],
-                    trial.impulses[pressed[number]],
-                    problem.friction[pressed[number]],
-                )
-            data[leg.part.assembly.diagonal] += weight * np.repeat(leg.part.node_mass, 3)
+        for data, weight in matrices(number):
             try:
-                kept.legs[number] = KeptLeg(leg, data, x)
+                kept.legs[number] = KeptLeg(leg, data, x, weight)
                 return True
             except np.linalg.LinAlgError:
                 pass

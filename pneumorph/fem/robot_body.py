@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
@@ -81,7 +81,8 @@ class RobotBody(Generic[HubState]):
             (0.0, 0.0, 0.0) if tracked_point is None else tracked_point, dtype=float
         )
         self.clock = StageClock()
-        """Time spent in ``assembly``, ``factorisation``, ``elimination`` and ``friction``."""
+        """Time spent in ``assembly``, ``factorisation``, ``elimination``, ``friction`` and ``line
+        search``."""
         self._threads: ThreadPoolExecutor | None = None
         counts = [leg.contact_count for leg in self.legs]
         self._contact_starts: np.ndarray = np.concatenate([[0], np.cumsum(counts)])
@@ -194,7 +195,9 @@ class RobotBody(Generic[HubState]):
             return [function(number) for number in numbers]
         if self._threads is None:
             self._threads = ThreadPoolExecutor(self.numerics.thread_count)
-        return list(self._threads.map(function, numbers))
+        running = [self._threads.submit(function, number) for number in numbers]
+        wait(running)  # all of them, so that none goes on behind one that has failed
+        return [each.result() for each in running]
 
     def contact_numbers(self, points: Sequence[np.ndarray]) -> np.ndarray:
         """Numbers among all contact points of the given ones of each body, (contact,)."""

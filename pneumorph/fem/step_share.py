@@ -25,12 +25,13 @@ from pneumorph.fem.robot_body import RobotBody
 from pneumorph.fem.trial_step import TrialStep
 
 UPHILL = 0.5
-"""Slope at a step's end over that at its start, which is downhill, up to which all of it is
-taken."""
+"""All of a step is taken whose end is at most this many times as steep as its start."""
 ACCURACY = 0.02
 """How closely the share is found."""
 _STEEPEST = 1e9
-_STANDING_MM_PER_S = 1e-9
+"""What is steeper than the start by more, or not finite, counts as this."""
+_BEFORE_THE_END = 1.0 - 1e-6
+"""Where a point comes to stick at the step's end, friction is taken as just before."""
 
 
 class EnergyAlong(Generic[HubState]):
@@ -58,10 +59,13 @@ class EnergyAlong(Generic[HubState]):
         numbers = robot.contact_numbers(contacts.points)
         start, end = self._contact_velocities(first), self._contact_velocities(second)
         self._sliding = start[:, 1:], end[:, 1:]
+        self._standing = robot.numerics.contact_tolerance_mm_per_s
         self._holding = friction[numbers] * second.impulses[numbers, 0]
-        below = start[:, 0] + contacts.gaps / time_step_s < 0.0
-        pressed = np.maximum(first.impulses, second.impulses)[numbers, 0]
-        self._lifting = float((pressed * (end - start)[:, 0])[below].sum())
+        above = start[:, 0] + contacts.gaps / time_step_s, end[:, 0] + contacts.gaps / time_step_s
+        self._above = above
+        pressed = second.impulses[numbers, 0]
+        self._stays_down = pressed > 0.0
+        self._pressed = np.maximum(first.impulses[numbers, 0], pressed)
 
     def slope(
         self,
@@ -81,7 +85,7 @@ class EnergyAlong(Generic[HubState]):
         hub, first, second = self._robot.hub, self._first, self._second
         matrix, right = hub_equations
         turned = second.hub.velocity - first.hub.velocity
-        slope = float((matrix @ at.hub.velocity - right) @ turned) - self._lifting
+        slope = float((matrix @ at.hub.velocity - right) @ turned)
         for leg, residual, a, b in zip(
             self._robot.legs, residuals, first.velocities, second.velocities, strict=True
         ):
@@ -89,10 +93,21 @@ class EnergyAlong(Generic[HubState]):
             carried = hub.point_map(at.hub, leg.attachment_in_hub) @ turned
             change[leg.tie.nodes] = leg.tie.spread(carried.reshape(-1, 3))
             slope += float(residual @ change.ravel())
+        return slope + self._friction_slope(share) - self._lifting_slope(share)
+
+    def _friction_slope(self, share: float) -> float:
         start, end = self._sliding
-        sliding = start + share * (end - start)
-        speed = np.maximum(np.linalg.norm(sliding, axis=1), _STANDING_MM_PER_S)
-        return slope + float(self._holding @ (np.sum(sliding * (end - start), axis=1) / speed))
+        sliding = start + min(share, _BEFORE_THE_END) * (end - start)
+        speed = np.maximum(np.linalg.norm(sliding, axis=1), self._standing)
+        return float(self._holding @ (np.sum(sliding * (end - start), axis=1) / speed))
+
+    def _lifting_slope(self, share: float) -> float:
+        """Of points below the floor, up to where the way brings them out of it."""
+        start, end = self._above
+        below = (start < -self._standing) & (
+            self._stays_down | (start + share * (end - start) < 0.0)
+        )
+        return float(self._pressed[below] @ (end - start)[below])
 
     def _contact_velocities(self, trial: TrialStep[HubState]) -> np.ndarray:
         """Along normal, tangent, tangent [mm/s], (contact, 3)."""
@@ -109,16 +124,16 @@ def share_of_step(slope: Callable[[float], float]) -> float:
     Args:
         slope: Slope of the energy along the step at a share of it; not finite is uphill.
     """
-    at_start = slope(0.0)
-    if not at_start < 0.0:
+    ends = {0.0: slope(0.0), 1.0: slope(1.0)}
+    if not ends[0.0] < 0.0:
         return 1.0
-    highest = -_STEEPEST * at_start
+    highest = -_STEEPEST * ends[0.0]
 
     def bounded(share: float) -> float:
-        value = slope(share)
+        value = ends[share] if share in ends else slope(share)
         return value if value < highest else highest  # NaN compares false
 
-    if bounded(1.0) <= -UPHILL * at_start:
+    if bounded(1.0) <= -UPHILL * ends[0.0]:
         return 1.0
     lowest = brentq(bounded, 0.0, 1.0, xtol=ACCURACY, rtol=ACCURACY, disp=False)
     return max(float(lowest), ACCURACY)

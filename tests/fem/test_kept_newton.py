@@ -1,6 +1,7 @@
 """Factors of earlier trials lead to the same converged step as fresh ones."""
 
 import dataclasses
+import time
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from pneumorph.fem.kept_newton import EVENLY
 from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.prony import PronySeries
+from pneumorph.fem.time_integration import StepError
 from pneumorph.fem.yeoh_constants import yeoh_material
 from pneumorph.geometry.pose import rotation_about
 from pneumorph.physics.physics import Physics
@@ -221,10 +223,10 @@ def test_points_that_the_floor_presses_may_be_held(leg, monkeypatch):
     calls = []
 
     class Buckling(kept_newton.KeptLeg):
-        def __init__(self, mounted, data, x):
+        def __init__(self, mounted, data, x, weight):
             if not calls or calls[-1] is not data:
                 raise np.linalg.LinAlgError("not held")
-            super().__init__(mounted, data, x)
+            super().__init__(mounted, data, x, weight)
 
     def hold(leg, data, *pressed, original=kept_newton.hold_pressed):
         before = data.copy()
@@ -261,49 +263,115 @@ def test_a_robot_on_which_nothing_acts_stays_where_it_is(leg):
     assert np.abs(state.positions[0] - start.positions[0]).max() > 1e-4
 
 
+def on_stiff_sheet(young):
+    """Rubber that relaxes on a sheet of 2 GPa."""
+    sheet = Membrane("bottom", Material(2e6, 0.3, "st_venant_kirchhoff"), 0.1)
+    rubber, relaxation = yeoh_material(young, 0.0, 0.0), PronySeries((0.1, 0.2), (0.65, 0.02))
+    return PartModel(small_leg().mesh, rubber, 0.02, (sheet,), "cavity", relaxation=relaxation)
+
+
 @pytest.mark.parametrize("young", [20.0, 100.0])
 @pytest.mark.parametrize("speed", [500.0, 1000.0])
 def test_a_stiff_sheet_that_springs_does_so_within_one_step(young, speed):
     """Legs thrown at the floor, their tips first: with factors of the first trial alone three of
     these four needed halved steps."""
-    sheet = Membrane("bottom", Material(2e6, 0.3, "st_venant_kirchhoff"), 0.1)
-    relaxation = PronySeries((0.1, 0.2), (0.65, 0.02))
-    part = PartModel(
-        small_leg().mesh,
-        yeoh_material(young, 0.0, 0.0),
-        0.02,
-        (sheet,),
-        "cavity",
-        relaxation=relaxation,
-    )
-    made = robot(part, displacement_tolerance_mm=1e-5)
+    made = robot(on_stiff_sheet(young), displacement_tolerance_mm=1e-5)
     state = thrown(made, speed)
     for command in COMMANDS:
         state = made.step(state, 3.0 * command)
         assert state.substeps == 1
 
 
-def test_a_leg_may_be_made_heavier_where_its_matrix_is_indefinite(leg, monkeypatch):
-    """It is the same step, to the tolerance of the first test, in more iterations."""
-    usual, heavy = (robot(leg, newton_tolerance=1e-10) for _ in range(2))
-    start = rested(usual)
-    command = np.array([24.0, 4.0])
+def test_the_leg_that_springs_has_factors_of_more_trials(monkeypatch):
+    """One of two legs is thrown at the floor; the other rests, which lets it keep its factor."""
+    made = robot(on_stiff_sheet(20.0), displacement_tolerance_mm=1e-5)
+    start = thrown(made, 300.0)
+    start = dataclasses.replace(
+        start, velocities=(start.velocities[0], np.zeros_like(start.velocities[1]))
+    )
+    fresh = []
+
+    def renew(*arguments, original=kept_newton._renew):
+        fresh.append(original(*arguments))
+        return fresh[-1]
+
+    monkeypatch.setattr(kept_newton, "_renew", renew)
+    assert made.step(start, COMMANDS[0]).substeps == 1
+    assert fresh[0] == {0, 1}
+    assert sum(1 in each for each in fresh) < sum(0 in each for each in fresh)
+
+
+def test_a_step_far_beyond_the_lowest_energy_is_not_taken_whole(monkeypatch):
+    """Legs thrown at the floor: with all of every Newton step none of both beginnings leads to the
+    end."""
+    part = on_stiff_sheet(20.0)
+    shares = []
+
+    def share(slope, original=kept_newton.share_of_step):
+        shares.append(original(slope))
+        return shares[-1]
+
+    monkeypatch.setattr(kept_newton, "share_of_step", share)
+    made = robot(part, displacement_tolerance_mm=1e-5)
+    assert made.step(thrown(made, 6000.0), COMMANDS[0]).substeps == 1
+    assert min(shares) < 0.5
+    monkeypatch.setattr(kept_newton, "share_of_step", lambda slope: 1.0)
+    whole = robot(part, displacement_tolerance_mm=1e-5)
+    assert whole.step(thrown(whole, 6000.0), COMMANDS[0]).substeps > 1
+
+
+@pytest.mark.parametrize("thread_count", [1, 2])
+def test_no_leg_goes_on_behind_one_that_has_failed(leg, thread_count):
+    made, done = robot(leg, thread_count=thread_count), []
+
+    def work(number):
+        if number == 0:
+            raise np.linalg.LinAlgError("indefinite")
+        time.sleep(0.2)
+        done.append(number)
+
+    with pytest.raises(np.linalg.LinAlgError):
+        made.each_leg(work)
+    before = list(done)
+    time.sleep(0.4)
+    assert done == before
+
+
+def unstable(monkeypatch, count):
+    """Have so many matrices of legs be indefinite unless they are four times as heavy."""
+    left = [count]
 
     class Unstable(kept_newton.KeptLeg):
-        def __init__(self, mounted, data, x):
-            mass = data[mounted.part.assembly.diagonal] / np.repeat(mounted.part.node_mass, 3)
-            if mass.min() < 4.9:  # its own and that which it has with four times as much
+        def __init__(self, mounted, data, x, weight):
+            if weight < 4.0 and left[0] > 0:
+                left[0] -= 1
                 raise np.linalg.LinAlgError("unstable")
-            super().__init__(mounted, data, x)
+            super().__init__(mounted, data, x, weight)
 
-    with monkeypatch.context() as patched:
-        patched.setattr(kept_newton, "KeptLeg", Unstable)
-        end = heavy.step(start, command)
-    usual.kept.forget(range(len(usual.legs)))
-    expected = usual.step(start, command)
+    monkeypatch.setattr(kept_newton, "KeptLeg", Unstable)
+
+
+def test_a_leg_is_made_heavier_where_its_matrix_is_indefinite(leg, monkeypatch):
+    """At the first trial, for both legs four matrices each: it is the same step, to the tolerance
+    of the first test, in more iterations."""
+    usual, heavy = (robot(leg, newton_tolerance=1e-10) for _ in range(2))
+    start = usual.initial_state()
+    expected = usual.step(start, COMMANDS[0])
+    unstable(monkeypatch, 8)
+    end = heavy.step(start, COMMANDS[0])
     assert end.substeps == 1
+    assert end.iterations > expected.iterations
     for x, y in zip(end.positions, expected.positions, strict=True):
         np.testing.assert_allclose(x, y, atol=1e-6)
+
+
+def test_no_step_ends_where_a_leg_is_unstable(leg, monkeypatch):
+    """Balance that holds with a heavier leg alone is the end of no step, whole or in parts, and
+    factors of it are left to none."""
+    made = robot(leg, displacement_tolerance_mm=1e-5, step_halvings=2)
+    unstable(monkeypatch, 10**6)
+    with pytest.raises(StepError, match="settles where leg 0 is unstable"):
+        made.step(made.initial_state(), COMMANDS[0])
 
 
 def test_a_step_that_leads_away_begins_again_from_rest(leg, monkeypatch):
@@ -320,6 +388,7 @@ def test_a_step_that_leads_away_begins_again_from_rest(leg, monkeypatch):
     monkeypatch.setattr(kept_newton.StepProblem, "going_on", astray)
     end = lost.step(start, COMMANDS[0])
     assert end.substeps == 1
+    assert lost.kept.iterations == end.iterations > expected.iterations
     for x, y in zip(end.positions, expected.positions, strict=True):
         np.testing.assert_allclose(x, y, atol=1e-6)
 
@@ -330,17 +399,17 @@ def test_a_hub_that_legs_would_topple_is_held_by_heavier_ones(leg, monkeypatch):
     usual, toppled = (robot(leg, newton_tolerance=1e-10) for _ in range(2))
     start = usual.initial_state()
     expected = usual.step(start, COMMANDS[0])
-    calls = []
+    weights = []
 
-    def target(*arguments, original=kept_newton._target):
-        calls.append(1)
-        if len(calls) == 2:
+    def target(robot, problem, legs, now, original=kept_newton._target):
+        weights.append([leg.weight for leg in legs])
+        if len(weights) in (2, 3):
             raise np.linalg.LinAlgError("the hub's matrix")
-        return original(*arguments)
+        return original(robot, problem, legs, now)
 
     monkeypatch.setattr(kept_newton, "_target", target)
     end = toppled.step(start, COMMANDS[0])
     assert end.substeps == 1
-    assert len(calls) > 3
+    assert weights[1:4] == [[0.0, 0.0], [1.0, 1.0], [4.0, 4.0]]
     for x, y in zip(end.positions, expected.positions, strict=True):
         np.testing.assert_allclose(x, y, atol=1e-6)

@@ -64,9 +64,9 @@ def newton_step(made, start, command):
     return slope, now.trial, target, energy
 
 
-def falling(made, speed):
+def falling(made, speed, across=0.0):
     start = made.initial_state()
-    down = np.array([0.0, 0.0, -speed])
+    down = np.array([across, 0.0, -speed])
     return dataclasses.replace(
         start,
         hub=dataclasses.replace(start.hub, velocity=np.array([*down, 0.0, 0.0, 0.0])),
@@ -78,19 +78,57 @@ def falling(made, speed):
 def test_a_newton_step_is_downhill_and_ends_where_energy_is_least(leg, friction):
     """A robot that lands, so that its points go from below the floor to where it presses them. In
     steps of 1e-4 s it is linear but for terms of h^2: the energy is a parabola whose lowest point,
-    under what the floor allows and friction holds, is the Newton step's end."""
+    under what the floor allows, is the Newton step's end."""
     physics = dataclasses.replace(PHYSICS, friction=friction, time_step_s=1e-4)
     made = robot(leg, physics=physics)
     start = falling(made, 2e4)  # 2 mm in a step, from 1 mm above the floor
     slope, _, target, energy = newton_step(made, start, np.zeros(2))
     assert target.impulses[:, 0].max() > 0.0
-    assert energy._lifting > 0.0
+    lifting = energy._lifting_slope(0.0)
+    assert lifting > 0.0
     at_start = slope(0.0)
     assert at_start < 0.0
     assert abs(slope(1.0)) < 0.02 * abs(at_start)
     assert slope(0.5) == pytest.approx(0.5 * at_start, rel=0.05)
     # Without what the floor's points are lifted against, it would seem uphill.
-    assert at_start + energy._lifting > 0.0
+    assert at_start + lifting > 0.0
+
+
+def test_friction_that_holds_a_point_is_downhill_too(leg):
+    """A robot that lands and slides, as above. Where friction stops its points their dissipation
+    falls with their speed, and with it the parabola's lowest point is the step's end."""
+    physics = dataclasses.replace(PHYSICS, friction=5.0, time_step_s=1e-4)
+    made = robot(leg, physics=physics)
+    start = falling(made, 2e4, across=3e3)
+    slope, _, target, energy = newton_step(made, start, np.zeros(2))
+    pressed = target.impulses[:, 0] > 0.0
+    speeds = np.linalg.norm(target.contact_velocities[pressed, 1:], axis=1)
+    assert speeds.min() < 1e-6  # it sticks
+    assert energy._friction_slope(0.0) < -0.01 * abs(slope(0.0))
+    assert energy._friction_slope(1.0) == pytest.approx(energy._friction_slope(0.0), rel=0.05)
+    assert slope(0.0) < 0.0
+    assert slope(1.0) <= 0.02 * abs(slope(0.0))
+
+
+def test_a_point_is_lifted_only_while_it_is_below_the_floor(leg):
+    """One that comes out of the floor on the way and goes on is held by nothing afterwards."""
+    made = robot(leg, physics=dataclasses.replace(PHYSICS, time_step_s=1e-4))
+    _, first, target, energy = newton_step(made, falling(made, 2e4), np.zeros(2))
+    velocity = 2.0 * target.hub.velocity - first.hub.velocity
+    free = dataclasses.replace(
+        target,
+        hub=dataclasses.replace(target.hub, velocity=velocity),
+        velocities=tuple(
+            2.0 * b - a for a, b in zip(first.velocities, target.velocities, strict=True)
+        ),
+        impulses=np.zeros_like(target.impulses),
+    )
+    first = dataclasses.replace(first, impulses=target.impulses)
+    friction = np.full(len(target.impulses), 0.6)
+    beyond = EnergyAlong(made, energy._contacts, first, free, friction, 1e-4)
+    assert beyond._lifting_slope(0.0) > 0.0
+    assert beyond._lifting_slope(0.9) == 0.0  # twice the way to where it is out
+    assert energy._lifting_slope(0.9) == energy._lifting_slope(0.0)
 
 
 def test_the_slope_is_that_of_the_energy(leg):
