@@ -118,6 +118,10 @@ class KeptFactors(Generic[HubState]):
         self.forget(earlier)
 
 
+class UnstableEndError(StepError):
+    """A step settles where a leg is unstable, wherever it begins: it is too long for that leg."""
+
+
 def kept_newton_step(
     robot: RobotBody[HubState],
     start: FullRobotState[HubState],
@@ -138,6 +142,7 @@ def kept_newton_step(
         kept: Factors of the steps before, changed in place.
 
     Raises:
+        UnstableEndError: It settles where a leg is unstable.
         StepError: From both beginnings there was no balance within the iterations, changes that
             fresh factors led to did not shrink, or a matrix was indefinite.
     """
@@ -147,6 +152,8 @@ def kept_newton_step(
     failures = (StepError, np.linalg.LinAlgError)
     try:
         end = _balanced(robot, problem, kept, start, problem.going_on(), points, earlier, set())
+    except UnstableEndError:
+        raise
     except failures as first:
         every = set(range(len(robot.legs)))
         try:
@@ -192,7 +199,7 @@ def _balanced(
         size = float(np.linalg.norm(sizes))
         if any(weights) and size < _SETTLED_MM:
             unstable = int(np.argmax(weights))
-            raise StepError(f"Newton's method settles where leg {unstable} is unstable")
+            raise UnstableEndError(f"Newton's method settles where leg {unstable} is unstable")
         at_rest = size < NEGLIGIBLE * numerics.displacement_tolerance_mm
         if not contraction.accept(size) and not at_rest:
             worst = set(np.flatnonzero(~(sizes < _CULPABLE * sizes.max())).tolist())

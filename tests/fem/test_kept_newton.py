@@ -403,13 +403,13 @@ def test_a_hub_that_legs_would_topple_is_held_by_heavier_ones(leg, monkeypatch):
 
     def target(robot, problem, legs, now, original=kept_newton._target):
         weights.append([leg.weight for leg in legs])
-        if len(weights) in (2, 3):
+        if len(weights) <= 2:
             raise np.linalg.LinAlgError("the hub's matrix")
         return original(robot, problem, legs, now)
 
     monkeypatch.setattr(kept_newton, "_target", target)
     end = toppled.step(start, COMMANDS[0])
     assert end.substeps == 1
-    assert weights[1:4] == [[0.0, 0.0], [1.0, 1.0], [4.0, 4.0]]
+    assert weights[:3] == [[0.0, 0.0], [1.0, 1.0], [4.0, 4.0]]
     for x, y in zip(end.positions, expected.positions, strict=True):
         np.testing.assert_allclose(x, y, atol=1e-6)
