@@ -21,7 +21,7 @@ method for these: a sheet whose corner lets go of the floor and springs back.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Generic
 
@@ -215,8 +215,10 @@ def _balanced(
                 continue
             if contraction.goes_on_poorly(size):
                 break  # a shorter step takes less time than this one would
-        searched = bool(struggling) and not size < _SEARCHED_MM
-        share = _share(robot, problem, now, target) if searched else 1.0
+        share = 1.0
+        if struggling and not size < _SEARCHED_MM:
+            search = robot.clock.timed("line search", share_of_step)
+            share = search(_slope(robot, problem, now, target))
         target = problem.between(now.trial, target, share)
         points, deepest = with_points_below(robot, points, target)
         # The contact law holds where a whole step ended.
@@ -252,13 +254,13 @@ def _evaluated(
     return _Evaluated(trial, contacts, balance.turning, balance.unbalanced, hub, residuals)
 
 
-def _share(
+def _slope(
     robot: RobotBody[HubState],
     problem: StepProblem[HubState],
     now: _Evaluated[HubState],
     target: TrialStep[HubState],
-) -> float:
-    """How much of the way to the next trial to go."""
+) -> Callable[[float], float]:
+    """The energy's slope on the way to the next trial, by the share of the way gone."""
     energy = EnergyAlong(
         robot, now.contacts, now.trial, target, problem.friction, problem.time_step_s
     )
@@ -270,7 +272,7 @@ def _share(
         residuals = robot.each_leg(lambda number: problem.implicit_residual(number, trial))
         return energy.slope(share, trial, problem.implicit_hub(trial), residuals)
 
-    return robot.clock.timed("line search", share_of_step)(slope)
+    return slope
 
 
 def _fresh_and_target(

@@ -128,7 +128,7 @@ class StepProblem(Generic[HubState]):
         """Equations of the implicit Euler step, linearised at a trial."""
         clock = self._robot.clock
         hub = clock.timed("assembly", self._robot.hub.implicit_system)
-        assemble = clock.timed("assembly", self.implicit_leg)
+        assemble = clock.timed("assembly", self._leg_equations)
         return Equations(
             hub(self._start.hub, trial.hub, self._physics, definite),
             tuple(assemble(number, trial, definite) for number in range(len(self._robot.legs))),
@@ -146,23 +146,6 @@ class StepProblem(Generic[HubState]):
     def implicit_hub(self, trial: TrialStep[HubState]) -> tuple[np.ndarray, np.ndarray]:
         """A and b of the hub in the implicit Euler step, linearised at a trial."""
         return self._robot.hub.implicit_system(self._start.hub, trial.hub, self._physics, False)
-
-    def implicit_leg(
-        self, number: int, trial: TrialStep[HubState], definite: bool = False
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """A and b of a leg in the implicit Euler step, linearised at a trial."""
-        leg, start = self._robot.legs[number], self._start
-        return implicit_equations(
-            leg.part,
-            start.velocities[number],
-            trial.positions[number],
-            trial.velocities[number],
-            self._pressure_of(leg),
-            self._physics,
-            definite,
-            self._damped(number, trial),
-            start.memories[number],
-        )
 
     def implicit_matrix(
         self, number: int, trial: TrialStep[HubState], change: np.ndarray | None = None
@@ -363,6 +346,23 @@ class StepProblem(Generic[HubState]):
             contact_residual=trial.contact_residual,
             penetration_mm=penetration_mm,
             iterations=iterations,
+        )
+
+    def _leg_equations(
+        self, number: int, trial: TrialStep[HubState], definite: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A and b of a leg in the implicit Euler step, linearised at a trial."""
+        leg, start = self._robot.legs[number], self._start
+        return implicit_equations(
+            leg.part,
+            start.velocities[number],
+            trial.positions[number],
+            trial.velocities[number],
+            self._pressure_of(leg),
+            self._physics,
+            definite,
+            self._damped(number, trial),
+            start.memories[number],
         )
 
     def _damped(self, number: int, trial: TrialStep[HubState]) -> np.ndarray | None:

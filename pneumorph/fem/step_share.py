@@ -61,8 +61,8 @@ class EnergyAlong(Generic[HubState]):
         self._sliding = start[:, 1:], end[:, 1:]
         self._standing = robot.numerics.contact_tolerance_mm_per_s
         self._holding = friction[numbers] * second.impulses[numbers, 0]
-        above = start[:, 0] + contacts.gaps / time_step_s, end[:, 0] + contacts.gaps / time_step_s
-        self._above = above
+        gap_speeds = contacts.gaps / time_step_s
+        self._above = start[:, 0] + gap_speeds, end[:, 0] + gap_speeds
         pressed = second.impulses[numbers, 0]
         self._stays_down = pressed > 0.0
         self._pressed = np.maximum(first.impulses[numbers, 0], pressed)

@@ -55,12 +55,7 @@ def newton_step(made, start, command):
     energy = EnergyAlong(
         made, now.contacts, now.trial, target, problem.friction, problem.time_step_s
     )
-
-    def slope(share):
-        trial = problem.between(now.trial, target, share)
-        residuals = [problem.implicit_residual(number, trial) for number in range(len(made.legs))]
-        return energy.slope(share, trial, problem.implicit_hub(trial), residuals)
-
+    slope = kept_newton._slope(made, problem, now, target)
     return slope, now.trial, target, energy
 
 
