@@ -69,6 +69,20 @@ using DoubleLanes = Lanes<double, 64>::type;
 inline DoubleLanes load(const double* from) { return Lanes<double, 64>::load(from); }
 inline void store(double* to, DoubleLanes value) { Lanes<double, 64>::store(to, value); }
 
+// Eight numbers of either precision, as double.
+template <class V>
+struct Widened {
+  static V load(const float* from) { return __builtin_convertvector(Lanes<float, sizeof(V) / 2>::load(from), V); }
+};
+template <class Half>
+struct Widened<Joined<double, Half>> {
+  static Joined<double, Half> load(const float* from) {
+    return {Widened<Half>::load(from), Widened<Half>::load(from + sizeof(Half) / sizeof(double))};
+  }
+};
+inline DoubleLanes load_doubles(const double* from) { return load(from); }
+inline DoubleLanes load_doubles(const float* from) { return Widened<DoubleLanes>::load(from); }
+
 // Square roots lane by lane.
 template <class Real, class V>
 inline V root_lanes(V value) {

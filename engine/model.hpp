@@ -15,6 +15,7 @@ constexpr int kMaximumBranches = 8;
 constexpr int kMaximumPressures = 32;
 constexpr int kMaximumStretches = 32;
 constexpr int kPressureLane = 8;      // pressures treated side by side
+constexpr int kCubicModes = 4;        // modes in a block of their cubic terms
 
 enum Status : unsigned char { kRunning = 0, kDiverged = 1, kSingular = 2 };
 
@@ -58,12 +59,12 @@ struct Part {
   int pressure_count = 0;         // changes of volume of whole elements
   double dilatation_lambda = 0;   // kPa
   const double* dilatation_1 = nullptr;  // (pressure, mode)
-  const double* dilatation_2 = nullptr;  // (pressure, mode, mode)
-  const Real* dilatation_3 = nullptr;    // (block of pressures, pair b <= c, mode from c / 4 * 4 on, lane)
+  const Real* dilatation_2 = nullptr;    // (pressure, mode, mode)
+  const Real* dilatation_3 = nullptr;    // (block of pressures, block of modes a, pair b <= c, a, lane)
   int stretch_count = 0;                 // of a stiff sheet seen by fields of stress
   double stretch_modulus = 0;            // kPa
   const double* stretch_1 = nullptr;     // (stretch, mode)
-  const double* stretch_2 = nullptr;     // (stretch, mode, mode)
+  const Real* stretch_2 = nullptr;       // (stretch, mode, mode)
   // Walls that face each other across gaps (facing_walls.hpp).
   int wall_gap_count = 0;
   const double* wall_axis = nullptr;        // (gap, 3) from the middle of one side to that of the other

@@ -123,38 +123,40 @@ PaddedCubics<Real> pad_cubics(std::vector<AlignedArray>& storage, int count, con
   return {first, quadratic, cubic};
 }
 
-// Terms sum over b <= c <= a of t alpha_b alpha_c alpha_a of cubics, each in a lane: (block, pair b <= c, mode from c / 4 * 4
-// on, lane). `cube`: third derivatives, (cubic, mode, mode, mode).
+// Terms sum over b <= c <= a of t alpha_b alpha_c alpha_a of cubics, each in a lane: (block of cubics, block of modes a,
+// pair b <= c up to the block's end, mode a, lane). `cube`: third derivatives, (cubic, mode, mode, mode).
 template <class Real>
 const Real* pad_cubic_terms(std::vector<AlignedArray>& storage, int count, const double* cube, int modes, int p) {
   const int m = modes, blocks = (count + kPressureLane - 1) / kPressureLane;
-  size_t modes_of_pairs = 0;
-  for (int b = 0; b < p; ++b)
-    for (int c = b; c < p; ++c) modes_of_pairs += p - c / 4 * 4;
-  Real* terms = allocate<Real>(storage, blocks * modes_of_pairs * kPressureLane + 16);
+  size_t terms_of_block = 0;
+  for (int first = 0; first < p; first += kCubicModes)
+    terms_of_block += kCubicModes * size_t(first + kCubicModes) * (first + kCubicModes + 1) / 2;
+  Real* terms = allocate<Real>(storage, blocks * terms_of_block * kPressureLane + 16);
   Real* at = terms;
   for (int block = 0; block < blocks; ++block)
-    for (int b = 0; b < p; ++b)
-      for (int c = b; c < p; ++c)
-        for (int a = c / 4 * 4; a < p; ++a, at += kPressureLane) {
-          if (a < c || a >= m) continue;
-          // Of 6, 3 or 1 equal terms of the sum over all modes.
-          const double share = b == c ? (c == a ? 1.0 / 6 : 0.5) : (c == a ? 0.5 : 1.0);
-          for (int lane = 0; lane < kPressureLane && block * kPressureLane + lane < count; ++lane) {
-            const double* own = cube + size_t(block * kPressureLane + lane) * m * m * m;
-            const auto entry = [&](int i, int j, int k) { return own[(size_t(i) * m + j) * m + k]; };
-            at[lane] = Real(share / 6 * (entry(a, b, c) + entry(a, c, b) + entry(b, a, c) + entry(b, c, a) +
-                                         entry(c, a, b) + entry(c, b, a)));
+    for (int first = 0; first < p; first += kCubicModes)
+      for (int c = 0; c < first + kCubicModes; ++c)
+        for (int b = 0; b <= c; ++b)
+          for (int a = first; a < first + kCubicModes; ++a, at += kPressureLane) {
+            if (a < c || a >= m) continue;
+            // Of 6, 3 or 1 equal terms of the sum over all modes.
+            const double share = b == c ? (c == a ? 1.0 / 6 : 0.5) : (c == a ? 0.5 : 1.0);
+            for (int lane = 0; lane < kPressureLane && block * kPressureLane + lane < count; ++lane) {
+              const double* own = cube + size_t(block * kPressureLane + lane) * m * m * m;
+              const auto entry = [&](int i, int j, int k) { return own[(size_t(i) * m + j) * m + k]; };
+              at[lane] = Real(share / 6 * (entry(a, b, c) + entry(a, c, b) + entry(b, a, c) + entry(b, c, a) +
+                                           entry(c, a, b) + entry(c, b, a)));
+            }
           }
-        }
   return terms;
 }
 
 // Matrices of modes, (count, mode, mode), each padded.
-const double* pad_matrices(std::vector<AlignedArray>& storage, int count, const double* from, int modes, int p) {
-  double* to = allocate<double>(storage, size_t(count) * p * p + 8);
+template <class Real>
+const Real* pad_matrices(std::vector<AlignedArray>& storage, int count, const double* from, int modes, int p) {
+  Real* to = allocate<Real>(storage, size_t(count) * p * p + 8);
   for (size_t row = 0; row < size_t(count) * modes; ++row)
-    for (int a = 0; a < modes; ++a) to[(row / modes * p + row % modes) * p + a] = from[row * modes + a];
+    for (int a = 0; a < modes; ++a) to[(row / modes * p + row % modes) * p + a] = Real(from[row * modes + a]);
   return to;
 }
 
@@ -167,12 +169,12 @@ void pad_volumes(std::vector<AlignedArray>& storage, const PartInput& in, int p,
   part.pressure_count = in.pressures;
   part.dilatation_lambda = in.dilatation_lambda;
   part.dilatation_1 = pad_rows(storage, in.dilatation_1, in.pressures, in.modes, p);
-  part.dilatation_2 = pad_matrices(storage, in.pressures, in.dilatation_2, in.modes, p);
+  part.dilatation_2 = pad_matrices<Real>(storage, in.pressures, in.dilatation_2, in.modes, p);
   part.dilatation_3 = pad_cubic_terms<Real>(storage, in.pressures, in.dilatation_3, in.modes, p);
   part.stretch_count = in.stretches;
   part.stretch_modulus = in.stretch_modulus;
   part.stretch_1 = pad_rows(storage, in.stretch_1, in.stretches, in.modes, p);
-  part.stretch_2 = pad_matrices(storage, in.stretches, in.stretch_2, in.modes, p);
+  part.stretch_2 = pad_matrices<Real>(storage, in.stretches, in.stretch_2, in.modes, p);
   part.yeoh_c2 = Real(in.yeoh_c2), part.yeoh_c3 = Real(in.yeoh_c3);
   part.branch_count = in.branches;
   for (int b = 0; b < in.branches; ++b)

@@ -138,53 +138,71 @@ inline void add_rubber_of_law(const Part<Real>& part, const StepBranches<Real>& 
 }
 
 // Gradients by the modes of the changes of volume's cubic terms, sum over b <= c <= a of t alpha_b alpha_c alpha_a; lanes over
-// pressures.
+// pressures, of two modes a side by side. The gradients of a block of modes a stay in registers while all pairs b <= c stream by.
 template <int M, class Real>
-inline void cubic_gradients(const Part<Real>& part, const double* alpha, Real third[kMaximumPressures][M]) {
-  using L = Lanes<Real, kPressureLane * sizeof(Real)>;
+inline void cubic_gradients(const Part<Real>& part, const double* alpha, double third[kMaximumPressures][M]) {
+  using L = Lanes<Real, 2 * kPressureLane * sizeof(Real)>;
   using V = typename L::type;
   const Real* terms = part.dilatation_3;
   Real coordinates[M];
+  V two_coordinates[M / 2];
   for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
+  for (int a = 0; a < M; ++a) {
+    Real lanes[2 * kPressureLane];
+    for (int lane = 0; lane < 2 * kPressureLane; ++lane) lanes[lane] = coordinates[a / 2 * 2 + lane / kPressureLane];
+    two_coordinates[a / 2] = L::load(lanes);
+  }
   for (int first = 0; first < part.pressure_count; first += kPressureLane) {
-    V gradient[M] = {};
-    for (int b = 0; b < M; ++b) {
-      V by_b = {};
-      for (int c = b; c < M; ++c) {
-        const Real pair = coordinates[b] * coordinates[c];
-        V by_c[4] = {};  // four chains, to hide the latency of sums
-        for (int a = c / 4 * 4; a < M; a += 4, terms += 4 * kPressureLane)
+    V by_pair_mode[M] = {};  // of b and c, over the two modes a
+    alignas(64) Real gradient[kPressureLane][M] = {};
+    for (int block = 0; block < M; block += kCubicModes) {
+      V by_mode[kCubicModes / 2] = {};
+      for (int c = 0; c < block + kCubicModes; ++c) {
+        V by_c = {};
+        for (int b = 0; b <= c; ++b, terms += kCubicModes * kPressureLane) {
+          const Real pair = coordinates[b] * coordinates[c];
+          V sum[2] = {};
 #pragma GCC unroll 4
-          for (int i = 0; i < 4; ++i) {
-            const V term = L::load(terms + i * kPressureLane);
-            by_c[i] += coordinates[a + i] * term;
-            gradient[a + i] += pair * term;
+          for (int i = 0; i < kCubicModes / 2; ++i) {
+            const V term = L::load(terms + i * 2 * kPressureLane);
+            by_mode[i] += pair * term;
+            sum[i % 2] += two_coordinates[block / 2 + i] * term;
           }
-        const V sum = (by_c[0] + by_c[1]) + (by_c[2] + by_c[3]);
-        gradient[c] += coordinates[b] * sum;
-        by_b += coordinates[c] * sum;
+          const V both = sum[0] + sum[1];
+          by_c += coordinates[b] * both;
+          by_pair_mode[b] += coordinates[c] * both;
+        }
+        by_pair_mode[c] += by_c;
       }
-      gradient[b] += by_b;
+      for (int i = 0; i < kCubicModes / 2; ++i)
+        for (int lane = 0; lane < 2 * kPressureLane; ++lane)
+          gradient[lane % kPressureLane][block + 2 * i + lane / kPressureLane] = by_mode[i][lane];
     }
-    alignas(64) Real lanes[kPressureLane];
-    for (int a = 0; a < M; ++a) {
-      L::store(lanes, gradient[a]);
-      for (int lane = 0; lane < kPressureLane; ++lane) third[first + lane][a] = lanes[lane];
-    }
+    for (int lane = 0; lane < kPressureLane; ++lane)
+      for (int a = 0; a < M; ++a)
+        third[first + lane][a] = gradient[lane][a] + by_pair_mode[a][lane] + by_pair_mode[a][kPressureLane + lane];
   }
 }
 
 // A polynomial c of the modes with the energy root^2 / 2 c^2: its `row` root dc, and the work of root c on it.
 template <int M, class Real>
-inline void add_mixed(const double* alpha, const double* first, const double* quadratic, const Real* third, double root,
+inline void add_mixed(const double* alpha, const double* first, const Real* quadratic, const double* third, double root,
                       Real row[M], Real work[M]) {
-  alignas(64) double second[M];
-  add_products<M, double>(alpha, quadratic, M, second);
-  double change = 0;
-  for (int a = 0; a < M; ++a) change += alpha[a] * (first[a] + 0.5 * second[a] + double(third[a]) / 3);
-  const Real stress = Real(root * change);
+  constexpr int kVectors = M / 8;
+  DoubleLanes sum[2][kVectors] = {}, products = {};  // two chains, to hide the latency of sums
+  for (int b = 0; b < M; b += 2)
+    for (int chain = 0; chain < 2; ++chain)
+      for (int v = 0; v < kVectors; ++v)
+        sum[chain][v] += alpha[b + chain] * load_doubles(quadratic + (b + chain) * M + 8 * v);
+  alignas(64) double derivative[M];
+  for (int v = 0; v < kVectors; ++v) {
+    const DoubleLanes one = load(first + 8 * v), two = sum[0][v] + sum[1][v], three = load(third + 8 * v);
+    products += load(alpha + 8 * v) * (one + 0.5 * two + (1.0 / 3) * three);
+    store(derivative + 8 * v, root * (one + two + three));
+  }
+  const Real stress = Real(root * sum_lanes(products));
   for (int a = 0; a < M; ++a) {
-    row[a] = Real(root * (first[a] + second[a] + double(third[a])));
+    row[a] = Real(derivative[a]);
     work[a] += stress * row[a];
   }
 }
@@ -193,8 +211,9 @@ inline void add_mixed(const double* alpha, const double* first, const double* qu
 // c the force -k c dc and the stiffness k dc (x) dc.
 template <int M, class Real>
 void add_mixed_energies(const Part<Real>& part, const double* alpha, Real work[M], Real stiffness[M][M]) {
-  alignas(64) Real third[kMaximumPressures][M], rows[kMaximumPressures + kMaximumStretches][kRowStride<M>];
-  alignas(64) const Real none[M] = {};
+  alignas(64) Real rows[kMaximumPressures + kMaximumStretches][kRowStride<M>];
+  alignas(64) double third[kMaximumPressures][M];
+  alignas(64) const double none[M] = {};
   cubic_gradients<M, Real>(part, alpha, third);
   const double of_volume = std::sqrt(part.dilatation_lambda), of_sheet = std::sqrt(part.stretch_modulus);
   Real(*row)[kRowStride<M>] = rows;
