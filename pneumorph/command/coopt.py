@@ -6,14 +6,14 @@ that anyone can replay. A stopped run resumes from its last checkpoint with --re
 --out.
 
 Presets: quick (minutes on two cores: three or four legs, many updates per action, mirror images),
-fast (all designs in 21 % of the paper's timesteps) and paper (the paper's schedule: one million
-timesteps, all designs, then fine-tuning of the eight best; with --physics published, its
-experiment).
+fast (an hour: all designs, twelve beginnings as long as quick, --restarts, and fine-tuning of the
+best one's five best designs) and paper (the paper's schedule: one million timesteps, all designs,
+then fine-tuning of the eight best; with --physics published, its experiment).
 
 By default robots have measured material properties, and every round walks in worlds drawn from the
 ranges of what nobody has measured (--randomize, --randomisation). Every design walks in four worlds
 (--objective.worlds-per-design), and --objective.kind over them ranks designs, finalists and gaits;
-quick begins in the nominal world (--objective.nominal-until-timestep).
+quick and fast begin in the nominal world (--objective.nominal-until-timestep).
 score_standard_error_cm in the metrics is the uncertainty that the draw leaves. At the end the best
 pairs are certified in worlds that training never saw (--certified-world-count; see `pneumorph
 certify`). With --certify they also walk as finite elements, and where the two models differ the leg

@@ -17,6 +17,10 @@ OTHER_UNIT = 50.0
 """A video that lasts this many times as long as the log, or the other way round, is taken to be
 timed in another unit; one that runs on before and after the gait is not."""
 
+TWICE = 2.0
+"""A track of whole seconds alone that lasts this many times as long as the log is taken to count
+frames: no video is timed so coarsely."""
+
 LONGEST_VIDEO_S = 600.0
 """Nor is one of this length beside the log of a trial that ended at once [s]."""
 
@@ -78,6 +82,13 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
             f"{tracks[0]} lasts {tracked_s:g} s and {folder / LOG_FILE} {logged_s:g} s, expected "
             "about the same: times may be in milliseconds or minutes, which a column time_ms or "
             "time_min says"
+        )
+    counted = len(track.time_s) > 2 and bool((track.time_s == np.rint(track.time_s)).all())
+    if counted and 0.0 < TWICE * logged_s < tracked_s:
+        raise ValueError(
+            f"{tracks[0]} lasts {tracked_s:g} s and {folder / LOG_FILE} {logged_s:g} s, expected "
+            "about the same: all its times are whole numbers, so they may count frames, which "
+            "divided by the camera's frames per second are seconds"
         )
     return Trial(folder.name, log, track)
 

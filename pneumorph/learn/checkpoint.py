@@ -36,6 +36,7 @@ class CheckpointMetadata:
         wall_s: Time spent so far [s].
         remarks: What had to be said so far.
         round_level: State of `RoundLevel`; None in checkpoints of earlier versions.
+        restart: How many beginnings from nothing were before; 0 in those of earlier versions.
     """
 
     timestep: int
@@ -48,6 +49,7 @@ class CheckpointMetadata:
     wall_s: float
     remarks: tuple[str, ...]
     round_level: dict[str, Any] | None = None
+    restart: int = 0
 
 
 @dataclass(frozen=True)

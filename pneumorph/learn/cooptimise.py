@@ -29,6 +29,7 @@ from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
 from pneumorph.learn.metrics import MetricsLog, read_metrics
 from pneumorph.learn.policy_file import save_policy
+from pneumorph.learn.restarts import BEST_RESTART, go_on_with_best, keep_if_best
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES, Training
 
@@ -57,7 +58,9 @@ def learn_in_folder(
     ``gaits/L1.csv`` ... for the best pairs and ``summary.json``.
 
     The best pairs are the best of those that were seen in training or in an evaluation and those
-    of the finalists' policies without noise, all ranked in the same worlds.
+    of the finalists' policies without noise, all ranked in the same worlds. With
+    ``settings.restarts`` learning begins from nothing so often, and the beginning with the best
+    pair is kept: its policy is that of the folder, and is fine-tuned.
 
     Args:
         make_environment: Makes the environment that the designs live in: `crawling`, or one's own.
@@ -138,6 +141,7 @@ def _begin(
     remarks = _lost(folder, 0)
     # Policies of a training whose checkpoints are gone are not this one's.
     shutil.rmtree(folder / FINETUNED_FOLDER, ignore_errors=True)
+    (folder / BEST_RESTART).unlink(missing_ok=True)
     write_json(folder / SETTINGS_FILE, settings_to_dict(training.settings))
     return 0.0, remarks
 
@@ -251,31 +255,45 @@ def _train(
     write = training.clock.timed("log", log.write)
     save = training.clock.timed("log", save_checkpoint)
     saved = training.timestep
+
+    def metadata() -> dict[str, Any]:
+        return {
+            **training.metadata(),
+            "settings": settings_to_dict(settings),
+            "provenance": _as_json(provenance),
+            "wall_s": time.perf_counter() - started,
+            "remarks": remarks,
+        }
+
     while not training.is_finished:
+        if training.is_restart_over:
+            keep_if_best(training, folder, metadata())
+            training.begin_again()
         before = training.timestep
         metrics = training.run_round()
         if _passed(settings.evaluation_interval_timesteps, before, training.timestep):
             evaluated = training.evaluate()
             if evaluated:
                 metrics["evaluated_distance_cm"] = evaluated[0].distance_cm
-        wall_s = time.perf_counter() - started
-        write({**metrics, "wall_s": wall_s})
+        write({**metrics, "wall_s": time.perf_counter() - started})
         # Before the round that would go beyond the interval: no more than it is ever lost.
         after_next = training.timestep + settings.timesteps_per_round - saved
-        if training.is_finished or after_next > settings.checkpoint_interval_timesteps:
-            metadata = {
-                **training.metadata(),
-                "settings": settings_to_dict(settings),
-                "provenance": _as_json(provenance),
-                "wall_s": wall_s,
-                "remarks": remarks,
-            }
-            save(folder, training.arrays(), metadata)
+        if training.is_restart_over or after_next > settings.checkpoint_interval_timesteps:
+            save(folder, training.arrays(), metadata())
             saved = training.timestep
         if progress is not None:
-            best = training.best.best_distance_cm
-            message = "training" if best is None else f"training, best {best:.1f} cm"
-            progress(training.timestep, total, message)
+            progress(training.timestep, total, _said(training))
+    if settings.restarts > 1:
+        keep_if_best(training, folder, metadata())
+        go_on_with_best(training, folder)
+        save(folder, training.arrays(), metadata())
+
+
+def _said(training: Training) -> str:
+    """How far a training is, for a person."""
+    restarts, best = training.settings.restarts, training.best.best_distance_cm
+    which = "" if restarts == 1 else f" {training.restart + 1} of {restarts}"
+    return f"training{which}" + ("" if best is None else f", best {best:.1f} cm")
 
 
 def _passed(interval: int, before: int, after: int) -> bool:

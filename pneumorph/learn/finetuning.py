@@ -97,12 +97,14 @@ def finetune(
 
 
 def finalists(training: Training, evaluated: Sequence[DesignGaitPair]) -> list[int]:
-    """Designs of the pairs of highest score, seen in training or evaluated; one of images."""
+    """Designs of the pairs of highest score, seen in training or evaluated; one of images. After
+    several beginnings only those evaluated: the policy knows no other beginning's gaits."""
     settings = training.settings
+    seen = training.best.pairs if settings.restarts == 1 else []
     ranking = BestPairs(
         training.space, settings.finetuning.finalist_count, training.environment.is_symmetric
     )
-    ranking.offer([*training.best.pairs, *evaluated])
+    ranking.offer([*seen, *evaluated])
     return [pair.design for pair in ranking.pairs]
 
 

@@ -43,7 +43,7 @@ class Objective(Checked):
     """Number of worlds, always the same, in which the policy's gaits are ranked at an evaluation,
     if designs walk in several worlds."""
     nominal_until_timestep: CountOrNone = 0
-    """Until this timestep of a training whose designs walk in several worlds, each robot of a round
+    """Until this timestep of a beginning, if designs walk in several worlds, each robot of a round
     has a design of its own and walks in the nominal world: that is where gaits are found, and of
     more designs. From then on designs walk in their worlds. 0: in worlds from the first round
     on."""

@@ -58,7 +58,29 @@ class Training:
             settings.task.regulator_count,
             settings.sac,
         )
-        self.state = self.learner.initial_state(settings.seed)
+        symmetric = self.environment.is_symmetric
+        self.best = BestPairs(self.space, settings.kept_pair_count, symmetric)
+        self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
+        # What a design gets is what its image gets: not so where it turns to a side.
+        self._twins = self._mirror if settings.mirrored_scores else None
+        self._begin(0)
+        self.timestep = 0
+        self.update_count = 0
+        self.failure_count = 0
+        self.clock = StageClock()
+        self._reset = self.clock.timed("simulate", self.environment.reset)
+        self._step = self.clock.timed("simulate", self.environment.step)
+        # Drawing actions waits for the updates before it: both are learning.
+        self._act = self.clock.timed("learn", self._actions)
+        self._learn = self.clock.timed("learn", self._updates)
+
+    def _begin(self, restart: int) -> None:
+        """Take nothing learned: first weights, an empty buffer, a uniform distribution."""
+        settings, self.restart = self.settings, restart
+        seed = settings.seed
+        if restart:
+            seed = int(np.random.SeedSequence([seed, restart]).generate_state(1)[0])
+        self.state = self.learner.initial_state(seed)
         self.buffer = ReplayBuffer(
             settings.buffer_size,
             self._state_size,
@@ -76,27 +98,40 @@ class Training:
                 self.space.twin if settings.mirrored_scores else int,
             )
         )
-        symmetric = self.environment.is_symmetric
-        self.best = BestPairs(self.space, settings.kept_pair_count, symmetric)
-        self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
-        # What a design gets is what its image gets: not so where it turns to a side.
-        self._twins = self._mirror if settings.mirrored_scores else None
         self._scores = RoundScores(settings.objective, self._twins)
-        self._rng = np.random.default_rng(settings.seed)
-        self.timestep = 0
-        self.update_count = 0
-        self.failure_count = 0
-        self.clock = StageClock()
-        self._reset = self.clock.timed("simulate", self.environment.reset)
-        self._step = self.clock.timed("simulate", self.environment.step)
-        # Drawing actions waits for the updates before it: both are learning.
-        self._act = self.clock.timed("learn", self._actions)
-        self._learn = self.clock.timed("learn", self._updates)
+        self._rng = np.random.default_rng(seed)
+
+    def begin_again(self) -> None:
+        """Forget what was learned, but not the best pairs, nor what all took."""
+        self._begin(self.restart + 1)
+
+    def go_on_as(self, checkpoint: Checkpoint) -> None:
+        """Take over what was learned by the end of another beginning; the best pairs, and what all
+        beginnings took, stay.
+
+        Raises:
+            ArtefactError: The checkpoint is damaged, or of a training with other settings.
+        """
+        best, ours = self.best.pairs, self.metadata()
+        self.take_over(checkpoint)
+        stay = ("timestep", "restart", "update_count", "failure_count", "seconds")
+        self._restore_numbers({**self.metadata(), **{name: ours[name] for name in stay}})
+        self.best.pairs = best
 
     @property
     def is_finished(self) -> bool:
         """Whether the last round has been made."""
         return self.timestep >= self.settings.training_timesteps
+
+    @property
+    def learned_timesteps(self) -> int:
+        """Timesteps since learning last began from nothing."""
+        return self.timestep - self.restart * self.settings.restart_timesteps
+
+    @property
+    def is_restart_over(self) -> bool:
+        """Whether the last round from this beginning has been made."""
+        return self.learned_timesteps >= self.settings.restart_timesteps
 
     def run_round(self) -> dict[str, Any]:
         """Draw designs, let each walk one episode, learn meanwhile, and update the distribution.
@@ -105,7 +140,7 @@ class Training:
             Metrics of the round.
         """
         # Algorithm 1, line 3.
-        worlds = self.settings.objective.worlds_at(self.timestep)
+        worlds = self.settings.objective.worlds_at(self.learned_timesteps)
         designs = self.distribution.sample(self.settings.environment_count // worlds, self._rng)
         # Robot i walks in world i modulo their number, so each design in all of them.
         returns, failed, losses = self.walk_and_learn(
@@ -162,7 +197,7 @@ class Training:
 
     def _actions(self, observation: np.ndarray) -> np.ndarray:
         """Actions from the policy, or uniform ones until learning starts."""
-        if self.timestep < self.settings.learning_start_timestep:
+        if self.learned_timesteps < self.settings.learning_start_timestep:
             shape = (len(observation), self.settings.task.regulator_count)
             return self._rng.uniform(-1.0, 1.0, shape).astype(np.float32)
         self.state, action = self.learner.sample_actions(self.state, observation)
@@ -209,7 +244,7 @@ class Training:
             )
 
     def _updates(self, count: int) -> dict[str, jax.Array]:
-        if count == 0 or self.timestep < self.settings.learning_start_timestep:
+        if count == 0 or self.learned_timesteps < self.settings.learning_start_timestep:
             return {}
         batches = self.buffer.sample(count, self.settings.sac.batch_size, self._rng)
         self.state, metrics = self.learner.update(self.state, batches)
@@ -250,12 +285,12 @@ class Training:
         self.distribution.take_round(designs, returns, failed, images)
         if (
             self.settings.expected_scores
-            and self.timestep >= self.settings.schedule.decay_start_timestep
+            and self.learned_timesteps >= self.settings.schedule.decay_start_timestep
         ):
             self.distribution.expect(
                 lambda among: self.expected_returns(designs, returns, among), self._rng
             )
-        self.distribution.follow_schedule(self.timestep)
+        self.distribution.follow_schedule(self.learned_timesteps)
 
     def expected_returns(
         self, designs: np.ndarray, returns: np.ndarray, among: np.ndarray | None = None
@@ -299,13 +334,14 @@ class Training:
         }
         return {
             "timestep": self.timestep,
+            "restart": self.restart,
             "return_mean_cm": float(returns.mean()),
             "return_maximum_cm": float(returns.max()),
             "best_distance_cm": self.best.best_distance_cm,
             "best_achieved": self.best.best_achieved,
             "failed_count": int(failed.sum()),
             "design_entropy": distribution.entropy,
-            "design_entropy_target": distribution.target_entropy(self.timestep),
+            "design_entropy_target": distribution.target_entropy(self.learned_timesteps),
             "inverse_temperature": distribution.inverse_temperature,
             "update_count": self.update_count,
             **learning,
@@ -352,6 +388,7 @@ class Training:
         """All numbers of the state that are not arrays, for a checkpoint."""
         return {
             "timestep": self.timestep,
+            "restart": self.restart,
             "update_count": self.update_count,
             "failure_count": self.failure_count,
             "seconds": dict(self.clock.seconds),
@@ -379,7 +416,11 @@ class Training:
         self.buffer.restore(_below(arrays, "buffer/"))
         self.best.restore(_below(arrays, "best/"))
         self.distribution.restore(_below(arrays, "distribution/"))
+        self._restore_numbers(metadata)
+
+    def _restore_numbers(self, metadata: Mapping[str, Any]) -> None:
         self.timestep = int(metadata["timestep"])
+        self.restart = int(metadata.get("restart", 0))  # not in checkpoints of an earlier version
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])
         if "round_level" in metadata:  # not in checkpoints of an earlier version

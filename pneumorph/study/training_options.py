@@ -18,9 +18,9 @@ from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.settings import (
     CooptSettings,
-    fast_settings,
     paper_settings,
     quick_settings,
+    restarting_settings,
 )
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
@@ -94,23 +94,23 @@ def measured_training(
     return layered(usual, [{**(changes or {}), "robot": {"based_on": "measured"}}])
 
 
+# So few rounds narrow to few designs while all get better: centred, these would lose what they
+# gained on the others. Twelve designs a round in worlds from the first round on are too few to
+# find a gait by (reproduce/demo).
+_SHORT_OBJECTIVE = {"centring_rounds": 0, "nominal_until_timestep": 12_000}
+
+
 def quick_training() -> TrainingOptions:
     """A search of a few minutes whose best pairs are certified: fewer designs in fewer worlds."""
-    # So few rounds narrow to few designs while all get better: centred, these would lose what they
-    # gained on the others. Twelve designs a round in worlds from the first round on are too few to
-    # find a gait by (reproduce/demo).
-    objective = {
-        "evaluation_worlds": 16,
-        "centring_rounds": 0,
-        "nominal_until_timestep": 12_000,
-    }
-    return measured_training(
-        quick_settings(),
-        {
-            "certified_world_count": 48,
-            "coopt": {"objective": objective, "evaluated_design_count": 12},
-        },
-    )
+    objective = {**_SHORT_OBJECTIVE, "evaluation_worlds": 16}
+    learner = {"objective": objective, "evaluated_design_count": 12}
+    return measured_training(quick_settings(), {"certified_world_count": 48, "coopt": learner})
+
+
+def fast_training() -> TrainingOptions:
+    """A search of an hour: as many short trainings as one long one has timesteps for."""
+    learner = {"objective": _SHORT_OBJECTIVE, "evaluated_design_count": 12}
+    return measured_training(restarting_settings(), {"coopt": learner})
 
 
 def _of_description(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -128,7 +128,7 @@ def _of_description(content: Mapping[str, Any]) -> dict[str, Any]:
 
 PRESETS: dict[str, Callable[[], TrainingOptions]] = {
     "quick": quick_training,
-    "fast": lambda: measured_training(fast_settings()),
+    "fast": fast_training,
     "paper": lambda: measured_training(paper_settings()),
 }
 """Ready options by name."""

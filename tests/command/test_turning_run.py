@@ -23,6 +23,7 @@ from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.trajectory import Trajectory
 
 _SHORT = (
+    "--restarts 1 "
     "--total-timesteps 48 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
     "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "

@@ -18,6 +18,7 @@ from pneumorph.trajectory import Trajectory
 
 SETTINGS = Path(__file__).parent.parent.parent / "examples" / "rough_ground.toml"
 SMALL = (
+    "--restarts 1 "
     "--total-timesteps 24 --environment-count 4 --task.action-count 3 --task.action-step-count 10 "
     "--learning-start-timestep 8 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 8 --schedule.decay-end-timestep 20 --kept-pair-count 1 "

@@ -251,6 +251,20 @@ def test_a_track_in_other_units_of_time_than_its_log_is_refused(
         read_trial(tmp_path)
 
 
+@pytest.mark.parametrize("first", [0, 120])
+def test_a_track_whose_times_count_frames_is_refused(first: int, tmp_path: Path) -> None:
+    """At 30 frames a second, of the gait and of some seconds before and after it."""
+    with DeploymentLog(tmp_path / "log.csv", 1) as log:
+        for time_s in np.linspace(0.0, 20.0, 8):
+            log.row(time_s, np.zeros(1), np.zeros(1))
+    frames = np.arange(first, first + 30.0 * 24.0)
+    write_track(tmp_path / "track.csv", MarkerTrack(frames / 30.0, np.zeros((720, 2))))
+    assert len(read_trial(tmp_path).track.time_s) == 720
+    write_track(tmp_path / "track.csv", MarkerTrack(frames, np.zeros((720, 2))))
+    with pytest.raises(ValueError, match=r"track\.csv lasts 719 s .* count frames"):
+        read_trial(tmp_path)
+
+
 def test_trial_folders(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="holds no trials"):
         trial_folders(tmp_path)

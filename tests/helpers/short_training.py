@@ -12,7 +12,7 @@ SHORT_TRAINING = (
     + " ".join(f"--baseline.{flag}" for flag in SHORT_SWEEP)
 )
 SHORT_FINETUNING = (
-    f"--preset fast {SHORT_TRAINING} --task.action-count 5 --checkpoint-interval-timesteps 20 "
-    "--finetuning.timesteps 20 --finetuning.finalist-count 2"
+    f"--preset fast --restarts 1 {SHORT_TRAINING} --task.action-count 5 "
+    "--checkpoint-interval-timesteps 20 --finetuning.timesteps 20 --finetuning.finalist-count 2"
 )
 """The same with fine-tuning."""

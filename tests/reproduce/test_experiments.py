@@ -43,6 +43,7 @@ from pneumorph.study.training_run import LearnedPair, TrainingResult
 
 REPRODUCE = Path(__file__).parent.parent.parent / "reproduce"
 _SHORT = (
+    "--restarts 1 "
     "--total-timesteps 20 --environment-count 4 --task.action-count 5 --task.action-step-count 80 "
     "--learning-start-timestep 10 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 5 --schedule.decay-end-timestep 18 "

@@ -20,7 +20,8 @@ from pneumorph.study.certified_walks import KeptWalk
 
 HERE = Path(__file__).parent.parent.parent / "reproduce" / "robust"
 _SHORT = (
-    "--total-timesteps 48 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
+    "--restarts 2 "
+    "--total-timesteps 40 --environment-count 4 --task.action-count 5 --task.action-step-count 20 "
     "--learning-start-timestep 12 --updates 1 --sac.batch-size 8 --sac.hidden-sizes 8 8 "
     "--schedule.decay-start-timestep 12 --schedule.decay-end-timestep 36 "
     "--evaluated-design-count 4 --kept-pair-count 2 --finetuning.timesteps 20 "

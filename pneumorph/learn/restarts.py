@@ -1,0 +1,57 @@
+"""Learning that begins from nothing several times: the beginning with the best pair is kept.
+
+What a training finds is a matter of the gaits that it comes upon first, so that trainings of
+different seeds end far apart, and longer ones do so as well. Of several short ones the best is less
+a matter of chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pneumorph.base.artefact import reading, save_artefact
+from pneumorph.learn.checkpoint import KIND, VERSION, read_checkpoint
+from pneumorph.learn.training import Training
+
+BEST_RESTART = "checkpoint.best_restart.npz"
+_SCORE = "evaluated_score_cm"
+
+
+def keep_if_best(training: Training, folder: Path, metadata: Mapping[str, Any]) -> None:
+    """At the end of a beginning, evaluate its policy, and keep what was learned if its best pair
+    scores higher than those of the beginnings before; the pairs compete in any case.
+
+    Args:
+        training: At the last round of one of its beginnings.
+        folder: Receives ``checkpoint.best_restart.npz``.
+        metadata: As in a checkpoint.
+
+    Raises:
+        ArtefactError: What was kept before is damaged.
+    """
+    evaluated = training.evaluate()
+    score = evaluated[0].score_cm if evaluated else -np.inf
+    kept = folder / BEST_RESTART
+    if training.restart == 0 or score > _score(kept):
+        arrays = {**training.arrays(), _SCORE: np.array(score)}
+        save_artefact(kept, KIND, VERSION, arrays, metadata)
+
+
+def go_on_with_best(training: Training, folder: Path) -> None:
+    """Take over what the beginning learned that was kept.
+
+    Raises:
+        FileNotFoundError: None was.
+        ArtefactError: It is damaged.
+    """
+    training.go_on_as(read_checkpoint(folder / BEST_RESTART))
+
+
+def _score(kept: Path) -> float:
+    checkpoint = read_checkpoint(kept)
+    with reading(kept, KIND):
+        return float(checkpoint.arrays[_SCORE])
