@@ -37,6 +37,7 @@ class CheckpointMetadata:
         remarks: What had to be said so far.
         round_level: State of `RoundLevel`; None in checkpoints of earlier versions.
         restart: How many beginnings from nothing were before; 0 in those of earlier versions.
+        restart_scores_cm: What the best pair of each that has ended scored [cm].
     """
 
     timestep: int
@@ -50,6 +51,7 @@ class CheckpointMetadata:
     remarks: tuple[str, ...]
     round_level: dict[str, Any] | None = None
     restart: int = 0
+    restart_scores_cm: tuple[float | None, ...] = ()
 
 
 @dataclass(frozen=True)

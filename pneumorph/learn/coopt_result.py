@@ -64,6 +64,8 @@ class CooptResult:
         evaluate_s: Evaluations without noise [s].
         finetuning_wall_s: Wall time of fine-tuning [s]; None where there was none.
         remarks: Where the run went on after a stop, and what was lost.
+        restart_scores_cm: What the best pair of each beginning scored, where there were several
+            [cm]; None where no simulation came to its end.
     """
 
     policy_best_design: str | None
@@ -82,6 +84,7 @@ class CooptResult:
     evaluate_s: float
     finetuning_wall_s: float | None
     remarks: tuple[str, ...]
+    restart_scores_cm: tuple[float | None, ...] = ()
 
     @property
     def best(self) -> KeptPair | None:

@@ -283,7 +283,7 @@ def _train(
             saved = training.timestep
         if progress is not None:
             progress(training.timestep, total, _said(training))
-    if settings.restarts > 1:
+    if 1 < settings.restarts > len(training.restart_scores_cm):
         keep_if_best(training, folder, metadata())
         go_on_with_best(training, folder)
         save(folder, training.arrays(), metadata())
@@ -323,6 +323,7 @@ def _result(
         **{f"{stage}_s": training.clock.seconds[stage] for stage in STAGES},
         finetuning_wall_s=None,
         remarks=tuple(remarks),
+        restart_scores_cm=tuple(training.restart_scores_cm),
     )
 
 

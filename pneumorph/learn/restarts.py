@@ -7,18 +7,16 @@ a matter of chance.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pneumorph.base.artefact import reading, save_artefact
+from pneumorph.base.artefact import save_artefact
 from pneumorph.learn.checkpoint import KIND, VERSION, read_checkpoint
 from pneumorph.learn.training import Training
 
 BEST_RESTART = "checkpoint.best_restart.npz"
-_SCORE = "evaluated_score_cm"
 
 
 def keep_if_best(training: Training, folder: Path, metadata: Mapping[str, Any]) -> None:
@@ -29,16 +27,13 @@ def keep_if_best(training: Training, folder: Path, metadata: Mapping[str, Any]) 
         training: At the last round of one of its beginnings.
         folder: Receives ``checkpoint.best_restart.npz``.
         metadata: As in a checkpoint.
-
-    Raises:
-        ArtefactError: What was kept before is damaged.
     """
     evaluated = training.evaluate()
-    score = evaluated[0].score_cm if evaluated else -np.inf
-    kept = folder / BEST_RESTART
-    if training.restart == 0 or score > _score(kept):
-        arrays = {**training.arrays(), _SCORE: np.array(score)}
-        save_artefact(kept, KIND, VERSION, arrays, metadata)
+    before = training.restart_scores_cm[: training.restart]
+    score = evaluated[0].score_cm if evaluated else None
+    training.restart_scores_cm = [*before, score]
+    if not before or _key(score) > max(map(_key, before)):
+        save_artefact(folder / BEST_RESTART, KIND, VERSION, training.arrays(), metadata)
 
 
 def go_on_with_best(training: Training, folder: Path) -> None:
@@ -51,7 +46,5 @@ def go_on_with_best(training: Training, folder: Path) -> None:
     training.go_on_as(read_checkpoint(folder / BEST_RESTART))
 
 
-def _score(kept: Path) -> float:
-    checkpoint = read_checkpoint(kept)
-    with reading(kept, KIND):
-        return float(checkpoint.arrays[_SCORE])
+def _key(score_cm: float | None) -> float:
+    return -math.inf if score_cm is None else score_cm

@@ -64,6 +64,8 @@ class Training:
         # What a design gets is what its image gets: not so where it turns to a side.
         self._twins = self._mirror if settings.mirrored_scores else None
         self._begin(0)
+        self.restart_scores_cm: list[float | None] = []
+        """Score of the best pair at the end of each beginning; None where none came to its end."""
         self.timestep = 0
         self.update_count = 0
         self.failure_count = 0
@@ -114,8 +116,8 @@ class Training:
         """
         best, ours = self.best.pairs, self.metadata()
         self.take_over(checkpoint)
-        stay = ("timestep", "restart", "update_count", "failure_count", "seconds")
-        self._restore_numbers({**self.metadata(), **{name: ours[name] for name in stay}})
+        learned = {name: self.metadata()[name] for name in ("round_level", "random_state")}
+        self._restore_numbers({**ours, **learned})
         self.best.pairs = best
 
     @property
@@ -389,6 +391,7 @@ class Training:
         return {
             "timestep": self.timestep,
             "restart": self.restart,
+            "restart_scores_cm": list(self.restart_scores_cm),
             "update_count": self.update_count,
             "failure_count": self.failure_count,
             "seconds": dict(self.clock.seconds),
@@ -420,7 +423,9 @@ class Training:
 
     def _restore_numbers(self, metadata: Mapping[str, Any]) -> None:
         self.timestep = int(metadata["timestep"])
-        self.restart = int(metadata.get("restart", 0))  # not in checkpoints of an earlier version
+        # Neither is in checkpoints of an earlier version.
+        self.restart = int(metadata.get("restart", 0))
+        self.restart_scores_cm = list(metadata.get("restart_scores_cm", []))
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])
         if "round_level" in metadata:  # not in checkpoints of an earlier version

@@ -91,6 +91,9 @@ class TrainingResult(BestPhase):
     """The best design-gait pairs, the highest score first."""
     seen_pairs: tuple[LearnedPair, ...] = ()
     """The best that were seen before fine-tuning."""
+    restart_scores_cm: tuple[float | None, ...] = ()
+    """What the best pair of each beginning scored [cm], where there were several; None where no
+    simulation came to its end."""
     notes: tuple[str, ...] = ()
     damping: str
     calibration: UsedCalibration | None = None
@@ -276,9 +279,10 @@ def _environments(
 def _of_learned(learned: CooptResult) -> dict[str, Any]:
     """What the learner tells, as fields of a `TrainingResult`."""
     best = learned.best
-    same = ("timesteps", "finetuning_timesteps", "update_count", "failed_episode_count")
+    counts = ("timesteps", "finetuning_timesteps", "update_count", "failed_episode_count")
+    same = (*counts, *_TIMES, "finetuning_wall_s", "restart_scores_cm")
     return {
-        **{name: getattr(learned, name) for name in (*same, *_TIMES, "finetuning_wall_s")},
+        **{name: getattr(learned, name) for name in same},
         "best_design": None if best is None else best.design,
         "best_distance_cm": None if best is None else best.distance_cm,
         "best_achieved": None if best is None else best.achieved,

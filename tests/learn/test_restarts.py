@@ -77,6 +77,7 @@ def test_the_best_beginning_is_kept(
     checkpoint = load_checkpoint(folder)
     for name, value in learned.items():
         np.testing.assert_array_equal(checkpoint.arrays[f"sac/{name}"], value, err_msg=name)
+    assert summary.restart_scores_cm == tuple(scores)
     assert summary.best is not None
     assert summary.best.score_cm >= max(scores)
     policy, _, metadata = load_policy(folder / "policy.npz")
