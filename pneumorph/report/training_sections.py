@@ -64,7 +64,7 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
             rewards,
             f"{found.goal.title} of each round of episodes. Grey shades: scores of all "
             "designs, weighted by the design distribution; the last bin holds all beyond it. Dots: "
-            "where training saw its best pairs.",
+            f"where training saw its best pairs.{_beginnings(found)}",
         ),
         sheet.drawn(
             "entropy",
@@ -73,6 +73,13 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         ),
     )
     return [Section("Training", body)]
+
+
+def _beginnings(found: TrainingResult) -> str:
+    """What came of each of several beginnings."""
+    scores = found.restart_scores_cm
+    said = ", ".join("none" if score is None else f"{score:.1f}" for score in scores)
+    return f" Learning began {len(scores)} times, with best scores of {said} cm." if scores else ""
 
 
 def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> list[Section]:

@@ -28,7 +28,7 @@ COMMANDS = {
     "mesh": "mesh disk",
     "simulate": f"simulate {GAIT}",
     "baseline": "baseline " + " ".join(f"--{flag}" for flag in SWEEP),
-    "coopt": f"coopt {TRAINING}",
+    "coopt": f"coopt --restarts 2 {TRAINING}",
     "evaluate": "evaluate {runs}/coopt --record --randomize --world-count 3",
     "search": "search --method random --timesteps 40 --task.action-count 5 --environment-count 4 "
     "--random.population 4 --finalist-count 2 --objective.evaluation-worlds 4",
@@ -111,6 +111,16 @@ def test_results_stand_beside_the_baseline(runs: Path, tmp_path: Path) -> None:
     content = (tmp_path / "page.html").read_text()
     assert f"<b>{baseline:.1f} cm</b><span>expert&#x27;s best phase</span>" in content
     assert "<td>B</td><td>1.0.0.2.2.0.0.1</td>" in content
+
+
+def test_page_says_what_each_beginning_of_a_training_came_to(runs: Path) -> None:
+    scores = json.loads((runs / "coopt" / "summary.json").read_text())["restart_scores_cm"]
+    assert len(scores) == 2
+    report = ["report", str(runs / "coopt"), "--figure-files"]
+    assert run(report) == 0
+    content = (runs / "coopt" / "report" / "page.html").read_text()
+    said = ", ".join(f"{score:.1f}" for score in scores)
+    assert f"Learning began 2 times, with best scores of {said} cm." in content
 
 
 def test_built_and_simulated_masses_stand_side_by_side(runs: Path) -> None:
