@@ -16,6 +16,7 @@ constexpr int kMaximumPressures = 32;
 constexpr int kMaximumStretches = 32;
 constexpr int kPressureLane = 8;      // pressures treated side by side
 constexpr int kCubicModes = 4;        // modes in a block of their cubic terms
+static_assert(kCubicModes % 2 == 0 && 8 % kCubicModes == 0, "two modes stand side by side, and parts have multiples of eight");
 
 enum Status : unsigned char { kRunning = 0, kDiverged = 1, kSingular = 2 };
 

@@ -147,9 +147,9 @@ inline void cubic_gradients(const Part<Real>& part, const double* alpha, double 
   Real coordinates[M];
   V two_coordinates[M / 2];
   for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
-  for (int a = 0; a < M; ++a) {
+  for (int a = 0; a < M; a += 2) {
     Real lanes[2 * kPressureLane];
-    for (int lane = 0; lane < 2 * kPressureLane; ++lane) lanes[lane] = coordinates[a / 2 * 2 + lane / kPressureLane];
+    for (int lane = 0; lane < 2 * kPressureLane; ++lane) lanes[lane] = coordinates[a + lane / kPressureLane];
     two_coordinates[a / 2] = L::load(lanes);
   }
   for (int first = 0; first < part.pressure_count; first += kPressureLane) {

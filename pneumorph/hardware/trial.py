@@ -17,9 +17,9 @@ OTHER_UNIT = 50.0
 """A video that lasts this many times as long as the log, or the other way round, is taken to be
 timed in another unit; one that runs on before and after the gait is not."""
 
-TWICE = 2.0
-"""A track of whole seconds alone that lasts this many times as long as the log is taken to count
-frames: no video is timed so coarsely."""
+SLOWEST_CAMERA_HZ = 5.0
+"""A track whose times rise by one, and that lasts this many times as long as the log, is taken to
+count frames."""
 
 LONGEST_VIDEO_S = 600.0
 """Nor is one of this length beside the log of a trial that ended at once [s]."""
@@ -83,12 +83,12 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
             "about the same: times may be in milliseconds or minutes, which a column time_ms or "
             "time_min says"
         )
-    counted = len(track.time_s) > 2 and bool((track.time_s == np.rint(track.time_s)).all())
-    if counted and 0.0 < TWICE * logged_s < tracked_s:
+    counted = len(track.time_s) > 2 and float(np.median(np.diff(track.time_s))) == 1.0
+    if counted and logged_s >= 1.0 and tracked_s > SLOWEST_CAMERA_HZ * logged_s:
         raise ValueError(
             f"{tracks[0]} lasts {tracked_s:g} s and {folder / LOG_FILE} {logged_s:g} s, expected "
-            "about the same: all its times are whole numbers, so they may count frames, which "
-            "divided by the camera's frames per second are seconds"
+            "about the same: its times rise by one, so they may count frames, which divided by the "
+            "camera's frames per second are seconds"
         )
     return Trial(folder.name, log, track)
 

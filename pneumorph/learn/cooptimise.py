@@ -29,7 +29,7 @@ from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
 from pneumorph.learn.metrics import MetricsLog, read_metrics
 from pneumorph.learn.policy_file import save_policy
-from pneumorph.learn.restarts import BEST_RESTART, go_on_with_best, keep_if_best
+from pneumorph.learn.restarts import BEST_RESTART, check_kept, go_on_with_best, keep_if_best
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES, Training
 
@@ -204,6 +204,7 @@ def _restore(
     checkpoint = load_checkpoint(folder)
     _refuse_changes(checkpoint, training.settings, folder, provenance)
     training.take_over(checkpoint)
+    check_kept(training, folder)
     remarks = list(checkpoint.metadata["remarks"])
     if checkpoint.remark is not None:
         remarks.append(checkpoint.remark)

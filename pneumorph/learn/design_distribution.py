@@ -32,7 +32,7 @@ class EntropySchedule(Checked):
     tried more often before any is preferred."""
     decay_end_timestep: int = 950_000
     """Timestep at which the entropy reaches its final value (paper, appendix A); at most the
-    training's length, or the distribution is still wide at the end."""
+    training's length from a beginning, or the distribution is still wide at the end."""
     final_entropy: NotNegative = 0.0
     """Entropy at the end [nat]; about exp(entropy) designs remain, so 0 leaves one (paper, appendix
     A) and 2 about seven. Leave several if fine-tuning follows."""

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import save_artefact
+from pneumorph.base.artefact import ArtefactError, save_artefact
 from pneumorph.learn.checkpoint import KIND, VERSION, read_checkpoint
 from pneumorph.learn.training import Training
 
@@ -34,6 +34,23 @@ def keep_if_best(training: Training, folder: Path, metadata: Mapping[str, Any]) 
     training.restart_scores_cm = [*before, score]
     if not before or _key(score) > max(map(_key, before)):
         save_artefact(folder / BEST_RESTART, KIND, VERSION, training.arrays(), metadata)
+
+
+def check_kept(training: Training, folder: Path) -> None:
+    """Refuse a folder that has lost the best of the beginnings that have ended.
+
+    Raises:
+        ArtefactError: It is missing or damaged.
+    """
+    kept = folder / BEST_RESTART
+    if not 0 < len(training.restart_scores_cm) < training.settings.restarts:
+        return
+    if not kept.exists():
+        raise ArtefactError(
+            f"{kept} is missing, expected the best of the {len(training.restart_scores_cm)} "
+            "beginnings that have ended; copy the whole folder of a training"
+        )
+    read_checkpoint(kept)
 
 
 def go_on_with_best(training: Training, folder: Path) -> None:

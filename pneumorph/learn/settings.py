@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.environment.crawling_task import CrawlingTask
@@ -21,7 +22,8 @@ class FinetuningSettings(Checked):
     alone. The paper gives no numbers."""
 
     finalist_count: Count = 8
-    """Number of designs that are fine-tuned, each from the policy at the end of training."""
+    """Number of designs that are fine-tuned, each from the policy at the end of training; with
+    --restarts at most as many as an evaluation walks."""
     timesteps: CountOrNone = 19_200
     """Actions of all robots together for each of them, rounded up to whole episodes; 0: no
     fine-tuning."""
@@ -53,8 +55,9 @@ class CooptSettings(Checked):
     --restarts, those of each beginning."""
     restarts: Count = 1
     """How often learning begins from nothing, one time after another (not in the paper). What a
-    training finds depends on the gaits that it comes upon first; of several beginnings the one with
-    the best pair is kept, its policy is fine-tuned, and the best pairs of all are reported."""
+    training finds depends on the gaits that it comes upon first; of several beginnings the one
+    whose policy has the best pair at its end is kept and fine-tuned, and the best pairs of all are
+    reported. All other timesteps of these settings count from each beginning."""
     space: DesignSpace = field(default_factory=DesignSpace)
     """Designs to choose from."""
     task: CrawlingTask = field(default_factory=CrawlingTask)
@@ -100,6 +103,12 @@ class CooptSettings(Checked):
     """Number of top-scoring designs that an evaluation walks with the deterministic policy."""
     kept_pair_count: Count = 5
     """Number of best design-gait pairs to report; a design and its mirror image count as one."""
+
+    @classmethod
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """Whole settings that an earlier version wrote are of a training with one beginning."""
+        whole = {"seed", "environment_count", "total_timesteps", "buffer_size", "updates"}
+        return {"restarts": 1} if whole <= content.keys() else {}
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -79,9 +79,7 @@ class Training:
     def _begin(self, restart: int) -> None:
         """Take nothing learned: first weights, an empty buffer, a uniform distribution."""
         settings, self.restart = self.settings, restart
-        seed = settings.seed
-        if restart:
-            seed = int(np.random.SeedSequence([seed, restart]).generate_state(1)[0])
+        seed = restart_seed(settings.seed, restart)
         self.state = self.learner.initial_state(seed)
         self.buffer = ReplayBuffer(
             settings.buffer_size,
@@ -102,6 +100,15 @@ class Training:
         )
         self._scores = RoundScores(settings.objective, self._twins)
         self._rng = np.random.default_rng(seed)
+
+    @property
+    def _worlds_number(self) -> int:
+        """What the physics of the next round are drawn by, where they are drawn: a resumed run sees
+        those that it would have seen. Each beginning has its time in the nominal world."""
+        objective = self.settings.objective
+        if objective.is_robust and objective.worlds_at(self.learned_timesteps) == 1:
+            return self.learned_timesteps
+        return self.timestep
 
     def begin_again(self) -> None:
         """Forget what was learned, but not the best pairs, nor what all took."""
@@ -167,8 +174,7 @@ class Training:
             learner's metrics after each action.
         """
         observation, _ = self._reset(
-            # Where physics are drawn, a resumed run sees those that it would have seen.
-            seed=self.timestep,
+            seed=self._worlds_number,
             options={"designs": [self.space[int(index)] for index in designs]},
         )
         returns, distances, achieved = np.zeros((3, len(designs)))
@@ -439,6 +445,12 @@ class Training:
                 f"random_state of the checkpoint is {metadata['random_state'][:80]!r}, expected "
                 f"the state of a {type(self._rng.bit_generator).__name__} generator as JSON"
             ) from error
+
+
+def restart_seed(seed: int, restart: int) -> int:
+    """Seed of a training's beginning: the training's own of the first."""
+    drawn = np.random.SeedSequence([seed, restart]).generate_state(1)[0]
+    return int(drawn >> 1) if restart else seed  # settings may have such seeds
 
 
 def _below(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:

@@ -69,7 +69,8 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         sheet.drawn(
             "entropy",
             entropy_figure(metrics),
-            "The design distribution narrows as its entropy follows the target.",
+            "The design distribution narrows as its entropy follows the target"
+            + (", from each beginning." if found.restart_scores_cm else "."),
         ),
     )
     return [Section("Training", body)]

@@ -225,6 +225,9 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
         work: Keeps the search.
     """
     seed = run.of_summary("seed", int)
+    learner = run.structured("coopt", CooptSettings)
+    # As much of its time in the nominal world as the training's beginnings have.
+    nominal_until = learner.restarts * learner.objective.nominal_until_timestep
     settings = SearchSettings(
         method=method,
         timesteps=learned_timesteps(run),
@@ -234,7 +237,7 @@ def searched(run: FinishedRun, method: Method, work: Path) -> Contender | None:
         task=run.task,
         space=run.space,
         usual_design=run.baseline.design,
-        objective=run.objective or Objective(),
+        objective=replace(learner.objective, nominal_until_timestep=nominal_until),
         genetic=GeneticSettings(population=_population(run)),
     )
     place = study_folder(work / run.digest() / method, "search")

@@ -23,7 +23,7 @@ class TrainingWorlds(Checked):
     world_count: Count = 8
     """Worlds side by side in a round."""
     nominal_until: CountOrNone = 0
-    """Timestep of training until which all robots walk in the nominal world."""
+    """Timestep of each beginning until which all robots walk in the nominal world."""
 
     @classmethod
     def of_objective(

@@ -251,8 +251,8 @@ def test_a_track_in_other_units_of_time_than_its_log_is_refused(
         read_trial(tmp_path)
 
 
-@pytest.mark.parametrize("first", [0, 120])
-def test_a_track_whose_times_count_frames_is_refused(first: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("first", [0.0, -121.5])
+def test_a_track_whose_times_count_frames_is_refused(first: float, tmp_path: Path) -> None:
     """At 30 frames a second, of the gait and of some seconds before and after it."""
     with DeploymentLog(tmp_path / "log.csv", 1) as log:
         for time_s in np.linspace(0.0, 20.0, 8):
@@ -263,6 +263,17 @@ def test_a_track_whose_times_count_frames_is_refused(first: int, tmp_path: Path)
     write_track(tmp_path / "track.csv", MarkerTrack(frames, np.zeros((720, 2))))
     with pytest.raises(ValueError, match=r"track\.csv lasts 719 s .* count frames"):
         read_trial(tmp_path)
+
+
+@pytest.mark.parametrize(("logged_s", "step_s"), [(20.0, 10.0), (20.0, 1.0), (0.9, 1.0)])
+def test_a_track_of_whole_seconds_is_taken(logged_s: float, step_s: float, tmp_path: Path) -> None:
+    """Read from a ruler, or from a time lapse, which runs on where a trial ended at once."""
+    with DeploymentLog(tmp_path / "log.csv", 1) as log:
+        for time_s in np.linspace(0.0, logged_s, 8):
+            log.row(time_s, np.zeros(1), np.zeros(1))
+    times_s = np.arange(-10.0, 61.0, step_s)
+    write_track(tmp_path / "track.csv", MarkerTrack(times_s, np.zeros((len(times_s), 2))))
+    assert len(read_trial(tmp_path).track.time_s) == len(times_s)
 
 
 def test_trial_folders(tmp_path: Path) -> None:

@@ -1,25 +1,29 @@
 """Learning that begins from nothing several times keeps the beginning with the best pair."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 import pytest
-from helpers.toy_coopt import make_simulator, toy_settings
+from helpers.toy_coopt import CrawlersInWorlds, make_simulator, toy_settings
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.learn.checkpoint import load_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.cooptimise import learn_in_folder
+from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
+from pneumorph.learn.objective import Objective
 from pneumorph.learn.policy_file import load_policy
+from pneumorph.learn.restarts import BEST_RESTART
 from pneumorph.learn.settings import CooptSettings, FinetuningSettings
-from pneumorph.learn.training import STAGES, Training
+from pneumorph.learn.training import STAGES, Training, restart_seed
 
-ONE = toy_settings(round_count=4, environment_count=4)
+ONE = toy_settings(round_count=4, seed=1, environment_count=4)
 SETTINGS = replace(ONE, restarts=3)
 TIMES = {*(f"{stage}_s" for stage in STAGES), "wall_s", "finetuning_wall_s", "remarks"}
 
@@ -53,30 +57,42 @@ def straight(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, CooptResul
     return folder, run(folder)
 
 
+@dataclass(frozen=True)
+class Alone:
+    """A training of one beginning's seed, made by itself."""
+
+    arrays: dict[str, np.ndarray]
+    evaluated: list[DesignGaitPair]
+
+    @property
+    def score_cm(self) -> float:
+        return self.evaluated[0].score_cm
+
+
 @pytest.fixture(scope="module")
-def beginnings() -> list[tuple[float, dict[str, np.ndarray]]]:
-    """Score of the best evaluated pair of each beginning, and what it had learned."""
-    training = Training(crawling(viscous_crawler_robot, make_simulator, SETTINGS), SETTINGS)
+def alone() -> list[Alone]:
     found = []
-    for number in range(3):
-        if number:
-            training.begin_again()
-        while not training.is_restart_over:
+    for restart in range(3):
+        settings = replace(ONE, seed=restart_seed(ONE.seed, restart))
+        training = Training(crawling(viscous_crawler_robot, make_simulator, settings), settings)
+        while not training.is_finished:
             training.run_round()
-        found.append((training.evaluate()[0].score_cm, training.state.arrays()))
+        arrays = training.arrays()
+        found.append(Alone(arrays, training.evaluate()))
     return found
 
 
-def test_the_best_beginning_is_kept(
-    straight: tuple[Path, CooptResult], beginnings: list[tuple[float, dict[str, np.ndarray]]]
-) -> None:
+def test_the_best_beginning_is_kept(straight: tuple[Path, CooptResult], alone: list[Alone]) -> None:
+    """Each begins from nothing: it is a training by itself, with a seed of its own."""
     folder, summary = straight
-    scores = [score for score, _ in beginnings]
-    assert len({round(score, 6) for score in scores}) == 3
-    _, learned = max(beginnings, key=lambda each: each[0])
-    checkpoint = load_checkpoint(folder)
+    scores = [each.score_cm for each in alone]
+    # Neither the first nor the last, by what no rounding makes.
+    assert scores[1] > max(scores[0], scores[2]) + 0.01
+    kept = load_checkpoint(folder).arrays
+    learned = {name: value for name, value in alone[1].arrays.items() if "best/" not in name}
+    assert learned.keys() == {name for name in kept if "best/" not in name}
     for name, value in learned.items():
-        np.testing.assert_array_equal(checkpoint.arrays[f"sac/{name}"], value, err_msg=name)
+        np.testing.assert_array_equal(kept[name], value, err_msg=name)
     assert summary.restart_scores_cm == tuple(scores)
     assert summary.best is not None
     assert summary.best.score_cm >= max(scores)
@@ -84,7 +100,7 @@ def test_the_best_beginning_is_kept(
     assert metadata["timestep"] == summary.timesteps == 12 * ONE.timesteps_per_round
     # The policy is what a learner's state begins with.
     for number, leaf in enumerate(jax.tree.leaves(policy)):
-        np.testing.assert_array_equal(np.asarray(leaf), learned[str(number)])
+        np.testing.assert_array_equal(np.asarray(leaf), learned[f"sac/{number}"])
 
 
 def test_the_first_beginning_is_a_training_without_others(
@@ -120,19 +136,57 @@ def test_killed_and_resumed_equals_not_stopping(
 ) -> None:
     with pytest.raises(Killed):
         run(tmp_path, kill_after_round=kill_after_round)
-    summary = run(tmp_path, resume=True)
+    assert_same(tmp_path, run(tmp_path, resume=True), straight)
+
+
+@pytest.mark.parametrize("after", ["begin_again", "go_on_as"])
+def test_killed_between_a_beginning_and_the_next_checkpoint(
+    tmp_path: Path,
+    straight: tuple[Path, CooptResult],
+    after: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The second time that learning begins again, or when the best is gone on from."""
+    times = []
+
+    def killed(training: Training, *what: Any) -> None:
+        times.append(training.restart)
+        if len(times) == (2 if after == "begin_again" else 1):
+            raise Killed
+        as_usual(training, *what)
+
+    settings = replace(SETTINGS, checkpoint_interval_timesteps=10 * ONE.timesteps_per_round)
+    as_usual = getattr(Training, after)
+    with monkeypatch.context() as patched:
+        patched.setattr(Training, after, killed)
+        with pytest.raises(Killed):
+            run(tmp_path, settings)
+    assert_same(tmp_path, run(tmp_path, settings, resume=True), straight)
+    # As if it had been killed once more, after its last checkpoint.
+    assert_same(tmp_path, run(tmp_path, settings, resume=True), straight)
+
+
+def test_a_folder_without_the_best_beginning_is_not_gone_on_with(tmp_path: Path) -> None:
+    with pytest.raises(Killed):
+        run(tmp_path, kill_after_round=6)
+    (tmp_path / BEST_RESTART).unlink()
+    with pytest.raises(ArtefactError, match=r"best_restart\.npz is missing, expected the best of"):
+        run(tmp_path, resume=True)
+
+
+def assert_same(folder: Path, summary: CooptResult, straight: tuple[Path, CooptResult]) -> None:
     assert timeless(vars(summary)) == timeless(vars(straight[1]))
-    ours, theirs = load_checkpoint(tmp_path), load_checkpoint(straight[0])
+    ours, theirs = load_checkpoint(folder), load_checkpoint(straight[0])
     assert ours.arrays.keys() == theirs.arrays.keys()
     for name, value in theirs.arrays.items():
         np.testing.assert_array_equal(ours.arrays[name], value, err_msg=name)
-    lines = zip(read_metrics(tmp_path), read_metrics(straight[0]), strict=True)
+    lines = zip(read_metrics(folder), read_metrics(straight[0]), strict=True)
     for mine, expected in lines:
         assert timeless(mine) == timeless(expected)
 
 
 def test_the_kept_policy_is_fine_tuned_and_pairs_of_all_compete(
-    tmp_path: Path, straight: tuple[Path, CooptResult]
+    tmp_path: Path, straight: tuple[Path, CooptResult], alone: list[Alone]
 ) -> None:
     finetuning = FinetuningSettings(finalist_count=2, timesteps=1)
     settings = replace(SETTINGS, finetuning=finetuning)
@@ -143,6 +197,33 @@ def test_the_kept_policy_is_fine_tuned_and_pairs_of_all_compete(
     assert summary.best is not None
     assert summary.best.score_cm >= summary.seen_pairs[0].score_cm
     assert summary.finetuning_timesteps == 2 * ONE.timesteps_per_round
-    assert len(list((tmp_path / "finetuned").glob("*.npz"))) == 2
+    # Designs that the kept policy was best with; the policy knows no other beginning's gaits.
+    best = BestPairs(ONE.space, 2)
+    best.offer(alone[1].evaluated)
+    finalists = {str(ONE.space[pair.design]) for pair in best.pairs}
+    assert {file.stem for file in (tmp_path / "finetuned").glob("*.npz")} == finalists
     again = run(tmp_path, settings, resume=True)
     assert timeless(vars(again)) == timeless(vars(summary))
+
+
+def test_each_beginning_has_its_time_in_the_nominal_world() -> None:
+    """Worlds are drawn by numbers; those below the objective's are the nominal world's."""
+    until = 2 * ONE.timesteps_per_round
+    objective = Objective("mean", worlds_per_design=4, nominal_until_timestep=until)
+    settings = replace(SETTINGS, restarts=2, objective=objective)
+    numbers = []
+
+    class Noting(CrawlersInWorlds):
+        def redraw(self, number: int) -> None:
+            numbers.append(number)
+            super().redraw(number)
+
+    training = Training(crawling(viscous_crawler_robot, Noting, settings), settings)
+    numbers.clear()
+    for _ in range(4):
+        training.run_round()
+    training.begin_again()
+    for _ in range(4):
+        training.run_round()
+    one_round = ONE.timesteps_per_round
+    assert numbers == [each * one_round for each in (0, 1, 2, 3, 0, 1, 6, 7)]

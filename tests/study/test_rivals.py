@@ -73,6 +73,19 @@ def test_the_genetic_algorithm_has_generations_where_the_time_is_short(
     assert len(json.loads(curve.read_text())["timesteps"]) >= 3
 
 
+def test_searches_get_as_much_time_in_the_nominal_world(
+    turning: FinishedRun, tmp_path: Path
+) -> None:
+    """Each beginning of a training has its own."""
+    coopt = {**turning.settings["coopt"], "restarts": 2}
+    coopt["objective"] = {**coopt["objective"], "nominal_until_timestep": 30}
+    twice = replace(turning, settings={**turning.settings, "coopt": coopt})
+    _ = searched(twice, "random", tmp_path)
+    (settings,) = tmp_path.glob("*/random/settings.json")
+    objective = json.loads(settings.read_text())["search"]["objective"]
+    assert objective["nominal_until_timestep"] == 60
+
+
 def test_a_learned_pair_is_told_in_the_unit_of_its_goal(
     turning: FinishedRun, tmp_path: Path
 ) -> None:

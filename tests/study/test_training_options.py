@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from pneumorph.base.layers import layered
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, fast_settings, quick_settings
 from pneumorph.study.training_options import (
+    PRESETS,
     TrainingOptions,
     measured_training,
     quick_training,
@@ -38,6 +42,17 @@ def test_measured_robots_are_trained_in_the_worlds_that_may_be() -> None:
     assert layered(measured, [{"robot": {"based_on": "published"}}]) == usual
     quick = quick_training()
     assert layered(quick, [{"robot": {"based_on": "measured"}}]) == quick
+
+
+def test_whole_settings_of_an_earlier_version_begin_once() -> None:
+    """A run's settings, written before there were restarts, laid over a preset that has them."""
+    fast = PRESETS["fast"]()
+    assert fast.coopt.restarts > 1
+    written = settings_to_dict(fast)
+    del written["coopt"]["restarts"]
+    assert layered(fast, [written]).coopt == replace(fast.coopt, restarts=1)
+    shorter = layered(fast, [{"coopt": {"total_timesteps": 500}}]).coopt
+    assert shorter == replace(fast.coopt, total_timesteps=500)
 
 
 def test_several_worlds_for_a_design_ask_for_worlds(tmp_path) -> None:
