@@ -30,8 +30,8 @@ def measured_table() -> str:
         "|---|---|---|---|",
     ]
     lines += [
-        f"| best pair of `pneumorph coopt --preset fast --seed {seed['seed']}`, "
-        f"`{seed['design']}` | {_banded(seed['band'])} "
+        f"| best pair of one long training, seed {seed['seed']}, `{seed['design']}` "
+        f"| {_banded(seed['band'])} "
         f"| in {100.0 * seed['share_beyond_expert']:.1f} % |"
         for seed in sorted(found["seeds"], key=lambda each: each["seed"])
     ]
@@ -122,7 +122,7 @@ def published_table() -> str:
 
 
 def _share(fast: dict[str, Any]) -> float:
-    """Timesteps of a run of preset `fast` as a share of the full run's [%]."""
+    """Timesteps of a run of the faster schedule as a share of the full run's [%]."""
     (share,) = {round(100.0 * run["share_of_timesteps"]) for run in fast["runs"]}
     return share
 

@@ -3,7 +3,7 @@
     python reproduce/damping_gap/run.py
 
 The published one is the run at the paper's scale that is kept. A run that is not there is trained
-with preset fast and resumed where it was stopped; what is kept of it is objective/. Then each one's
+by `fast_settings()` and resumed where it was stopped; what is kept of it is objective/. Then each one's
 best five are analysed under both dampings: damping_gap.json and damping_gap.png.
 """
 

@@ -1,4 +1,4 @@
-"""A better schedule: three seeds of preset fast beside the run at the paper's scale.
+"""A better schedule: three seeds of `fast_settings()` beside the run at the paper's scale.
 
     python reproduce/fast_schedule/run.py
 

@@ -2,7 +2,7 @@
 
     python reproduce/robust/run.py RUN --seeds RUN1 RUN2 --other-leg runs/other_leg/leg.npz
 
-RUN is a run of `pneumorph coopt --preset fast`, the others of further seeds; `other_leg.py` makes
+RUN is a run of `pneumorph coopt`, the others of further seeds; `other_leg.py` makes
 the leg of the hidden worlds. After `pneumorph certify RUN --full` has reduced the leg again, all is
 of that leg: --certified certificate.json --part round_1/leg.npz. Every step keeps what it made in
 --work, so the same call goes on where it was stopped. summary.json and the figures are of all steps
