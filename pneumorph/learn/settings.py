@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.design_distribution import EntropySchedule
 from pneumorph.learn.factored_distribution import FactoredSettings
@@ -106,9 +107,10 @@ class CooptSettings(Checked):
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
-        """Whole settings that an earlier version wrote are of a training with one beginning."""
+        """Of whole settings, as a run keeps them, what an earlier version did not name is as it was
+        then, whatever they are laid over: the default."""
         whole = {"seed", "environment_count", "total_timesteps", "buffer_size", "updates"}
-        return {"restarts": 1} if whole <= content.keys() else {}
+        return settings_to_dict(cls()) if whole <= content.keys() else {}
 
     def __post_init__(self) -> None:
         super().__post_init__()
