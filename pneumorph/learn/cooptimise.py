@@ -104,7 +104,7 @@ def learn_in_folder(
     result = _result(training, evaluated, time.perf_counter() - started, remarks)
     save_policy(
         folder / POLICY_FILE,
-        training.state.policy,
+        training.learned.state.policy,
         settings,
         timestep=training.timestep,
         time_step_s=time_step_s,

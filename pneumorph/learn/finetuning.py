@@ -80,7 +80,7 @@ def finetune(
             _learn_alone(training, design, round_count, report)
             save_policy(
                 path,
-                training.state.policy,
+                training.learned.state.policy,
                 settings,
                 timestep=training.timestep,
                 time_step_s=time_step_s,

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
 import jax
 import numpy as np
 
-from pneumorph.base.artefact import ArtefactError, reading
+from pneumorph.base.artefact import reading
 from pneumorph.base.stage_clock import StageClock
 from pneumorph.environment.training_environment import EnvironmentFactory, ToldStep
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, Checkpoint
-from pneumorph.learn.design_distribution import DesignDistribution
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.environments import state_size
 from pneumorph.learn.evaluation import evaluate_policy
-from pneumorph.learn.factored_distribution import FactoredDistribution
+from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
-from pneumorph.learn.replay_buffer import ReplayBuffer
-from pneumorph.learn.round_scores import RoundScores
 from pneumorph.learn.sac import Sac
 from pneumorph.learn.settings import CooptSettings
 
@@ -63,7 +59,8 @@ class Training:
         self._mirror = MirrorImage(self.space) if settings.mirror_transitions else None
         # What a design gets is what its image gets: not so where it turns to a side.
         self._twins = self._mirror if settings.mirrored_scores else None
-        self._begin(0)
+        self.restart = 0
+        self.learned = self._nothing()
         self.restart_scores_cm: list[float | None] = []
         """Score of the best pair at the end of each beginning; None where none came to its end."""
         self.timestep = 0
@@ -76,30 +73,10 @@ class Training:
         self._act = self.clock.timed("learn", self._actions)
         self._learn = self.clock.timed("learn", self._updates)
 
-    def _begin(self, restart: int) -> None:
-        """Take nothing learned: first weights, an empty buffer, a uniform distribution."""
-        settings, self.restart = self.settings, restart
-        seed = restart_seed(settings.seed, restart)
-        self.state = self.learner.initial_state(seed)
-        self.buffer = ReplayBuffer(
-            settings.buffer_size,
-            self._state_size,
-            settings.task.regulator_count,
-            self.space.features,
-        )
-        self.distribution: DesignDistribution | FactoredDistribution = (
-            FactoredDistribution(
-                self.space, settings.schedule, settings.factored, settings.mirrored_scores
-            )
-            if settings.is_factored
-            else DesignDistribution(
-                len(self.space),
-                settings.schedule,
-                self.space.twin if settings.mirrored_scores else int,
-            )
-        )
-        self._scores = RoundScores(settings.objective, self._twins)
-        self._rng = np.random.default_rng(seed)
+    def _nothing(self) -> Learned:
+        """What is known where the present beginning begins."""
+        seed = restart_seed(self.settings.seed, self.restart)
+        return Learned(self.settings, self.learner, self._state_size, self._twins, seed)
 
     @property
     def _worlds_number(self) -> int:
@@ -111,21 +88,18 @@ class Training:
         return self.timestep
 
     def begin_again(self) -> None:
-        """Forget what was learned, but not the best pairs, nor what all took."""
-        self._begin(self.restart + 1)
+        """Forget what was learned, but not the best pairs."""
+        self.restart += 1
+        self.learned = self._nothing()
 
     def go_on_as(self, checkpoint: Checkpoint) -> None:
-        """Take over what was learned by the end of another beginning; the best pairs, and what all
-        beginnings took, stay.
+        """Take over what was learned by the end of another beginning; all else stays.
 
         Raises:
             ArtefactError: The checkpoint is damaged, or of a training with other settings.
         """
-        best, ours = self.best.pairs, self.metadata()
-        self.take_over(checkpoint)
-        learned = {name: self.metadata()[name] for name in ("round_level", "random_state")}
-        self._restore_numbers({**ours, **learned})
-        self.best.pairs = best
+        with reading(checkpoint.path, KIND):
+            self.learned.restore(checkpoint.arrays, checkpoint.metadata)
 
     @property
     def is_finished(self) -> bool:
@@ -150,12 +124,13 @@ class Training:
         """
         # Algorithm 1, line 3.
         worlds = self.settings.objective.worlds_at(self.learned_timesteps)
-        designs = self.distribution.sample(self.settings.environment_count // worlds, self._rng)
+        learned, count = self.learned, self.settings.environment_count // worlds
+        designs = learned.distribution.sample(count, learned.rng)
         # Robot i walks in world i modulo their number, so each design in all of them.
         returns, failed, losses = self.walk_and_learn(
             np.repeat(designs, worlds), self.settings.updates_per_vector_step
         )
-        found = self._scores.of(designs, returns, failed)
+        found = learned.scores.of(designs, returns, failed)
         self._update_distribution(found.designs, found.scores_cm, found.failing)
         self.failure_count += int(failed.sum())
         return self._metrics(returns, failed, losses) | found.metrics
@@ -207,8 +182,8 @@ class Training:
         """Actions from the policy, or uniform ones until learning starts."""
         if self.learned_timesteps < self.settings.learning_start_timestep:
             shape = (len(observation), self.settings.task.regulator_count)
-            return self._rng.uniform(-1.0, 1.0, shape).astype(np.float32)
-        self.state, action = self.learner.sample_actions(self.state, observation)
+            return self.learned.rng.uniform(-1.0, 1.0, shape).astype(np.float32)
+        self.learned.state, action = self.learner.sample_actions(self.learned.state, observation)
         return action
 
     def _store(
@@ -227,7 +202,7 @@ class Training:
         for robot in np.flatnonzero(info.get("_final_obs", np.zeros(len(designs), dtype=bool))):
             next_state[robot] = info["final_obs"][robot]
         next_state = next_state[:, : self._state_size]
-        self.buffer.add(
+        self.learned.buffer.add(
             state=state,
             design=designs,
             action=action,
@@ -242,7 +217,7 @@ class Training:
                     'not info["mirrored_reward_cm"], what the mirror image gets: expected both '
                     "changed, or mirror_transitions = false"
                 )
-            self.buffer.add(
+            self.learned.buffer.add(
                 state=self._mirror.actions(designs, state),
                 design=self._mirror.designs(designs),
                 action=self._mirror.actions(designs, action),
@@ -254,8 +229,9 @@ class Training:
     def _updates(self, count: int) -> dict[str, jax.Array]:
         if count == 0 or self.learned_timesteps < self.settings.learning_start_timestep:
             return {}
-        batches = self.buffer.sample(count, self.settings.sac.batch_size, self._rng)
-        self.state, metrics = self.learner.update(self.state, batches)
+        learned = self.learned
+        batches = learned.buffer.sample(count, self.settings.sac.batch_size, learned.rng)
+        learned.state, metrics = self.learner.update(learned.state, batches)
         self.update_count += count
         return metrics
 
@@ -290,15 +266,15 @@ class Training:
         """Lines 6 to 9 of algorithm 1, with the scores of a round's designs and whether any of a
         design's simulations failed, both (design,)."""
         images = None if self._twins is None else self._twins.designs(designs)
-        self.distribution.take_round(designs, returns, failed, images)
+        self.learned.distribution.take_round(designs, returns, failed, images)
         if (
             self.settings.expected_scores
             and self.learned_timesteps >= self.settings.schedule.decay_start_timestep
         ):
-            self.distribution.expect(
-                lambda among: self.expected_returns(designs, returns, among), self._rng
+            self.learned.distribution.expect(
+                lambda among: self.expected_returns(designs, returns, among), self.learned.rng
             )
-        self.distribution.follow_schedule(self.learned_timesteps)
+        self.learned.distribution.follow_schedule(self.learned_timesteps)
 
     def expected_returns(
         self, designs: np.ndarray, returns: np.ndarray, among: np.ndarray | None = None
@@ -330,12 +306,12 @@ class Training:
         # Every episode begins with no action to remember.
         start = np.zeros((len(features), self._state_size), np.float32)
         observation = np.concatenate([start, features.astype(np.float32)], axis=1)
-        return self.learner.values(self.state, observation).astype(float)
+        return self.learner.values(self.learned.state, observation).astype(float)
 
     def _metrics(
         self, returns: np.ndarray, failed: np.ndarray, losses: list[dict[str, jax.Array]]
     ) -> dict[str, Any]:
-        distribution = self.distribution
+        distribution = self.learned.distribution
         learning = {
             name: float(np.mean([loss[name] for loss in losses]))
             for name in (losses[0] if losses else ())
@@ -364,7 +340,7 @@ class Training:
         Returns:
             The pairs walked, the highest score first.
         """
-        designs = self.distribution.candidates(
+        designs = self.learned.distribution.candidates(
             self.settings.evaluated_design_count,
             self._values if self.update_count else None,
             # A stream of its own: a round draws the same whether it was evaluated before.
@@ -373,7 +349,7 @@ class Training:
         pairs = self.clock.timed("evaluate", evaluate_policy)(
             self.environment,
             self.space,
-            self.state.policy,
+            self.learned.state.policy,
             self.learner,
             designs,
             timestep=self.timestep,
@@ -386,10 +362,8 @@ class Training:
     def arrays(self) -> dict[str, np.ndarray]:
         """All arrays of the state, for a checkpoint."""
         return {
-            **{f"sac/{name}": value for name, value in self.state.arrays().items()},
-            **{f"buffer/{name}": value for name, value in self.buffer.arrays().items()},
+            **self.learned.arrays(),
             **{f"best/{name}": value for name, value in self.best.arrays().items()},
-            **{f"distribution/{name}": value for name, value in self.distribution.arrays().items()},
         }
 
     def metadata(self) -> dict[str, Any]:
@@ -401,8 +375,7 @@ class Training:
             "update_count": self.update_count,
             "failure_count": self.failure_count,
             "seconds": dict(self.clock.seconds),
-            "round_level": self._scores.level.state(),
-            "random_state": json.dumps(self._rng.bit_generator.state),
+            **self.learned.metadata(),
         }
 
     def take_over(self, checkpoint: Checkpoint) -> None:
@@ -421,41 +394,19 @@ class Training:
             ArtefactError: The networks of the checkpoint have other shapes.
             KeyError, TypeError, ValueError: Something is missing or of another type.
         """
-        self.state = self.state.restored(_below(arrays, "sac/"))
-        self.buffer.restore(_below(arrays, "buffer/"))
-        self.best.restore(_below(arrays, "best/"))
-        self.distribution.restore(_below(arrays, "distribution/"))
-        self._restore_numbers(metadata)
-
-    def _restore_numbers(self, metadata: Mapping[str, Any]) -> None:
+        self.learned.restore(arrays, metadata)
+        self.best.restore(below(arrays, "best/"))
         self.timestep = int(metadata["timestep"])
         # Neither is in checkpoints of an earlier version.
         self.restart = int(metadata.get("restart", 0))
         self.restart_scores_cm = list(metadata.get("restart_scores_cm", []))
         self.update_count = int(metadata["update_count"])
         self.failure_count = int(metadata["failure_count"])
-        if "round_level" in metadata:  # not in checkpoints of an earlier version
-            self._scores.level.restore(metadata["round_level"])
         self.clock.clear()
         self.clock.seconds.update(metadata["seconds"])
-        try:
-            self._rng.bit_generator.state = json.loads(metadata["random_state"])
-        except (ValueError, LookupError, TypeError) as error:
-            raise ArtefactError(
-                f"random_state of the checkpoint is {metadata['random_state'][:80]!r}, expected "
-                f"the state of a {type(self._rng.bit_generator).__name__} generator as JSON"
-            ) from error
 
 
 def restart_seed(seed: int, restart: int) -> int:
     """Seed of a training's beginning: the training's own of the first."""
     drawn = np.random.SeedSequence([seed, restart]).generate_state(1)[0]
     return int(drawn >> 1) if restart else seed  # settings may have such seeds
-
-
-def _below(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    return {
-        name.removeprefix(prefix): value
-        for name, value in arrays.items()
-        if name.startswith(prefix)
-    }

@@ -118,13 +118,13 @@ def test_what_turns_to_a_side_is_not_what_its_image_does() -> None:
     chosen = int(np.flatnonzero(SPACE.mirror_index != np.arange(len(SPACE)))[0])
     image = int(SPACE.mirror_index[chosen])
     training.walk_and_learn(np.full(16, chosen), 0)
-    stored = training.buffer.arrays()
+    stored = training.learned.buffer.arrays()
     own, mirrored = stored["design"] == chosen, stored["design"] == image
     assert own.sum() == mirrored.sum() == 16 * TASK.action_count
     assert np.abs(stored["reward"][own]).max() > 0.1
     np.testing.assert_allclose(stored["reward"][mirrored], -stored["reward"][own], atol=1e-6)
     training._update_distribution(np.array([chosen]), np.array([3.0]), np.array([False]))
-    assert training.distribution.scores[[chosen, image]].tolist() == [3.0, 0.0]
+    assert training.learned.distribution.scores[[chosen, image]].tolist() == [3.0, 0.0]
     training.walk_and_learn(np.full(16, image), 0)
     assert {chosen, image} <= {pair.design for pair in training.best.pairs}
 

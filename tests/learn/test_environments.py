@@ -108,7 +108,7 @@ def test_a_wrapped_environment_has_its_own_reward_and_the_robots_distance() -> N
     for make in (usual, halved):
         training = Training(make, settings)
         training.run_round()
-        rounds.append((training.buffer.arrays()["reward"], training.best.pairs))
+        rounds.append((training.learned.buffer.arrays()["reward"], training.best.pairs))
     (plain, pairs), (half, ranked) = rounds
     assert np.abs(plain).max() > 0.1
     np.testing.assert_allclose(half, 0.5 * plain, rtol=1e-6)  # float32; mirror images as well

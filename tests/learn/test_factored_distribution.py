@@ -239,7 +239,7 @@ def test_the_kind_of_belief_is_that_asked_for() -> None:
     factored = replace(toy, distribution="factored")
     training = Training(crawling(viscous_crawler_robot, make_simulator, factored), factored)
     metrics = training.run_round()
-    assert isinstance(training.distribution, FactoredDistribution)
+    assert isinstance(training.learned.distribution, FactoredDistribution)
     assert sum(metrics["score_histogram"]) == pytest.approx(1.0)
     again = Training(crawling(viscous_crawler_robot, make_simulator, factored), factored)
     again.restore(training.arrays(), training.metadata())

@@ -120,7 +120,7 @@ def test_a_rounds_designs_walk_in_the_same_worlds() -> None:
     assert [designs[4 * i : 4 * i + 4] == (designs[4 * i],) * 4 for i in range(4)] == [True] * 4
     assert metrics["score_standard_error_cm"] > 0.0
     walked = [SPACE.index(designs[4 * i]) for i in range(4)]
-    scores = trained.distribution.scores[walked]
+    scores = trained.learned.distribution.scores[walked]
     assert metrics["round_score_cm"] == pytest.approx(scores.mean())
     # The mean over the worst half is less than that over all.
     assert scores.mean() < metrics["return_mean_cm"]
@@ -141,9 +141,9 @@ def test_rounds_in_the_nominal_world_have_a_design_for_each_robot() -> None:
     assert len(set(designs)) > 4
     assert "round_score_cm" not in metrics
     # What is no mean over worlds does not say how hard later rounds are.
-    assert trained._scores.level.level_cm is None
+    assert trained.learned.scores.level.level_cm is None
     assert trained.run_round()["score_standard_error_cm"] > 0.0
-    assert trained._scores.level.level_cm is not None
+    assert trained.learned.scores.level.level_cm is not None
     designs = trained.environment.designs
     assert all(designs[4 * i : 4 * i + 4] == (designs[4 * i],) * 4 for i in range(4))
 
@@ -185,12 +185,12 @@ def test_a_design_that_is_drawn_twice_counts_with_all_its_walks(
     drawn = np.array([pair, other, image if mirrored else pair, other])
     returns = np.random.default_rng(0).normal(size=16)
     monkeypatch.setattr(trained, "walk_and_learn", lambda *_: (returns, np.zeros(16, bool), []))
-    monkeypatch.setattr(trained.distribution, "sample", lambda *_: drawn)
+    monkeypatch.setattr(trained.learned.distribution, "sample", lambda *_: drawn)
     trained.run_round()
     by_world = returns.reshape(4, 4)
     for design, rows in ((pair, [0, 2]), (other, [1, 3]), *([(image, [0, 2])] * mirrored)):
         expected = ROBUST.of(by_world[rows].ravel())
-        assert trained.distribution.scores[design] == pytest.approx(expected)
+        assert trained.learned.distribution.scores[design] == pytest.approx(expected)
 
 
 class _Failing(CrawlersInWorlds):
@@ -228,13 +228,13 @@ def test_a_hard_round_is_no_merit_of_a_design_that_failed_everywhere(
 ) -> None:
     """Of a round far below the level before it, the others alone are shifted up."""
     trained = training(replace(ROBUST, centring_rounds=8))
-    trained._scores.level.centred(np.array([1000.0]))
+    trained.learned.scores.level.centred(np.array([1000.0]))
     returns, failed = np.ones(16), np.arange(16) < 4
     monkeypatch.setattr(trained, "walk_and_learn", lambda *_: (returns, failed, []))
-    monkeypatch.setattr(trained.distribution, "sample", lambda *_: np.arange(4))
+    monkeypatch.setattr(trained.learned.distribution, "sample", lambda *_: np.arange(4))
     trained.run_round()
-    assert trained.distribution.scores[0] == 0.0
-    assert trained.distribution.scores[1:4].min() > 100.0
+    assert trained.learned.distribution.scores[0] == 0.0
+    assert trained.learned.distribution.scores[1:4].min() > 100.0
 
 
 def test_a_resumed_training_goes_on_to_the_same_scores() -> None:
@@ -247,7 +247,8 @@ def test_a_resumed_training_goes_on_to_the_same_scores() -> None:
     resumed.restore(first.arrays(), first.metadata())
     for _ in range(2):
         resumed.run_round()
-    np.testing.assert_array_equal(resumed.distribution.scores, whole.distribution.scores)
+    ours, theirs = (each.learned.distribution.scores for each in (resumed, whole))
+    np.testing.assert_array_equal(ours, theirs)
 
 
 def test_robots_that_cannot_share_worlds_are_refused() -> None:

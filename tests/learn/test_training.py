@@ -108,7 +108,7 @@ def test_stored_transitions_shift_the_memory_even_at_an_episodes_end(terminal: b
         replace(settings, task=task),
     )
     training.run_round()
-    stored = training.buffer.arrays()
+    stored = training.learned.buffer.arrays()
     np.testing.assert_array_equal(
         stored["next_state"], np.hstack([stored["action"], stored["state"][:, :2]])
     )
@@ -130,14 +130,15 @@ def test_what_is_expected_of_a_design_does_not_forgive_its_failure(
     (other,) = np.flatnonzero(~np.isin(np.arange(len(SPACE)), [failing, image]))[:1]
     for designs, failed in (([failing, other], [True, False]), ([other, other], [False, False])):
         training._update_distribution(np.array(designs), np.array([0.0, 1.0]), np.array(failed))
-        assert training.distribution.scores[[failing, image]].max() <= 0.0
-        assert training.distribution.scores[other] == 50.0
+        assert training.learned.distribution.scores[[failing, image]].max() <= 0.0
+        assert training.learned.distribution.scores[other] == 50.0
     # Walking again it is a design like any other, and a restored training knows as much.
     again = Training(crawling(viscous_crawler_robot, make_simulator, settings), settings)
     again.restore(training.arrays(), training.metadata())
-    np.testing.assert_array_equal(again.distribution.failing, training.distribution.failing)
+    kept = again.learned.distribution.failing
+    np.testing.assert_array_equal(kept, training.learned.distribution.failing)
     training._update_distribution(np.array([failing]), np.array([2.0]), np.array([False]))
-    assert training.distribution.scores[[failing, image]].min() == 50.0
+    assert training.learned.distribution.scores[[failing, image]].min() == 50.0
 
 
 @pytest.mark.parametrize("expected_scores", [False, True])
@@ -166,7 +167,7 @@ def test_the_critic_knows_designs_better_than_their_newest_returns() -> None:
     )
     while training.timestep < training.settings.schedule.decay_start_timestep:
         training.run_round()
-    newest = training.distribution.scores.copy()
+    newest = training.learned.distribution.scores.copy()
     designs = np.arange(len(SPACE))
     distance_cm = np.empty(len(SPACE))
     for pair in training.evaluate():
