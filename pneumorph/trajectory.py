@@ -85,6 +85,8 @@ class Trajectory(ShownInNotebooks):
 
     def __post_init__(self) -> None:
         frame, regulator = np.shape(self.commanded_kPa)
+        if frame == 0:
+            raise ValueError("a trajectory has 0 frames, expected at least one")
         shapes = {
             "time_s": (frame,),
             "hub_position_mm": (frame, 3),

@@ -114,7 +114,7 @@ def table_of_json(text: str, path: Path | str, kind: str) -> dict[str, Any]:
             f"{kind} file {path} has {error} twice in one table, expected once: it is not known "
             "which of the two is meant"
         ) from error
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # also a number of thousands of digits
         raise ArtefactError(
             f"{kind} file {path} is not valid JSON ({error}); it is truncated or of another format"
         ) from error

@@ -126,7 +126,7 @@ def table_of_text(text: str, path: Path | str, kind: str) -> dict[str, Any]:
         return table_of_json(text, path, kind)
     try:
         return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # also a number of thousands of digits
         raise ArtefactError(f"{kind} file {path} is not valid TOML ({error})") from error
 
 

@@ -135,6 +135,11 @@ class RobotOptions(Checked):
     physics: Physics = field(default_factory=lambda: leg_kind(USUAL).physics)
     stepper: StepperSettings = field(default_factory=StepperSettings)
 
+    @property
+    def physics_name(self) -> PhysicsName:
+        """The physics that the robot is of, by its name."""
+        return self.based_on if self.description is None else self.description.physics.based_on
+
     @classmethod
     def of(cls, name: PhysicsName, /, **changes: Any) -> RobotOptions:
         """All of a physics by its name, but for some options.

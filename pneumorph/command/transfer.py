@@ -41,9 +41,23 @@ def run(options: TransferOptions, folder: RunFolder) -> Transfer:
     """Compare and draw."""
     if options.settings.model == "reduced":
         options.robot.refuse_full_options()
+    for text in options.runs:
+        _tell_of_other_physics(Path(text.rpartition("=")[2]), options.robot, folder)
     compared = transfer(options.runs, options.settings, options.robot.spec(), folder)
     figures = save_transfer_figures(compared, folder.path)
     return replace(compared.found, figures=tuple(str(each) for each in figures))
+
+
+def _tell_of_other_physics(deployment: Path, robot: RobotOptions, folder: RunFolder) -> None:
+    """Say where what was deployed had another physics than the simulation beside it."""
+    if not (deployment / SUMMARY).is_file():
+        return
+    theirs, ours = (each.physics_name for each in (FinishedRun.read(deployment).robot, robot))
+    if theirs != ours:
+        folder.progress.say(
+            f"{deployment} was deployed in the {theirs} physics and is simulated in the {ours} "
+            f"one; --physics {theirs} simulates it as deployed"
+        )
 
 
 def taken_over(options: TransferOptions) -> TakenOver | None:

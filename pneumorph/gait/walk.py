@@ -117,6 +117,12 @@ def _whole_parts(time_s: np.ndarray, part_s: float) -> int:
         raise ValueError(
             f"the walk lasts {time_s[-1]:g} s, expected at least one period of {part_s:g} s"
         )
+    apart_s = float(np.max(np.diff(time_s)))
+    if part_s < apart_s * (1.0 - 1e-6):
+        raise ValueError(
+            f"the period is {part_s:g} s, expected at least the {apart_s:g} s from one recorded "
+            "place of the walk to the next"
+        )
     return count
 
 

@@ -75,6 +75,13 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
     if len(tracks) > 1:
         raise ValueError(f"{folder} holds {[each.name for each in tracks]}, expected one track")
     log, track = read_log(folder / LOG_FILE), read_track(tracks[0], video)
+    end_s = float(log.time_s[-1]) if len(log.time_s) else np.inf
+    if not (track.time_s[0] <= end_s and track.time_s[-1] > 0.0):
+        raise ValueError(
+            f"{tracks[0]} goes from {track.time_s[0]:g} to {track.time_s[-1]:g} s and "
+            f"{folder / LOG_FILE} to {end_s:g} s, expected both to count from the gait's start "
+            "(--video.start-s)"
+        )
     logged_s, tracked_s = np.ptp(log.time_s) if len(log.time_s) else 0.0, np.ptp(track.time_s)
     long = tracked_s > max(OTHER_UNIT * logged_s, LONGEST_VIDEO_S)
     if logged_s > 0.0 and (long or tracked_s < logged_s / OTHER_UNIT):

@@ -68,6 +68,8 @@ class MarkerActor:
             ValueError: The marker was not seen after the start of the gait.
         """
         track, log = trial.track, trial.pressures
+        if not len(log.time_s):
+            raise ValueError(f"the log of {label!r} has no samples, expected at least one")
         if not track.time_s[-1] > 0.0:
             raise ValueError(
                 f"the track of {label!r} ends at {track.time_s[-1]:.2f} s, before the gait starts; "

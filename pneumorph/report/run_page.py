@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -102,6 +103,9 @@ def write_run_page(
     )
 
 
+_OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EIO)
+
+
 @contextmanager
 def _told_of(run: FinishedRun) -> Iterator[None]:
     """Whatever a figure or a table cannot be made of is told with the run's files.
@@ -114,6 +118,10 @@ def _told_of(run: FinishedRun) -> Iterator[None]:
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, OSError) as error:
         if isinstance(error, ValueError | OSError) and str(run.folder) in str(error):
             raise
+        if isinstance(error, OSError) and error.errno in _OF_THE_DISK:
+            raise OSError(
+                error.errno, f"the page of {run.folder} cannot be written: {error.strerror}"
+            ) from error
         raise ArtefactError(
             f"the page of {run.folder} cannot be drawn ({error}): a value of its {SUMMARY} or "
             f"{SETTINGS} is missing or out of range, or pneumorph is at fault; --debug says where"

@@ -16,7 +16,6 @@ from pneumorph.base.layers import changed_flags
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.paper_leg import PhysicsName
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
@@ -249,22 +248,17 @@ def _say_what_is_taken(plan: _Plan, robot: RobotOptions) -> None:
     """Which design and world a described robot has, and how long finite elements will take."""
     settings, described, say = plan.settings, robot.description, plan.folder.progress.say
     if described is not None:
-        for note in described.notes(str(plan.design) if settings.design else None):
+        for note in described.notes(None if plan.design is None else str(plan.design)):
             say(note)
     walks = plan.rig.driver == "virtual" and not (settings.dry_run or settings.bend_test)
     if walks and settings.model == "full":
-        measured = _physics_name(robot) == "measured"
+        measured = robot.physics_name == "measured"
         minutes = (1.5 if measured else 0.5) * plan.schedule.duration_s
         say(
             f"the robot behind the virtual rig is of finite elements: about {minutes:.0f} min for "
             f"each of {settings.trials} trials of {plan.schedule.duration_s:g} s on an idle "
             "machine; --model reduced takes seconds"
         )
-
-
-def _physics_name(robot: RobotOptions) -> PhysicsName:
-    """The physics that a robot is of, by its name."""
-    return robot.based_on if robot.description is None else robot.description.physics.based_on
 
 
 def _save_schedule(schedule: Schedule, design: Design | None, folder: RunFolder) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pneumorph.base.layers import changed_flags
-from pneumorph.base.run_folder import SUMMARY, TRAINING_FOLDER
+from pneumorph.base.run_folder import SETTINGS, SUMMARY, TRAINING_FOLDER
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.exchange.sorotraj import read_sorotraj
 from pneumorph.gait.expert_gait import ExpertGait
@@ -108,8 +108,9 @@ def robot_of_source(source: Path | None) -> TakenOver | None:
     if source is None:
         return None
     of_training = source.suffix == ".npz" and source.parent.name == TRAINING_FOLDER
-    if of_training and (source.parent.parent / SUMMARY).is_file():
-        source = source.parent.parent
+    run_folder = source.parent.parent
+    if of_training and any((run_folder / name).is_file() for name in (SUMMARY, SETTINGS)):
+        source = run_folder  # of a run that has not ended the reader says what is missing
     elif not source.is_dir():
         return None
     run = FinishedRun.read(source)

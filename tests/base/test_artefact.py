@@ -54,6 +54,7 @@ def test_a_file_that_finds_no_room_is_named_and_stays_as_it_was(tmp_path: Path, 
         (b"[" * 100_000, "gait file .*file is not valid JSON"),
         (b'{"a": {"b": 1, "c": 2, "b": 3}}', "gait file .*file has 'b' twice in one table"),
         (b"[1, 2]", "gait file .*file holds a list, expected a table"),
+        (b'{"a": ' + 5000 * b"1" + b"}", "gait file .*file is not valid JSON .*4300 digits"),
     ],
 )
 def test_what_is_no_table_is_told_with_its_name(

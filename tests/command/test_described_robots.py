@@ -203,3 +203,6 @@ def test_a_policy_of_a_run_walks_in_the_robot_of_the_run(robot: Path) -> None:
     assert taken is not None
     assert taken.settings["robot"]["described"] == str(robot)
     assert robot_of_source(robot.with_name("policy.npz")) is None
+    (folder / "summary.json").unlink()
+    with pytest.raises(ArtefactError, match=r"summary\.json"):
+        robot_of_source(folder / "training" / "policy.npz")

@@ -76,6 +76,18 @@ def test_deploy_and_transfer_on_the_virtual_rig(
     assert len(robot["mean_reward_per_step_cm"]) == 2
     for figure in compared["figures"]:
         assert Path(figure).stat().st_size > 5000
+    other = f"transfer B={tmp_path / 'B'} --cycle-s 1 --step-s 0.5 --out {tmp_path / 'other'}"
+    assert run(other.split()) == 0
+    said = "deployed in the published physics and is simulated in the measured one"
+    assert said in capsys.readouterr().err
+
+
+def test_a_bend_test_of_a_robot_that_has_no_design_is_planned(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = Path(__file__).parent.parent.parent / "examples" / "two_chambers.toml"
+    asked = f"deploy --dry-run --bend-test --robot {robot} --out {tmp_path / 'd'}"
+    assert run_json(asked, capsys)["verb"] == "deploy"
 
 
 def test_parameters_are_fitted_to_trials(

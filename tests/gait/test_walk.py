@@ -54,6 +54,8 @@ def test_backsliding_is_the_furthest_slide_back_of_a_cycle() -> None:
     monotone = time_s
     result = Walk(time_s, np.stack([forward, monotone], axis=1), np.zeros(2, np.uint8), UNKNOWN)
     np.testing.assert_allclose(result.backsliding_cm(4.0), [0.75, 0.0], atol=1e-12)  # rounding
+    with pytest.raises(ValueError, match=r"period is 0\.001 s, expected at least the 0\.01 s from"):
+        result.backsliding_cm(0.001)
     with pytest.raises(ValueError, match="lasts 8 s, expected at least one period of 9 s"):
         result.backsliding_cm(9.0)
 

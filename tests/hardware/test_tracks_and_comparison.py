@@ -265,6 +265,18 @@ def test_a_track_whose_times_count_frames_is_refused(first: float, tmp_path: Pat
         read_trial(tmp_path)
 
 
+@pytest.mark.parametrize("begin_s", [4e4, -30.0])
+def test_a_track_of_another_time_than_its_log_is_refused(begin_s: float, tmp_path: Path) -> None:
+    """Seconds of the day, or a video that was stopped before the gait."""
+    with DeploymentLog(tmp_path / "log.csv", 1) as log:
+        for time_s in np.linspace(0.0, 20.0, 8):
+            log.row(time_s, np.zeros(1), np.zeros(1))
+    times_s = begin_s + np.linspace(0.0, 20.0, 9)
+    write_track(tmp_path / "track.csv", MarkerTrack(times_s, np.zeros((9, 2))))
+    with pytest.raises(ValueError, match=r"track\.csv goes from .* count from the gait's start"):
+        read_trial(tmp_path)
+
+
 @pytest.mark.parametrize(("logged_s", "step_s"), [(20.0, 10.0), (20.0, 1.0), (0.9, 1.0)])
 def test_a_track_of_whole_seconds_is_taken(logged_s: float, step_s: float, tmp_path: Path) -> None:
     """Read from a ruler, or from a time lapse, which runs on where a trial ended at once."""
