@@ -3,8 +3,8 @@
     python reproduce/damping_gap/run.py
 
 The published one is the run at the paper's scale that is kept. A run that is not there is trained
-by `fast_settings()` and resumed where it was stopped; what is kept of it is objective/. Then each one's
-best five are analysed under both dampings: damping_gap.json and damping_gap.png.
+by `fast_settings()` and resumed where it was stopped; what is kept of it is objective/. Then each
+one's best five are analysed under both dampings: damping_gap.json and damping_gap.png.
 """
 
 from __future__ import annotations
