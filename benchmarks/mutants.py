@@ -50,6 +50,13 @@ class Mutant:
         """What stands for it in a file of results, as long as its file is the same."""
         return f"{self.path}:{self.line}+{self.start}: {self.was} -> {self.becomes}"
 
+    def is_one_of(self, listed: list[dict[str, str]], source: bytes) -> bool:
+        """Whether it is listed by its file, the text of its line and the change, which outlive
+        other changes of the file; of several alike in a line each is."""
+        text = source.decode().splitlines()[self.line - 1].strip()
+        mine = {"path": self.path, "statement": text, "was": self.was, "becomes": self.becomes}
+        return any(mine.items() <= each.items() for each in listed)
+
     def applied(self, source: bytes) -> bytes:
         """The file with this mistake in it."""
         return source[: self.start] + self.becomes.encode() + source[self.end :]

@@ -238,7 +238,12 @@ def main(
         rows[row["mutant"]] = row  # a later one overrides
     copy = copied(out / "copy", again)
     mutants = sample(copy, count, seed)
-    equivalent = json.loads(EQUIVALENT.read_text())
+    listed = json.loads(EQUIVALENT.read_text())
+    equivalent = {
+        mutant.name
+        for mutant in mutants
+        if mutant.is_one_of(listed, (copy / mutant.path).read_bytes())
+    }
     if not show:
         say = Progress()
         known = map_tests(copy, out, say)

@@ -66,6 +66,15 @@ def test_a_mutant_knows_the_lines_that_must_run_for_it(mutants) -> None:
     assert lines == {"x > 1": {2, 3, 4}, "1": {2, 3, 4}, "2": {5, 6, 7}}
 
 
+def test_each_equivalent_mutant_is_one_of_today(mutants) -> None:
+    listed = json.loads((ROOT / "benchmarks" / "equivalent_mutants.json").read_text())
+    for each in listed:
+        source = (ROOT / each["path"]).read_bytes()
+        found = mutants.mutants_of(each["path"], source)
+        assert any(mutant.is_one_of([each], source) for mutant in found), each["statement"]
+        assert each["why"]
+
+
 def test_each_mistake_in_the_engine_has_one_place() -> None:
     """What is compiled with the mistakes is the engine of today."""
     mistakes = json.loads((ROOT / "benchmarks" / "engine_mutants.json").read_text())
