@@ -113,7 +113,8 @@ def current_leg(name: Any) -> Any:
 
 def with_current_leg(content: Mapping[str, Any]) -> dict[str, Any]:
     """Settings of an earlier version with their leg as it is called now."""
-    return {**content, "leg": current_leg(content["leg"])} if "leg" in content else dict(content)
+    named = isinstance(content.get("leg"), str)
+    return {**content, "leg": current_leg(content["leg"])} if named else dict(content)
 
 
 @dataclass(frozen=True)

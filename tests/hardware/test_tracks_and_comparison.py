@@ -72,6 +72,25 @@ def test_video_trackers_tell_the_same_path(kind: str, tmp_path: Path) -> None:
     expected = np.interp(at, TIMES, _path()[:, 0]) / 10.0
     # Times are rounded to a video frame: 1/60 s at up to 12 mm/s, twice.
     np.testing.assert_allclose(track.forward_cm(at), expected, atol=0.04)
+    left_mm = [np.interp(at, track.time_s, track.position_mm[:, 1])]
+    left_mm -= np.interp(0.0, track.time_s, track.position_mm[:, 1])
+    expected_mm = np.interp(at, TIMES, _path()[:, 1]) - np.interp(0.0, TIMES, _path()[:, 1])
+    assert np.ptp(expected_mm) > 1.0
+    np.testing.assert_allclose(left_mm[0], expected_mm, atol=0.4)
+
+
+def test_a_channel_without_a_sensor_is_driven_by_its_commands() -> None:
+    """Or with a single reading, between which and nothing no line goes."""
+    nan = np.nan
+    log = LoggedPressures(
+        np.array([0.0, 1.0, 2.0]),
+        np.array([[10.0, 20.0, 30.0], [40.0, 50.0, 60.0], [40.0, 50.0, 60.0]]),
+        np.array([[11.0, nan, 5.0], [nan, nan, nan], [31.0, nan, nan]]),
+        (),
+    )
+    trial = Trial("trial_1", log, MarkerTrack(np.array([0.0, 2.0]), np.zeros((2, 2))))
+    driven = trial.driven_kPa(np.array([0.5, 1.0]))
+    np.testing.assert_array_equal(driven, [[16.0, 20.0, 30.0], [21.0, 50.0, 60.0]])
 
 
 def _two_markers(kind: str, path: Path, lost: Sequence[int] = (), doubled: bool = False) -> Path:
