@@ -142,12 +142,29 @@ class Calibration:
                 content["stiffness_damping_s"],
                 content["friction"],
                 air=None if (air := content.get("air")) is None else settings_from_dict(Air, air),
-                intervals={k: (v[0], v[1]) for k, v in content["confidence_intervals_95"].items()},
-                measured={k: (v[0], v[1]) for k, v in content.get("measured", {}).items()},
+                intervals=_pairs(content["confidence_intervals_95"], "confidence_intervals_95"),
+                measured=_pairs(content.get("measured", {}), "measured", deviation=True),
                 fit=content["fit"],
                 source=content["source"],
                 path=path,
             )
+
+
+def _pairs(
+    content: Mapping[str, Any], where: str, deviation: bool = False
+) -> dict[str, tuple[float, float]]:
+    """Two numbers for each name.
+
+    Raises:
+        ValueError: They are others, or the second is no standard deviation.
+    """
+    for name, pair in content.items():
+        numbers = isinstance(pair, list) and len(pair) == 2
+        numbers = numbers and all(type(n) in (int, float) and math.isfinite(n) for n in pair)
+        if not numbers or (deviation and pair[1] < 0.0):
+            what = "a value and a standard deviation" if deviation else "the ends of an interval"
+            raise ValueError(f"{where} {name} is {pair!r:.60}, expected {what}")
+    return {name: (pair[0], pair[1]) for name, pair in content.items()}
 
 
 @dataclass(frozen=True)

@@ -211,6 +211,7 @@ def deploy_gait(
     try:
         schedule = plan_schedule(gait, rig)  # first: it knows how many channels there must be
         rig = with_air(rig, spec, design)
+        rig.air.check_supply(schedule.pressure_kPa)
         PressureWatch(rig)  # a rig that cannot be watched is refused, though nothing be sent yet
     except ValueError as error:
         if settings.rig is None:

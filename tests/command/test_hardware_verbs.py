@@ -82,6 +82,18 @@ def test_deploy_and_transfer_on_the_virtual_rig(
     assert said in capsys.readouterr().err
 
 
+def test_a_rig_whose_supply_the_gait_exceeds_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A supply in psi or bar, where the rig's file tells of its own air."""
+    rig = tmp_path / "rig.toml"
+    rig.write_text('[air]\nlaw = "orifice"\nsupply_kPa = 20.0\n')
+    assert run(f"deploy --dry-run {SHORT} --rig {rig} --out {tmp_path / 'd'}".split()) == 1
+    said = capsys.readouterr().err
+    assert f"rig file {rig}: a command asks for" in said
+    assert "from a supply of 20 kPa" in said
+
+
 def test_a_bend_test_of_a_robot_that_has_no_design_is_planned(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -171,6 +171,20 @@ def test_what_is_no_calibration_is_refused(tmp_path: Path) -> None:
         Calibration.load(tmp_path / "none.json")
 
 
+@pytest.mark.parametrize(
+    "measured", [["a", "b"], [0.6, -0.1], [0.6], [float("nan"), 0.1], 0.6, [True, 0.1]]
+)
+def test_measured_numbers_without_sense_are_refused_by_their_file(
+    measured: object, tmp_path: Path
+) -> None:
+    path = Calibration(PressureMap(4.0, -20.0)).save(tmp_path / "c.json")
+    content = json.loads(path.read_text())
+    content["measured"] = {"friction sheet": measured}
+    path.write_text(json.dumps(content))
+    with pytest.raises(ArtefactError, match=r"c\.json.*measured friction sheet is .* deviation"):
+        Calibration.load(path)
+
+
 def test_equivalent_pressures_mean_the_same_to_both_maps() -> None:
     ours, theirs = PressureMap(4.0, -20.0), PressureMap(3.5, -14.0)
     real = np.array([0.0, 4.0, 10.0, 90.0])
