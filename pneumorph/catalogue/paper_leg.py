@@ -108,13 +108,12 @@ def hyperelastic_leg_mesh() -> Mesh:
 
 def current_leg(name: Any) -> Any:
     """What a leg is called now that an earlier version called ``paper``."""
-    return _OLDER_LEGS.get(name, name)
+    return _OLDER_LEGS.get(name, name) if isinstance(name, str) else name
 
 
 def with_current_leg(content: Mapping[str, Any]) -> dict[str, Any]:
     """Settings of an earlier version with their leg as it is called now."""
-    named = isinstance(content.get("leg"), str)
-    return {**content, "leg": current_leg(content["leg"])} if named else dict(content)
+    return {**content, "leg": current_leg(content["leg"])} if "leg" in content else dict(content)
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,12 @@ OTHER_UNIT = 50.0
 """A video that lasts this many times as long as the log, or the other way round, is taken to be
 timed in another unit; one that runs on before and after the gait is not."""
 
+LONGEST_VIDEO_S = 600.0
+"""Nor is one of this length beside the log of a trial that ended at once [s]."""
+
 SLOWEST_CAMERA_HZ = 5.0
 """A track whose times rise by one, and that lasts this many times as long as the log, is taken to
 count frames."""
-
-LONGEST_VIDEO_S = 600.0
-"""Nor is one of this length beside the log of a trial that ended at once [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,29 +75,40 @@ def read_trial(folder: Path, video: VideoSettings | None = None) -> Trial:
     if len(tracks) > 1:
         raise ValueError(f"{folder} holds {[each.name for each in tracks]}, expected one track")
     log, track = read_log(folder / LOG_FILE), read_track(tracks[0], video)
+    _check_times(log, folder / LOG_FILE, track, tracks[0])
+    return Trial(folder.name, log, track)
+
+
+def _check_times(
+    log: LoggedPressures, log_file: Path, track: MarkerTrack, track_file: Path
+) -> None:
+    """Refuse a track that is of another time than its log, or in another unit.
+
+    Raises:
+        ValueError: It is.
+    """
     end_s = float(log.time_s[-1]) if len(log.time_s) else np.inf
     if not (track.time_s[0] <= end_s and track.time_s[-1] > 0.0):
         raise ValueError(
-            f"{tracks[0]} goes from {track.time_s[0]:g} to {track.time_s[-1]:g} s and "
-            f"{folder / LOG_FILE} to {end_s:g} s, expected both to count from the gait's start "
+            f"{track_file} goes from {track.time_s[0]:g} to {track.time_s[-1]:g} s and "
+            f"{log_file} to {end_s:g} s, expected both to count from the gait's start "
             "(--video.start-s)"
         )
     logged_s, tracked_s = np.ptp(log.time_s) if len(log.time_s) else 0.0, np.ptp(track.time_s)
     long = tracked_s > max(OTHER_UNIT * logged_s, LONGEST_VIDEO_S)
     if logged_s > 0.0 and (long or tracked_s < logged_s / OTHER_UNIT):
         raise ValueError(
-            f"{tracks[0]} lasts {tracked_s:g} s and {folder / LOG_FILE} {logged_s:g} s, expected "
+            f"{track_file} lasts {tracked_s:g} s and {log_file} {logged_s:g} s, expected "
             "about the same: times may be in milliseconds or minutes, which a column time_ms or "
             "time_min says"
         )
     counted = len(track.time_s) > 2 and float(np.median(np.diff(track.time_s))) == 1.0
     if counted and logged_s >= 1.0 and tracked_s > SLOWEST_CAMERA_HZ * logged_s:
         raise ValueError(
-            f"{tracks[0]} lasts {tracked_s:g} s and {folder / LOG_FILE} {logged_s:g} s, expected "
+            f"{track_file} lasts {tracked_s:g} s and {log_file} {logged_s:g} s, expected "
             "about the same: its times rise by one, so they may count frames, which divided by the "
             "camera's frames per second are seconds"
         )
-    return Trial(folder.name, log, track)
 
 
 def trial_folders(run: Path) -> list[Path]:

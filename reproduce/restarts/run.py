@@ -53,8 +53,9 @@ def main(
         options = replace(options, coopt=replace(options.coopt, seed=seed))
         folder = study_folder(work / f"seed_{seed}", "coopt")
         found = train_once(options, folder, threads)
-        best = learned(FinishedRun.read(folder.path))
-        far_cm = best.walked(FinishedRun.read(folder.path), RunFolder(folder.path, "coopt"))
+        run = FinishedRun.read(folder.path)
+        best = learned(run)
+        far_cm = best.walked(run, RunFolder(folder.path, "coopt"))
         row = {
             **result_to_dict(Found.of(best, far_cm, expert_cm)),
             "score_cm": best.score_cm,

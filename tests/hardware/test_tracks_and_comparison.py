@@ -254,15 +254,21 @@ def test_a_log_whose_times_fall_is_refused(tmp_path: Path) -> None:
         read_log(path)
 
 
+def _log(folder: Path, end_s: float) -> np.ndarray:
+    """A trial's log of eight samples up to a time [s]; returns their times."""
+    times_s = np.linspace(0.0, end_s, 8)
+    with DeploymentLog(folder / "log.csv", 1) as log:
+        for time_s in times_s:
+            log.row(time_s, np.zeros(1), np.zeros(1))
+    return times_s
+
+
 @pytest.mark.parametrize("unit_s", [1e-3, 60.0])
 def test_a_track_in_other_units_of_time_than_its_log_is_refused(
     unit_s: float, tmp_path: Path
 ) -> None:
     """A video that begins earlier and ends later is none."""
-    gait_s = np.linspace(0.0, 20.0, 8)
-    with DeploymentLog(tmp_path / "log.csv", 1) as log:
-        for time_s in gait_s:
-            log.row(time_s, np.zeros(1), np.zeros(1))
+    gait_s = _log(tmp_path, 20.0)
     write_track(tmp_path / "track.csv", MarkerTrack(3.0 * gait_s - 10.0, np.zeros((8, 2))))
     assert len(read_trial(tmp_path).track.time_s) == 8
     write_track(tmp_path / "track.csv", MarkerTrack(gait_s / unit_s, np.zeros((8, 2))))
@@ -273,9 +279,7 @@ def test_a_track_in_other_units_of_time_than_its_log_is_refused(
 @pytest.mark.parametrize("first", [0.0, -121.5])
 def test_a_track_whose_times_count_frames_is_refused(first: float, tmp_path: Path) -> None:
     """At 30 frames a second, of the gait and of some seconds before and after it."""
-    with DeploymentLog(tmp_path / "log.csv", 1) as log:
-        for time_s in np.linspace(0.0, 20.0, 8):
-            log.row(time_s, np.zeros(1), np.zeros(1))
+    _log(tmp_path, 20.0)
     frames = np.arange(first, first + 30.0 * 24.0)
     write_track(tmp_path / "track.csv", MarkerTrack(frames / 30.0, np.zeros((720, 2))))
     assert len(read_trial(tmp_path).track.time_s) == 720
@@ -287,9 +291,7 @@ def test_a_track_whose_times_count_frames_is_refused(first: float, tmp_path: Pat
 @pytest.mark.parametrize("begin_s", [4e4, -30.0])
 def test_a_track_of_another_time_than_its_log_is_refused(begin_s: float, tmp_path: Path) -> None:
     """Seconds of the day, or a video that was stopped before the gait."""
-    with DeploymentLog(tmp_path / "log.csv", 1) as log:
-        for time_s in np.linspace(0.0, 20.0, 8):
-            log.row(time_s, np.zeros(1), np.zeros(1))
+    _log(tmp_path, 20.0)
     times_s = begin_s + np.linspace(0.0, 20.0, 9)
     write_track(tmp_path / "track.csv", MarkerTrack(times_s, np.zeros((9, 2))))
     with pytest.raises(ValueError, match=r"track\.csv goes from .* count from the gait's start"):
@@ -299,9 +301,7 @@ def test_a_track_of_another_time_than_its_log_is_refused(begin_s: float, tmp_pat
 @pytest.mark.parametrize(("logged_s", "step_s"), [(20.0, 10.0), (20.0, 1.0), (0.9, 1.0)])
 def test_a_track_of_whole_seconds_is_taken(logged_s: float, step_s: float, tmp_path: Path) -> None:
     """Read from a ruler, or from a time lapse, which runs on where a trial ended at once."""
-    with DeploymentLog(tmp_path / "log.csv", 1) as log:
-        for time_s in np.linspace(0.0, logged_s, 8):
-            log.row(time_s, np.zeros(1), np.zeros(1))
+    _log(tmp_path, logged_s)
     times_s = np.arange(-10.0, 61.0, step_s)
     write_track(tmp_path / "track.csv", MarkerTrack(times_s, np.zeros((len(times_s), 2))))
     assert len(read_trial(tmp_path).track.time_s) == len(times_s)
