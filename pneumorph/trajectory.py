@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from pneumorph.base.artefact import load_artefact, reading, save_artefact
 from pneumorph.base.notebook import ShownInNotebooks
+from pneumorph.base.numbering import check_within
 from pneumorph.geometry.robot_shape import RobotShape
 
 FORMAT_VERSION = 3
@@ -105,6 +106,7 @@ class Trajectory(ShownInNotebooks):
             raise ValueError(
                 f"node_positions_mm must have shape ({frame}, leg, node, 3), got {nodes.shape}"
             )
+        self._check_values()
         if self.shape is None:
             return
         if nodes is not None and nodes.shape[1] != len(self.shape.leg_part):
@@ -119,6 +121,25 @@ class Trajectory(ShownInNotebooks):
                     f"shape.skin_part has {len(self.shape.skin_part)} entries, expected one for "
                     f"each of the {triangles} skin triangles"
                 )
+
+    def _check_values(self) -> None:
+        for name, values in self.arrays().items():
+            if not np.issubdtype(values.dtype, np.number) or np.iscomplexobj(values):
+                raise ValueError(f"{name} holds {values.dtype} values, expected numbers")
+            # A robot that diverged may end with frames that are none.
+            if self.status == "completed" and not np.isfinite(values).all():
+                raise ValueError(
+                    f"{name} holds a value that is not finite, expected none of a robot that "
+                    "completed its walk"
+                )
+        if not (np.diff(self.time_s) > 0.0).all():
+            raise ValueError("time_s must rise from frame to frame")
+        nodes, skin = self.node_positions_mm, self.skin_triangles
+        if nodes is None or skin is None:
+            return
+        if skin.ndim != 2 or skin.shape[1] != 3:
+            raise ValueError(f"skin_triangles must have shape (triangle, 3), got {skin.shape}")
+        check_within("skin_triangles", skin, nodes.shape[2], "nodes")
 
     def __repr__(self) -> str:
         whose = self.metadata.get("design") or "robot"

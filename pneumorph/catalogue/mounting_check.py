@@ -6,16 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pneumorph.catalogue.density_check import CAST_G_PER_ML, check_density, material_volume
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.site import Site
 from pneumorph.geometry.contact_surfaces import distance_to
-from pneumorph.geometry.mass_properties import KG_PER_MM3
-from pneumorph.geometry.surface import boundary_triangles, enclosed_volume
+from pneumorph.geometry.surface import boundary_triangles
 from pneumorph.physics.physics import Physics
-
-DENSITIES_G_PER_ML = (0.3, 3.0)
-"""Between foam and the published legs, which weigh 2.5 times what silicone does."""
 
 
 def check_module(module: Module, name: str, physics: Physics, weighed: bool) -> None:
@@ -32,15 +29,10 @@ def check_module(module: Module, name: str, physics: Physics, weighed: bool) -> 
         ValueError: Either is the case.
     """
     part = module.reduced
-    volume = enclosed_volume(part.rest_nodes, part.skin) - float(part.cavity_volume.sum())
-    density = part.mass / (KG_PER_MM3 * volume)
-    low, high = DENSITIES_G_PER_ML
-    if not weighed and not low <= density <= high:
-        raise ValueError(
-            f"modules.{name} weighs {1e3 * part.mass:.1f} g and holds {1e-3 * volume:.1f} ml of "
-            f"material, {density:.2g} g/ml, expected {low:g} to {high:g}: its mass may be that of "
-            f"another leg; weigh it and give modules.{name}.mass_g"
-        )
+    if not weighed:
+        cause = f"its mass may be that of another leg; weigh it and give modules.{name}.mass_g"
+        volume = material_volume(part)
+        check_density(f"modules.{name}", part.mass, volume, CAST_G_PER_ML, cause)
     own = module.pressure_map
     if own is not None and own != physics.pressure_map:
         raise ValueError(

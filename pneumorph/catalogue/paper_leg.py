@@ -12,6 +12,12 @@ import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.settings import settings_from_dict
+from pneumorph.catalogue.density_check import (
+    IN_GRAMS,
+    WEIGHED_G_PER_ML,
+    check_density,
+    material_volume,
+)
 from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel
 from pneumorph.catalogue.masses import Masses, MassModel, cast_leg_mass_kg
 from pneumorph.catalogue.module import Module
@@ -317,7 +323,11 @@ class _Leg:
         if masses is None or (masses.leg_mass_g is None and masses.model == "published"):
             return None
         if masses.leg_mass_g is not None:
-            return 1e-3 * masses.leg_mass_g / self.size_factor**3  # before it is resized
+            mass = 1e-3 * masses.leg_mass_g / self.size_factor**3  # before it is resized
+            volume = material_volume(self._reduced_as_made)
+            what = "a leg of masses.leg_mass_g, or a module of mass_g,"
+            check_density(what, mass, volume, WEIGHED_G_PER_ML, IN_GRAMS)
+            return mass
         if self.part is not None and self.mesh is None:
             _check_shape(self._reduced_as_made, self._shipped_mesh())
         return cast_leg_mass_kg(self._shape(), masses.densities)

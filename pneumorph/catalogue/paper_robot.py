@@ -10,6 +10,7 @@ from typing import Any, get_args
 
 import numpy as np
 
+from pneumorph.catalogue.density_check import IN_GRAMS, WEIGHED_G_PER_ML, check_density
 from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubSpec
 from pneumorph.catalogue.masses import PRINTED_HUB, Masses
 from pneumorph.catalogue.module import Module
@@ -70,7 +71,11 @@ def paper_hub(masses: Masses | None = None) -> HubSpec:
         disk_rim_points(mesh),
         HUB_SURFACE,
     )
-    return hub if masses.hub_mass_g is None else hub.weighing(1e-3 * masses.hub_mass_g)
+    if masses.hub_mass_g is None:
+        return hub
+    mass, volume = 1e-3 * masses.hub_mass_g, float(mesh.volumes.sum())
+    check_density("the disk of masses.hub_mass_g", mass, volume, WEIGHED_G_PER_ML, IN_GRAMS)
+    return hub.weighing(mass)
 
 
 PAPER_FACE = Pose(np.eye(3), np.array([-52.0, 0.0, 12.0]))

@@ -5,10 +5,10 @@ distribution over designs are trained together, as in the paper. The best pairs 
 that anyone can replay. A stopped run resumes from its last checkpoint with --resume and the same
 --out.
 
-Presets: quick (minutes on two cores: three or four legs, many updates per action, mirror images),
-fast (an hour: all designs, twelve beginnings as long as quick, --restarts, and fine-tuning of the
-best one's five best designs) and paper (the paper's schedule: one million timesteps, all designs,
-then fine-tuning of the eight best; with --physics published, its experiment).
+Presets: quick (minutes on two cores: many updates per action, mirror images), fast (an hour: twelve
+beginnings as long as quick, --restarts, and fine-tuning of the best one's five best designs) and
+paper (the paper's schedule: one million timesteps, then fine-tuning of the eight best; with
+--physics published, its experiment).
 
 By default robots have measured material properties, and every round walks in worlds drawn from the
 ranges of what nobody has measured (--randomize, --randomisation). Every design walks in four worlds

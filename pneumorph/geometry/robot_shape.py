@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.numbering import check_within
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.pose import Pose
 from pneumorph.geometry.surface import boundary_triangles
@@ -71,6 +72,9 @@ class RobotShape:
                 raise ValueError(
                     f"{name} must have shape {expected}, got {np.shape(getattr(self, name))}"
                 )
+        check_within("hub_triangles", self.hub_triangles, len(self.hub_nodes_mm), "nodes")
+        check_within("leg_part", self.leg_part, leg, "parts")
+        check_within("skin_part", self.skin_part, leg, "parts")
         if np.ndim(self.leg_regulators) != 2 or len(self.leg_regulators) != leg:
             raise ValueError(
                 f"leg_regulators must have shape ({leg}, cavity), got "

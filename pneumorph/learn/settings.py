@@ -182,14 +182,13 @@ def paper_settings(seed: int = 0) -> CooptSettings:
 def quick_settings(seed: int = 0) -> CooptSettings:
     """A search of a few minutes: fewer timesteps, each used for more learning.
 
-    Robots of three or four legs only, few of them side by side and many updates per action, a short
-    warm-up and use of the mirror symmetry; the algorithm is the paper's.
+    Few robots side by side and many updates per action, a short warm-up and use of the mirror
+    symmetry; the algorithm is the paper's.
     """
     return CooptSettings(
         seed=seed,
         environment_count=48,
         total_timesteps=24_000,
-        space=DesignSpace(maximum_legs=4),
         task=CrawlingTask(time_limit_is_terminal=False),
         # The temperature falls by a fixed share per update; few updates must begin near its end.
         sac=SacSettings(batch_size=256, initial_temperature=0.02),
@@ -206,7 +205,7 @@ def quick_settings(seed: int = 0) -> CooptSettings:
 
 
 def restarting_settings(seed: int = 0) -> CooptSettings:
-    """All 6972 designs from twelve short beginnings, the best of which is fine-tuned: an hour.
+    """Twelve short beginnings, the best of which is fine-tuned: an hour.
 
     In the measured physics one long training ends with the gaits that it came upon first
     (`reproduce/robust`), so the timesteps of a long one are spent on many as short as the demo's.
@@ -214,7 +213,6 @@ def restarting_settings(seed: int = 0) -> CooptSettings:
     quick = quick_settings(seed)
     return replace(
         quick,
-        space=DesignSpace(),
         restarts=12,
         finetuning=FinetuningSettings(finalist_count=5, timesteps=7_680),
         kept_pair_count=5,

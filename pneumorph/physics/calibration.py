@@ -19,8 +19,10 @@ from types import NoneType
 from typing import Any
 
 from pneumorph.base.artefact import UNITS, read_json, reading, write_json
+from pneumorph.base.checked import Bounds
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.physics.air import Air
+from pneumorph.physics.friction import FRICTION_BOUNDS
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 
@@ -29,13 +31,22 @@ FORMAT_VERSION = 1
 PUBLISHED = "the published line"
 """How summaries name the pressure map of the paper, which is used without a calibration file."""
 
+_BOUNDS = {
+    "modulus_factor": Bounds(
+        most=50.0, why="it is the measured modulus over the model's, not a modulus"
+    ),
+    "stiffness_damping_s": Bounds(most=10.0, why="it is in seconds"),
+    "friction": FRICTION_BOUNDS,
+}
+"""Of what was measured, all of which is positive."""
+
 
 @dataclass(frozen=True)
 class Calibration:
     """Measured parameters of one real robot; None stands for "not measured".
 
     Raises:
-        ValueError: A parameter is not positive or not finite.
+        ValueError: A parameter is not positive, or larger than any is.
     """
 
     pressure_map: PressureMap = field(default_factory=PressureMap)
@@ -61,10 +72,13 @@ class Calibration:
     """How air fills and vents the legs, with the conductances of each regulator."""
 
     def __post_init__(self) -> None:
-        for name in ("modulus_factor", "stiffness_damping_s", "friction"):
+        for name, bounds in _BOUNDS.items():
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} must be positive and finite, got {value}")
+            if value is not None and not (value > 0.0 and value in bounds):
+                raise ValueError(
+                    f"{name} must be positive and at most {bounds.most:g}, got {value}; "
+                    f"{bounds.why}"
+                )
 
     def applied_to(self, physics: Physics) -> Physics:
         """Physics with everything that was measured in place; the modulus is the leg's."""

@@ -11,6 +11,12 @@ import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked, Positive
 
+FRICTION_BOUNDS = Bounds(
+    least=0.0, most=10.0, why="it is a ratio of forces, of rubber up to 3: 55 percent are 0.55"
+)
+"""Of a coefficient."""
+FrictionCoefficient = Annotated[float, FRICTION_BOUNDS]
+
 
 @dataclass(frozen=True)
 class FrictionPressure(Checked):

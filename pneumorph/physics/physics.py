@@ -15,7 +15,7 @@ from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.air import Air
 from pneumorph.physics.commands import RegulatorCount
 from pneumorph.physics.floor import Floor
-from pneumorph.physics.friction import FrictionPressure, check_surfaces
+from pneumorph.physics.friction import FrictionCoefficient, FrictionPressure, check_surfaces
 from pneumorph.physics.ground import Ground
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.regulators import RateLimited, Regulators, air_regulators
@@ -77,9 +77,9 @@ class Physics(Checked):
     ] = 0.0
     """Slope of the floor, positive if it rises forward (x) [degrees]; x and z are along and normal
     to it."""
-    friction: NotNegative = 1.2
+    friction: FrictionCoefficient = 1.2
     """Coulomb friction coefficient of every contact whose surface is not named below."""
-    friction_by_surface: tuple[tuple[str, NotNegative], ...] = ()
+    friction_by_surface: tuple[tuple[str, FrictionCoefficient], ...] = ()
     """Coefficients of surfaces by name, such as `sheet 0.6 skin 1.0 hub 0.3`: the named regions of
     the parts' meshes, and the hub's."""
     friction_pressure: FrictionPressure = field(default_factory=FrictionPressure)

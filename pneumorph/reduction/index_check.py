@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from pneumorph.base.numbering import check_within
+
 POINT_COUNTS = "point_counts"
 """Entry of a part's metadata: how many points its mesh has, before some were sampled, by
 ``tetrahedron`` and ``membrane``; files of earlier versions lack it."""
@@ -41,24 +43,3 @@ def check_indices(arrays: Mapping[str, np.ndarray], metadata: Mapping[str, Any])
             raise ValueError(f"{POINT_COUNTS}.{kind} is {count!r:.60}, expected a whole number")
         name = f"{kind}_index"
         check_within(name, arrays[name], count, f"points of the {kind} elements")
-
-
-def check_within(name: str, numbers: np.ndarray, count: int, what: str) -> None:
-    """Refuse numbers that are none of 0 to `count` - 1.
-
-    Args:
-        name: What the message calls them.
-        numbers: Any shape.
-        count: How many there are of what they name.
-        what: What they name.
-
-    Raises:
-        ValueError: One is beyond, or they are not whole.
-    """
-    if numbers.size == 0:
-        return
-    if numbers.dtype.kind not in "iu":
-        raise ValueError(f"{name} has numbers of type {numbers.dtype}, expected whole ones")
-    beyond = numbers[(numbers < 0) | (numbers >= count)]
-    if len(beyond) > 0:
-        raise ValueError(f"{name} has {beyond[0]}, expected 0 to {count - 1}: one of its {what}")

@@ -66,11 +66,6 @@ class Actor:
                 f"{self.label!r} has {len(self.regulators)} regulators, expected one for each of "
                 f"the {nodes.shape[1]} legs of its trajectory"
             )
-        if skin.size and skin.max() >= nodes.shape[2]:
-            raise ValueError(
-                f"the skin of {self.label!r} names node {skin.max()}, its trajectory has "
-                f"{nodes.shape[2]} nodes a leg; the two come from different meshes"
-            )
 
     @classmethod
     def of(cls, trajectory: Trajectory, label: str, goal: Goal = FORWARD) -> Actor:

@@ -11,7 +11,7 @@ import numpy as np
 
 from pneumorph.base.checked import Bounds, Checked
 from pneumorph.base.settings import settings_known_before, settings_to_dict
-from pneumorph.physics.friction import check_surfaces
+from pneumorph.physics.friction import FRICTION_BOUNDS, check_surfaces
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.distribution import Distribution
 
@@ -31,13 +31,16 @@ _OWN_GENERATOR = {"filling_factor": 0, "venting_factor": 0}
 _OWN_GENERATOR |= {"damping_factor": 2, "mounting_angle_deg": 2, "ground_roughness_mm": 3}
 """Which generator draws what could not be drawn then; surfaces have the second."""
 
+_FACTOR = Bounds(above=0.0, most=50.0, why="it is a factor: 85 percent are 0.85")
 _BOUNDS = {
-    "modulus_factor": Bounds(above=0.0),
-    "mass_factor": Bounds(above=0.0),
-    "filling_factor": Bounds(above=0.0),
-    "venting_factor": Bounds(above=0.0),
+    "friction": FRICTION_BOUNDS,
+    "modulus_factor": _FACTOR,
+    "mass_factor": _FACTOR,
+    "regulator_lag_s": Bounds(least=0.0, most=10.0, why="it is in seconds"),
+    "filling_factor": _FACTOR,
+    "venting_factor": _FACTOR,
     "floor_slope_deg": Bounds(above=-90.0, below=90.0),
-    "damping_factor": Bounds(above=0.0),
+    "damping_factor": _FACTOR,
     "mounting_angle_deg": Bounds(least=-15.0, most=15.0),
 }
 """Of every draw; others are not negative."""
@@ -155,7 +158,7 @@ class Randomisation(Checked):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_surfaces(self.friction_by_surface)
-        named = [(name, text, Bounds(least=0.0)) for name, text in self.friction_by_surface]
+        named = [(name, text, FRICTION_BOUNDS) for name, text in self.friction_by_surface]
         for name, text in self._numbers().items():
             named.append((name, text, _BOUNDS.get(name, Bounds(least=0.0))))
         laws = self.distributions
@@ -169,7 +172,7 @@ class Randomisation(Checked):
                 if drawn not in bounds:
                     raise ValueError(
                         f"{name} is {text!r}, which may give {drawn:g}; "
-                        f"expected every draw to be {bounds}"
+                        f"expected every draw to be {bounds}{bounds.why and f'; {bounds.why}'}"
                     )
 
     @property

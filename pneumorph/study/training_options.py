@@ -101,7 +101,7 @@ _SHORT_OBJECTIVE = {"centring_rounds": 0, "nominal_until_timestep": 12_000}
 
 
 def quick_training() -> TrainingOptions:
-    """A search of a few minutes whose best pairs are certified: fewer designs in fewer worlds."""
+    """A search of a few minutes whose best pairs are certified, in fewer worlds."""
     objective = {**_SHORT_OBJECTIVE, "evaluation_worlds": 16}
     learner = {"objective": objective, "evaluated_design_count": 12}
     return measured_training(quick_settings(), {"certified_world_count": 48, "coopt": learner})

@@ -183,6 +183,14 @@ def test_a_reduced_leg_of_another_mesh_has_to_be_weighed() -> None:
             lambda: Masses(densities=CastDensities(silicone_g_per_ml=1.2)),
             r"densities are .*1\.2.*nothing looks at them where model is not \"cast\"",
         ),
+        (
+            lambda: paper_leg("measured", masses=Masses("cast", leg_mass_g=0.042)).reduced,
+            r"a leg of masses\.leg_mass_g, .* weighs 0\.042 g .* expected 0\.02 to 25: masses are in",
+        ),
+        (
+            lambda: paper_hub(Masses("cast", hub_mass_g=81_000.0)),
+            r"the disk of masses\.hub_mass_g weighs 8\.1e\+04 g .* expected 0\.02 to 25",
+        ),
         (lambda: Masses("iron"), "model must be one of published, cast, got 'iron'"),
     ],
 )

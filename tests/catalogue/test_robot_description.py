@@ -278,7 +278,13 @@ def test_a_mass_of_another_leg_is_told(edited: Edited, tmp_path: Path) -> None:
     part = replace(paper_robot("published").module.reduced, mass=0.7)
     part.save(tmp_path / "heavy.npz")
     path = edited('leg = "published"\n\n', 'part = "heavy.npz"\n\n')
-    with pytest.raises(ValueError, match=r"modules.long weighs 700.0 g and holds 43.1 ml"):
+    with pytest.raises(ValueError, match=r"modules.long weighs 700 g and has a volume of 43.1 ml"):
+        RobotDescription.read(path).spec()
+
+
+def test_a_weighed_mass_in_kilograms_is_told(edited: Edited) -> None:
+    path = edited('leg = "published"\n\n', 'leg = "published"\nmass_g = 0.042\n\n')
+    with pytest.raises(ValueError, match=r"a module of mass_g, weighs 0.042 g .* 0.042 kg are 42"):
         RobotDescription.read(path).spec()
 
 

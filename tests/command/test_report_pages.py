@@ -168,7 +168,7 @@ def test_explore_shows_what_a_run_found(
     assert run(["explore", str(runs / "coopt"), "--pair-count", "1", "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
     best = json.loads((runs / "coopt" / "summary.json").read_text())["best_design"]
-    assert summary["design_count"] == 1260
+    assert summary["design_count"] == 6972
     assert summary["scored_count"] > 0
     page = open_page(Path(summary["page"]))
     page.evaluate(f"pneumorphExplorer.select('{best}')")

@@ -185,6 +185,26 @@ def test_measured_numbers_without_sense_are_refused_by_their_file(
         Calibration.load(path)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "cause"),
+    [
+        ("friction", 55, "at most 10, got 55; it is a ratio of forces"),
+        ("friction", 0, "positive and at most 10, got 0"),
+        ("modulus_factor", 180_000, "at most 50, got 180000; .* not a modulus"),
+        ("modulus_factor", float("nan"), "at most 50, got nan"),
+        ("stiffness_damping_s", 80, "at most 10, got 80; it is in seconds"),
+    ],
+)
+def test_measured_parameters_in_other_units_are_refused_by_their_file(
+    name: str, value: float, cause: str, tmp_path: Path
+) -> None:
+    path = Calibration(PressureMap(4.0, -20.0)).save(tmp_path / "c.json")
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps(content | {name: value}))
+    with pytest.raises(ArtefactError, match=rf"c\.json.*{name} must be .*{cause}"):
+        Calibration.load(path)
+
+
 def test_equivalent_pressures_mean_the_same_to_both_maps() -> None:
     ours, theirs = PressureMap(4.0, -20.0), PressureMap(3.5, -14.0)
     real = np.array([0.0, 4.0, 10.0, 90.0])

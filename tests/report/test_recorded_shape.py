@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_part, vibration_modes
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -189,3 +191,32 @@ def test_a_recording_of_an_earlier_version_is_the_papers_robot(walk: Trajectory)
     assert actor.regulators == (1, 2, 1)
     reach = np.hypot(*actor.shape.hub_nodes_mm[:, :2].T).max()
     assert reach == pytest.approx(54.5, rel=2e-3)  # a polygon of the circle's area
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "cause"),
+    [
+        ("time_s", lambda t: np.where(t == t[1], np.nan, t), "time_s holds a value that is not"),
+        ("time_s", lambda t: t[::-1], "time_s must rise from frame to frame"),
+        ("contact_count", lambda n: n.astype(str), "contact_count holds .* values"),
+        ("skin_triangles", lambda s: s - 1, "skin_triangles has -1, expected 0 to"),
+        ("skin_triangles", lambda s: s + 1_000_000, "skin_triangles has 10000.., expected 0 to"),
+        ("skin_triangles", lambda s: s.astype(float), "skin_triangles has numbers of type float64"),
+        ("shape:hub_triangles", lambda s: s - 1, "hub_triangles has -1, expected 0 to"),
+        ("shape:leg_part", lambda s: s + 7, "leg_part has 7, expected 0 to 2"),
+    ],
+)
+def test_a_damaged_recording_is_refused_by_name(
+    walk: Trajectory,
+    name: str,
+    wrong: Callable[[np.ndarray], np.ndarray],
+    cause: str,
+    tmp_path: Path,
+) -> None:
+    path = walk.save(tmp_path / "walk.npz")
+    with np.load(path) as archive:
+        arrays = {each: archive[each] for each in archive.files}
+    arrays[name] = wrong(arrays[name])
+    np.savez(path, **arrays)
+    with pytest.raises(ArtefactError, match=f"walk.npz cannot be read .*{cause}"):
+        Trajectory.load(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,6 +71,20 @@ def test_distributions_without_sense_are_refused(text: str, message: str) -> Non
 def test_impossible_worlds_are_refused() -> None:
     with pytest.raises(ValueError, match=r"friction is 'N\(0.3, 0.2\)', which may give -0.3"):
         Randomisation(friction="N(0.3, 0.2)")
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"friction": "U(25, 120)"}, "may give 25; .* at most 10; .* 55 percent are 0.55"),
+        ({"friction_by_surface": (("sheet", "60"),)}, "sheet is '60', which may give 60; .* 10"),
+        ({"modulus_factor": "U(85, 115)"}, "at most 50; it is a factor: 85 percent are 0.85"),
+        ({"regulator_lag_s": "U(0, 100)"}, "may give 100; .* it is in seconds"),
+    ],
+)
+def test_worlds_in_other_units_are_refused(asked: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Randomisation(**asked)
 
 
 def test_one_distribution_does_not_shift_the_others_draws() -> None:

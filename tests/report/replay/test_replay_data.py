@@ -81,7 +81,7 @@ def test_what_cannot_be_replayed_is_refused(crawl: Trajectory) -> None:
     nodes = np.array(crawl.node_positions_mm)
     nodes[3] = np.nan
     with pytest.raises(ValueError, match="the simulation diverged"):
-        replay_data([Actor.of(replace(crawl, node_positions_mm=nodes), "a")])
+        replay_data([Actor.of(replace(crawl, node_positions_mm=nodes, status="diverged"), "a")])
     path = np.zeros((2, 2))
     with pytest.raises(ValueError, match=r"shape \(2, 2\), expected \(3, 2\)"):
         MarkerActor(np.arange(3.0), path, np.ones((3, 1)), np.ones((3, 1)), "real")
