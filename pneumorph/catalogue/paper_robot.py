@@ -118,6 +118,7 @@ def paper_robot(
         **rest: Other fields of `RobotSpec`, such as ``thread_count``.
 
     Raises:
+        TypeError: The leg is neither a name nor a module.
         ValueError: No such leg, or physics with the published leg's pressure map for another leg.
     """
     if isinstance(leg, str):
@@ -128,8 +129,11 @@ def paper_robot(
             "full_order": kind.full_order,
             **rest,
         }
-    else:
+    elif isinstance(leg, Module):
         own = Physics(pressure_map=leg.pressure_map or PressureMap())
+    else:
+        names = ", ".join(get_args(LegName))
+        raise TypeError(f"leg is {leg!r:.60}, expected a Module, or the name of a leg: {names}")
     if physics is None:
         physics = own
     elif physics.pressure_map == PressureMap() != own.pressure_map:

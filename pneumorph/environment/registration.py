@@ -48,6 +48,7 @@ def make_env(
         task: Actions, episode and pressures; None for the paper's with the robot's regulators.
 
     Raises:
+        TypeError: A design or the robot is of another kind.
         ValueError: No robot, another number of designs than robots, or a task of other regulators
             than the robot has.
     """
@@ -65,7 +66,7 @@ def make_env(
             f"got {len(designs)} designs for num_envs = {count}, expected one design for all or "
             "one for each"
         )
-    robot = robot or _paper_robot()
+    robot = _robot(robot)
     chosen = designs * count if len(designs) == 1 else designs
     told = _told(robot, chosen)
     return CrawlingEnvironment(
@@ -81,7 +82,7 @@ def make_single_env(
     """One crawling robot; arguments as of `make_env`."""
     from pneumorph.environment.single_crawling_environment import SingleCrawlingEnvironment
 
-    robot, chosen = robot or _paper_robot(), _parsed(design)
+    robot, chosen = _robot(robot), _parsed(design)
     told = _told(robot, [chosen])
     return SingleCrawlingEnvironment(
         chosen, robot.assembly, robot.simulator, _task_of(robot, task), **told
@@ -115,10 +116,18 @@ def _parsed(design: Design | str | None) -> Design:
     from pneumorph.robot.design import BASELINE_DESIGN, Design
 
     design = BASELINE_DESIGN if design is None else design
-    return Design.parse(design) if isinstance(design, str) else design
+    return design if isinstance(design, Design) else Design.parse(design)
 
 
-def _paper_robot() -> RobotSpec:
+def _robot(asked: RobotSpec | None) -> RobotSpec:
+    """What is asked for, or the paper's robot."""
     from pneumorph.catalogue.paper_robot import paper_robot
 
-    return paper_robot()
+    if asked is None:
+        return paper_robot()
+    if not hasattr(asked, "sites"):
+        raise TypeError(
+            f"robot is {asked!r:.60}, expected a RobotSpec such as paper_robot() or "
+            "RobotDescription.read(file).spec()"
+        )
+    return asked

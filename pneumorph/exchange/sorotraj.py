@@ -9,6 +9,7 @@ wave forms are described at https://sorotraj.readthedocs.io.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -44,7 +45,7 @@ def read_sorotraj(
     text = read_text(path, "gait")
     yaml = optional_package("yaml", "sorotraj files need PyYAML", "hardware")
     try:
-        content = yaml.safe_load(text)
+        content = yaml.load(text, _named_once(yaml))  # a SafeLoader
         kind, config = str(_group(content, "settings")["traj_type"]), _group(content, "config")
         setpoints = _group(config, "setpoints") if config.get("setpoints") else {}
         parts = [_table(setpoints.get("prefix"))]
@@ -89,6 +90,25 @@ def write_sorotraj(
     lines += ["    prefix:", "    suffix:"]
     text = "\n".join(lines) + "\n"
     return write_atomically(path, lambda stream: stream.write(text.encode()))
+
+
+def _named_once(yaml: Any) -> Any:
+    """A safe loader that refuses a name which stands twice in one table, where YAML's own takes the
+    last."""
+
+    class Once(yaml.SafeLoader):  # type: ignore[misc]
+        """Of one file."""
+
+    def table(loader: Any, node: Any) -> dict[Any, Any]:
+        names = [loader.construct_object(name, deep=True) for name, _ in node.value]
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise ValueError(f"{twice[0]!r} stands twice in one table, expected once")
+        content: dict[Any, Any] = yaml.SafeLoader.construct_mapping(loader, node, deep=True)
+        return content
+
+    Once.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, table)
+    return Once
 
 
 def _group(content: Any, name: str) -> Mapping[str, Any]:

@@ -67,7 +67,7 @@ class HeldGait:
             task: Whose range of pressures is accepted; None for the paper's.
         """
         held_kPa = np.asarray(held_kPa, dtype=np.float64)
-        count = len(held_kPa)
+        count = len(held_kPa) if held_kPa.ndim else 0
         task = task or CrawlingTask()
         return cls(
             hold_s * np.arange(count),

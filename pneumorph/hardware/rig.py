@@ -150,7 +150,9 @@ class RigSettings(Checked):
         float, Bounds(above=0.0, most=2.0, why="a gait held for longer is another gait")
     ] = 0.33
     """Time between commands [s]; a 9129B takes 0.2 s for one and its check."""
-    sample_interval_s: Positive = 0.1
+    sample_interval_s: Annotated[
+        float, Bounds(least=0.001, why="no sensor is read more often, and a log has a row for each")
+    ] = 0.1
     """Time between sensor readings, log rows and beats of the watchdog [s]."""
     reply_timeout_s: Annotated[
         float, Bounds(above=0.0, most=2.0, why="nothing is watched while an answer is waited for")

@@ -69,11 +69,16 @@ def commands_of(gait: OpenLoopGait, time_step_s: float, regulator_count: int) ->
         Real pressures [kPa], (step, regulator).
 
     Raises:
-        ValueError: As `sample_commands`, or the gait is shorter than a step.
+        ValueError: As `sample_commands`, the gait is shorter than a step, or it commands more
+            regulators.
     """
+    if gait.regulator_count > regulator_count:
+        raise ValueError(
+            f"the gait commands {gait.regulator_count} regulators, expected at most the robot's "
+            f"{regulator_count}"
+        )
     commands = sample_commands(gait, time_step_s, step_count(gait.duration_s, time_step_s))
-    beyond = regulator_count - commands.shape[1]
-    return np.pad(commands, ((0, 0), (0, max(beyond, 0))))
+    return np.pad(commands, ((0, 0), (0, regulator_count - commands.shape[1])))
 
 
 def step_count(duration_s: float, time_step_s: float) -> int:

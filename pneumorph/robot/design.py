@@ -130,8 +130,11 @@ class Design:
         """Read a design such as ``1.0.0.2.2.0.0.1`` or ``1.0.b2+3``, as `str` writes it.
 
         Raises:
+            TypeError: It is no text.
             ValueError: The text is not whole numbers joined by dots.
         """
+        if not isinstance(text, str):
+            raise TypeError(f"design is {text!r:.60}, expected text such as 1.0.0.2.2.0.0.1")
         fields = text.strip().split(".")
         matches = [_ENTRY.fullmatch(field) for field in fields]
         if not all(matches):

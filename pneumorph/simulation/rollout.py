@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -65,13 +66,27 @@ def rollout(
         The state at the end, and the trajectory.
 
     Raises:
-        ValueError: A command is not finite, negative, or too high.
+        TypeError: What should walk is no robot, or what it should walk is no gait.
+        ValueError: A command is not finite, negative, or too high, or is of a regulator that the
+            robot has not.
     """
-    if not isinstance(commands_kPa, np.ndarray):
-        physics = model.physics
-        highest_kPa = commands_kPa.maximum_pressure_kPa
-        commands_kPa = commands_of(commands_kPa, physics.time_step_s, physics.regulator_count)
-    commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
+    if not hasattr(model, "rollout"):
+        raise TypeError(
+            f"model is a {type(model).__name__}, expected a robot of a design, such as "
+            "paper_robot().reduced(design) or .full(design)"
+        )
+    if settling_steps < 0:
+        raise ValueError(f"settling_steps is {settling_steps}, expected at least 0")
+    if isinstance(commands_kPa, np.ndarray | Sequence) and not isinstance(commands_kPa, str):
+        commands = np.atleast_2d(np.asarray(commands_kPa, dtype=float))
+    elif hasattr(commands_kPa, "pressure_kPa"):
+        physics, highest_kPa = model.physics, commands_kPa.maximum_pressure_kPa
+        commands = commands_of(commands_kPa, physics.time_step_s, physics.regulator_count)
+    else:
+        raise TypeError(
+            f"commands_kPa is {commands_kPa!r:.60}, expected pressures (step, regulator) in kPa, "
+            "or a gait such as ExpertGait(); read_gait of pneumorph.gait.gait_file reads a file"
+        )
     check_commands(commands, highest_kPa)
     model.physics.air.check_supply(commands)
     if state is None:

@@ -37,6 +37,18 @@ class GaitSource:
     settling_steps: int = 15
     goal: Goal = FORWARD
 
+    def check_robot(self, regulator_count: int) -> None:
+        """Refuse a gait for more regulators than the robot has.
+
+        Raises:
+            ValueError: It commands more; names where it is from.
+        """
+        if self.gait.regulator_count > regulator_count:
+            raise ValueError(
+                f"{self.name} commands {self.gait.regulator_count} regulators, expected at most "
+                f"{regulator_count}, as many as the robot has (--physics.regulator-count)"
+            )
+
 
 def find_gait(
     source: Path | None, design: str | None, expert: ExpertGait, rank: int = 1

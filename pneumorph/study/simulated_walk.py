@@ -120,6 +120,7 @@ def simulate(
     """
     start = time.monotonic()
     source = find_gait(settings.gait, settings.design, settings.expert)
+    source.check_robot(robot.physics.regulator_count)
     least = MINIMUM_LEGS if settings.model == "reduced" else 1
     if source.design.leg_count < least:
         raise ValueError(

@@ -159,7 +159,7 @@ def train(
 
     Raises:
         FileNotFoundError: No such file of a robot.
-        TypeError: The robot is no path.
+        TypeError: The robot is no path, or the changes are no dictionary.
         ValueError: No such preset or setting, the folder holds another run, or the environment is
             none for the settings.
         ArtefactError: The file describes no robot, or the folder is damaged.
@@ -171,6 +171,8 @@ def train(
             f"robot is a {type(robot).__name__}, expected the path of the file that describes it: "
             "the run keeps what the file says"
         )
+    if not (changes is None or isinstance(changes, Mapping)):
+        raise TypeError(f"changes is {changes!r:.60}, expected settings as nested dictionaries")
     named = {} if robot is None else {"robot": {"described": str(robot)}}
     options = layered(PRESETS[preset](), [laid_over(named, changes or {})])
     return train_once(options, study_folder(Path(folder), "coopt"), own_task=own_task)

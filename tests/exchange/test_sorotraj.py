@@ -108,6 +108,7 @@ def test_an_interpolated_gait_reads_back_to_the_bit(tmp_path: Path) -> None:
         (DIRECT.replace("30", "300"), "expected a finite number from 0 to 90"),
         (DIRECT.replace("direct", "magic"), "traj_type is 'magic'"),
         (DIRECT.replace("[1.0, 30, 20]", "[0.0, 30, 20]"), "expected rising ones"),
+        (f"{DIRECT}config: {{}}\n", "'config' stands twice in one table, expected once"),
         (DIRECT.replace("[1.0, 30, 20]", "[.nan, 30, 20]"), "expected rising ones"),
     ],
 )  # fmt: skip

@@ -17,6 +17,9 @@ from pneumorph.trajectory import check_record_every
 class _Untouched:
     """A robot that must not walk."""
 
+    def rollout(self, *_: Any) -> None:
+        raise AssertionError("it walked")
+
     def __getattr__(self, name: str) -> Any:
         raise AssertionError(f"{name} was asked for")
 
