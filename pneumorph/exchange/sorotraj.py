@@ -96,7 +96,7 @@ def _named_once(yaml: Any) -> Any:
     """A safe loader that refuses a name which stands twice in one table, where YAML's own takes the
     last."""
 
-    class Once(yaml.SafeLoader):  # type: ignore[misc]
+    class Once(yaml.SafeLoader):
         """Of one file."""
 
     def table(loader: Any, node: Any) -> dict[Any, Any]:
