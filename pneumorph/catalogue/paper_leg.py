@@ -29,6 +29,7 @@ from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.silicones import BEAM_RELAXATION, silicone
 from pneumorph.geometry.attachment import attachment_frame, face_of_mesh
 from pneumorph.geometry.face_tie import tied_over_face
+from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.pose import Pose
@@ -315,7 +316,7 @@ class _Leg:
 
     def _shape(self) -> Mesh:
         mesh = self.mesh
-        return Mesh.load(mesh) if isinstance(mesh, Path) else mesh or self._shipped_mesh()
+        return load_leg_mesh(mesh) if isinstance(mesh, Path) else mesh or self._shipped_mesh()
 
     def _mass_kg(self) -> float | None:
         """What is asked for; None leaves it as it is."""

@@ -17,7 +17,7 @@ from pneumorph.fem.leg_model import leg_model
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.gait.interpolated_gait import InterpolatedGait
-from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartSummary
 
@@ -84,7 +84,7 @@ def convert(source: str, settings: ConversionSettings, folder: RunFolder) -> Con
 
 def _leg(source: str, settings: ConversionSettings, folder: RunFolder) -> dict[str, Any]:
     # What any such leg is compared with: the paper's materials, whatever its file says of them.
-    model = leg_model(paper_leg_mesh() if settings.mesh is None else Mesh.load(settings.mesh))
+    model = leg_model(paper_leg_mesh() if settings.mesh is None else load_leg_mesh(settings.mesh))
     if settings.to == "sofa":
         leg = paper_leg("published", None if source == SHIPPED else Path(source))
         scene = export_sofa_scene(folder.path, leg.reduced, model, settings.physics)

@@ -21,6 +21,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.described_hub import make_described_hub
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.hub import make_hub
+from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pneunet import PneuNetShape
@@ -178,7 +179,7 @@ def paper_robot_to_make(
             f"design {design} has {design.location_count} locations, expected "
             f"{mounting.location_count} as the hub has sockets"
         )
-    mesh = paper_leg_mesh() if settings.mesh is None else Mesh.load(settings.mesh)
+    mesh = paper_leg_mesh() if settings.mesh is None else load_leg_mesh(settings.mesh)
     mass_g = 1e3 * robot.module.full.mass_kg
     leg = LegToMake("", settings.leg, mesh, mass_g, design.leg_count)
     regulators = dict(design.legs)

@@ -65,29 +65,42 @@ def read_mesh_file(
     except (meshio.ReadError, KeyError, ValueError, IndexError, SystemExit) as error:
         raise MeshError(f"{path} cannot be read as a mesh: {error}") from error
 
+    try:
+        mesh = _with_cavities_inward(_mesh_of(read, region_names or {}, scale))
+        check_mesh(mesh, surfaces, node_sets)
+        mesh = _with_contact_points(_with_skin(mesh), contact_spacing_mm)
+        check_mesh(mesh)  # now with its contact points
+        _check_upright(mesh)
+    except MeshError as error:
+        raise MeshError(f"mesh file {path}: {error}") from error
+    return mesh
+
+
+def _mesh_of(read: Any, region_names: dict[int, str], scale: float) -> Mesh:
+    """What was read, in mm and without the nodes that no tetrahedron uses.
+
+    Raises:
+        MeshError: It has no tetrahedra, or is of no plausible size.
+    """
     tetrahedra = [block.data for block in read.cells if block.type == "tetra"]
     if not tetrahedra:
         kinds = ", ".join(sorted({block.type for block in read.cells})) or "none"
-        raise MeshError(f"{path} holds no linear tetrahedra; its cells are: {kinds}")
+        raise MeshError(f"it holds no linear tetrahedra; its cells are: {kinds}")
     cells = np.concatenate(tetrahedra)
-    triangles, sets = _regions(read, region_names or {})
+    triangles, sets = _regions(read, region_names)
     used, compact = np.unique(cells, return_inverse=True)
     number = np.full(len(read.points), -1)
     number[used] = np.arange(len(used))
     for name, corners in triangles.items():
         if np.any(number[corners] < 0):
-            raise MeshError(f"surface {name!r} of {path} has nodes that no tetrahedron uses")
+            raise MeshError(f"surface {name!r} has nodes that no tetrahedron uses")
     mesh = Mesh(
         nodes=np.asarray(read.points[used], dtype=float) * scale,
         tetrahedra=compact.reshape(cells.shape),
         surfaces={name: number[corners] for name, corners in triangles.items()},
         node_sets={name: np.unique(number[n][number[n] >= 0]) for name, n in sets.items()},
     )
-    _check_extent(mesh, path, scale)
-    mesh = _with_cavities_inward(mesh)
-    check_mesh(mesh, surfaces, node_sets)
-    mesh = _with_contact_points(_with_skin(mesh), contact_spacing_mm)
-    check_mesh(mesh)  # now with its contact points
+    _check_extent(mesh, scale)
     return mesh
 
 
@@ -120,7 +133,7 @@ def _regions(
     )
 
 
-def _check_extent(mesh: Mesh, path: Path, scale: float) -> None:
+def _check_extent(mesh: Mesh, scale: float) -> None:
     """Refuse a mesh that is of no size that a robot's part has.
 
     Raises:
@@ -129,9 +142,27 @@ def _check_extent(mesh: Mesh, path: Path, scale: float) -> None:
     extent = float(np.ptp(mesh.nodes, axis=0).max())
     if not LEAST_EXTENT_MM <= extent <= LARGEST_EXTENT_MM:
         raise MeshError(
-            f"{path} is {extent:g} mm long with a scale of {scale:g}, expected "
+            f"it is {extent:g} mm long with a scale of {scale:g}, expected "
             f"{LEAST_EXTENT_MM:g} to {LARGEST_EXTENT_MM:g} mm: its unit may be another than mm; "
             "a scale of 1000 is that of metres, 25.4 of inches"
+        )
+
+
+def _check_upright(mesh: Mesh) -> None:
+    """Refuse a leg whose sheet is on top.
+
+    Raises:
+        MeshError: The surface ``sheet``, if there is one, lies in the upper half.
+    """
+    if "sheet" not in mesh.surfaces:
+        return
+    height = mesh.nodes[:, 2]
+    sheet, middle = height[np.unique(mesh.surfaces["sheet"])].mean(), 0.5 * np.ptp(height)
+    if sheet - height.min() > middle:
+        raise MeshError(
+            f"the sheet lies {sheet - height.min():.1f} mm above the lowest node of "
+            f"{2.0 * middle:.1f} mm, expected it at the bottom, z being up: the leg may be upside "
+            "down, or y up as in some CAD programs; turn the nodes before the file is written"
         )
 
 

@@ -1,10 +1,12 @@
-import dataclasses
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 from helpers.two_chambers import two_chamber_mesh
 
+from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_checks import check_mesh
 from pneumorph.geometry.surface import winding_number
@@ -23,7 +25,7 @@ def test_inverted_element_is_refused(hollow):
     tetrahedra = hollow.tetrahedra.copy()
     tetrahedra[3] = tetrahedra[3][[1, 0, 2, 3]]
     with pytest.raises(MeshError, match=r"1 of .* inverted .* first is 3"):
-        check_mesh(dataclasses.replace(hollow, tetrahedra=tetrahedra))
+        check_mesh(replace(hollow, tetrahedra=tetrahedra))
 
 
 def test_flat_element_is_refused(hollow):
@@ -31,7 +33,7 @@ def test_flat_element_is_refused(hollow):
     a, b, c, d = hollow.tetrahedra[0]
     nodes[d] = nodes[[a, b, c]].mean(axis=0)
     with pytest.raises(MeshError, match="degenerate"):
-        check_mesh(dataclasses.replace(hollow, nodes=nodes))
+        check_mesh(replace(hollow, nodes=nodes))
 
 
 def test_two_pieces_are_refused(hollow):
@@ -45,7 +47,7 @@ def test_two_pieces_are_refused(hollow):
 
 
 def test_unused_node_is_refused(hollow):
-    with_one = dataclasses.replace(hollow, nodes=np.concatenate([hollow.nodes, [[50.0, 0, 0]]]))
+    with_one = replace(hollow, nodes=np.concatenate([hollow.nodes, [[50.0, 0, 0]]]))
     with pytest.raises(MeshError, match="1 nodes belong to no tetrahedron"):
         check_mesh(with_one)
 
@@ -54,25 +56,25 @@ def test_doubled_element_is_refused(hollow):
     twice = np.concatenate([hollow.tetrahedra, hollow.tetrahedra[:1]])
     three = np.concatenate([twice, hollow.tetrahedra[:1]])
     with pytest.raises(MeshError, match="more than two"):
-        check_mesh(dataclasses.replace(hollow, tetrahedra=three))
+        check_mesh(replace(hollow, tetrahedra=three))
 
 
 def test_open_cavity_is_refused(hollow):
     surfaces = {**hollow.surfaces, "cavity": hollow.surfaces["cavity"][1:]}
     with pytest.raises(MeshError, match="'cavity' is not closed: 3 edges"):
-        check_mesh(dataclasses.replace(hollow, surfaces=surfaces))
+        check_mesh(replace(hollow, surfaces=surfaces))
 
 
 def test_cavity_inside_out_is_refused(hollow):
     surfaces = {**hollow.surfaces, "cavity": hollow.surfaces["cavity"][:, ::-1]}
     with pytest.raises(MeshError, match="wrongly oriented"):
-        check_mesh(dataclasses.replace(hollow, surfaces=surfaces))
+        check_mesh(replace(hollow, surfaces=surfaces))
 
 
 def test_outside_named_as_cavity_is_refused(hollow):
     surfaces = {**hollow.surfaces, "cavity": hollow.surfaces["skin"][:, ::-1]}
     with pytest.raises(MeshError, match="outside of the solid, not a cavity"):
-        check_mesh(dataclasses.replace(hollow, surfaces=surfaces))
+        check_mesh(replace(hollow, surfaces=surfaces))
 
 
 def test_unknown_regions_are_refused(hollow):
@@ -84,19 +86,19 @@ def test_unknown_regions_are_refused(hollow):
 
 def test_false_mirror_is_refused(hollow):
     with pytest.raises(MeshError, match="mirror_nodes do not mirror"):
-        check_mesh(dataclasses.replace(hollow, mirror_nodes=np.arange(len(hollow.nodes))))
+        check_mesh(replace(hollow, mirror_nodes=np.arange(len(hollow.nodes))))
 
 
 def test_index_from_one_is_refused(hollow):
     with pytest.raises(MeshError, match="gmsh counts from 1"):
-        dataclasses.replace(hollow, tetrahedra=hollow.tetrahedra + 1)
+        replace(hollow, tetrahedra=hollow.tetrahedra + 1)
 
 
 def test_nan_is_refused(hollow):
     nodes = hollow.nodes.copy()
     nodes[0] = np.nan
     with pytest.raises(MeshError, match="nodes must be finite"):
-        dataclasses.replace(hollow, nodes=nodes)
+        replace(hollow, nodes=nodes)
 
 
 def test_every_cavity_is_checked():
@@ -105,13 +107,13 @@ def test_every_cavity_is_checked():
     check_mesh(mesh)
     turned = {**mesh.surfaces, "cavity_right": mesh.surfaces["cavity_right"][:, ::-1]}
     with pytest.raises(MeshError, match="'cavity_right' is wrongly oriented"):
-        check_mesh(dataclasses.replace(mesh, surfaces=turned))
+        check_mesh(replace(mesh, surfaces=turned))
     opened = {**mesh.surfaces, "cavity_left": mesh.surfaces["cavity_left"][1:]}
     with pytest.raises(MeshError, match="'cavity_left' is not closed"):
-        check_mesh(dataclasses.replace(mesh, surfaces=opened))
+        check_mesh(replace(mesh, surfaces=opened))
     twice = {**mesh.surfaces, "cavity_third": mesh.surfaces["cavity_left"]}
     with pytest.raises(MeshError, match="'cavity_left' and 'cavity_third' share a triangle"):
-        check_mesh(dataclasses.replace(mesh, surfaces=twice))
+        check_mesh(replace(mesh, surfaces=twice))
 
 
 def test_a_contact_point_in_a_cavity_is_refused():
@@ -122,7 +124,7 @@ def test_a_contact_point_in_a_cavity_is_refused():
     for point in (inner[0], centre, face):
         points = np.vstack([mesh.contact_points, point])
         with pytest.raises(MeshError, match="1 contact points lie in or on 'cavity_left'"):
-            check_mesh(dataclasses.replace(mesh, contact_points=points))
+            check_mesh(replace(mesh, contact_points=points))
 
 
 def test_a_closed_surface_goes_once_round_what_is_inside():
@@ -131,3 +133,17 @@ def test_a_closed_surface_goes_once_round_what_is_inside():
     points = np.array([[2.0, 1.0, 1.0], [3.9, 2.9, 1.9], [5.0, 1.0, 1.0], [2.0, -0.1, 1.0]])
     found = winding_number(points, mesh.nodes, mesh.surfaces["skin"])
     np.testing.assert_allclose(found, [1.0, 1.0, 0.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("missing", ["cavity", "sheet", "attachment"])
+def test_a_file_that_holds_no_leg_is_told_by_its_name(missing: str, tmp_path: Path) -> None:
+    box = box_mesh((9.0, 9.0, 9.0), (3, 3, 3), hollow=True)
+    surfaces = {"cavity": box.surfaces["cavity"], "sheet": box.surfaces["bottom"]}
+    ends = {"attachment": np.array([0, 1, 2])}
+    whole = replace(box, surfaces=surfaces, node_sets=ends)
+    assert load_leg_mesh(whole.save(tmp_path / "leg.npz")).digest() == whole.digest()
+    surfaces.pop(missing, None)
+    ends.pop(missing, None)
+    path = replace(box, surfaces=surfaces, node_sets=ends).save(tmp_path / "other.npz")
+    with pytest.raises(MeshError, match=rf"{path} is not of a leg: .*'{missing}'"):
+        load_leg_mesh(path)

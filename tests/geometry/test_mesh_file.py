@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
@@ -52,7 +54,9 @@ def test_vtk_file_with_numbered_regions_in_metres(hollow, tmp_path):
 def test_a_mesh_in_other_units_is_refused(scale, hollow, tmp_path):
     """A leg of 0.1 m read as one of 0.1 mm has no stiffness and no weight worth a word."""
     write(hollow, tmp_path / "box.vtu", scale=scale)
-    with pytest.raises(MeshError, match=r"box\.vtu is .* mm long with a scale of 1, expected 1 to"):
+    with pytest.raises(
+        MeshError, match=r"box\.vtu: it is .* mm long with a scale of 1, expected 1 to"
+    ):
         read_mesh_file(tmp_path / "box.vtu", node_sets=(), region_names={2: "cavity", 3: "sheet"})
 
 
@@ -66,10 +70,17 @@ def test_cavity_oriented_by_a_mesher_is_turned_round(hollow, tmp_path):
 def test_open_cavity_and_missing_region_are_refused(hollow, tmp_path):
     path = tmp_path / "box.msh"
     write(hollow, path, cavity=hollow.surfaces["cavity"][1:], file_format="gmsh22")
-    with pytest.raises(MeshError, match="not closed"):
+    with pytest.raises(MeshError, match=r"mesh file .*box\.msh: .*not closed"):
         read_mesh_file(path, node_sets=())
     with pytest.raises(MeshError, match="unknown node set 'attachment'; the mesh has: cavity"):
         read_mesh_file(path)
+
+
+def test_a_leg_upside_down_is_refused(hollow, tmp_path):
+    turned = replace(hollow, nodes=hollow.nodes @ np.diag([1.0, -1.0, -1.0]))
+    write(turned, tmp_path / "box.msh", file_format="gmsh22")
+    with pytest.raises(MeshError, match=r"box\.msh: the sheet lies 9\.0 mm above .* upside down"):
+        read_mesh_file(tmp_path / "box.msh", node_sets=())
 
 
 def test_surface_only_and_damaged_files_are_refused(hollow, tmp_path):
