@@ -20,6 +20,7 @@ from pneumorph.physics.regulators import AirRegulators, RateLimited, Regulators
 from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.rollout import RobotModel
+from pneumorph.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
@@ -235,11 +236,13 @@ class VirtualRig:
         self.clock = VirtualClock(self._advance_to)
 
     def open(self) -> None:
-        """Put the robot on the floor and let it settle."""
+        """Put the robot on the floor and let it settle.
+
+        Raises:
+            DriverError: Its simulation diverged.
+        """
         rest = np.zeros((max(self._settings.settling_steps, 1), len(self._rig.channels)))
-        self._state, trajectory = self.robot.rollout(
-            self.robot.initial_state(), rest, record_every=len(rest), record_nodes=False
-        )
+        trajectory = self._walked(self.robot.initial_state(), rest, record_every=len(rest))
         self._places = [trajectory.tracked_point_mm[-1]]
         self._facing = [trajectory.hub_rotation[-1, :2, 0]]
 
@@ -261,14 +264,16 @@ class VirtualRig:
     def close(self) -> None:
         """Nothing to let go of."""
 
-    def track(self) -> MarkerTrack:
-        """What the camera saw, from the opening of the rig."""
+    def track(self) -> MarkerTrack | None:
+        """What the camera saw, from the opening of the rig; None of fewer than two frames."""
         settings = self._settings
         every = 1.0 / (settings.frames_per_second * self._step_s)
+        frames = np.arange(0.0, len(self._places) - 1e-9, every)
+        if len(frames) < 2:
+            return None
         # Of both markers: forward and left of the first, then of the one ahead from there.
         ahead = settings.marker_distance_mm * np.array(self._facing)
         places = np.column_stack([np.array(self._places)[:, :2], ahead])
-        frames = np.arange(0.0, len(places) - 1e-9, every)
         steps = np.arange(len(places))
         seen = np.column_stack([np.interp(frames, steps, each) for each in places.T])
         noise = settings.marker_noise_mm * self._rng.standard_normal((2, len(frames), 2))
@@ -289,13 +294,22 @@ class VirtualRig:
                 pressures.shape[1]
             )
             pressures[step] = np.maximum(0.0, self.regulators.pressure_kPa + noise)
+        trajectory = self._walked(self._state, pressures, record_every=1)
+        self._places.extend(trajectory.tracked_point_mm[1:])
+        self._facing.extend(trajectory.hub_rotation[1:, :2, 0])
+
+    def _walked(self, state: Any, pressure_kPa: np.ndarray, record_every: int) -> Trajectory:
+        """What the robot did from a state on.
+
+        Raises:
+            DriverError: Its simulation diverged.
+        """
         self._state, trajectory = self.robot.rollout(
-            self._state, pressures, record_every=1, record_nodes=False
+            state, pressure_kPa, record_every=record_every, record_nodes=False
         )
         if trajectory.status != "completed":
             raise DriverError(f"the virtual robot's simulation {trajectory.status}")
-        self._places.extend(trajectory.tracked_point_mm[1:])
-        self._facing.extend(trajectory.hub_rotation[1:, :2, 0])
+        return trajectory
 
     def _quantised(self, pressure: np.ndarray) -> np.ndarray:
         step = self._settings.resolution_kPa

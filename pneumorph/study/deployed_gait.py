@@ -103,7 +103,8 @@ class TrialOutcome(DeploymentReport):
     trial: str
     """Its folder."""
     distance_cm: float | None = None
-    """Forward travel of the marker; None on a real rig, whose track comes later."""
+    """Forward travel of the marker; None on a real rig, whose track comes later, and of a trial
+    that was stopped before it moved."""
     turned_deg: float | None = None
     """Its turn to the left, whole circles counted; None likewise."""
     achieved: float | None = None
@@ -301,6 +302,8 @@ def _virtual_trials(planned: DeployedGait, plan: _Plan, robot: RobotOptions) -> 
         driver = reality.rig(design, plan.rig, number)
         report = _driven(plan, driver, driver.clock, None, name)
         track = driver.track()
+        if track is None:  # it was stopped before the camera saw it move
+            return TrialOutcome(**vars(report), trial=name)
         write_track(plan.folder / f"{name}/track.csv", track)
         end_s = plan.schedule.duration_s
         return TrialOutcome(

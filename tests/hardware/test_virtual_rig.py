@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.bend_test import equal_bend_pairs, simulated_bend_curve
 from pneumorph.hardware.deployment import deploy
 from pneumorph.hardware.deployment_log import DeploymentLog, read_log
+from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.line_fit import fit_line
 from pneumorph.hardware.parameter_fit import ParameterFitSettings, fit_parameters
 from pneumorph.hardware.rig import RigSettings
@@ -46,6 +48,7 @@ from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.path_simulator import path_simulator
 from pneumorph.study.virtual_reality import VirtualReality
+from pneumorph.trajectory import Trajectory
 
 QUIET = VirtualRigSettings(
     regulator_noise_kPa=0.0, sensor_noise_kPa=0.0, marker_noise_mm=0.0, resolution_kPa=1e-6
@@ -73,6 +76,34 @@ def test_every_floor_of_a_trial_is_off_by_the_same_share() -> None:
     assert dict(world.friction_by_surface) == pytest.approx(expected)
 
 
+class _Bursting(Pusher):
+    """A robot whose simulation diverges after so many calls."""
+
+    def __init__(self, calls: int) -> None:
+        self._calls = calls
+
+    def rollout(self, *arguments: Any, **options: Any) -> tuple[float, Trajectory]:
+        state, trajectory = super().rollout(*arguments, **options)
+        self._calls -= 1
+        return state, replace(trajectory, status="diverged") if self._calls < 0 else trajectory
+
+
+def test_a_robot_that_diverges_ends_the_trial_with_what_the_camera_saw(tmp_path: Path) -> None:
+    at_once = VirtualRig(_Bursting(0), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
+    with pytest.raises(DriverError, match="the virtual robot's simulation diverged"):
+        at_once.open()
+    assert at_once.track() is None
+    gait = HeldGait(np.zeros(1), np.array([[40.0, 0.0, 0.0]]), 2.0)
+    for calls in (1, 3):
+        rig = VirtualRig(_Bursting(calls), RigSettings(), QUIET, lag_s=0.0, time_step_s=0.01)
+        with DeploymentLog(tmp_path / f"{calls}.csv", 3) as log:
+            report = deploy(plan_schedule(gait, RigSettings()), rig, RigSettings(), log, rig.clock)
+        assert not report.completed
+        assert report.reason is not None
+        assert "the virtual robot's simulation diverged" in report.reason
+        assert (rig.track() is None) == (calls == 1)
+
+
 def test_regulators_lag_within_their_rate() -> None:
     """First order: c (1 - exp(-t / lag)); and never faster than the rate."""
     slow = replace(RigSettings(), rate_kPa_per_s=1e6)
@@ -92,7 +123,9 @@ def test_regulators_lag_within_their_rate() -> None:
     fast.clock.wait_until(1.0)
     np.testing.assert_allclose(fast.sense(), 0.0, atol=1e-5)
     # 30 kPa reached and vented along ramps of 1.5 kPa a step: the sum of all pressures, in mm.
-    travelled = fast.track().position_mm[-1, 0]
+    track = fast.track()
+    assert track is not None
+    travelled = track.position_mm[-1, 0]
     assert travelled == pytest.approx(1.5 * sum(range(21)) + 1.5 * sum(range(20)), rel=1e-6)
 
 
@@ -255,7 +288,9 @@ def test_the_full_robot_behind_the_rig_moves(tmp_path: Path) -> None:
         report = deploy(schedule, driver, rig, log, driver.clock)
     assert report.completed
     assert read_log(tmp_path / "log.csv").sensed_kPa[:, 0].max() > 1.0
-    assert np.ptp(driver.track().position_mm[:, 0]) > 0.0
+    track = driver.track()
+    assert track is not None
+    assert np.ptp(track.position_mm[:, 0]) > 0.0
 
 
 def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
@@ -280,7 +315,9 @@ def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
             plan_schedule(ExpertGait(duration_s=5.0, phase_deg=60.0), rig),
             driver, rig, log, driver.clock,
         )  # fmt: skip
-    trial = Trial("trial", read_log(tmp_path / "log.csv"), driver.track())
+    track = driver.track()
+    assert track is not None
+    trial = Trial("trial", read_log(tmp_path / "log.csv"), track)
     known = Calibration(virtual.reality.pressure_map)
     fitted = fit_parameters(
         [trial],
