@@ -105,7 +105,7 @@ def walk_batch(
         space: The design space.
         batch: Indices of the designs, shape (n,).
         act: Turns observations (robot, observation) into actions (robot, regulator).
-        timestep: Timestep of training, noted in the pairs; it seeds physics that are drawn.
+        timestep: Timestep of training, noted in the pairs.
         report: Told the number of actions done, of one episode.
         objective: What counts of distances in several worlds; None for one world.
 
@@ -118,7 +118,7 @@ def walk_batch(
     if objective is not None and objective.is_robust:
         return _walk_in_worlds(environment, space, batch, act, timestep, report, objective)
     walked = walk_episode(
-        environment, space, filled_batch(batch, environment.num_envs), act, report, timestep
+        environment, space, filled_batch(batch, environment.num_envs), act, report, EVALUATION_SEED
     )
     return [
         DesignGaitPair(

@@ -8,6 +8,7 @@ import numpy as np
 from helpers.toy_coopt import make_simulator, toy_settings
 
 from pneumorph.learn.environments import crawling
+from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.training import Training
 from pneumorph.robot.design import Design
 
@@ -70,3 +71,14 @@ def test_a_run_resumed_at_its_end_evaluates_in_the_same_worlds() -> None:
     resumed.restore(whole.arrays(), whole.metadata())
     evaluated = [pair.distance_cm for pair in whole.evaluate()]
     assert [pair.distance_cm for pair in resumed.evaluate()] == evaluated
+
+
+def test_every_evaluation_is_in_the_same_worlds_and_they_are_none_of_the_training() -> None:
+    """What one training found at two times, or two of its beginnings, is compared by them."""
+    training, made = _training(2)
+    for _ in range(2):
+        training.run_round()
+        training.evaluate()
+    drawn = made[0].numbers[1:]
+    assert drawn.count(EVALUATION_SEED) == 2
+    assert len(set(drawn)) == 3
