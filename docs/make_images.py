@@ -17,14 +17,11 @@ from typing import Any
 from PIL import Image
 
 from pneumorph.base.artefact import write_atomically
-from pneumorph.learn.metrics import HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.report.explorer.explored_run import explore
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
-from pneumorph.report.learning_figures import reward_figure
 from pneumorph.report.replay.page import write_replay
 from pneumorph.report.run_page import write_run_page
 from pneumorph.report.scene import Actor
-from pneumorph.report.style import save_figure
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.study_once import study_folder
 from pneumorph.study.training_run import TrainingResult
@@ -47,14 +44,6 @@ def main(run: Path) -> None:
         ]
     )
     write_film(IMAGES / "robots.gif", actors, LOOP)
-    figure = reward_figure(
-        read_metrics(run / "training"),
-        HISTOGRAM_EDGES_CM,
-        found.baseline_best_distance_cm,
-        found.best_distance_cm,
-        found.pairs,
-    )
-    save_figure(figure, IMAGES / "training.png", ("png",))
     explorer = explore(study_folder(run / "explorer", "explore"), learned)
     take_pages(
         write_replay(run / "replay.html", actors),

@@ -50,7 +50,7 @@ def main(arguments: list[str] | None = None) -> dict[str, Any]:
     calibration = calibrate(measured, usual, RunFolder(out / "calibration", "calibrate")).found
     calibrated = replace(usual, calibration=Path(calibration.calibration))
 
-    # The expert's gait at its best phase, and learned ones, several trials each.
+    # The expert's gait near its best phase, and learned ones, several trials each.
     trials = DeploymentSettings(virtual=virtual, model=asked.model, trials=asked.trials)
     expert = replace(trials, expert=ExpertGait(phase_deg=20.0))
     for label, gait, settings in (

@@ -39,8 +39,8 @@ A first walk:
   pneumorph coopt --preset quick --out runs/quick design and gait learned together
   pneumorph report runs/quick                     one page that shows both
 
-Every verb takes --preset, --settings FILE (JSON or TOML), --out FOLDER, --json
-(the summary alone on standard output) and --debug. Lengths are in mm, pressures in kPa,
+Every verb takes --settings FILE (JSON or TOML), --out FOLDER, --json (the
+summary alone on standard output) and --debug, some --preset. Lengths are in mm, pressures in kPa,
 times in s; distances in cm."""
 
 

@@ -108,7 +108,7 @@ def quick_training() -> TrainingOptions:
 
 
 def fast_training() -> TrainingOptions:
-    """A search of an hour: as many short trainings as one long one has timesteps for."""
+    """A search of an hour: twelve short trainings, the best of which is fine-tuned."""
     learner = {"objective": _SHORT_OBJECTIVE, "evaluated_design_count": 12}
     return measured_training(restarting_settings(), {"coopt": learner})
 

@@ -1,4 +1,4 @@
-"""What the demo finds: its training with several seeds, in about three minutes each.
+"""What the demo finds: its training with several seeds, in about four minutes each.
 
     python reproduce/demo/run.py
 
