@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from pneumorph.base.artefact import reading
 from pneumorph.base.checked import rises
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.mesh import Mesh
@@ -19,6 +20,9 @@ from pneumorph.hardware.measured_table import read_measured_table
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.held_bend import held_bends
 from pneumorph.reduction.reduced_part import ReducedPart
+
+MOST_KPA = 3000.0
+"""Nobody inflates a soft leg with more: the published one is simulated with 345."""
 
 Progress = Callable[[int, int, str], None]
 """Told (done, total, message)."""
@@ -124,8 +128,19 @@ class PressurePairs:
 
 
 def read_pairs(path: Path | str) -> PressurePairs:
-    """Read pairs that were found before: ``real_pressure_kPa,simulated_pressure_kPa``."""
+    """Read pairs that were found before: ``real_pressure_kPa,simulated_pressure_kPa``.
+
+    Raises:
+        ArtefactError: The table is damaged, or its pressures are those of no soft leg.
+    """
     table = read_measured_table(path, {"real_pressure": "kPa", "simulated_pressure": "kPa"})
+    with reading(path, "pairs"):
+        highest = max(table["real_pressure"].max(), table["simulated_pressure"].max())
+        if highest > MOST_KPA:
+            raise ValueError(
+                f"a pressure is {highest:g} kPa, expected at most {MOST_KPA:g}: it may be in Pa, "
+                "which columns real_pressure_Pa and simulated_pressure_Pa would say"
+            )
     return PressurePairs(table["real_pressure"], table["simulated_pressure"])
 
 

@@ -37,6 +37,15 @@ def test_the_papers_line_comes_out_of_its_pairs(tmp_path: Path) -> None:
     assert line.r_squared > 0.99
 
 
+def test_pairs_in_pascals_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "pairs.csv"
+    path.write_text("real_pressure_kPa,simulated_pressure_kPa\n15000,15000\n90000,89000\n")
+    with pytest.raises(ArtefactError, match=r"pairs\.csv .* a pressure is 90000 kPa, .* in Pa"):
+        read_pairs(path)
+    path.write_text("real_pressure_Pa,simulated_pressure_Pa\n15000,15000\n90000,89000\n")
+    np.testing.assert_allclose(read_pairs(path).real_kPa, [15.0, 90.0])
+
+
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     """500 noisy lines: 95 % of the intervals hold the truth, to 3 standard errors of a binomial."""
     rng = np.random.default_rng(1)
