@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from pneumorph.base.artefact import reading
 from pneumorph.base.checked import rises
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.mesh import Mesh
@@ -131,16 +130,15 @@ def read_pairs(path: Path | str) -> PressurePairs:
     """Read pairs that were found before: ``real_pressure_kPa,simulated_pressure_kPa``.
 
     Raises:
-        ArtefactError: The table is damaged, or its pressures are those of no soft leg.
+        ValueError: The table is damaged, or its pressures are those of no soft leg.
     """
     table = read_measured_table(path, {"real_pressure": "kPa", "simulated_pressure": "kPa"})
-    with reading(path, "pairs"):
-        highest = max(table["real_pressure"].max(), table["simulated_pressure"].max())
-        if highest > MOST_KPA:
-            raise ValueError(
-                f"a pressure is {highest:g} kPa, expected at most {MOST_KPA:g}: it may be in Pa, "
-                "which columns real_pressure_Pa and simulated_pressure_Pa would say"
-            )
+    highest = max(table["real_pressure"].max(), table["simulated_pressure"].max())
+    if highest > MOST_KPA:
+        raise ValueError(
+            f"{path}: a pressure is {highest:g} kPa, expected at most {MOST_KPA:g}: it may be in "
+            "Pa, which columns real_pressure_Pa and simulated_pressure_Pa would say"
+        )
     return PressurePairs(table["real_pressure"], table["simulated_pressure"])
 
 
