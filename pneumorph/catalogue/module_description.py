@@ -12,6 +12,8 @@ from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import LegName, masses_of, paper_leg
 from pneumorph.fem.material import LegMaterials
+from pneumorph.geometry.leg_mesh import load_leg_mesh
+from pneumorph.reduction.reduced_part import ReducedPart
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,13 @@ class ModuleDescription(Checked):
                     "the catalogue says what its module is"
                 )
 
+    def is_polar(self, folder: Path) -> bool:
+        """Whether it is a part of one's own that was made with polar rotations; a file that is
+        missing tells nothing yet."""
+        if self.part is None or not (folder / self.part).is_file():
+            return False
+        return ReducedPart.load(folder / self.part).is_polar
+
     def module(self, name: str, folder: Path, catalogue_folder: Path) -> Module:
         """The module.
 
@@ -57,6 +66,7 @@ class ModuleDescription(Checked):
 
         Raises:
             FileNotFoundError: The catalogue's module is not built there.
+            ArtefactError: The part was made from another mesh.
         """
         if self.catalogue is not None:
             built = BuiltModule.find(self.catalogue, catalogue_folder)
@@ -71,6 +81,8 @@ class ModuleDescription(Checked):
                 shape=built.shape,
             )
         part, mesh = (None if path is None else folder / path for path in (self.part, self.mesh))
+        if part is not None and mesh is not None:
+            ReducedPart.load(part).check_mesh(load_leg_mesh(mesh))
         leg = self.leg or "published"
         masses = replace(masses_of(leg) if part is None else Masses(), leg_mass_g=self.mass_g)
         module = paper_leg(

@@ -25,6 +25,7 @@ from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.mirror_check import check_mirror
 from pneumorph.catalogue.module_description import ModuleDescription
 from pneumorph.catalogue.mounting_check import check_module, check_mounted
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
@@ -181,10 +182,20 @@ class RobotDescription(Checked, ShownInNotebooks):
         except ValueError as error:
             raise ValueError(f"{where}: {error}") from error
 
-    @property
+    @cached_property
+    def polar_modules(self) -> tuple[str, ...]:
+        """Names of modules that were made with polar rotations, where the file does not say how
+        they are damped: they then walk with the damping that goes with them."""
+        if "damping" in self.physics.changes or self.physics.physics.damping == "objective":
+            return ()
+        return tuple(name for name, each in self.modules.items() if each.is_polar(self.folder))
+
+    @cached_property
     def acting(self) -> Physics:
         """What acts on the robot; the file of a ground starts from the folder."""
         physics = self.physics.physics
+        if self.polar_modules:
+            physics = replace(physics, damping="objective")
         ground = physics.ground
         if ground.map.path is None:
             return physics
@@ -253,10 +264,14 @@ class RobotDescription(Checked, ShownInNotebooks):
         Args:
             design: The design that is taken, where nothing but this description chose it.
         """
-        told = [self.worlds_note]
+        polar = ", ".join(f"modules.{name}" for name in self.polar_modules)
+        told = [
+            polar and f"objective damping, which goes with the polar rotations of {polar}",
+            self.worlds_note,
+        ]
         if design is not None:
             told = [self.forbidden_note(design), self.design_note(design), *told]
-        return tuple(note for note in told if note is not None)
+        return tuple(note for note in told if note)
 
     def expert_settings(self) -> dict[str, Any]:
         """Settings of the expert's gait for its regulators."""
@@ -320,6 +335,8 @@ class RobotDescription(Checked, ShownInNotebooks):
             )
         for name, module in modules.items():
             check_module(module, name, physics, weighed=self.modules[name].mass_g is not None)
+            if self.designs.mirror:
+                check_mirror(module, name)
         check_mounted(hub, sites, self.mounting_tolerance_mm)
         return RobotSpec(
             hub,

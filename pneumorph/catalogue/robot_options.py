@@ -69,11 +69,6 @@ def _physics_of_part(part: ReducedPart) -> PhysicsName:
     return "published" if part.relaxation is None else "measured"
 
 
-def _is_polar(part: ReducedPart) -> bool:
-    """Whether a reduced leg was made with polar rotations, which `objective` damping has."""
-    return bool(part.metadata.get("settings", {}).get("rotation") == "polar")
-
-
 def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
     """The robot that settings with a group ``robot`` describe by a file; None without one.
 
@@ -230,7 +225,7 @@ class RobotOptions(Checked):
                 "masses": {"model": masses_of(leg).model},
             }
             brought = laid_over(brought, own_of_leg)
-        if part is not None and _is_polar(part):
+        if part is not None and part.is_polar:
             brought = laid_over(brought, {"physics": {"damping": "objective"}})
         return brought
 

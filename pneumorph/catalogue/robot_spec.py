@@ -197,7 +197,7 @@ class RobotSpec(ShownInNotebooks):
 
     def agreeing_worlds(self, drawn: Randomisation) -> Randomisation:
         """The worlds that agree with what tests found of the robot; what was measured besides, and
-        what is no distribution, stays.
+        what is no distribution, stays. Without valves none differ in their conductances.
 
         Args:
             drawn: The worlds as nobody has measured the robot.
@@ -205,6 +205,10 @@ class RobotSpec(ShownInNotebooks):
         Raises:
             ValueError: A test was of a number that these worlds have not, or found what none has.
         """
+        if self.physics.air.law == "rate_limit":
+            tested = {name for name, _, _ in drawn.measured}
+            valves = ("filling_factor", "venting_factor")
+            drawn = replace(drawn, **{name: "1" for name in valves if name not in tested})
         if self.calibration is None:
             return drawn
         known = {name for name, _, _ in drawn.measured}

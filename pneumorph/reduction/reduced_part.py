@@ -208,6 +208,11 @@ class ReducedPart(ReducedArrays):
             knows_range=self.knows_range,
         )
 
+    @property
+    def is_polar(self) -> bool:
+        """Whether it was made with polar rotations, which `objective` damping has."""
+        return bool(self.metadata.get("settings", {}).get("rotation") == "polar")
+
     def check_mesh(self, mesh: HasDigest) -> None:
         """Refuse a mesh this reduction was not made from.
 

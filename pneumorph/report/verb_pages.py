@@ -159,7 +159,14 @@ TRAINING = VerbPage(
     "A robot learned to crawl",
     "Design and gait learned together, beside the expert's.",
     TrainingResult,
-    (*_certified("certificate."), _BEST_DISTANCE, *EXPERT, _BEST_DESIGN, _TIME),
+    (
+        HeadlineNumber("certificate.best_design", "best design in unseen worlds"),
+        *_certified("certificate."),
+        replace(_BEST_DISTANCE, label="distance of the best pair in training"),
+        *EXPERT,
+        replace(_BEST_DESIGN, label="best design in training"),
+        _TIME,
+    ),
     (
         trained_certificate_sections,
         sweep_sections,

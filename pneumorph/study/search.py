@@ -18,6 +18,7 @@ from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.equal_designs import check_equal_designs
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.learn.cooptimise import POLICY_FILE
@@ -109,11 +110,13 @@ def search(
     Raises:
         ArtefactError: The run is damaged.
         FileNotFoundError: The run has lost its policy.
-        ValueError: The folder holds a search of other settings.
+        ValueError: The folder holds a search of other settings, or designs count as one that the
+            goal tells apart.
     """
     start = time.monotonic()
     task, space = settings.task, settings.space
     robot.check_space(space)
+    check_equal_designs(space, task.goal)
     robot.physics.air.check_supply(task.maximum_pressure_kPa)
     objective, worlds = settings.objective, None
     if objective.is_robust:

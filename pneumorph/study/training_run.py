@@ -10,6 +10,7 @@ from typing import Any
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.equal_designs import check_equal_designs
 from pneumorph.environment.training_environment import EnvironmentFactory, TrainingEnvironment
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
@@ -166,12 +167,15 @@ def run_training(
             `TaskWrapper`; None for the task of the settings.
 
     Raises:
-        ValueError: The folder holds a training already, task and robot have different numbers of
+        ValueError: The folder holds a training already, designs count as one that the goal tells
+            apart, task and robot have different numbers of
             regulators, designs walk in another number of worlds than are drawn, or the environment
             is none for these settings.
     """
     start = time.monotonic()
     _check(settings, spec, folder, resume, worlds, baseline)
+    if own_task is None:
+        check_equal_designs(settings.space, settings.task.goal)
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     name = None if own_task is None else task_name(own_task)
     provenance = {

@@ -273,12 +273,42 @@ def test_robots_of_other_sites_are_no_batch() -> None:
 
 def test_a_mass_of_another_leg_is_told(edited: Edited, tmp_path: Path) -> None:
     """A part whose mass is not that of its volume: 16 g/ml."""
-    from dataclasses import replace
-
     part = replace(paper_robot("published").module.reduced, mass=0.7)
     part.save(tmp_path / "heavy.npz")
     path = edited('leg = "published"\n\n', 'part = "heavy.npz"\n\n')
     with pytest.raises(ValueError, match=r"modules.long weighs 700 g and has a volume of 43.1 ml"):
+        RobotDescription.read(path).spec()
+
+
+def test_a_part_with_polar_rotations_brings_its_damping(edited: Edited, tmp_path: Path) -> None:
+    """Edge-based ones know left from right: the same leg would walk another way, unsaid."""
+    part = paper_robot("published").module.reduced
+    made = {**part.metadata["settings"], "rotation": "polar"}
+    replace(part, metadata={**part.metadata, "settings": made}).save(tmp_path / "own.npz")
+    path = edited('leg = "published"\n\n', 'part = "own.npz"\n\n')
+    read = RobotDescription.read(path)
+    assert read.spec().physics.damping == read.acting.damping == "objective"
+    assert "objective damping, which goes with the polar rotations of modules.long" in read.notes(
+        None
+    )
+    path.write_text(path.read_text().replace("[physics]\n", '[physics]\ndamping = "published"\n'))
+    read = RobotDescription.read(path)
+    assert read.acting.damping == "published"
+    assert not any("damping" in note for note in read.notes(None))
+    part.save(tmp_path / "own.npz")
+    assert RobotDescription.read(edited("", "")).acting.damping == "published"
+
+
+def test_a_part_beside_another_mesh_is_refused(edited: Edited, tmp_path: Path) -> None:
+    """It would be mounted by the attachment face of that mesh."""
+    robot = paper_robot("published")
+    robot.module.reduced.save(tmp_path / "own.npz")
+    robot.module.full.mesh.save(tmp_path / "own_mesh.npz")
+    both = 'part = "own.npz"\nmesh = "own_mesh.npz"\n\n'
+    path = edited('leg = "published"\n\n', both)
+    RobotDescription.read(path).spec()
+    paper_robot("hyperelastic").module.full.mesh.save(tmp_path / "own_mesh.npz")
+    with pytest.raises(ValueError, match=r"made from the mesh \w+, got the mesh"):
         RobotDescription.read(path).spec()
 
 

@@ -1,0 +1,29 @@
+"""Refuse to count designs as one that a goal tells apart."""
+
+from __future__ import annotations
+
+from pneumorph.environment.goal import Goal
+from pneumorph.robot.design_space import DesignSpace
+
+
+def check_equal_designs(space: DesignSpace, goal: Goal) -> None:
+    """Refuse symmetries of a space that turn the goal into another one.
+
+    A mirror image goes as far forward, to the other side, and turns the other way round; what is
+    turned about z goes another way, and turns alike.
+
+    Args:
+        space: Designs, those that its symmetries turn into each other being one.
+        goal: What is asked of them.
+
+    Raises:
+        ValueError: One of two such designs may achieve what the other cannot.
+    """
+    forward, left, turn = (abs(each) > 1e-9 for each in goal.direction)
+    for symmetry in space.symmetries:
+        if (left or turn) if symmetry == "mirror" else (forward or left):
+            image = "its mirror image" if symmetry == "mirror" else "itself turned about z"
+            raise ValueError(
+                f"designs.same counts a design and {image} as one, and the goal {goal.name!r} "
+                "tells them apart, expected no such symmetry: leave it out of the robot's file"
+            )

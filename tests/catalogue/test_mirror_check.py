@@ -1,0 +1,76 @@
+"""Robots are mirrored only where a module's left is like its right."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from pneumorph.catalogue.mirror_check import check_mirror
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.environment.equal_designs import check_equal_designs
+from pneumorph.environment.goal import Goal
+from pneumorph.robot.design_space import DesignSpace
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+TWIN = RobotDescription.read(EXAMPLES / "two_chambers.toml").spec().modules[0]
+
+
+def changed(module: Any, **changes: Any) -> Any:
+    part = replace(module.reduced, **changes)
+    return cast(Any, SimpleNamespace(reduced=part, face=module.face))
+
+
+def test_legs_that_ship_are_their_own_mirror_images() -> None:
+    check_mirror(TWIN, "twin")
+    for leg in ("published", "hyperelastic", "measured"):
+        check_mirror(paper_robot(leg).module, leg)
+
+
+def test_unlike_chambers_are_refused() -> None:
+    left, right = TWIN.reduced.cavity_volume
+    wider = changed(TWIN, cavity_volume=np.array([left, 1.1 * right]))
+    with pytest.raises(
+        ValueError, match=r"modules\.twin is not its own mirror .*mirror = false"
+    ):
+        check_mirror(wider, "twin")
+
+
+@pytest.mark.parametrize(
+    "deform",
+    [
+        lambda nodes: nodes + np.where(nodes > 10.0, 1.0, 0.0) * [0.0, 1.0, 0.0],  # one side wider
+        lambda nodes: nodes + np.array([0.0, 3.0, 0.0]),  # attached aside
+    ],
+)
+def test_a_leg_that_lies_aside_is_refused(deform: Any) -> None:
+    module = paper_robot("measured").module
+    leaning = changed(module, rest_nodes=deform(module.reduced.rest_nodes))
+    with pytest.raises(ValueError, match=r"modules\.leg is not its own mirror image: it lies"):
+        check_mirror(leaning, "leg")
+
+
+@pytest.mark.parametrize(
+    ("symmetry", "goal", "refused"),
+    [
+        ("mirror", Goal(), False),
+        ("mirror", Goal("heading", 180.0), False),
+        ("mirror", Goal("heading", 90.0), True),
+        ("mirror", Goal("turn_right"), True),
+        ("1 2 3 0", Goal("turn_left"), False),
+        ("1 2 3 0", Goal(), True),
+        ("1 2 3 0", Goal("heading", 90.0), True),
+    ],
+)
+def test_designs_are_one_only_where_the_goal_is(symmetry: str, goal: Goal, refused: bool) -> None:
+    space = DesignSpace(location_count=4, maximum_legs=4, symmetries=(symmetry,))
+    if not refused:
+        check_equal_designs(space, goal)
+        return
+    with pytest.raises(ValueError, match=rf"designs\.same .* the goal '{goal.name}' tells them ap"):
+        check_equal_designs(space, goal)
