@@ -207,8 +207,10 @@ class RobotSpec(ShownInNotebooks):
         """
         if self.physics.air.law == "rate_limit":
             tested = {name for name, _, _ in drawn.measured}
-            valves = ("filling_factor", "venting_factor")
-            drawn = replace(drawn, **{name: "1" for name in valves if name not in tested})
+            if "filling_factor" not in tested:
+                drawn = replace(drawn, filling_factor="1")
+            if "venting_factor" not in tested:
+                drawn = replace(drawn, venting_factor="1")
         if self.calibration is None:
             return drawn
         known = {name for name, _, _ in drawn.measured}
