@@ -18,8 +18,11 @@ RANGE_TOLERANCE = 1.2
 """A robot is out of range from so many times as far as the furthest snapshot on. Walks of the same
 pressures that were not among the snapshots stay inside, their rare extremes a little beyond; so
 does the step from held-out snapshots to the walks of the reduced robot itself."""
-_UNSEEN = 1e-9
-"""Half-length of the shortest axis over that of the longest, where rounding alone has moved."""
+LEAST_AXIS = 2e-4
+"""Least half-length of an axis over the furthest snapshot's distance from rest: of a leg whose tip
+moves by 60 mm a hundredth of one, a fraction of what modes leave out. Modes that the snapshots
+hardly have, such as a tip's answers to small forces, would otherwise tell every robot out of
+range."""
 
 
 def snapshot_range(alpha: np.ndarray, parity: np.ndarray | None = None) -> np.ndarray:
@@ -35,8 +38,11 @@ def snapshot_range(alpha: np.ndarray, parity: np.ndarray | None = None) -> np.nd
     """
     seen = alpha if parity is None else np.concatenate([alpha, alpha * parity])
     _, lengths, axes = np.linalg.svd(np.linalg.qr(seen, mode="r"))
-    lengths = np.maximum(np.pad(lengths, (0, len(axes) - len(lengths))), _UNSEEN * lengths[0])
-    rows: np.ndarray = axes / lengths[:, None]
+    lengths = np.pad(lengths, (0, len(axes) - len(lengths)))
+    has = lengths > np.finfo(float).eps * len(seen) * lengths[0]  # along others none has moved
+    lengths *= range_ratio(axes[has] / lengths[has, None], alpha).max()
+    least = LEAST_AXIS * np.linalg.norm(alpha, axis=1).max()
+    rows: np.ndarray = axes / np.maximum(lengths, least)[:, None]
     return rows / range_ratio(rows, alpha).max()
 
 

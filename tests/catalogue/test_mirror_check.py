@@ -35,9 +35,7 @@ def test_legs_that_ship_are_their_own_mirror_images() -> None:
 def test_unlike_chambers_are_refused() -> None:
     left, right = TWIN.reduced.cavity_volume
     wider = changed(TWIN, cavity_volume=np.array([left, 1.1 * right]))
-    with pytest.raises(
-        ValueError, match=r"modules\.twin is not its own mirror .*mirror = false"
-    ):
+    with pytest.raises(ValueError, match=r"modules\.twin is not its own mirror .*mirror = false"):
         check_mirror(wider, "twin")
 
 

@@ -15,6 +15,7 @@ from pneumorph.reduction.reduce import reduce_part
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshot_range import (
+    LEAST_AXIS,
     RANGE_TOLERANCE,
     known_ratio,
     range_note,
@@ -92,8 +93,25 @@ def test_where_no_snapshot_went_is_out_of_range() -> None:
     flat = SEEN * [1.0, 1.0, 1.0, 0.0, 0.0]
     rows = snapshot_range(flat)
     assert range_ratio(rows, flat).max() == pytest.approx(1.0)
-    assert range_ratio(rows, 0.01 * np.eye(5)[3]) > 1e4
+    furthest = np.linalg.norm(flat, axis=1).max()
+    aside = range_ratio(rows, furthest * np.eye(5)[3])
+    assert aside == pytest.approx(1.0 / LEAST_AXIS, rel=1e-10)
     assert np.isfinite(snapshot_range(SEEN[:2])).all()  # fewer snapshots than modes
+
+
+def test_what_the_snapshots_hardly_have_tells_no_robot_out_of_range() -> None:
+    """A thousandth of a millimetre instead of a ten-thousandth is no extrapolation."""
+    hardly = SEEN * [1.0, 1.0, 1.0, 1.0, 1e-7]
+    rows = snapshot_range(hardly)
+    assert range_ratio(rows, hardly).max() == pytest.approx(1.0)
+    assert range_ratio(rows, hardly * [1.0, 1.0, 1.0, 1.0, 10.0]).max() < 1.01
+    # Axes that are longer stay what they are.
+    np.testing.assert_allclose(
+        range_ratio(rows, hardly * [1.0, 1.0, 1.0, 1.0, 0.0]),
+        range_ratio(snapshot_range(SEEN[:, :4]), SEEN[:, :4])
+        / range_ratio(snapshot_range(SEEN[:, :4]), SEEN[:, :4]).max(),
+        rtol=1e-3,
+    )
 
 
 def test_a_part_inflated_beyond_its_snapshots_is_out_of_range(reduced: ReducedPart) -> None:
