@@ -22,6 +22,7 @@ import tyro
 from pneumorph.base.run_folder import SUMMARY, RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
+from pneumorph.report.plan import plans_of
 from pneumorph.report.trial_figures import save_transfer_figures
 from pneumorph.study.finished_run import FinishedRun, TakenOver
 from pneumorph.study.transfer import Transfer, TransferSettings, transfer
@@ -44,7 +45,7 @@ def run(options: TransferOptions, folder: RunFolder) -> Transfer:
     for text in options.runs:
         _tell_of_other_physics(Path(text.rpartition("=")[2]), options.robot, folder)
     compared = transfer(options.runs, options.settings, options.robot.spec(), folder)
-    figures = save_transfer_figures(compared, folder.path)
+    figures = save_transfer_figures(compared, folder.path, plans_of(options.robot))
     return replace(compared.found, figures=tuple(str(each) for each in figures))
 
 

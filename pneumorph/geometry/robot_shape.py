@@ -118,6 +118,11 @@ class RobotShape:
         skins = [np.asarray(leg.skin, dtype=np.int32).reshape(-1, 3) for leg in parts]
         return shape, np.concatenate(skins) if skins else None
 
+    @property
+    def regulators(self) -> tuple[tuple[int, ...], ...]:
+        """Regulators of each leg's cavities, from 1."""
+        return tuple(tuple(r for r in row if r) for row in self.leg_regulators.tolist())
+
     def skin_of(self, leg: int) -> np.ndarray:
         """Which of a trajectory's skin triangles are a leg's, (triangle,) bool."""
         own: np.ndarray = self.skin_part == self.leg_part[leg]

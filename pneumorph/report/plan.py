@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from pneumorph.catalogue.robot_options import RobotOptions
     from pneumorph.catalogue.robot_spec import RobotSpec
     from pneumorph.geometry.pose import Pose
-    from pneumorph.geometry.robot_shape import RobotShape
     from pneumorph.trajectory import Trajectory
 
 DISK_RADIUS_MM = 54.5
@@ -75,7 +74,7 @@ def plan_of_walk(trajectory: Trajectory) -> Plan:
         _outline(in_hub[leg, np.unique(trajectory.skin_triangles[shape.skin_of(leg)])])
         for leg in range(len(shape.leg_part))
     )
-    return Plan(_outline(shape.hub_nodes_mm), legs, _regulators(shape))
+    return Plan(_outline(shape.hub_nodes_mm), legs, shape.regulators)
 
 
 def plans_of(robot: RobotOptions) -> PlanOf:
@@ -103,10 +102,6 @@ def plans_of_spec(spec: RobotSpec) -> PlanOf:
 
 def _posed(pose: Pose, nodes: np.ndarray) -> np.ndarray:
     return _outline(pose.apply(nodes))
-
-
-def _regulators(shape: RobotShape) -> tuple[tuple[int, ...], ...]:
-    return tuple(tuple(r for r in row if r) for row in shape.leg_regulators.tolist())
 
 
 def _outline(points: np.ndarray) -> np.ndarray:

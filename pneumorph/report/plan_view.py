@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _OUTWARDS_MM = 12.0
 """How far beyond a leg's middle its number stands."""
+_WIDEST = 1.9
+"""Characters of full size that are as wide as a leg; of more regulators they are smaller."""
 
 
 def draw_plan_view(
@@ -56,7 +58,8 @@ def draw_plan_view(
             away = middle / max(float(np.linalg.norm(middle)), 1.0)
             x, y = placed(middle + _OUTWARDS_MM * away)
             text = "+".join(map(str, regulators))
-            axes.text(x, y, text, color="white", ha="center", va="center", size=number_size)
+            size = number_size * min(1.0, _WIDEST / len(text))
+            axes.text(x, y, text, color="white", ha="center", va="center", size=size)
     if len(plan.hub_mm):
         axes.fill(*placed(plan.hub_mm).T, facecolor=DISK_COLOUR, edgecolor="white", linewidth=0.8)
     x, y = centre_mm

@@ -85,9 +85,9 @@ class Actor:
         return f"{way:+.{self.goal.digits}f}{self.goal.symbol}"
 
     @property
-    def regulators(self) -> tuple[int, ...]:
-        """Regulator of each leg's first cavity, 1, 2, ..., in the trajectory's order of legs."""
-        return tuple(int(each) for each in self.shape.leg_regulators[:, 0])
+    def regulators(self) -> tuple[tuple[int, ...], ...]:
+        """Regulators of each leg's cavities, 1, 2, ..., in the trajectory's order of legs."""
+        return self.shape.regulators
 
     @cached_property
     def legs(self) -> tuple[ShownLeg, ...]:
@@ -158,21 +158,27 @@ class Actor:
         """Return the colour of each triangle of `corners`, (triangle, 3) in 0..1.
 
         A leg has its regulator's colour, pale where it is slack and full at 90 kPa, or the
-        pressure's colour from 0 to 90 kPa in cividis, made for any colour vision.
+        pressure's colour from 0 to 90 kPa in cividis, made for any colour vision; one of several
+        cavities what these come to in the mean.
         """
-        import matplotlib
-
-        pressure = self.trajectory.regulated_kPa[frame][np.array(self.regulators) - 1]
-        inflated = np.clip(pressure / _FULL_COLOUR_KPA, 0.0, 1.0)
-        if colour_by == "pressure":
-            legs = matplotlib.colormaps["cividis"](inflated)[:, :3]
-        else:
-            full = [red_green_blue(regulator_colour(each)) for each in self.regulators]
-            strength = _SLACK_TINT + (1.0 - _SLACK_TINT) * inflated
-            legs = 1.0 - strength[:, None] * (1.0 - np.array(full))
+        pressure = np.clip(self.trajectory.regulated_kPa[frame] / _FULL_COLOUR_KPA, 0.0, 1.0)
+        legs = np.array([self._colour(pressure, each, colour_by) for each in self.regulators])
         hub = np.tile(red_green_blue(DISK_COLOUR), (len(self._hub_corners), 1))
         counts = [len(leg.triangles) for leg in self.legs]
         return np.concatenate([np.repeat(legs, counts, axis=0), hub])
+
+    @staticmethod
+    def _colour(inflated: np.ndarray, regulators: tuple[int, ...], by: ColourBy) -> np.ndarray:
+        """Of a leg, (3,), where its regulators are inflated by shares, (regulator,)."""
+        import matplotlib
+
+        own = inflated[np.array(regulators) - 1]
+        if by == "pressure":
+            return np.asarray(matplotlib.colormaps["cividis"](own.mean())[:3])
+        full = np.array([red_green_blue(regulator_colour(each)) for each in regulators])
+        strength = _SLACK_TINT + (1.0 - _SLACK_TINT) * own
+        mean: np.ndarray = (1.0 - strength[:, None] * (1.0 - full)).mean(axis=0)
+        return mean
 
 
 def shape_of(trajectory: Trajectory, label: str) -> RobotShape:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.report.plan import HALF_WIDTH_MM, paper_plan
+from pneumorph.report.plan import HALF_WIDTH_MM, PlanOf, paper_plan
 from pneumorph.report.plan_view import draw_plan_view
 from pneumorph.report.style import (
     BASELINE_COLOUR,
@@ -92,11 +92,14 @@ def _draw_channels(panels: np.ndarray, logs: Sequence[LoggedPressures], labelled
 
 
 @figure_style()
-def transfer_rewards_figure(comparisons: Sequence[TrialComparison]) -> Figure:
+def transfer_rewards_figure(
+    comparisons: Sequence[TrialComparison], plan_of: PlanOf = paper_plan
+) -> Figure:
     """Return the distance of every robot, simulated and measured with its spread (paper, fig. 6).
 
     Args:
         comparisons: The robots, in the order to draw.
+        plan_of: What their designs look like.
     """
     count = len(comparisons)
     figure = new_figure(max(3.6, 0.8 + 1.0 * count), 3.6)
@@ -111,8 +114,9 @@ def transfer_rewards_figure(comparisons: Sequence[TrialComparison]) -> Figure:
     for number, each in enumerate(comparisons):
         dots = np.full(len(each.distances_cm), number + 0.2)
         axes.plot(dots, each.distances_cm, ".", color=INK_COLOUR, markersize=3)
-        size = 0.9 / (2.0 * HALF_WIDTH_MM)
-        draw_plan_view(above, paper_plan(Design.parse(each.design)), (number, 0.0), size_mm=size)
+        plan = plan_of(Design.parse(each.design))
+        size = 0.45 / max(HALF_WIDTH_MM, plan.half_width_mm)
+        draw_plan_view(above, plan, (number, 0.0), size_mm=size)
     above.set(ylim=(-0.5, 0.5), aspect="equal")
     above.axis("off")
     zero_line(axes)
@@ -266,9 +270,11 @@ def save_calibration_figures(study: CalibrationStudy, folder: Path) -> None:
         save_figure(figure, folder / "path_fit.png")
 
 
-def save_transfer_figures(study: TransferStudy, folder: Path) -> list[Path]:
+def save_transfer_figures(
+    study: TransferStudy, folder: Path, plan_of: PlanOf = paper_plan
+) -> list[Path]:
     """Draw ``transfer_rewards`` and ``transfer_gaits`` and return their files."""
-    rewards = transfer_rewards_figure(study.comparisons)
+    rewards = transfer_rewards_figure(study.comparisons, plan_of)
     gaits = transfer_gaits_figure(study.comparisons, study.trials)
     return [
         *save_figure(rewards, folder / "transfer_rewards.png"),

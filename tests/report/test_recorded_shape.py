@@ -134,7 +134,7 @@ def test_it_is_read_back_and_drawn(walk: Trajectory, tmp_path: Path) -> None:
         np.testing.assert_array_equal(again.shape.arrays()[name], value)
     for trajectory in (walk, again):
         actor = Actor.of(replace(trajectory, metadata={}), "nameless")
-        assert actor.regulators == (1, 2, 1)
+        assert actor.regulators == ((1,), (2,), (1,))
         data = replay_data([actor])
         assert data["robots"][0]["bases"] == [0, 1, 0]
         assert data["robots"][0]["largest_error_mm"] <= 0.01
@@ -166,7 +166,7 @@ def test_a_robot_without_a_design_names_none() -> None:
     robot = Robot(assembled.hub, assembled.mounts)
     walk = rollout(ReducedRobot(robot, SPEC.physics), COMMANDS, settling_steps=0)[1]
     assert "design" not in walk.metadata
-    assert Actor.of(walk, "a").regulators == (1, 2, 1)
+    assert Actor.of(walk, "a").regulators == ((1,), (2,), (1,))
 
 
 def test_each_cavity_has_its_regulator() -> None:
@@ -188,7 +188,7 @@ def test_each_cavity_has_its_regulator() -> None:
 def test_a_recording_of_an_earlier_version_is_the_papers_robot(walk: Trajectory) -> None:
     earlier = replace(walk, shape=None, metadata={"design": "1.0.2.0.0.1.0.0"})
     actor = Actor.of(earlier, "earlier")
-    assert actor.regulators == (1, 2, 1)
+    assert actor.regulators == ((1,), (2,), (1,))
     reach = np.hypot(*actor.shape.hub_nodes_mm[:, :2].T).max()
     assert reach == pytest.approx(54.5, rel=2e-3)  # a polygon of the circle's area
 

@@ -103,8 +103,9 @@ const pneumorphExplorer = (() => {
         const values = outline.map((corner) => corner[axis]);
         return (Math.min(...values) + Math.max(...values)) / 2;
       });
-      return `${box}<text x="${x}" y="${-y + 8}" fill="#fff" font-size="22"`
-        + ` text-anchor="middle">${entry.regulators.join("+")}</text>`;
+      const text = entry.regulators.join("+"), size = 22 * Math.min(1, 1.9 / text.length);
+      return `${box}<text x="${x}" y="${-y + 0.36 * size}" fill="#fff" font-size="${size}"`
+        + ` text-anchor="middle">${text}</text>`;
     });
     return `<svg viewBox="${-half} ${-half} ${2 * half} ${2 * half}" role="img" aria-label="plan view">`
       + legs.join("") + `<polygon points="${points(data.plan.hub)}" fill="${data.colours[0]}"/>`

@@ -172,7 +172,7 @@ def _described(actor: Actor) -> dict[str, Any]:
         "model": trajectory.metadata.get("model"),
         "status": trajectory.status,
         **_goal(actor.goal),
-        "regulators": list(actor.regulators),
+        "regulators": [list(each) for each in actor.regulators],
         "regulator_count": trajectory.commanded_kPa.shape[1],
         "poses": [
             np.column_stack([rotation, position]).ravel().tolist()

@@ -46,7 +46,7 @@ def test_frames_can_be_thinned_and_the_last_stays(crawl: Trajectory) -> None:
 def test_a_robot_whose_design_is_not_known_is_shown_all_the_same(crawl: Trajectory) -> None:
     nameless = replace(crawl, metadata={})
     data = replay_data([Actor.of(nameless, "a")])
-    assert data["robots"][0]["regulators"] == [1, 2, 2, 1]
+    assert data["robots"][0]["regulators"] == [[1], [2], [2], [1]]
     assert data["robots"][0]["floor_mm"] is None
     assert data["robots"][0]["largest_error_mm"] <= 0.01
 

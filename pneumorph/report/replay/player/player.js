@@ -266,7 +266,7 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
         legend.innerHTML = `<i style="background: linear-gradient(90deg, ${colours})"></i>` +
           `0 to ${Math.round(this.fullPressure)} kPa`;
       } else {
-        const most = Math.max(...this.motions.map((m) => Math.max(0, ...(m.robot.regulators || []))));
+        const most = Math.max(...this.motions.map((m) => Math.max(0, ...(m.robot.regulators || []).flat())));
         legend.innerHTML = pneumorphColours.regulators.slice(0, most).map((colour, i) =>
           `<b style="background: ${colour}"></b>regulator ${i + 1}`).join(" ");
       }

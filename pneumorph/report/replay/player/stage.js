@@ -246,20 +246,27 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       this.dirty = true;
     }
 
+    // Of a leg by the regulators of its cavities: the mean of theirs.
+    colourOf(motion, regulators) {
+      const shares = regulators.map((each) =>
+        Math.min(Math.max(motion.regulated[each - 1] / this.fullPressure, 0), 1));
+      if (this.colourBy === "pressure") {
+        return pressureColour(shares.reduce((sum, share) => sum + share, 0) / shares.length);
+      }
+      const mean = new THREE.Color(0, 0, 0), colours = pneumorphColours.regulators;
+      regulators.forEach((each, i) => {
+        const full = new THREE.Color(colours[(each - 1) % colours.length]);
+        const tinted = new THREE.Color("#ffffff").lerp(full, SLACK + (1 - SLACK) * shares[i]);
+        mean.add(tinted.multiplyScalar(1 / regulators.length));
+      });
+      return mean;
+    }
+
     updateSimulated(actor) {
       const { motion, legs, hub, hubShadow, flat, contacts } = actor;
       legs.forEach((mesh, leg) => {
         mesh.geometry.attributes.position.needsUpdate = true;
-        const regulator = motion.robot.regulators[leg];
-        const share = motion.regulated[regulator - 1] / this.fullPressure;
-        if (this.colourBy === "pressure") {
-          mesh.material.uniforms.colour.value.copy(pressureColour(share));
-        } else {
-          const colours = pneumorphColours.regulators;
-          const strength = SLACK + (1 - SLACK) * Math.min(Math.max(share, 0), 1);
-          mesh.material.uniforms.colour.value.set("#ffffff")
-            .lerp(new THREE.Color(colours[(regulator - 1) % colours.length]), strength);
-        }
+        mesh.material.uniforms.colour.value.copy(this.colourOf(motion, motion.robot.regulators[leg]));
       });
       const [x, y, z, i, j, k, w] = motion.hub;
       hub.matrix.compose(new THREE.Vector3(x, y, z), new THREE.Quaternion(i, j, k, w),

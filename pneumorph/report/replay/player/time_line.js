@@ -59,7 +59,7 @@ var pneumorphTimeLine = globalThis.pneumorphTimeLine || (() => {
       let most = 1;
       for (const frame of [...commanded, ...regulated]) most = Math.max(most, ...frame);
       const y = this.axis(pen, top, bottom, 0, most, "pressure (kPa)");
-      const used = motion.robot.regulators; // a measured robot does not tell
+      const used = motion.robot.regulators?.flat(); // a measured robot does not tell
       for (let r = 0; r < motion.robot.regulator_count; r++) {
         if (used && !used.includes(r + 1)) continue;
         const colours = pneumorphColours.regulators;
