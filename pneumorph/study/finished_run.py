@@ -37,6 +37,7 @@ from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.found_files import with_found_files
 
 Kind = TypeVar("Kind")
 Result = TypeVar("Result")
@@ -139,8 +140,12 @@ class FinishedRun:
         return self._value(SUMMARY, self.summary, place, kind)
 
     def of_settings(self, place: str, kind: type[Kind]) -> Kind:
-        """A value of the settings by its place; raises as `of_summary`."""
-        return self._value(SETTINGS, self.settings, place, kind)
+        """A value of the settings by its place, files found; raises as `of_summary`."""
+        return self._value(SETTINGS, self._found_settings, place, kind)
+
+    @cached_property
+    def _found_settings(self) -> dict[str, Any]:
+        return with_found_files(self.settings, self.folder)
 
     def _value(self, file: str, content: Any, place: str, kind: type[Kind]) -> Kind:
         made_by = f"`pneumorph {self.summary.get('verb')}`"
