@@ -30,7 +30,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.study.deployed_gait import DeployedGait, DeploymentSettings, deploy_gait
-from pneumorph.study.gait_source import robot_of_source
+from pneumorph.study.gait_source import names_no_design, robot_of_source
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,14 @@ class DeployOptions:
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-        """The design and the regulators that a robot's file brings to the expert's gait."""
-        robot = chosen_robot(content)
-        if robot is None or content.get("source") is not None:
+        """The design that a robot's file brings to a gait that names none, and the regulators to
+        the expert's gait."""
+        robot, source = chosen_robot(content), content.get("source")
+        if robot is None:
             return {}
+        if source is not None:
+            named = not names_no_design(source)
+            return {} if named else {"deployment": {"design": robot.usual_design}}
         return {"deployment": {"design": robot.usual_design, "expert": robot.expert_settings()}}
 
     def __post_init__(self) -> None:

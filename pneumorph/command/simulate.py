@@ -26,7 +26,7 @@ from pneumorph.command.verb import Verb, flat
 from pneumorph.report.film import FilmSettings
 from pneumorph.report.replay.live_replay import LiveSettings
 from pneumorph.report.shown_walk import simulate_and_show
-from pneumorph.study.gait_source import robot_of_source
+from pneumorph.study.gait_source import names_no_design, robot_of_source
 from pneumorph.study.simulated_walk import SimulatedWalk, WalkSettings
 
 
@@ -46,9 +46,11 @@ class SimulateOptions:
     @classmethod
     def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
         """The design and the regulators that a robot's file brings with it."""
-        robot = chosen_robot(content)
-        if robot is None or content.get("walk", {}).get("gait") is not None:
+        robot, gait = chosen_robot(content), content.get("walk", {}).get("gait")
+        if robot is None:
             return {}
+        if gait is not None:
+            return {"walk": {"design": robot.usual_design}} if names_no_design(gait) else {}
         return {"walk": {"design": robot.usual_design, "expert": robot.expert_settings()}}
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -74,8 +74,7 @@ def read_gait(
     """
     path = Path(path)
     lines = [line for line in read_text(path, "gait").splitlines() if line.strip()]
-    matches = [_COMMENT.match(line) for line in lines if line.startswith("#")]
-    comments = {match["name"]: match["value"].strip() for match in matches if match}
+    comments = _named_remarks(lines)
     with reading(path, "gait"):
         rows = list(csv.reader(line for line in lines if not line.startswith("#")))
     if not rows or not _is_header(rows[0]):
@@ -110,6 +109,21 @@ def read_gait(
     except ValueError as error:
         raise ValueError(f"gait file {path}: {error}") from error
     return gait, comments
+
+
+def gait_remarks(path: Path | str) -> dict[str, str]:
+    """Named remarks of a gait's file, whichever format it has: lines such as ``# design: 1.2.3``.
+
+    Raises:
+        FileNotFoundError: No such file.
+        ArtefactError: It is no text.
+    """
+    return _named_remarks(read_text(path, "gait").splitlines())
+
+
+def _named_remarks(lines: Sequence[str]) -> dict[str, str]:
+    matches = [_COMMENT.match(line) for line in lines if line.startswith("#")]
+    return {match["name"]: match["value"].strip() for match in matches if match}
 
 
 def _named_limit(comments: Mapping[str, str]) -> float:

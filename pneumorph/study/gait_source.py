@@ -12,7 +12,7 @@ from pneumorph.base.run_folder import SETTINGS, SUMMARY, TRAINING_FOLDER
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.exchange.sorotraj import read_sorotraj
 from pneumorph.gait.expert_gait import ExpertGait
-from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.gait_file import gait_remarks, read_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.commands import check_commands
 from pneumorph.physics.open_loop_gait import ChangedGait, OpenLoopGait
@@ -79,12 +79,14 @@ def find_gait(
     elif source.is_dir():
         found = _of_run(source, design, rank)
     elif source.suffix in (".yaml", ".yml"):
-        found = GaitSource(read_sorotraj(source), _design(design, None), str(source))
+        gait, named = read_sorotraj(source), gait_remarks(source).get("design")
+        found = GaitSource(gait, _named_design(source, design, named), str(source))
     elif source.suffix == ".npz":
         found = _of_policy(source, design)
     else:
-        gait, comments = read_gait(source)
-        found = GaitSource(gait, _named_design(source, design, comments.get("design")), str(source))
+        held, comments = read_gait(source)
+        named = comments.get("design")
+        found = GaitSource(held, _named_design(source, design, named), str(source))
     try:
         found.design.check_regulators(found.gait.regulator_count)
     except ValueError as error:
@@ -94,6 +96,16 @@ def find_gait(
             f"{source} commands {found.gait.regulator_count} regulators: {error}"
         ) from error
     return found
+
+
+def names_no_design(source: Path | str) -> bool:
+    """Whether a gait comes from a file of its own that does not say whose it is: the design of the
+    robot that walks where none is named. A file that is not there is refused later.
+    """
+    source = Path(source)
+    if source.is_dir() or source.suffix == ".npz" or not source.is_file():
+        return False
+    return "design" not in gait_remarks(source)
 
 
 def _named_design(source: Path, asked: str | None, named: str | None) -> Design:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,18 +17,23 @@ from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.cli import run
+from pneumorph.command.deploy import DeployOptions
+from pneumorph.command.simulate import SimulateOptions
+from pneumorph.exchange.sorotraj import write_sorotraj
+from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.robot.design import Design
 from pneumorph.study import deployed_gait
 from pneumorph.study.analysis import Walker, analysed_robot
-from pneumorph.study.gait_source import robot_of_source
+from pneumorph.study.gait_source import find_gait, names_no_design, robot_of_source
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.search import _designs
 from pneumorph.study.search_options import SearchOptions
 from pneumorph.study.training_options import quick_training
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 SHORT = "--expert.duration-s 1 --expert.period-s 1"
 
 
@@ -206,3 +212,22 @@ def test_a_policy_of_a_run_walks_in_the_robot_of_the_run(robot: Path) -> None:
     (folder / "summary.json").unlink()
     with pytest.raises(ArtefactError, match=r"summary\.json"):
         robot_of_source(folder / "training" / "policy.npz")
+
+
+@pytest.mark.parametrize("name", ["gait.csv", "gait.yaml"])
+def test_a_gait_that_names_no_design_is_the_robots_usual_one(name: str, tmp_path: Path) -> None:
+    """Of a robot's file, not of the paper's robot; both formats may name theirs."""
+    gait, path = HeldGait.evenly(np.full((2, 4), 20.0)), tmp_path / name
+    write: Any = write_gait if name == "gait.csv" else write_sorotraj
+    write(path, gait)
+    assert names_no_design(path)
+    asked = {"robot": {"described": str(EXAMPLES / "plate.toml")}}
+    walks = layered(SimulateOptions(), [{**asked, "walk": {"gait": str(path)}}])
+    usual = RobotDescription.read(EXAMPLES / "plate.toml").usual_design
+    assert walks.walk.design == usual
+    assert layered(DeployOptions(), [{**asked, "source": str(path)}]).deployment.design == usual
+    write(path, gait, {"design": "1.2.0.0.3.4"})
+    assert not names_no_design(path)
+    walks = layered(SimulateOptions(), [{**asked, "walk": {"gait": str(path)}}])
+    assert walks.walk.design is None
+    assert str(find_gait(path, None, ExpertGait()).design) == "1.2.0.0.3.4"

@@ -15,8 +15,10 @@ from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import TrainingOptions
 
-FILE = data_file("paper_robot.toml").read_text().replace(
-    'leg = "published"', 'leg = "published"\npart = "parts/own.npz"'
+FILE = (
+    data_file("paper_robot.toml")
+    .read_text()
+    .replace('leg = "published"', 'leg = "published"\npart = "parts/own.npz"')
 )
 
 

@@ -110,3 +110,9 @@ def test_recalibrated_gaits_are_cut_off_at_the_limit() -> None:
     gait = recalibrated(ExpertGait(), PressureMap(), soft, 95.0)
     assert gait.pressure_kPa(2.0)[0] == 95.0
     assert recalibrated(ExpertGait(), soft, soft, 95.0) == ExpertGait()
+
+
+def test_a_gait_for_more_regulators_than_the_robot_has_is_named(tmp_path: Path) -> None:
+    path = write_gait(tmp_path / "five.csv", HeldGait.evenly(np.full((2, 5), 20.0)))
+    with pytest.raises(ValueError, match=rf"{path} commands 5 regulators, expected at most 3"):
+        find_gait(path, None, ExpertGait()).check_robot(3)
