@@ -41,5 +41,6 @@ def check_mirror(module: Module, name: str) -> None:
     raise ValueError(
         f"designs.mirror is true, and modules.{name} is not its own mirror image: it lies "
         f"{centre:.1f} mm to the left, from {sideways.min():.1f} to {sideways.max():.1f} mm, and "
-        f"its cavities hold {cavities} ml, expected the same on both sides; set mirror = false"
+        f"its cavities hold {cavities} ml, expected the same on both sides, since a mirror "
+        "exchanges the first with the last; set mirror = false"
     )

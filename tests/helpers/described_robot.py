@@ -53,6 +53,7 @@ yaw_deg = -90
 pitch_deg = 10
 modules = ["long"]
 [designs]
+mirror = false
 usual = "{DESIGN}"
 options = ["0 *+* b*+*", "0 * *+*", "0 *+* b*+*", "0 * *+*"]
 """
