@@ -83,8 +83,8 @@ def run(arguments: Sequence[str]) -> int:
         if debug:
             traceback.print_exc()
         return _fail(f"the memory is full; ask for less at once ({error})", 1)
-    except KeyboardInterrupt:
-        return _fail("stopped by the keyboard", 130)
+    except KeyboardInterrupt as error:
+        return _fail("stopped by the keyboard" + getattr(error, _BACKGROUND, ""), 130)
 
 
 @contextmanager
@@ -145,6 +145,8 @@ def _run_verb(name: str, arguments: list[str]) -> int:
         except BaseException as error:
             if fresh:
                 folder.remove_if_only_settings()
+            if isinstance(error, KeyboardInterrupt) and hasattr(options, "resume"):
+                setattr(error, _BACKGROUND, f"; --resume --out {folder.path} goes on")
             if isinstance(error, OSError) and error.errno == errno.ENOSPC and not error.filename:
                 # From a log that grows; whole files say their own names.
                 error.filename = str(folder.path)
@@ -299,6 +301,8 @@ def _print_summary(summary: dict[str, Any]) -> None:
     for key, value in plain.items():
         shown = f"{value:.4g}" if isinstance(value, float) else value
         print(f"{key.replace('_', ' '):{width}}  {shown}")
+    for note in summary.get("notes") or ():
+        print(f"note: {note}")
 
 
 def _fail(message: str, status: int) -> int:

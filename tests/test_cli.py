@@ -138,3 +138,25 @@ def test_an_interrupt_in_a_collection_of_garbage_is_not_lost() -> None:
     """)
     told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (told.stdout, told.stderr) == ("stopped\n", "")
+
+
+def test_what_is_noted_of_a_walk_is_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Pressures beyond the snapshots': the reduced leg extrapolates."""
+    asked = "simulate --expert.amplitude-kPa 70 --expert.maximum-pressure-kPa 300"
+    asked += f" --physics.air.supply-kPa 400 --expert.duration-s 6 --out {tmp_path / 'walk'}"
+    assert run(asked.split()) == 0
+    assert "note: The robot left the range of its legs' snapshots" in capsys.readouterr().out
+
+
+def test_the_keyboard_stops_a_training_and_says_how_it_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pneumorph.study.training_options.run_training", stopped)
+    assert run(["coopt", "--out", str(tmp_path / "run")]) == 130
+    said = capsys.readouterr().err
+    assert f"stopped by the keyboard; --resume --out {tmp_path / 'run'} goes on" in said

@@ -29,13 +29,19 @@ def value_at(content: Any, place: str, kind: type[Kind], file: Path, made_by: st
             value = value[int(name) if isinstance(value, list) else name]
         except (KeyError, IndexError, TypeError, ValueError):
             raise ArtefactError(
-                f"{file} has no {place}, expected a {kind.__name__}; it is damaged or of another "
-                f"kind of run ({made_by})"
+                f"{file} has no {place}, expected a {_said(kind)}; it is damaged or of a run that "
+                f"has none ({made_by})"
             ) from None
     if kind is float and type(value) is int:
         value = float(value)
     if not isinstance(value, kind):
         raise ArtefactError(
-            f"{file} has {value!r:.60} as {place}, expected a {kind.__name__}; it is damaged"
+            f"{file} has {value!r:.60} as {place}, expected a {_said(kind)}; it is damaged"
         )
     return value
+
+
+def _said(kind: type) -> str:
+    """A type, for a person."""
+    words = {dict: "table of values", str: "text", float: "number", int: "whole number"}
+    return words.get(kind, kind.__name__)

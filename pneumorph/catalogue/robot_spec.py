@@ -384,6 +384,12 @@ class RobotSpec(ShownInNotebooks):
                     f"{site.name or location}, expected {allowed}"
                 )
             module = site.modules[kind]
+            if len(regulators) not in (1, module.reduced.cavity_count):
+                raise ValueError(
+                    f"design {design} gives {len(regulators)} regulators to the module "
+                    f"{module.name} at site {site.name or location}, expected one for each of its "
+                    f"{module.reduced.cavity_count} cavities, or one for all"
+                )
             mounted.append((module, site.pose_of(module), tuple(r - 1 for r in regulators)))
         return mounted
 

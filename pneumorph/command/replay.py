@@ -1,8 +1,9 @@
 """Look at trajectories in 3D: one page that opens in any browser, from disk and without a network.
 
-Takes trajectory files (trajectory.npz of simulate, best_trajectory.npz of coopt ...) and folders of
-measured trials (log.csv and track.csv of deploy), each as LABEL=PATH or PATH; robots are shown side
-by side. For a real robot only the marker's path is known, so it is shown as a path and a triad.
+Takes trajectory files (trajectory.npz of simulate, best_trajectory.npz of coopt ...), folders of
+such runs, and folders of measured trials (log.csv and track.csv of deploy), each as LABEL=PATH or
+PATH; robots are shown side by side. For a real robot only the marker's path is known, so it is
+shown as a path and a triad.
 
 The page has a draggable time line with pressures and distances, speed, pause, single steps and
 cameras. Legs are coloured by regulator or by pressure. --mp4 and --gif also make a film.
@@ -32,7 +33,7 @@ class ReplayOptions(Checked):
     """What to show, and how."""
 
     motions: tyro.conf.Positional[tuple[str, ...]] = tyro.MISSING
-    """Trajectory files and folders of trials, as LABEL=PATH or PATH."""
+    """Trajectory files, runs that recorded one, and folders of trials, as LABEL=PATH or PATH."""
     spacing_mm: NotNegative = 340.0
     """Distance between the robots' lanes [mm]; 0 overlays them."""
     mp4: bool = False

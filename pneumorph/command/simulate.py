@@ -47,11 +47,10 @@ class SimulateOptions:
     def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
         """The design and the regulators that a robot's file brings with it."""
         robot, gait = chosen_robot(content), content.get("walk", {}).get("gait")
-        if robot is None:
+        if robot is None or not (gait is None or names_no_design(gait)):
             return {}
-        if gait is not None:
-            return {"walk": {"design": robot.usual_design}} if names_no_design(gait) else {}
-        return {"walk": {"design": robot.usual_design, "expert": robot.expert_settings()}}
+        expert = robot.expert_settings() if gait is None else {}
+        return {"walk": {"design": robot.usual_design, "expert": expert}}
 
 
 def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
@@ -63,15 +62,15 @@ def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
     for note in notes:
         folder.progress.say(note)
     film = options.film_settings if options.film else None
-    live = options.live_settings if options.live else None
-    found = simulate_and_show(asked, spec, folder, film=film, live=live)
+    found = simulate_and_show(
+        asked, spec, folder, film=film, live=options.live_settings if options.live else None
+    )
     return replace(found, notes=(*found.notes, *notes))
 
 
 _HYPERELASTIC = {
-    "walk": {"model": "full"},
-    "robot": {"leg": "hyperelastic", "physics": {"damping": "objective"}},
-}
+    "walk": {"model": "full"}, "robot": {"leg": "hyperelastic", "physics": {"damping": "objective"}}
+}  # fmt: skip
 
 VERB = Verb(
     SimulateOptions,

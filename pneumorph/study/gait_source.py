@@ -46,7 +46,8 @@ class GaitSource:
         if self.gait.regulator_count > regulator_count:
             raise ValueError(
                 f"{self.name} commands {self.gait.regulator_count} regulators, expected at most "
-                f"{regulator_count}, as many as the robot has (--physics.regulator-count)"
+                f"{regulator_count}, as many as the robot has: it may be for another robot, which "
+                "--robot FILE describes, or --physics.regulator-count gives this one more"
             )
 
 

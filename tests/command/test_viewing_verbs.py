@@ -62,13 +62,20 @@ def test_replay_of_two_robots_and_a_trial_with_films(
     assert page.evaluate(f"{PLAYER}.pressures(2)") == pytest.approx([87.0, 0.0])
 
 
+def test_a_run_is_replayed_by_what_it_recorded(
+    learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    summary = run_json(f"replay {learned} ours={learned} --out {tmp_path / 'out'}", capsys)
+    assert summary["robots"] == [learned.name, "ours"]
+
+
 def test_replay_refuses_what_holds_no_motion(
     learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = ["--out", str(tmp_path / "out")]
     assert run(["replay", str(learned / "phase_sweep.npz"), *out]) == 1
     assert "holds a PhaseSweep, expected a Trajectory" in capsys.readouterr().err
-    assert run(["replay", str(learned), *out]) == 1
+    assert run(["replay", str(learned / "training"), *out]) == 1
     assert "holds no track" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 

@@ -136,13 +136,13 @@ def _pair(number: int, **values: Any) -> Change:
 
 
 DAMAGES: dict[str, tuple[str, Change, str]] = {
-    "empty settings": ("settings.json", lambda c: c.clear(), "has no robot, expected a dict"),
-    "no robot": ("settings.json", lambda c: c.pop("robot"), "has no robot, expected a dict"),
+    "empty settings": ("settings.json", lambda c: c.clear(), "has no robot, expected a table"),
+    "no robot": ("settings.json", lambda c: c.pop("robot"), "has no robot, expected a table"),
     "robot is a word": (
-        "settings.json", lambda c: c.update(robot="paper"), "has 'paper' as robot, expected a dict",
+        "settings.json", lambda c: c.update(robot="paper"), "has 'paper' as robot, expected a tab",
     ),
     "no task": (
-        "settings.json", lambda c: c["coopt"].pop("task"), "has no coopt.task, expected a dict",
+        "settings.json", lambda c: c["coopt"].pop("task"), "has no coopt.task, expected a table",
     ),
     "task of wrong type": (
         "settings.json", lambda c: c["coopt"]["task"].update(action_count="many"),
@@ -156,26 +156,26 @@ DAMAGES: dict[str, tuple[str, Change, str]] = {
         "summary.json", lambda c: c.update(pairs={"L1": {}}), "as pairs, expected a list",
     ),
     "pairs are numbers": (
-        "summary.json", lambda c: c.update(pairs=[1, 2]), "has no pairs.0.gait, expected a str",
+        "summary.json", lambda c: c.update(pairs=[1, 2]), "has no pairs.0.gait, expected a text",
     ),
     "pairs are words": (
-        "summary.json", lambda c: c.update(pairs=["L1"]), "has no pairs.0.gait, expected a str",
+        "summary.json", lambda c: c.update(pairs=["L1"]), "has no pairs.0.gait, expected a text",
     ),
     "a pair without gait": (
-        "summary.json", _pair(1, gait=None), "has no pairs.1.gait, expected a str",
+        "summary.json", _pair(1, gait=None), "has no pairs.1.gait, expected a text",
     ),
     "a gait that is a number": (
-        "summary.json", _pair(0, gait=5), "has 5 as pairs.0.gait, expected a str",
+        "summary.json", _pair(0, gait=5), "has 5 as pairs.0.gait, expected a text",
     ),
     "a pair without design": (
-        "summary.json", _pair(2, design=None), "has no pairs.2.design, expected a str",
+        "summary.json", _pair(2, design=None), "has no pairs.2.design, expected a text",
     ),
     "a design that is none": (
         "summary.json", _pair(0, design="1.a.2"), "{file}: pairs.0.design: ",
     ),
     "a distance that is a word": (
         "summary.json", _pair(0, distance_cm="far"),
-        "has 'far' as pairs.0.distance_cm, expected a float",
+        "has 'far' as pairs.0.distance_cm, expected a number",
     ),
 }  # fmt: skip
 
@@ -229,7 +229,7 @@ def test_a_missing_phase_of_the_baseline_is_refused(
 ) -> None:
     folder = learned(tmp_path / "run")
     change(folder / "summary.json", lambda summary: summary.pop("baseline_best_phase_deg"))
-    message = "summary.json has no baseline_best_phase_deg, expected a float"
+    message = "summary.json has no baseline_best_phase_deg, expected a number"
     with pytest.raises(ArtefactError, match=message):
         _ = FinishedRun.read(folder).best_expert
     assert_refused(f"analyse {folder} --out {tmp_path / 'a'}", message, capsys)
@@ -242,9 +242,9 @@ def test_a_missing_phase_of_the_baseline_is_refused(
 def test_a_damaged_source_or_calibration_is_refused(tmp_path: Path) -> None:
     folder = learned(tmp_path)
     for field_name, value, expected in (
-        ("run", 5, "has 5 as run, expected a str"),
-        ("run", ["a"], "as run, expected a str"),
-        ("calibration", "a.json", "has 'a.json' as calibration, expected a dict"),
+        ("run", 5, "has 5 as run, expected a text"),
+        ("run", ["a"], "as run, expected a text"),
+        ("calibration", "a.json", "has 'a.json' as calibration, expected a table"),
         ("calibration", {}, "it is no UsedCalibration"),
     ):
         learned(folder)
@@ -309,7 +309,7 @@ def test_a_search_of_designs_is_a_run_whose_pairs_walk(
         command = f"{verb.format(folder)} --out {tmp_path / str(number)}"
         assert run(command.split()) == 0, capsys.readouterr().err
     # It has no expert to stand beside.
-    message = "settings.json has no baseline, expected a dict; it is damaged or of another kind of"
+    message = "settings.json has no baseline, expected a table of values; it is damaged or of a"
     assert_refused(f"analyse {folder} --out {tmp_path / 'a'}", message, capsys)
     assert_refused(f"analyse {folder} --out {tmp_path / 'a'}", "(`pneumorph search`)", capsys)
 

@@ -81,8 +81,13 @@ def replay_motions(
     )
 
 
+RECORDED = ("best_trajectory.npz", "trajectory.npz", "baseline_trajectory.npz")
+"""What a run's folder is replayed by, the first that is there."""
+
+
 def motion(text: str, video: VideoSettings) -> Actor | MarkerActor:
-    """The robot that LABEL=PATH or PATH names: a trajectory file, or the folder of a trial.
+    """The robot that LABEL=PATH or PATH names: a trajectory file, a run that recorded its best pair
+    or its only robot, or the folder of a trial.
 
     Args:
         text: The name.
@@ -94,6 +99,9 @@ def motion(text: str, video: VideoSettings) -> Actor | MarkerActor:
     """
     label, _, name = text.rpartition("=")
     path = Path(name)
+    recorded = next((path / each for each in RECORDED if (path / each).is_file()), None)
+    if recorded is not None:
+        return Actor.of(Trajectory.load(recorded), label or path.name)
     if path.is_dir():
         return MarkerActor.of(read_trial(path, video), label or f"{path.name} (measured)")
     return Actor.of(Trajectory.load(path), label or path.stem)
