@@ -62,9 +62,8 @@ def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
     for note in notes:
         folder.progress.say(note)
     film = options.film_settings if options.film else None
-    found = simulate_and_show(
-        asked, spec, folder, film=film, live=options.live_settings if options.live else None
-    )
+    live = options.live_settings if options.live else None
+    found = simulate_and_show(asked, spec, folder, film=film, live=live)
     return replace(found, notes=(*found.notes, *notes))
 
 
