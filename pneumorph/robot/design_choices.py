@@ -168,6 +168,15 @@ class DesignChoices(Checked):
         the robot has no mirror."""
         return self._mirror is not None and design.moved(self._mirror, reflected=True) == design
 
+    def has_own_form(self, design: Design) -> bool:
+        """The same where the names of regulators do not count."""
+        if self._mirror is None:
+            return False
+        image = design.moved(self._mirror, reflected=True)
+        return self.is_own_image(design) or (
+            self.canonical and image.canonical() == design.canonical()
+        )
+
     @cached_property
     def module_count(self) -> int:
         """Kinds of modules that designs choose from."""

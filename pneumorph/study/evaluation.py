@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -110,6 +111,18 @@ class Evaluation:
     goal: Goal = FORWARD
     best_achieved: float | None = None
     """What of it that pair achieved; None as there."""
+
+    def derived(self) -> dict[str, Any]:
+        """Of the worlds, for those who read the file: the pairs by their mean, and the first's."""
+        found, ending = self.robustness, "_cm" if self.goal.unit == "cm" else ""
+        if found is None:
+            return {}
+        first = next(each for each in found.pairs if each.label == found.robust_ranking[0])
+        return {
+            "ranking_in_worlds": ", ".join(found.robust_ranking),
+            f"first_mean_in_worlds{ending}": first.mean,
+            f"first_tenth_percentile_in_worlds{ending}": first.tenth_percentile,
+        }
 
 
 def evaluate(

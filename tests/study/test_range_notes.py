@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -43,6 +44,11 @@ def test_an_evaluation_notes_who_left_and_in_how_many_worlds(tmp_path, scale, le
     assert all((pair.range_ratio > 1.2) is left for pair in found.pairs)
     assert found.robustness.left_range_share == (1.0 if left else 0.0)
     assert (found.robustness.range_ratio > 1.2) is left
+    said = result_to_dict(found)
+    by_mean = sorted(found.robustness.pairs, key=lambda pair: -pair.mean)
+    assert said["ranking_in_worlds"] == ", ".join(pair.label for pair in by_mean)
+    assert said["first_mean_in_worlds_cm"] == by_mean[0].mean
+    assert said["first_tenth_percentile_in_worlds_cm"] == by_mean[0].tenth_percentile
 
 
 def test_a_walk_tells_that_it_left_the_range_and_comes_to_its_end(tmp_path):

@@ -78,7 +78,10 @@ class ScoredDesigns:
 
     @property
     def is_symmetric(self) -> np.ndarray:
-        """Whether a design is its own mirror image, (design,) bool."""
+        """Whether a design is its own mirror image but for the names of its regulators, (design,)
+        bool; also where it counts as one with an image that is another."""
+        if "mirror" in self.space.symmetries:
+            return np.array([self.space.has_own_form(design) for design in self.designs])
         if self.indices is None:
             return self.space.mirror_index == np.arange(len(self.space))
         return self.space.images(self.indices)[0] == self.indices

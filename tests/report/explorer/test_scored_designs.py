@@ -94,3 +94,16 @@ def test_of_more_designs_than_can_be_listed_some_are_shown() -> None:
     data = explorer_data(shown, "walk DESIGN", ReplaySettings())
     assert data["designs"] == names
     assert data["colours"] == [regulator_colour(number) for number in range(9)]
+
+
+def test_symmetric_designs_are_told_where_images_count_as_one() -> None:
+    """Counted as one with its image, a design need not be its own."""
+    apart = DesignSpace(location_count=4, regulator_count=2, maximum_legs=4)
+    merged = DesignSpace(
+        location_count=4, regulator_count=2, maximum_legs=4, symmetries=("mirror",)
+    )
+    assert len(merged) < len(apart)
+    told = dict(zip(map(str, apart), unscored(apart).is_symmetric, strict=True))
+    found = unscored(merged)
+    assert [told[str(design)] for design in found.designs] == found.is_symmetric.tolist()
+    assert 0 < found.is_symmetric.sum() < len(merged)
