@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from pneumorph.geometry.mesh import Mesh
 
 _VIEWS = ((24.0, -62.0), (-28.0, -62.0))
+_MARKERS = ("o", "^", "s", "D", "v", "P")
+_ZOOM = 0.95
+"""What lets a leg's both ends be seen."""
 
 
 @figure_style()
@@ -36,23 +40,26 @@ def mesh_figure(mesh: Mesh) -> Figure:
     x, y, z = mesh.nodes.T
     figure = new_figure(7.0, 2.9)
     outside = boundary_triangles(mesh.tetrahedra[:, :4])
-    named = dict(zip(mesh.surfaces, REGULATOR_COLOURS, strict=False))
+    # The skin is what stands pale around the others.
+    shown = {name: faces for name, faces in mesh.surfaces.items() if name != "skin"}
+    named = dict(zip(shown, cycle(REGULATOR_COLOURS), strict=False))
+    sets = {name: nodes for name, nodes in mesh.node_sets.items() if name not in mesh.surfaces}
     for place, (elevation, azimuth) in enumerate(_VIEWS, start=1):
         axes = figure.add_subplot(1, 2, place, projection="3d", computed_zorder=False)
         axes.plot_trisurf(x, y, z, triangles=outside, color=DISK_COLOUR, edgecolor="#B8BDC2",
                           linewidth=0.15, alpha=0.35, shade=False, rasterized=True)  # fmt: skip
-        for faces, colour in zip(mesh.surfaces.values(), REGULATOR_COLOURS, strict=False):
-            axes.plot_trisurf(x, y, z, triangles=faces[:, :3], color=colour, alpha=0.7,
+        for name, faces in shown.items():
+            axes.plot_trisurf(x, y, z, triangles=faces[:, :3], color=named[name], alpha=0.7,
                               edgecolor="none", shade=False, rasterized=True)  # fmt: skip
-        for nodes in mesh.node_sets.values():
-            axes.plot(*mesh.nodes[nodes].T, ".", color=INK_COLOUR, markersize=2.5)
+        for (name, nodes), marker in zip(sets.items(), cycle(_MARKERS), strict=False):
+            axes.plot(*mesh.nodes[nodes].T, marker, color=INK_COLOUR, markersize=2.5, label=name)
         low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-        axes.set_box_aspect(np.maximum(high - low, 1e-9), zoom=1.6)
+        axes.set_box_aspect(np.maximum(high - low, 1e-9), zoom=_ZOOM)
         axes.view_init(elevation, azimuth)
         axes.axis("off")
     keys = [Patch(color=colour, label=name) for name, colour in named.items()]
-    sets = ", ".join(mesh.node_sets)
-    figure.legend(handles=keys, loc="outside lower center", ncols=max(1, len(keys)), fontsize=7,
-                  title=f"dots: {sets}" if sets else None, title_fontsize=7)  # fmt: skip
+    keys += axes.get_legend_handles_labels()[0]
+    figure.legend(handles=keys, loc="outside lower center", ncols=max(1, min(len(keys), 6)),
+                  fontsize=7)  # fmt: skip
     return figure
