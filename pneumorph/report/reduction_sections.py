@@ -120,6 +120,17 @@ def leg_sections(found: HasLeg, run: FinishedRun, sheet: Sheet) -> list[Section]
     if leg.bend:
         bend = leg.bend
         figure = bend_figure(bend["pressure_kPa"], bend["full_deg"], bend["reduced_deg"])
-        caption = "Bend of the leg held at its root, by finite elements and reduced."
+        whose = "the leg" if len(told) == 1 else leg.part
+        caption = f"Bend of {whose} held at its root, by finite elements and reduced."
         body = page.side_by_side(sheet.drawn("leg_bend", figure, caption), body)
+    alone = [
+        sheet.drawn(
+            f"leg_bend_{name}",
+            bend_figure(bend["pressure_kPa"], bend["full_deg"], bend["reduced_deg"]),
+            f"The same where {name} alone is inflated.",
+        )
+        for name, bend in getattr(found, "bend_of_cavities", {}).items()
+    ]
+    if alone:
+        body += page.side_by_side(*alone)
     return [Section("How well the reduced leg stands for its finite elements", body)]

@@ -86,7 +86,8 @@ def _beginnings(found: TrainingResult) -> str:
 def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return a training's best pairs with their gaits, beside the baseline."""
     title = "The best pairs" + (f", by {found.ranked_by}" if found.ranked_by else "")
-    return _pair_sections(found.pairs, run, sheet, found.goal, found, title)
+    scores = [each.score_cm for each in found.pairs] if found.ranked_by else None
+    return _pair_sections(found.pairs, run, sheet, found.goal, found, title, scores=scores)
 
 
 def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> list[Section]:
@@ -155,8 +156,10 @@ def _pair_sections(
     baseline: BestPhase | None = None,
     title: str = "The best pairs",
     gait_folder: Path | None = None,
+    scores: Sequence[float | None] | None = None,
 ) -> list[Section]:
-    """Sections of the pairs of a run's summary; their gaits are in `gait_folder`, or its own."""
+    """Sections of the pairs of a run's summary; their gaits are in `gait_folder`, or its own. With
+    scores the table has what they were ranked by [cm]."""
     if not pairs:
         return []
     drawn, missing = [], []
@@ -172,7 +175,12 @@ def _pair_sections(
         missing.append(f"L{rank} (no file is named)" if path is None else f"L{rank} ({path})")
     found = drawn[:_DRAWN_PAIRS]
     header = ["", "design", *map(goal.in_unit, (goal.label, "over the baseline"))]
-    body = page.table(header, _rows(pairs, baseline, goal))
+    rows = _rows(pairs, baseline, goal)
+    if scores is not None:
+        header.append("score (cm)")
+        unscored = [None] * (len(rows) - len(pairs))  # the baseline
+        rows = [(*row, each) for row, each in zip(rows, [*unscored, *scores], strict=True)]
+    body = page.table(header, rows)
     if found:
         physics, plans = run.robot.physics, plans_of(run.robot)
         rate = physics.pressure_rate_kPa_per_s
