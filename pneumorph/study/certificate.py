@@ -22,6 +22,7 @@ from pneumorph.study.analysis import Walker, analysed_robot
 from pneumorph.study.certified_candidates import (
     Candidates,
     CertificateSettings,
+    own_task_notes,
     unseen_worlds,
 )
 from pneumorph.study.certified_pairs import Band, Certificate, CertifiedExpert, CertifiedPair
@@ -128,7 +129,7 @@ def certify_once(
         achieved=tuple(map(tuple, np.column_stack([by_expert, by_pairs]).tolist())),
         goal=goal,
         **spec.describe(),
-        notes=tuple(_notes(certified, goal)),
+        notes=(*own_task_notes(candidates.own_task, goal), *_notes(certified, goal)),
         wall_s=time.monotonic() - start,
     )
 

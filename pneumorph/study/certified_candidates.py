@@ -13,6 +13,7 @@ from pneumorph.base.checked import Bounds, Checked, Count, CountOrNone, Positive
 from pneumorph.base.run_folder import TRAINING_FOLDER
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.goal import Goal
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.coopt_result import KeptPair
@@ -80,6 +81,8 @@ class Candidates:
             certificate's are drawn from.
         seen_mean: What the pairs achieve in the training's worlds in the mean [unit of the task's
             goal], (pair,), where it has just ranked them there; None where nobody tells.
+        own_task: What the training's task was called, where it was none of the package's: its
+            reward is not known here.
     """
 
     run: Path
@@ -90,6 +93,7 @@ class Candidates:
     ranked_there: bool
     drawn: Randomisation
     seen_mean: np.ndarray | None = None
+    own_task: str | None = None
 
     @classmethod
     def of_run(cls, run: FinishedRun, settings: CertificateSettings) -> Candidates:
@@ -99,7 +103,10 @@ class Candidates:
             drawn, seed = run.worlds, run.of_summary("seed", int)
         seen, ranked = worlds_of_training(objective, drawn, seed, settings)
         pairs = tuple(run.pairs(settings.pair_count))
-        return cls(run.folder, pairs, run.task, run.baseline, tuple(seen), ranked, drawn)
+        own = run.own_task
+        return cls(
+            run.folder, pairs, run.task, run.baseline, tuple(seen), ranked, drawn, own_task=own
+        )
 
     @classmethod
     def of_training(
@@ -168,3 +175,15 @@ def worlds_of_training(
         for world in worlds_of_round(drawn, seed, EVALUATION_SEED + number, side_by_side)
     ]
     return worlds[: objective.evaluation_worlds], True
+
+
+def own_task_notes(own_task: str | None, goal: Goal) -> list[str]:
+    """What to say where pairs were trained for a reward that is not known here.
+
+    Args:
+        own_task: What the task was called; None for one of the package's.
+        goal: What they are ranked by instead.
+    """
+    if own_task is None:
+        return []
+    return [f"ranked by {goal.label}: the reward of {own_task}, the training's task, is its own"]

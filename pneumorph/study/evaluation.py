@@ -22,6 +22,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import known_ratio, range_note
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.certified_candidates import own_task_notes
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.furthest import furthest
 from pneumorph.study.recorded_walk import Model, recorded_walk
@@ -228,7 +229,7 @@ def _in_worlds(
 
 def _notes(pairs: Sequence[EvaluatedPair], run: FinishedRun, goal: Goal) -> list[str]:
     """Remarks where a reduced robot did not repeat what its run reported, or left its range."""
-    notes = []
+    notes = own_task_notes(run.own_task, goal)
     if run.has_drawn_worlds:
         notes.append(
             "the run reported distances in worlds drawn at random, these are of the one that the "

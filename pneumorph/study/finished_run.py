@@ -228,6 +228,11 @@ class FinishedRun:
         return FinishedRun.read(folder) if (folder / SUMMARY).exists() else None
 
     @property
+    def own_task(self) -> str | None:
+        """What the task of its training was called, where it was none of the package's."""
+        return None if self.summary.get("own_task") is None else self.of_summary("own_task", str)
+
+    @property
     def has_drawn_worlds(self) -> bool:
         """Whether its robots walked in worlds drawn at random."""
         return bool(self.settings.get("randomize"))

@@ -208,6 +208,7 @@ def run_training(
         found = Candidates.of_training(
             learned.pairs, folder.path, settings, baseline, drawn_from, certificate
         )
+        found = replace(found, own_task=name)
         again = Again(reduction or from_walks("published"))
         if settings.finetuning.timesteps and name is None:
             trained = Trained(folder.path / TRAINING_FOLDER, settings, worlds)

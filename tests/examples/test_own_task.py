@@ -92,3 +92,14 @@ def test_verbs_take_it(trained: Path, arguments: str, tmp_path: Path) -> None:
     if asked[0] not in ("report", "watch", "explore"):  # which write into the run
         asked += ["--out", str(tmp_path / "out")]
     assert run(asked) == 0
+
+
+def test_verbs_say_that_they_do_not_rank_by_it(trained: Path, tmp_path: Path) -> None:
+    told = "ranked by distance: the reward of Straight, the training's task, is its own"
+    for verb, asked in (("evaluate", "--pair-count 1"), ("certify", "--world-count 6")):
+        out = tmp_path / verb
+        assert run([verb, str(trained), *asked.split(), "--out", str(out)]) == 0
+        assert told in json.loads((out / "summary.json").read_text())["notes"]
+    page = tmp_path / "page"
+    assert run(["report", str(trained), "--out", str(page)]) == 0
+    assert "<th>score (cm)</th>" in (page / "page.html").read_text()
