@@ -145,8 +145,10 @@ def _run_verb(name: str, arguments: list[str]) -> int:
         except BaseException as error:
             if fresh:
                 folder.remove_if_only_settings()
-            if isinstance(error, KeyboardInterrupt) and hasattr(options, "resume"):
-                setattr(error, _BACKGROUND, f"; --resume --out {folder.path} goes on")
+            stopped = isinstance(error, KeyboardInterrupt) and folder.path.exists()
+            if stopped and hasattr(options, "resume"):
+                again = f"; the same command with --resume --out {folder.path} goes on"
+                setattr(error, _BACKGROUND, again)
             if isinstance(error, OSError) and error.errno == errno.ENOSPC and not error.filename:
                 # From a log that grows; whole files say their own names.
                 error.filename = str(folder.path)

@@ -153,10 +153,19 @@ def test_what_is_noted_of_a_walk_is_printed(
 def test_the_keyboard_stops_a_training_and_says_how_it_goes_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    out = tmp_path / "run"
+
     def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pneumorph.study.training_options.run_training", stopped)
-    assert run(["coopt", "--out", str(tmp_path / "run")]) == 130
-    said = capsys.readouterr().err
-    assert f"stopped by the keyboard; --resume --out {tmp_path / 'run'} goes on" in said
+    def stopped_later(*_: object, **__: object) -> None:
+        (out / "training").mkdir()
+        raise KeyboardInterrupt
+
+    for stop, goes_on in ((stopped, False), (stopped_later, True)):
+        monkeypatch.setattr("pneumorph.study.training_options.run_training", stop)
+        assert run(["coopt", "--out", str(out)]) == 130
+        said = capsys.readouterr().err
+        assert "stopped by the keyboard" in said
+        assert (f"the same command with --resume --out {out} goes on" in said) is goes_on
+        assert out.exists() is goes_on

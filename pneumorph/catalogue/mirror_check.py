@@ -12,18 +12,18 @@ TOLERANCE = 0.02
 come closer."""
 
 
-def check_mirror(module: Module, name: str) -> None:
+def check_mirror(module: Module, apart: bool) -> None:
     """Refuse a module that is not its own mirror image about the plane y = 0 of its attachment.
 
     The mirror image of a robot has its cavities in the opposite order.
 
     Args:
         module: The module.
-        name: What its description calls it.
+        apart: Whether its cavities may be driven by different regulators.
 
     Raises:
         ValueError: It reaches further or has more volume to one side, or cavities that the mirror
-            exchanges are of different volumes.
+            exchanges are of different volumes and driven apart.
     """
     part = module.reduced
     face = module.face or Pose(np.eye(3), np.zeros(3))
@@ -34,13 +34,14 @@ def check_mirror(module: Module, name: str) -> None:
     centre = float(sixths @ sideways.sum(axis=1) / (4.0 * sixths.sum()))
     aside = max(abs(sideways.max() + sideways.min()), abs(centre))
     rest = part.cavity_volume
-    unlike = float(np.abs(rest - rest[::-1]).max(initial=0.0))
+    unlike = float(np.abs(rest - rest[::-1]).max(initial=0.0)) if apart else 0.0
     if aside <= TOLERANCE * width and unlike <= TOLERANCE * float(rest.max(initial=0.0)):
         return
     cavities = ", ".join(f"{1e-3 * each:.2f}" for each in rest)
     raise ValueError(
-        f"designs.mirror is true, and modules.{name} is not its own mirror image: it lies "
+        f"the designs have mirror images, and {module.name} is not its own: it lies "
         f"{centre:.1f} mm to the left, from {sideways.min():.1f} to {sideways.max():.1f} mm, and "
         f"its cavities hold {cavities} ml, expected the same on both sides, since a mirror "
-        "exchanges the first with the last; set mirror = false"
+        "exchanges the first with the last; set mirror = false in the robot's [designs], or "
+        'space.mirror to "none"'
     )

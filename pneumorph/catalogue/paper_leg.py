@@ -325,7 +325,12 @@ class _Leg:
             return None
         if masses.leg_mass_g is not None:
             mass = 1e-3 * masses.leg_mass_g / self.size_factor**3  # before it is resized
-            volume = material_volume(self._reduced_as_made)
+            own = self.part is None and self.mesh is not None
+            volume = (
+                float(self._shape().volumes.sum())
+                if own
+                else material_volume(self._reduced_as_made)
+            )
             what = "a leg of masses.leg_mass_g, or a module of mass_g,"
             check_density(what, mass, volume, WEIGHED_G_PER_ML, IN_GRAMS)
             return mass

@@ -25,7 +25,6 @@ from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.mirror_check import check_mirror
 from pneumorph.catalogue.module_description import ModuleDescription
 from pneumorph.catalogue.mounting_check import check_module, check_mounted
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
@@ -188,7 +187,17 @@ class RobotDescription(Checked, ShownInNotebooks):
         they are damped: they then walk with the damping that goes with them."""
         if "damping" in self.physics.changes or self.physics.physics.damping == "objective":
             return ()
-        return tuple(name for name, each in self.modules.items() if each.is_polar(self.folder))
+        built = self._built
+        return tuple(
+            name for name, each in self.modules.items() if each.is_polar(self.folder, built)
+        )
+
+    @property
+    def _built(self) -> Path:
+        """Where modules of a catalogue were built."""
+        if self.catalogue_folder is None:
+            return CATALOGUE_FOLDER.absolute()
+        return self.folder / self.catalogue_folder
 
     @cached_property
     def acting(self) -> Physics:
@@ -258,20 +267,25 @@ class RobotDescription(Checked, ShownInNotebooks):
             "coopt, search and certificates draw worlds from"
         )
 
-    def notes(self, design: str | None) -> tuple[str, ...]:
+    def damping_note(self, physics: Physics) -> str | None:
+        """What to say of the damping that modules bring with them; None where they bring none, or
+        another was asked for."""
+        if not self.polar_modules or physics.damping != "objective":
+            return None
+        polar = ", ".join(f"modules.{name}" for name in self.polar_modules)
+        return f"objective damping, which goes with the polar rotations of {polar}"
+
+    def notes(self, design: str | None, physics: Physics) -> tuple[str, ...]:
         """What to say before one robot walks in one world.
 
         Args:
             design: The design that is taken, where nothing but this description chose it.
+            physics: What acts on it.
         """
-        polar = ", ".join(f"modules.{name}" for name in self.polar_modules)
-        told = [
-            polar and f"objective damping, which goes with the polar rotations of {polar}",
-            self.worlds_note,
-        ]
+        told = [self.damping_note(physics), self.worlds_note]
         if design is not None:
             told = [self.forbidden_note(design), self.design_note(design), *told]
-        return tuple(note for note in told if note)
+        return tuple(note for note in told if note is not None)
 
     def expert_settings(self) -> dict[str, Any]:
         """Settings of the expert's gait for its regulators."""
@@ -313,9 +327,7 @@ class RobotDescription(Checked, ShownInNotebooks):
             raise ArtefactError(f"robot file {self.file}: {error}") from error
 
     def _spec(self, physics: Physics, rest: Mapping[str, Any]) -> RobotSpec:
-        built = CATALOGUE_FOLDER.absolute()
-        if self.catalogue_folder is not None:
-            built = self.folder / self.catalogue_folder
+        built = self._built
         _ = self.space  # refuses a usual design that its rules do not allow
         modules = {}
         for name, each in self.modules.items():
@@ -335,8 +347,6 @@ class RobotDescription(Checked, ShownInNotebooks):
             )
         for name, module in modules.items():
             check_module(module, name, physics, weighed=self.modules[name].mass_g is not None)
-            if self.designs.mirror:
-                check_mirror(module, name)
         check_mounted(hub, sites, self.mounting_tolerance_mm)
         return RobotSpec(
             hub,

@@ -284,6 +284,11 @@ class RobotOptions(Checked):
             {"robot": {"described": self.described, "file_text": self.file_text}}
         )
 
+    def notes(self, design: str | None) -> tuple[str, ...]:
+        """What to say before one robot walks in one world; see `RobotDescription.notes`."""
+        robot = self.description
+        return () if robot is None else robot.notes(design, self.physics)
+
     def _part_of_this_physics(self) -> ReducedPart | Path | None:
         """The reduced leg, read where what is in it is checked.
 

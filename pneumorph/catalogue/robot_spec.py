@@ -21,6 +21,7 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.calibration_check import check_calibration
 from pneumorph.catalogue.hub_spec import HubModel, HubSpec
 from pneumorph.catalogue.kin_surfaces import surfaces_of, without_idle_surfaces
+from pneumorph.catalogue.mirror_check import check_mirror
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.site import Site
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -97,14 +98,22 @@ class RobotSpec(ShownInNotebooks):
         """The rigid hub of a design with its reduced modules.
 
         Raises:
-            ValueError: The design has another number of locations than the robot has sites.
+            ValueError: The design has another number of locations than the robot has sites, or
+                another number of regulators for a module than it has cavities.
         """
         design = self._known(design)
-        mounts = []
+        mounts: list[Mount] = []
         for module, pose, regulators in self._mounted(design):
             part = module.reduced
             if len(regulators) == 1:
                 regulators = regulators * part.cavity_count
+            if len(regulators) != part.cavity_count:
+                location = design.fittings[len(mounts)].location
+                raise ValueError(
+                    f"design {design} gives {len(regulators)} regulators to {module.name} at site "
+                    f"{self.sites[location].name or location}, expected one for each of its "
+                    f"{part.cavity_count} cavities, or one for all"
+                )
             pose = tilted(pose, part.rest_nodes, self.mounting_angle_deg)
             mounts.append(Mount(part, pose, regulators))
         return Robot(self.hub.rigid, tuple(mounts), design, self._kin_surfaces)
@@ -197,7 +206,7 @@ class RobotSpec(ShownInNotebooks):
 
     def agreeing_worlds(self, drawn: Randomisation) -> Randomisation:
         """The worlds that agree with what tests found of the robot; what was measured besides, and
-        what is no distribution, stays. Without valves none differ in their conductances.
+        what is no distribution, stays.
 
         Args:
             drawn: The worlds as nobody has measured the robot.
@@ -205,12 +214,6 @@ class RobotSpec(ShownInNotebooks):
         Raises:
             ValueError: A test was of a number that these worlds have not, or found what none has.
         """
-        if self.physics.air.law == "rate_limit":
-            tested = {name for name, _, _ in drawn.measured}
-            if "filling_factor" not in tested:
-                drawn = replace(drawn, filling_factor="1")
-            if "venting_factor" not in tested:
-                drawn = replace(drawn, venting_factor="1")
         if self.calibration is None:
             return drawn
         known = {name for name, _, _ in drawn.measured}
@@ -334,8 +337,8 @@ class RobotSpec(ShownInNotebooks):
         """Refuse a space whose designs are none of this robot's.
 
         Raises:
-            ValueError: It has other locations than the robot has sites, or modules that a site does
-                not allow.
+            ValueError: It has other locations than the robot has sites, modules that a site does
+                not allow, or mirror images where a module is not its own.
         """
         if space.location_count != len(self.sites):
             raise ValueError(
@@ -348,6 +351,9 @@ class RobotSpec(ShownInNotebooks):
                     f"space.options[{number}] names module {chr(ord('a') + max(kinds))}, and site "
                     f"{site.name or number} allows {len(site.modules)} kinds of modules"
                 )
+        if space.has_mirror:
+            for module in self.modules:
+                check_mirror(module, apart=space.cavity_count > 1)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -384,12 +390,6 @@ class RobotSpec(ShownInNotebooks):
                     f"{site.name or location}, expected {allowed}"
                 )
             module = site.modules[kind]
-            if len(regulators) not in (1, module.reduced.cavity_count):
-                raise ValueError(
-                    f"design {design} gives {len(regulators)} regulators to the module "
-                    f"{module.name} at site {site.name or location}, expected one for each of its "
-                    f"{module.reduced.cavity_count} cavities, or one for all"
-                )
             mounted.append((module, site.pose_of(module), tuple(r - 1 for r in regulators)))
         return mounted
 

@@ -55,10 +55,10 @@ class SimulateOptions:
 
 def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
     """Simulate one robot and show it."""
-    spec, described, asked = options.robot.spec(), options.robot.description, options.walk
+    spec, asked = options.robot.spec(), options.walk
     if asked.model == "reduced":
         options.robot.refuse_full_options()
-    notes = described.notes(None if asked.gait else asked.design) if described else ()
+    notes = options.robot.notes(None if asked.gait else asked.design)
     for note in notes:
         folder.progress.say(note)
     film = options.film_settings if options.film else None

@@ -24,6 +24,7 @@ def check_equal_designs(space: DesignSpace, goal: Goal) -> None:
         if (left or turn) if symmetry == "mirror" else (forward or left):
             image = "its mirror image" if symmetry == "mirror" else "itself turned about z"
             raise ValueError(
-                f"designs.same counts a design and {image} as one, and the goal {goal.name!r} "
-                "tells them apart, expected no such symmetry: leave it out of the robot's file"
+                f"a design and {image} count as one, and the goal {goal.name!r} tells them apart, "
+                "expected no such symmetry: leave it out of designs.same of the robot's file, or "
+                "of space.symmetries"
             )

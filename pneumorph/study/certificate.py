@@ -84,7 +84,7 @@ def certify_once(
         spec,
         task.action_step_count * spec.physics.time_step_s,
         settings.cycle_s,
-        drawn.numbers_of(worlds),
+        _with_effect(drawn.numbers_of(worlds), spec),
         by_expert,
         by_pairs,
         ratios,
@@ -289,6 +289,15 @@ def _with_full_order(
     return [
         replace(pair, full_order=tuple(walks)) for pair, walks in zip(pairs, found, strict=True)
     ]
+
+
+def _with_effect(numbers: dict[str, np.ndarray], spec: RobotSpec) -> dict[str, np.ndarray]:
+    """Numbers of worlds without those of valves where the robot's air has none: what has no effect
+    is nobody's to measure."""
+    if spec.physics.air.law != "rate_limit":
+        return numbers
+    valves = ("filling_factor", "venting_factor")
+    return {name: values for name, values in numbers.items() if name not in valves}
 
 
 def _notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:

@@ -248,10 +248,9 @@ def deploy_gait(
 
 def _say_what_is_taken(plan: _Plan, robot: RobotOptions) -> None:
     """Which design and world a described robot has, and how long finite elements will take."""
-    settings, described, say = plan.settings, robot.description, plan.folder.progress.say
-    if described is not None:
-        for note in described.notes(None if plan.design is None else str(plan.design)):
-            say(note)
+    settings, say = plan.settings, plan.folder.progress.say
+    for note in robot.notes(None if plan.design is None else str(plan.design)):
+        say(note)
     walks = plan.rig.driver == "virtual" and not (settings.dry_run or settings.bend_test)
     if walks and settings.model == "full":
         measured = robot.physics_name == "measured"

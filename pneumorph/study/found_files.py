@@ -1,8 +1,8 @@
 """Files that a run's settings name, found again from any folder.
 
-Settings name files as they were given, relative to where the run was made. From elsewhere, or when
-the run and its files were moved together, a file is looked for beside the run and in the folders
-above it.
+Settings name files as they were given, relative to where the run was made. They are looked for
+beside the run and in the folders above it, where they are also after run and files were moved
+together, and then where the program runs.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def with_found_files(settings: Mapping[str, Any], run: Path) -> dict[str, Any]:
         run: Its folder.
 
     Returns:
-        The same, with another path for each file that is not where it is named and was found.
+        The same, with another path for each file that was found and is not where it is named.
     """
     found = dict(settings)
     for place in _PLACES:
@@ -49,7 +49,10 @@ def _replaced(content: Any, place: tuple[str, ...], run: Path) -> Any:
 
 
 def _found(path: Any, run: Path) -> Any:
-    if not isinstance(path, str) or Path(path).is_absolute() or Path(path).exists():
+    if not isinstance(path, str) or Path(path).is_absolute():
         return path
     above = (folder / path for folder in (run, *run.parents))
-    return next((str(each) for each in above if each.exists()), path)
+    found = next((each for each in above if each.is_file()), None)
+    if found is None or (Path(path).is_file() and found.samefile(path)):
+        return path
+    return str(found)

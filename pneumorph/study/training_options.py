@@ -238,8 +238,12 @@ def train_as_asked(
             randomisation=drawn,
         )
     described = options.robot.description
-    note = described and described.design_note(options.baseline.design)
-    if note:
+    told = () if described is None else (
+        described.damping_note(options.robot.physics),
+        described.design_note(options.baseline.design),
+    )  # fmt: skip
+    notes = tuple(note for note in told if note is not None)
+    for note in notes:
         folder.progress.say(note)
     found = run_training(
         options.coopt,
@@ -253,4 +257,4 @@ def train_as_asked(
         wandb_project=options.wandb_project,
         own_task=own_task,
     )
-    return replace(found, notes=(*found.notes, note)) if note else found
+    return replace(found, notes=(*found.notes, *notes)) if notes else found

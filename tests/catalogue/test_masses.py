@@ -197,3 +197,10 @@ def test_a_reduced_leg_of_another_mesh_has_to_be_weighed() -> None:
 def test_masses_that_cannot_be_are_refused(make, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         make()
+
+
+@pytest.mark.parametrize(("size", "mass_g"), [(3.0, 1300.0), (0.25, 0.8)])
+def test_a_weighed_leg_is_held_against_its_own_volume(size: float, mass_g: float) -> None:
+    mesh = paper_leg_mesh().scaled(size)
+    leg = paper_leg("published", mesh=mesh, masses=Masses("cast", leg_mass_g=mass_g))
+    assert leg.full.mass_kg == pytest.approx(1e-3 * mass_g)

@@ -289,12 +289,13 @@ def test_a_part_with_polar_rotations_brings_its_damping(edited: Edited, tmp_path
     read = RobotDescription.read(path)
     assert read.spec().physics.damping == read.acting.damping == "objective"
     assert "objective damping, which goes with the polar rotations of modules.long" in read.notes(
-        None
+        None, read.acting
     )
+    assert read.damping_note(replace(read.acting, damping="published")) is None
     path.write_text(path.read_text().replace("[physics]\n", '[physics]\ndamping = "published"\n'))
     read = RobotDescription.read(path)
     assert read.acting.damping == "published"
-    assert not any("damping" in note for note in read.notes(None))
+    assert not any("damping" in note for note in read.notes(None, read.acting))
     part.save(tmp_path / "own.npz")
     assert RobotDescription.read(edited("", "")).acting.damping == "published"
 

@@ -12,7 +12,6 @@ import pytest
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.bench_tests import BENCH_TESTS
 from pneumorph.catalogue.measured_worlds import UNCERTAINTIES, measured_worlds
-from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.virtual_rig import VirtualRigSettings
@@ -176,19 +175,3 @@ def test_readings_far_outside_of_what_worlds_allow_are_refused(
 
 def test_every_test_of_the_bench_is_of_a_number_that_worlds_have() -> None:
     assert {test.number for test in BENCH_TESTS} <= set(UNCERTAINTIES)
-
-
-def test_worlds_of_a_robot_without_valves_do_not_differ_in_them() -> None:
-    """What has no effect is nobody's to measure."""
-    drawn = replace(measured_worlds(), filling_factor="U(0.5, 2)", venting_factor="U(0.5, 2)")
-    plain = paper_robot("published")
-    assert plain.physics.air.law == "rate_limit"
-    worlds = plain.agreeing_worlds(drawn).distributions
-    assert worlds["filling_factor"].is_constant
-    assert worlds["venting_factor"].is_constant
-    assert (
-        not paper_robot("measured")
-        .agreeing_worlds(drawn)
-        .distributions["filling_factor"]
-        .is_constant
-    )

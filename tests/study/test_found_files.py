@@ -60,3 +60,13 @@ def test_a_file_that_is_gone_is_named_as_it_was(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ValueError, match=r"parts/own\.npz does not exist"):
         FinishedRun.read(run).spec()
+
+
+def test_files_of_another_run_do_not_stand_in_for_its_own(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "own.toml").write_text("name = 'another'\n")
+    monkeypatch.chdir(other)
+    assert FinishedRun.read(run).robot.described == tmp_path / "home/own.toml"

@@ -7,7 +7,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.run_folder import SUMMARY, RunFolder
+from pneumorph.environment.goal import FORWARD
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import read_trial
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
@@ -16,6 +17,7 @@ from pneumorph.report.page import write_html
 from pneumorph.report.replay.page import page_of, player_of
 from pneumorph.report.replay.replay_data import ReplaySettings, replay_data
 from pneumorph.report.scene import Actor
+from pneumorph.study.finished_run import FinishedRun
 from pneumorph.trajectory import Trajectory
 
 
@@ -101,7 +103,8 @@ def motion(text: str, video: VideoSettings) -> Actor | MarkerActor:
     path = Path(name)
     recorded = next((path / each for each in RECORDED if (path / each).is_file()), None)
     if recorded is not None:
-        return Actor.of(Trajectory.load(recorded), label or path.name)
+        goal = FinishedRun.read(path).goal if (path / SUMMARY).is_file() else FORWARD
+        return Actor.of(Trajectory.load(recorded), label or path.name, goal)
     if path.is_dir():
         return MarkerActor.of(read_trial(path, video), label or f"{path.name} (measured)")
     return Actor.of(Trajectory.load(path), label or path.stem)
