@@ -74,10 +74,8 @@ def test_forces_and_slipping_points_are_compared(trajectory: Trajectory) -> None
 def test_trajectories_that_do_not_match_are_refused(trajectory: Trajectory) -> None:
     nodes = trajectory.node_positions_mm
     assert nodes is not None
+    fewer = replace(trajectory, node_positions_mm=nodes[:, :, 1:], skin_triangles=None, shape=None)
     with pytest.raises(ValueError, match="expected the same; the models come from different"):
-        fewer = replace(
-            trajectory, node_positions_mm=nodes[:, :, 1:], skin_triangles=None, shape=None
-        )
         node_error(trajectory, fewer)
     with pytest.raises(ValueError, match="without node positions"):
         node_error(trajectory, replace(trajectory, node_positions_mm=None))
