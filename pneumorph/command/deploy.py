@@ -47,12 +47,10 @@ class DeployOptions:
         """The design that a robot's file brings to a gait that names none, and the regulators to
         the expert's gait."""
         robot, source = chosen_robot(content), content.get("source")
-        if robot is None:
+        if robot is None or not (source is None or names_no_design(source)):
             return {}
-        if source is not None:
-            named = not names_no_design(source)
-            return {} if named else {"deployment": {"design": robot.usual_design}}
-        return {"deployment": {"design": robot.usual_design, "expert": robot.expert_settings()}}
+        expert = robot.expert_settings() if source is None else {}
+        return {"deployment": {"design": robot.usual_design, "expert": expert}}
 
     def __post_init__(self) -> None:
         self.deployment.refuse_source_of_bend_test(self.source)

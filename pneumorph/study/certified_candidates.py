@@ -117,6 +117,7 @@ class Candidates:
         baseline: PhaseSweepSettings,
         drawn: Randomisation | None,
         certificate: CertificateSettings,
+        own_task: str | None = None,
     ) -> Candidates:
         """Those of a training that has just ended, before its summary is written.
 
@@ -127,6 +128,7 @@ class Candidates:
             baseline: The expert's gaits.
             drawn: What its worlds were drawn from; None for one world.
             certificate: How many pairs, and which worlds otherwise.
+            own_task: What its task was called; None for one of the package's.
         """
         robust, task = settings.objective.is_robust, settings.task
         drawn = drawn if drawn is not None and robust else certificate.randomisation
@@ -143,7 +145,9 @@ class Candidates:
             for each in pairs[: certificate.pair_count]
         ]
         seen_mean = np.array([pair.achieved for pair in chosen]) if ranked else None
-        return cls(run, tuple(chosen), task, baseline, tuple(seen), ranked, drawn, seen_mean)
+        return cls(
+            run, tuple(chosen), task, baseline, tuple(seen), ranked, drawn, seen_mean, own_task
+        )
 
 
 def unseen_worlds(randomisation: Randomisation, count: int, seed: int) -> list[World]:

@@ -40,9 +40,8 @@ def with_found_files(settings: Mapping[str, Any], run: Path) -> dict[str, Any]:
 def _replaced(content: Any, place: tuple[str, ...], run: Path) -> Any:
     """The content with what stands at a place looked for."""
     if not place:
-        return [_found(each, run) for each in content] if isinstance(content, list) else _found(
-            content, run
-        )  # fmt: skip
+        several = isinstance(content, list)
+        return [_found(each, run) for each in content] if several else _found(content, run)
     if not isinstance(content, Mapping) or place[0] not in content:
         return content
     return {**content, place[0]: _replaced(content[place[0]], place[1:], run)}

@@ -168,9 +168,8 @@ def run_training(
 
     Raises:
         ValueError: The folder holds a training already, designs count as one that the goal tells
-            apart, task and robot have different numbers of
-            regulators, designs walk in another number of worlds than are drawn, or the environment
-            is none for these settings.
+            apart, task and robot have different numbers of regulators, designs walk in another
+            number of worlds than are drawn, or the environment is none for these settings.
     """
     start = time.monotonic()
     _check(settings, spec, folder, resume, worlds, baseline)
@@ -206,9 +205,8 @@ def run_training(
     if certificate is not None and learned.pairs:
         drawn_from = None if worlds is None else worlds.randomisation
         found = Candidates.of_training(
-            learned.pairs, folder.path, settings, baseline, drawn_from, certificate
+            learned.pairs, folder.path, settings, baseline, drawn_from, certificate, name
         )
-        found = replace(found, own_task=name)
         again = Again(reduction or from_walks("published"))
         if settings.finetuning.timesteps and name is None:
             trained = Trained(folder.path / TRAINING_FOLDER, settings, worlds)
