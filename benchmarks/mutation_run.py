@@ -182,12 +182,11 @@ def tried(mutant: Mutant, copy: Path, known: dict[str, dict[str, Any]]) -> dict[
     """What became of a mutant."""
     tests, left_out, spent_s = tests_for(mutant, known)
     row: dict[str, Any] = {"mutant": mutant.name, "tests": len(tests), "left_out": left_out}
-    if not tests:
-        return {**row, "outcome": "survived"}
     file = copy / mutant.path
     source = file.read_bytes()
     file.with_suffix(RIGHT).write_bytes(source)
     file.write_bytes(mutant.applied(source))
+    status, told = 0, ""
     try:
         for some in staged(tests):
             status, told = run_tests(copy, ["-x", *some], 60 + 2 * spent_s)

@@ -144,7 +144,9 @@ def ecsw(
         forces, stiffness = training.rows(state, scales, with_stiffness=number in stiffness_states)
         for each in np.split(forces, [len(state) + 3]):  # of the branches the second, if any
             if len(each) > 0:
-                block.append(weights[number] * each / max(_size(each), scales.force_floor))
+                # Forces of a part that no state stresses are zero, whatever they are divided by.
+                scale = max(_size(each), scales.force_floor) or 1.0
+                block.append(weights[number] * each / scale)
         if stiffness is not None:
             block.append(stiffness * (stiffness_scale / _size(stiffness)))
         if sum(map(len, block)) > _BLOCK_ROWS or number == len(states) - 1:
@@ -242,7 +244,7 @@ class TrainingRows:
         # A part that is never stressed gives no turning stiffness, or one that rounding makes
         # negative; any scale will do then.
         rotation = max(float(np.mean(turn)), 0.0) ** 0.5 or 1.0
-        return RowScales(rotation, force_floor * max(sizes) or 1.0)
+        return RowScales(rotation, force_floor * max(sizes))
 
     def rows(
         self, state: np.ndarray, scales: RowScales, *, with_stiffness: bool

@@ -1,12 +1,13 @@
-"""Newton's method for a bar on a stiff sheet that turns far."""
+"""Newton's method for a bar on a stiff sheet that turns far, and loads that are found in vain."""
 
 import numpy as np
 from helpers.box_mesh import box_mesh
 
+from pneumorph.fem import static
 from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.silicones import silicone
-from pneumorph.fem.static import StaticSettings, static_equilibrium
+from pneumorph.fem.static import StaticResult, StaticSettings, static_equilibrium
 from pneumorph.geometry.quadratic import quadratic_mesh
 
 SHEET = Membrane("bottom", Material(2e6, 0.3, "st_venant_kirchhoff"), 0.1)
@@ -41,3 +42,17 @@ def test_a_step_of_nothing_changes_no_tangent():
     usual = part.tangent_data(x, rotation="polar")
     same = part.tangent_data(x, rotation="polar", change=np.zeros_like(x))
     assert np.abs(same - usual).max() < 1e-12 * np.abs(usual).max()
+
+
+def test_a_load_that_no_state_bears_is_halved_so_often_and_no_more(monkeypatch):
+    part, loads = bar(), []
+
+    def never(_part, x, keeping, target, *_):
+        loads.append(target)
+        return StaticResult(x, False, np.inf, 1, target)
+
+    monkeypatch.setattr(static, "_newton", never)
+    settings = StaticSettings(load_step_kPa=8.0, halving_limit=3)
+    found = static_equilibrium(part, 20.0, part.mesh.node_set("left"), settings=settings)
+    assert not found.converged
+    assert loads == [8.0, 4.0, 2.0, 1.0]

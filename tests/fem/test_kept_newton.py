@@ -13,6 +13,7 @@ from pneumorph.fem.kept_newton import EVENLY
 from pneumorph.fem.material import Material, Membrane
 from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.prony import PronySeries
+from pneumorph.fem.step_problem import StepProblem
 from pneumorph.fem.time_integration import StepError
 from pneumorph.fem.yeoh_constants import yeoh_material
 from pneumorph.geometry.pose import rotation_about
@@ -102,6 +103,21 @@ def test_what_turns_evenly_is_foreseen_unstretched():
         return np.abs(part.assembly.matrix(data) @ spin).max()
 
     assert resistance(EVENLY * change) < 1e-4 * resistance(None)  # the rubber's share
+
+
+def test_what_is_foreseen_of_a_leg_is_how_it_moves(leg, monkeypatch):
+    """In a step of 10 ms a few millimetres at most, where its nodes lie up to 40 mm from there."""
+    foreseen = []
+    matrix = StepProblem.implicit_matrix
+
+    def noted(problem, number, trial, *changes):
+        foreseen.extend(np.abs(change).max() for change in changes)
+        return matrix(problem, number, trial, *changes)
+
+    monkeypatch.setattr(StepProblem, "implicit_matrix", noted)
+    walked(robot(leg))
+    assert len(foreseen) > 2
+    assert 0.0 < max(foreseen) < 10.0
 
 
 def test_a_displacement_tolerance_is_kept(leg):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pneumorph.hardware.confidence import confidence_reach
+from pneumorph.hardware.confidence import confidence_reach, effective_count
 from pneumorph.hardware.deployment_log import LoggedPressures
 from pneumorph.hardware.marker_track import MarkerTrack
 from pneumorph.hardware.parameter_fit import ParameterFitSettings, Parameters, fit_parameters
@@ -63,3 +63,16 @@ def test_what_cannot_be_seen_is_not_certain() -> None:
     error = np.sqrt(residual @ residual / 48.0 / (x @ x))
     assert seen == pytest.approx(2.0106 * error, rel=1e-4)  # Student's t for 48 degrees of freedom
     assert unseen == np.inf
+
+
+def test_what_follows_from_what_was_before_counts_for_less() -> None:
+    """Bayley and Hammersley's n (1 - r) / (1 + r), with r the correlation of neighbours."""
+    # Four times +1, then -1: neighbours agree in 3 of 4 pairs, 15 pairs of 16 residuals.
+    blocks = np.repeat([1.0, -1.0, 1.0, -1.0], 4)
+    r = (12.0 - 3.0) / 16.0
+    assert effective_count(blocks) == pytest.approx(16.0 * (1.0 - r) / (1.0 + r), rel=1e-12)
+    # What alternates is taken for independent, not for more than there are.
+    assert effective_count(np.tile([1.0, -1.0], 8)) == 16.0
+    # Nothing is left over where nothing was off, and what never changes is one sample.
+    assert effective_count(np.zeros(16)) == 16.0
+    assert effective_count(np.ones(1000)) == 1.0

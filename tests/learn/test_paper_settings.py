@@ -89,3 +89,5 @@ def test_fast_takes_at_most_a_quarter_of_the_papers_timesteps() -> None:
     assert fast.timesteps_per_round == 1920
     assert fast.round_count * 1920 + finetuning <= PAPER.total_timesteps / 4
     assert fast.space == PAPER.space
+    # What its description and its pages say: the entropy falls to that of seven designs.
+    assert round(math.exp(fast.schedule.final_entropy)) == 7

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +21,9 @@ from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.reward import RewardWeights
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.gait.walk import walk
+from pneumorph.learn import search_run
+from pneumorph.learn.design_gait_pair import DesignGaitPair
+from pneumorph.learn.evaluated_gaits import best_of_each_design
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.gait_search import GaitSearch, GaitSearchSettings
 from pneumorph.learn.genetic_algorithm import (
@@ -31,6 +35,7 @@ from pneumorph.learn.objective import Objective
 from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
 from pneumorph.learn.search_run import FAILED_CM, LOG_FILE, SearchResult, run_search
 from pneumorph.learn.searcher import Candidates, Searcher
+from pneumorph.robot.design_space import DesignSpace
 
 
 def environment(
@@ -265,7 +270,9 @@ def test_candidates_walk_in_worlds_of_their_generation(tmp_path: Path, method: s
 
 
 @pytest.mark.parametrize("method", ["gaits", "genetic", "random"])
-def test_the_first_generations_walk_alone_in_the_nominal_world(tmp_path: Path, method: str) -> None:
+def test_the_first_generations_walk_alone_in_the_nominal_world(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, method: str
+) -> None:
     """One walk a candidate until then, all in one world; then four each, and the survivors of the
     first part begin the second. Half of those that walk once more are of the first."""
     seeds: list[int | None] = []
@@ -287,8 +294,17 @@ def test_the_first_generations_walk_alone_in_the_nominal_world(tmp_path: Path, m
         return asked[-1]
 
     searching.ask = noted  # type: ignore[method-assign]
+    again: list[DesignGaitPair] = []
+
+    def best(pairs: list[DesignGaitPair], *more: Any) -> dict[int, DesignGaitPair]:
+        again.extend(pairs)
+        return best_of_each_design(pairs, *more)
+
+    monkeypatch.setattr(search_run, "best_of_each_design", best)
     walkers = environment(Told, 16)
     found = run_search(searching, walkers, SPACE, 8 * each, tmp_path, objective=objective)
+    assert len(again) == 24
+    assert sum(pair.timestep <= 2 * each for pair in again) == 12
     assert found.timesteps.tolist() == [each, 2 * each, 6 * each, 10 * each]
     drawn = [seed for seed in seeds if seed is not None and seed < EVALUATION_SEED]
     assert sorted(set(drawn)) == [0, each, 2 * each, 6 * each]
@@ -297,8 +313,8 @@ def test_the_first_generations_walk_alone_in_the_nominal_world(tmp_path: Path, m
     assert drawn.count(2 * each) == -(-size // 4)
     if method == "genetic":
         walked = {(int(d), a.tobytes()) for one in asked[:2] for d, a in _pairs(one)}
-        again = [(int(d), a.tobytes()) in walked for d, a in _pairs(asked[2])]
-        assert sum(again) >= size // 2
+        survivors = [(int(d), a.tobytes()) in walked for d, a in _pairs(asked[2])]
+        assert sum(survivors) >= size // 2
     assert {pair.timestep <= 2 * each for pair in found.best.values()} == {True, False} or (
         method == "gaits"
     )
@@ -369,3 +385,17 @@ def test_the_luckiest_walk_is_no_reason_to_be_the_best(tmp_path: Path) -> None:
     gains = [many.best[design].score_cm - one.best[design].score_cm for design in one.best]
     assert min(gains) >= 0.0
     assert max(gains) > 0.0
+
+
+def test_a_parent_stands_in_for_a_child_that_never_keeps_the_rules(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It is made again a hundred times, and no more: a space may have a single design."""
+    searching = searcher("genetic")
+    first = searching.ask()
+    searching.tell(np.arange(len(first), dtype=float))
+    tried: list[object] = []
+    monkeypatch.setattr(DesignSpace, "holds", lambda _, design: tried.append(design))
+    children = searching.ask()
+    assert len(tried) == 100 * len(children)
+    assert set(children.design.tolist()) <= set(first.design.tolist())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.synthetic_part import synthetic_part, vibration_modes
 
-from pneumorph.fem.static import StaticSettings, static_equilibrium
+from pneumorph.fem.static import StaticSettings, rising_equilibria, static_equilibrium
 from pneumorph.geometry.mesh import MeshError
 from pneumorph.reduction import blocked_snapshots
 from pneumorph.reduction.assemble import assemble_reduced_part
@@ -98,3 +98,24 @@ def test_fewer_tips_than_asked_for_are_refused(leg, monkeypatch):
 def test_a_region_without_faces_is_refused(leg):
     with pytest.raises(MeshError, match="attachment"):
         next(blocked_forces(leg, leg.mesh, [1.0], region="attachment"))
+
+
+def test_a_small_pressure_takes_two_steps_of_newton(leg):
+    """Both unknowns of the linear problem are right at once; one more for what is not linear."""
+    triangles = tip_triangles(leg)
+    kept = np.zeros_like(leg.rest_nodes)
+    np.add.at(kept[:, 2], triangles.ravel(), 1.0 / triangles.size)
+    (found,) = rising_equilibria(leg, [1e-3], leg.mesh.node_set("attachment"), kept=kept)
+    assert found.converged
+    assert found.iterations <= 2
+
+
+def test_without_a_load_what_is_unbalanced_is_told_in_millinewtons(leg):
+    held = leg.mesh.node_set("attachment")
+    start = leg.rest_nodes + 0.01 * np.random.default_rng(0).normal(size=leg.rest_nodes.shape)
+    start[held] = leg.rest_nodes[held]
+    found = static_equilibrium(leg, 0.0, held, start=start, settings=StaticSettings(tolerance=1e-3))
+    free = np.setdiff1d(np.arange(len(start)), held)
+    left = np.linalg.norm(leg.internal_force(found.positions)[free])
+    assert found.converged
+    assert found.relative_residual == pytest.approx(left, rel=1e-9)

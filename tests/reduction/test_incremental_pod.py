@@ -8,7 +8,7 @@ import scipy.sparse as sparse
 from helpers.synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.reduction.compressed_snapshots import SnapshotCompressor
-from pneumorph.reduction.incremental_pod import IncrementalPod
+from pneumorph.reduction.incremental_pod import IncrementalPod, gram_vectors
 from pneumorph.reduction.pod import joint_pod, leading_fields, pod, truncation_error
 
 PART = synthetic_part((6, 4, 4))
@@ -185,3 +185,21 @@ def test_impossible_tolerances_and_states_are_refused() -> None:
         SnapshotCompressor(METRIC, 1.0)
     with pytest.raises(ValueError, match="must be finite"):
         SnapshotCompressor(METRIC, 0.1).add(np.full((1, *PART.mesh.nodes.shape), np.nan))
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_what_is_rounding_is_measured_by_the_largest_value(scale: float) -> None:
+    """Three fields of which the third is the sum of the others, of any size."""
+    metric = sparse.identity(6, format="csr")
+    rows = scale * np.array([[1.0, 0, 0, 0, 0, 0], [0, 0.5, 0, 0, 0, 0], [1.0, 0.5, 0, 0, 0, 0]])
+    values, _ = gram_vectors(rows, metric)
+    # The sum and the sum of squares of the eigenvalues are traces of G and G G.
+    gram = rows @ rows.T
+    assert values.sum() == pytest.approx(np.trace(gram), rel=1e-12)
+    assert (values**2).sum() == pytest.approx(np.trace(gram @ gram), rel=1e-12)
+    assert values[2] == 0.0
+
+
+def test_nothing_but_all_fields_holds_all_of_several_snapshots() -> None:
+    few = in_blocks(wandering_snapshots(4, seed=1), 1e-9, 4)
+    assert sum(len(fields) for fields in leading_fields([few], METRIC, 0.0).values()) == 4

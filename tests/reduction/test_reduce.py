@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+import scipy.sparse as sparse
 from helpers.synthetic_part import rubber_part, synthetic_part
 
 from pneumorph.fem.bend import end_face_bend_deg
@@ -15,10 +16,11 @@ from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings, block
 from pneumorph.reduction.contact_flexibility import contact_flexibility
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.errors import force_errors, reduced_bend
-from pneumorph.reduction.learned_fields import snapshot_kinds
+from pneumorph.reduction.learned_fields import snapshot_kinds, weighted_changes
 from pneumorph.reduction.reduce import reduce_part
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.reduction.reduction_settings import ReductionSettings
+from pneumorph.reduction.snapshot_range import range_ratio
 from pneumorph.reduction.snapshots import Snapshots
 from pneumorph.reduction.static_snapshots import (
     StaticSnapshotSettings,
@@ -206,6 +208,7 @@ def test_a_stiff_sheet_seen_by_its_stress_lets_the_tip_give_way():
         part, report = reduce_part(model, bend, settings)
         assert report.stress_count == len(part.stretch_1) == settings.stress_limit
         assert (report.membrane_count == 0) == (settings.stress_limit > 0)
+        assert ("answers to forces" in report.stage_seconds) == (settings.answer_share > 0.0)
         errors.append(report.compliance_error_percent)
         table = report.compliance
     assert errors[0] > 90.0
@@ -214,6 +217,38 @@ def test_a_stiff_sheet_seen_by_its_stress_lets_the_tip_give_way():
     x = model.rest_nodes + bend.displacement[-1].astype(float)
     full = tip_compliance(model, x, table["pressure_kPa"][-1], "polar")
     assert table["full_y_mm_per_N"][-1] == pytest.approx(1e3 * full[1, 1])
+
+
+def test_mirror_images_are_in_range_where_a_part_has_a_mirror(reduction, model):
+    """The range of a symmetric part does not tell left from right."""
+    part, report = reduction
+    image = part.modes[model.mesh.mirror_nodes] * np.array([1.0, -1.0, 1.0])[:, None]
+    parity = np.sign(np.sum(image * part.modes, axis=(0, 1)))
+    assert np.sum(parity > 0.0) == report.symmetric_mode_count
+    states = np.random.default_rng(3).normal(size=(20, part.mode_count))
+    ratio = range_ratio(part.snapshot_range, states)
+    np.testing.assert_allclose(range_ratio(part.snapshot_range, states * parity), ratio, rtol=1e-9)
+
+
+@pytest.mark.parametrize("equal", [False, True])
+def test_changes_of_a_kind_weigh_what_is_its_share(model, snapshots, equal):
+    """Their squares in the metric, weighted, add up to it; equal snapshots have as much each."""
+    settings = ReductionSettings(
+        bend_share=0.2, load_share=0.5, holdout_every=0, equal_snapshots=equal
+    )
+    metric = sparse.diags_array(np.repeat(model.node_mass, 3)).tocsr()
+    training = np.arange(len(snapshots))
+    every = list(weighted_changes(model, snapshots, training, None, metric, settings))
+    squares = np.array(
+        [weight**2 * (v := (x - rest).ravel()) @ metric @ v for rest, x, weight in every]
+    )
+    ends = np.cumsum([len(kind) for kind, share in snapshot_kinds(snapshots, settings) if share])
+    found = [part.sum() for part in np.split(squares, ends[:-1])]
+    shares = [share for kind, share in snapshot_kinds(snapshots, settings) if share and len(kind)]
+    assert [each for each in found if each] == pytest.approx(shares, rel=1e-6)
+    if equal:
+        bends = squares[: ends[0]]
+        assert bends[bends > 0.0] == pytest.approx(bends.max(), rel=1e-6)
 
 
 def test_without_blocked_tips_no_error_of_them_is_told(reduction):

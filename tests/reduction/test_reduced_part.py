@@ -210,3 +210,23 @@ def test_modes_of_another_mesh_are_refused():
     other = vibration_modes(synthetic_part((6, 4, 4)), 2)
     with pytest.raises(ValueError, match="modes must have shape"):
         assemble_reduced_part(PART, other)
+
+
+def test_whatever_a_part_moves_by_is_in_its_digest():
+    """Each array by itself, present or not, so that no two parts that walk apart pass for one."""
+    silent = {"contact_surface", "contact_area_mm2", "snapshot_range", "metadata"}
+    for field in dataclasses.fields(ReducedPart):
+        value = getattr(REDUCED, field.name)
+        if field.name in silent or not isinstance(value, np.ndarray):
+            continue
+        other = dataclasses.replace(REDUCED)
+        changed = (
+            value.copy() if value.size else np.zeros([max(length, 1) for length in value.shape])
+        )
+        changed.ravel()[0] += 1
+        object.__setattr__(other, field.name, changed)
+        assert other.digest() != REDUCED.digest(), field.name
+
+
+def test_nothing_keeps_a_mean_in_place_where_none_was_asked_for():
+    assert modal_equilibrium(REDUCED, 1.0).keeping_mN == 0.0

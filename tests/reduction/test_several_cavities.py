@@ -5,13 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from helpers.synthetic_part import synthetic_mesh, synthetic_part
 
 from pneumorph.fem.material import Membrane
 from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.static import StaticResult
+from pneumorph.geometry.pose import rotation_about
+from pneumorph.reduction import static_snapshots
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.errors import reduced_bend
 from pneumorph.reduction.static_snapshots import (
+    GRAVITY_MM_S2,
     StaticSnapshotSettings,
     bend_snapshots,
     load_snapshots,
@@ -65,3 +70,30 @@ def test_one_cavity_is_inflated_as_it_always_was() -> None:
     np.testing.assert_array_equal(
         reduced_bend(*asked, cavities=["cavity"]).reduced_deg, reduced_bend(*asked).reduced_deg
     )
+
+
+def test_a_load_of_a_pitched_part_pushes_up_and_drags_level() -> None:
+    """Turned as it is mounted, gravity and the ground's reaction are upright in the world: a part
+    of next to no weight feels no more than the friction's share of its load along the level."""
+    part = synthetic_part((4, 4, 4))
+    settings = StaticSnapshotSettings(
+        pitch_deg=40.0, friction=0.5, load_pressure_kPa=0.0, load_limit_mN=100.0
+    )
+    forces = []
+
+    def noted(*_: object, external_force: np.ndarray, **__: object) -> StaticResult:
+        forces.append(external_force)
+        return StaticResult(part.rest_nodes, True, 0.0, 0, 0.0)
+
+    weight = -GRAVITY_MM_S2 * part.mass_kg
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(static_snapshots, "static_equilibrium", noted)
+        load_snapshots(part, settings, range(40))
+    # The part's axes stand 40 degrees from the world's.
+    total = np.array(forces).sum(axis=1) @ rotation_about("y", -40.0)
+    normal, along, aside = total[:, 2] - weight, total[:, 0], total[:, 1]
+    assert (normal > 0.0).all()
+    assert normal.max() < 100.0
+    drag = np.hypot(along, aside) / normal
+    assert drag.max() <= 0.5 + 1e-9
+    assert drag.max() > 0.4

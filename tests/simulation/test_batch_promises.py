@@ -53,3 +53,12 @@ def test_inactive_robots_stand_still():
     simulator.advance(np.full((3, 2), 5.0), 10, active=np.array([True, False, True]))
     assert np.array_equal(simulator.read("position")[1], np.zeros(3))
     assert np.all(simulator.read("step_count") == [10, 0, 10])
+
+
+def test_times_are_taken_where_they_are_asked_for_alone():
+    simulator = BatchedSimulator(crawlers(), PHYSICS, STEPPER, 1)
+    commands = np.zeros((len(crawlers()), PHYSICS.regulator_count))
+    simulator.advance(commands, 2)
+    assert sum(simulator.stage_seconds.values()) == 0.0
+    simulator.advance(commands, 2, profile=True)
+    assert sum(simulator.stage_seconds.values()) > 0.0
