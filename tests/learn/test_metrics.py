@@ -1,5 +1,6 @@
 """Metrics are lines of JSON that a resumed run continues."""
 
+import json
 import struct
 from pathlib import Path
 from typing import Any
@@ -7,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.learn.metrics import (
+    DRAWN,
     METRICS_FILE,
     TENSORBOARD_FOLDER,
     MetricsLog,
@@ -66,6 +69,18 @@ def test_metrics_that_are_not_finite_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         log.write({"timestep": 1, "critic_loss": float("nan")})
     log.close()
+
+
+def test_what_is_drawn_may_lack_no_number_but_the_best_distance(tmp_path: Path) -> None:
+    """No robot need have come to the end of its walk; what no figure draws may be anything."""
+    line: dict[str, Any] = {**dict.fromkeys(DRAWN, 1.0), "timestep": 10, "note": None}
+    line["score_histogram"] = [1.0]
+    path = tmp_path / METRICS_FILE
+    path.write_text(json.dumps({**line, "best_distance_cm": None}) + "\n")
+    assert read_metrics(tmp_path, DRAWN)[0]["best_distance_cm"] is None
+    path.write_text(json.dumps({**line, "return_mean_cm": None}) + "\n")
+    with pytest.raises(ArtefactError, match="return_mean_cm: expected a finite number, got None"):
+        read_metrics(tmp_path, DRAWN)
 
 
 def test_histogram_holds_all_probability() -> None:
