@@ -5,6 +5,7 @@ import pytest
 from helpers.box_mesh import box_mesh
 from scipy.sparse import csr_array
 
+from pneumorph.fem import elimination_tree
 from pneumorph.fem.elimination_tree import EliminationTree, minimum_degree_tree
 from pneumorph.fem.frontal_cholesky import FrontalCholesky, FrontPattern
 from pneumorph.fem.material import Material
@@ -114,7 +115,7 @@ def zero_shares(tree: EliminationTree, touches: np.ndarray) -> np.ndarray:
     return np.array(shares)
 
 
-def test_blocks_hold_few_zeros():
+def test_blocks_hold_few_zeros(monkeypatch):
     """Of a panel 30 % at most where a block of few nodes was taken in, and 5 % where a large one
     was: blocks of more than eight nodes are of several."""
     mesh = box_mesh((18.0, 8.0, 6.0), (9, 4, 3))
@@ -126,3 +127,8 @@ def test_blocks_hold_few_zeros():
     shares = zero_shares(tree, touches)
     assert 0.0 < shares.max() <= 0.3
     assert shares[np.diff(tree.starts) > 8].max() <= 0.05
+    for limit in ("_FILL", "_SMALL_FILL"):
+        monkeypatch.setattr(elimination_tree, limit, 0.0)
+    none = minimum_degree_tree(csr_array(touches))
+    assert zero_shares(none, touches).max() == 0.0
+    assert len(none.parents) < len(mesh.nodes)  # columns that are the same are joined even so

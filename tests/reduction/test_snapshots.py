@@ -17,6 +17,7 @@ from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.rigid_hub import RigidHub
 from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction import walk_snapshots as walk_snapshots_file
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
 from pneumorph.reduction.snapshots import Snapshots
@@ -25,6 +26,7 @@ from pneumorph.reduction.walk_snapshots import (
     WalkPhysics,
     WalkSnapshotSettings,
     gray_corners,
+    leg_step_seconds,
     walk_plan,
     walk_snapshots,
 )
@@ -124,6 +126,20 @@ def test_the_time_of_missing_walks_is_told_before_they_begin(tmp_path):
     # Two loads of 50 leg steps each, and (2 + 8) steps of 2 legs; the bend is there already.
     assert len(said) == 1
     assert "2 tasks with 120 steps of a leg" in said[0]
+
+
+def test_the_time_is_measured_with_as_many_legs_as_the_middle_robot_has(monkeypatch):
+    class Measured(Exception):
+        pass
+
+    def noted(_part, _hub, _poses, _settings, plan, _acting):
+        raise Measured(len(plan.places))
+
+    monkeypatch.setattr(walk_snapshots_file, "walking_robot", noted)
+    hub, poses = robot_around_a_box()
+    settings = WalkSnapshotSettings(robots="drawn", leg_counts=(3, 1, 1, 2, 3))
+    with pytest.raises(Measured, match="2"):
+        leg_step_seconds(synthetic_part((4, 4, 4)), hub, poses, settings)
 
 
 def test_collection_resumes_and_does_not_depend_on_when_it_stopped(tmp_path):
