@@ -14,6 +14,7 @@ from helpers.turner import Turner
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.goal import Goal
 from pneumorph.environment.reward import RewardWeights
 from pneumorph.environment.training_environment import TaskWrapper
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
@@ -188,3 +189,13 @@ def test_goals_are_said_as_what_they_are() -> None:
     assert heading.said == ("travel 90 degrees left of forward less 2 x share of weight on the hub")
     right = RewardWeights(goal="heading", heading_deg=-90.0)
     assert right.counted.label == "travel 90° right of forward"
+
+
+def test_what_a_walk_achieved_is_measured_along_its_goal() -> None:
+    """Of 3 cm forward, 4 cm to the left and 50 degrees turned."""
+    walked = (3.0, 4.0, 50.0)
+    assert Goal("forward").of(*walked) == 3.0
+    assert Goal("turn_left").of(*walked) == 50.0
+    assert Goal("turn_right").of(*walked) == -50.0
+    assert Goal("heading", 90.0).of(*walked) == pytest.approx(4.0)
+    assert Goal("heading", 30.0).of(*walked) == pytest.approx(1.5 * np.sqrt(3.0) + 2.0)

@@ -1,7 +1,9 @@
 """Newton's method for a bar on a stiff sheet that turns far, and loads that are found in vain."""
 
 import numpy as np
+import pytest
 from helpers.box_mesh import box_mesh
+from helpers.small_robot import small_leg
 
 from pneumorph.fem import static
 from pneumorph.fem.material import Material, Membrane
@@ -56,3 +58,29 @@ def test_a_load_that_no_state_bears_is_halved_so_often_and_no_more(monkeypatch):
     found = static_equilibrium(part, 20.0, part.mesh.node_set("left"), settings=settings)
     assert not found.converged
     assert loads == [8.0, 4.0, 2.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        StaticSettings(tolerance=1e-300, iteration_limit=3, halving_limit=0),
+        StaticSettings(tolerance=1e-300, iteration_limit=40, patience=2, halving_limit=0),
+    ],
+)
+def test_a_search_ends_at_its_limit_or_when_its_patience_ends(settings):
+    part = bar()
+    force = np.zeros_like(part.rest_nodes)
+    force[part.mesh.node_set("right"), 2] = 0.1
+    found = static_equilibrium(
+        part, 0.0, part.mesh.node_set("left"), external_force=force, settings=settings
+    )
+    assert not found.converged
+    assert found.iterations <= 30
+    assert (found.iterations == 3) == (settings.iteration_limit == 3)
+
+
+def test_a_part_is_empty_where_no_pressure_is_named():
+    part = small_leg()
+    x = part.rest_nodes + 0.01 * np.random.default_rng(2).standard_normal(part.rest_nodes.shape)
+    np.testing.assert_array_equal(part.tangent_data(x), part.tangent_data(x, 0.0))
+    assert np.abs(part.tangent_data(x, 1.0) - part.tangent_data(x)).max() > 1e-3

@@ -230,3 +230,17 @@ def test_whatever_a_part_moves_by_is_in_its_digest():
 
 def test_nothing_keeps_a_mean_in_place_where_none_was_asked_for():
     assert modal_equilibrium(REDUCED, 1.0).keeping_mN == 0.0
+
+
+def test_a_balance_that_is_never_found_is_given_up(monkeypatch):
+    """Forces that jump at each look leave Newton nowhere; two hundred steps are plenty."""
+    generator = np.random.default_rng(0)
+    force = ReducedPart.internal_force
+
+    def jumping(part, alpha, *rotation):
+        return force(part, alpha, *rotation) + generator.normal(size=np.shape(alpha))
+
+    monkeypatch.setattr(ReducedPart, "internal_force", jumping)
+    found = modal_equilibrium(REDUCED, 1.0)
+    assert not found.converged
+    assert found.iterations == 200

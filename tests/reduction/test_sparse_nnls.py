@@ -119,3 +119,22 @@ def test_impossible_questions_are_refused():
         sparse_nnls(problem(rows, rows.sum(axis=1)), 0.0)
     with pytest.raises(ValueError, match="must not be zero"):
         sparse_nnls(problem(rows, np.zeros(3)), 0.1)
+
+
+def test_no_column_that_comes_or_goes_raises_the_residual(monkeypatch):
+    """Lawson and Hanson's step ends at the first weight that becomes zero, not beyond it."""
+    residuals: list[float] = []
+    measured = ActiveSet.relative_residual
+
+    def noted(self, weight):
+        residuals.append(measured(self, weight))
+        return residuals[-1]
+
+    monkeypatch.setattr(ActiveSet, "relative_residual", noted)
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        rows = rng.normal(size=(80, 6)) @ rng.normal(size=(6, 40))
+        rows += 0.1 * rng.normal(size=(80, 40))
+        residuals.clear()
+        sparse_nnls(problem(rows, rng.normal(size=80) + rows.sum(axis=1)), 1e-14)
+        assert np.diff(residuals).max() < 1e-12
