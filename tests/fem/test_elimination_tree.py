@@ -127,6 +127,7 @@ def test_blocks_hold_few_zeros(monkeypatch):
     shares = zero_shares(tree, touches)
     assert 0.0 < shares.max() <= 0.3
     assert shares[np.diff(tree.starts) > 8].max() <= 0.05
+    assert shares[np.diff(tree.starts) == 2].max() > 0.0  # the smallest are joined, too
     for limit in ("_FILL", "_SMALL_FILL"):
         monkeypatch.setattr(elimination_tree, limit, 0.0)
     none = minimum_degree_tree(csr_array(touches))

@@ -103,3 +103,10 @@ def test_bad_input_is_refused(change, message):
     arguments.update(change)
     with pytest.raises(ValueError, match=message):
         pod(node_mass=PART.node_mass, **arguments)
+
+
+def test_what_is_left_out_is_told_relative_to_all() -> None:
+    values = np.array([4.0, 3.0, 0.0])
+    np.testing.assert_allclose(truncation_error(values), [1.0, 0.6, 0.0, 0.0])
+    # Of 25 and 11 that were dropped before, all, 20, 11 and 11 of 36 are left.
+    np.testing.assert_allclose(truncation_error(values, 11.0) ** 2, np.array([36, 20, 11, 11]) / 36)
