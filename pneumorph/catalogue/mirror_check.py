@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from pneumorph.catalogue.module import Module
 from pneumorph.geometry.pose import Pose
+from pneumorph.reduction.reduced_part import ReducedPart
 
 TOLERANCE = 0.02
 """Of the width of a module, and of the volume of its largest cavity; meshes of symmetric shapes
@@ -23,11 +25,12 @@ def check_mirror(module: Module, apart: bool) -> None:
 
     Raises:
         ValueError: It reaches further or has more volume to one side, or cavities that the mirror
-            exchanges are of different volumes and driven apart.
+            exchanges are of different volumes or not each other's images, and driven apart.
     """
     part = module.reduced
     face = module.face or Pose(np.eye(3), np.zeros(3))
-    corners = ((part.rest_nodes - face.translation) @ face.rotation)[part.skin]
+    nodes = (part.rest_nodes - face.translation) @ face.rotation
+    corners = nodes[part.skin]
     sideways = corners[..., 1]
     width = float(np.ptp(sideways))
     sixths = np.einsum("ti,ti->t", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
@@ -36,6 +39,8 @@ def check_mirror(module: Module, apart: bool) -> None:
     rest = part.cavity_volume
     unlike = float(np.abs(rest - rest[::-1]).max(initial=0.0)) if apart else 0.0
     if aside <= TOLERANCE * width and unlike <= TOLERANCE * float(rest.max(initial=0.0)):
+        if apart:
+            _check_exchanged(part, nodes, face.rotation, module.name)
         return
     cavities = ", ".join(f"{1e-3 * each:.2f}" for each in rest)
     raise ValueError(
@@ -45,3 +50,29 @@ def check_mirror(module: Module, apart: bool) -> None:
         "exchanges the first with the last; set mirror = false in the robot's [designs], or "
         'space.mirror to "none"'
     )
+
+
+def _check_exchanged(part: ReducedPart, nodes: np.ndarray, axes: np.ndarray, name: str) -> None:
+    """Refuse cavities of which some is less like the image of the one in its place in the opposite
+    order than like another's: each is known by how its pressure moves the nodes.
+
+    Args:
+        part: The module's.
+        nodes: Its nodes at rest in the frame of its attachment [mm], (node, 3).
+        axes: That frame's, as columns, (3, 3).
+        name: The module's.
+    """
+    pushed = np.einsum("nim,cm,ij->cnj", part.modes, part.cavity_volume_1, axes)
+    mirror = np.array([1.0, -1.0, 1.0])
+    _, image_of = KDTree(nodes).query(nodes * mirror)
+    images = pushed[:, image_of] * mirror
+    apart = np.linalg.norm(images[:, None] - pushed[None], axis=(2, 3))
+    nearest, expected = apart.argmin(axis=1), np.arange(len(pushed))[::-1]
+    for number in np.flatnonzero(nearest != expected):
+        raise ValueError(
+            f"the designs have mirror images, in which cavity {number + 1} of {name} changes "
+            f"places with cavity {expected[number] + 1}, and its own mirror image pushes like "
+            f"cavity {nearest[number] + 1}, expected cavities from left to right in the mesh's "
+            'order; set mirror = false in the robot\'s [designs], space.mirror to "none", or '
+            "give its cavities one regulator"
+        )

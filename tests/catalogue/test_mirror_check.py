@@ -40,6 +40,19 @@ def test_unlike_chambers_are_refused() -> None:
     check_mirror(wider, apart=False)  # one regulator drives both
 
 
+def test_equal_chambers_one_behind_the_other_are_refused() -> None:
+    """The image of a robot drives them in the other order, and each is its own image."""
+    first, last = TWIN.reduced.cavity_volume_1
+    both, apart = 0.5 * (first + last), 0.5 * (first - last)
+    symmetric = np.abs(apart) < 1e-3 * np.abs(apart).max()
+    assert 4 < symmetric.sum() < len(both)
+    behind = np.where(symmetric & (np.arange(len(both)) % 2 == 0), both, 0.0)
+    fore_and_aft = changed(TWIN, cavity_volume_1=np.array([both + behind, both - behind]))
+    with pytest.raises(ValueError, match="cavity 1 of changed changes places with cavity 2, and "):
+        check_mirror(fore_and_aft, apart=True)
+    check_mirror(fore_and_aft, apart=False)
+
+
 @pytest.mark.parametrize(
     "deform",
     [
