@@ -241,11 +241,19 @@ def test_modules_point_down_in_a_world_in_both_models() -> None:
     for pose, old, leg, leg_before in zip(reduced, usual, legs, before, strict=True):
         turned = np.degrees(np.arccos(pose.rotation[:, 0] @ old.rotation[:, 0]))
         assert turned == pytest.approx(3.0, abs=1e-6)
+        down = np.degrees(np.arcsin(old.rotation[2, 0]) - np.arcsin(pose.rotation[2, 0]))
+        assert down == pytest.approx(3.0, abs=1e-6)
         nodes = leg.part.mesh.node_set("attachment")
         np.testing.assert_allclose(
             leg.attachment_in_hub, pose.apply(leg.part.rest_nodes[nodes]), atol=1e-12
         )
         assert np.abs(leg.attachment_in_hub - leg_before.attachment_in_hub).max() < 1.0
+
+
+def test_a_world_points_modules_further_down_than_they_do() -> None:
+    own = replace(SPEC, mounting_angle_deg=2.0)
+    world = World(0.5, 1.0, 1.0, 0.0, 0.0, mounting_angle_deg=3.0)
+    assert own.in_world(world).mounting_angle_deg == 5.0
 
 
 @pytest.mark.parametrize("design", ["1.2.1", "1.2.0.1.0", "1.2.1.0.0.0.0.2"])

@@ -17,6 +17,7 @@ from pneumorph.reduction.blocked_force import blocked_forces
 from pneumorph.reduction.facing_walls import FacingWalls, with_facing_walls
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.resized_part import resized_part
+from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.simulation.reference_step import unknowns_of
 
 SHAPE = PneuNetShape()
@@ -131,6 +132,11 @@ def test_walls_are_kept_in_the_file_and_scale_with_the_leg(leg: ReducedPart, tmp
     assert kept.walls.gaps(alpha) == pytest.approx(leg.walls.gaps(alpha), abs=1e-5)
     # Points that face each other are not quite opposite, which tilted directions see.
     assert kept.walls.gaps(0.0 * alpha) == pytest.approx(1.0, abs=0.01)
+    # What is stiffer presses its walls together as much as its rubber resists.
+    pressed = 50.0 * alpha
+    stiffer = scaled_part(leg, modulus_factor=1.5)
+    assert np.abs(leg.walls.force(pressed)).max() > 0.0
+    assert stiffer.walls.force(pressed) == pytest.approx(1.5 * leg.walls.force(pressed))
     larger = resized_part(leg, 1.2)
     assert larger.walls.gaps(0.0 * alpha) == pytest.approx(1.2 * leg.walls.gaps(0.0 * alpha))
 

@@ -70,6 +70,16 @@ def test_a_tenth_percentile_is_one_thing() -> None:
     assert pair.tenth_percentile == pytest.approx(np.quantile(distances, 0.1, method="hazen"))
 
 
+def test_a_band_is_that_of_a_sample_in_which_failures_go_nowhere() -> None:
+    """Of 1, 3, 5, 7 and a failure: quantiles at Hazen's places, the deviation of a sample."""
+    band = Band.of(np.array([5.0, 1.0, np.nan, 7.0, 3.0]))
+    assert (band.low, band.median, band.high) == pytest.approx((0.0, 3.0, 7.0))
+    assert (band.mean, band.failed_count) == (3.2, 1)
+    assert band.deviation == pytest.approx(
+        np.sqrt((3.2**2 + 2.2**2 + 0.2**2 + 1.8**2 + 3.8**2) / 4)
+    )
+
+
 def test_the_width_that_a_measurement_leaves() -> None:
     """Of x + y, both normal, an exact measurement of x leaves the band of y, 2.563 deviations; one
     that is as uncertain as x itself leaves a variance of a half of x's. Twelve per cent is what 400
