@@ -6,6 +6,7 @@ import signal
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from pneumorph.hardware.deployment_log import DeploymentLog, LogError, read_log
 from pneumorph.hardware.driver import DriverError
 from pneumorph.hardware.rig import RigSettings
 from pneumorph.hardware.schedule import plan_schedule
+from pneumorph.hardware.venting import sense_until_fallen
 from pneumorph.physics.air import Air
 
 RIG = RigSettings()
@@ -246,3 +248,22 @@ def test_a_full_disk_is_told_by_the_log_s_name(tmp_path: Path) -> None:
         pytest.skip("this system has no device that is always full")
     with pytest.raises(LogError, match=r"the log /dev/full cannot be written: .*No space left"):
         DeploymentLog("/dev/full", 3)
+
+
+def test_what_the_watch_found_while_venting_is_not_forgotten() -> None:
+    """One of its first two samples is a fault; all that follow are those of a leg that empties."""
+    rig, found = RigSettings(), iter(["a wire is loose", None])
+
+    class Watch:
+        closing_s, highest_kPa = 1.0, np.full(3, 50.0)
+
+        def fault(self, *_: object) -> str | None:
+            self.highest_kPa = np.maximum(self.highest_kPa - 20.0, 0.0)
+            return next(found, None)
+
+    fall = sense_until_fallen(
+        _Wire(), cast(Any, Watch()), rig, _Clock(), 0.0, lambda: None, lambda *_: None
+    )
+    assert fall.fault == "a wire is loose"
+    assert fall.fell == (True, True, True)
+    assert fall.problem == "a wire is loose"

@@ -12,7 +12,7 @@ from pneumorph.catalogue.measured_worlds import UNCERTAINTIES
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.study.certified_candidates import unseen_worlds
 from pneumorph.study.certified_pairs import Band
-from pneumorph.study.measure_next import narrowings, worth_measuring
+from pneumorph.study.measure_next import ExpectedNarrowing, narrowings, worth_measuring
 from pneumorph.study.robustness import robustness
 from pneumorph.study.sensitivity import (
     expected_width,
@@ -113,6 +113,14 @@ def test_the_test_that_is_worth_making() -> None:
     both = 10.0 * (numbers["modulus_factor"] + numbers["mass_factor"])
     # Both tell as much, and scales are quicker.
     assert worth_measuring(narrowings(numbers, both), 200) == "weighing"
+
+
+def test_of_tests_that_tell_nearly_as_much_the_quickest_is_named() -> None:
+    most = ExpectedNarrowing("slow", "friction", 20.0, "", width=1.0, narrowing=5.0)
+    nearly = replace(most, test="quick", minutes=2.0, narrowing=4.6)
+    little = replace(most, test="at once", minutes=1.0, narrowing=4.4)
+    assert worth_measuring((most, nearly, little), 200) == "quick"
+    assert worth_measuring((most, little), 200) == "slow"
 
 
 def test_bands_are_honest_before_and_after_tests() -> None:
