@@ -12,6 +12,7 @@ from pneumorph.reduction.reduced_part import ReducedPart
 TOLERANCE = 0.02
 """Of the width of a module, and of the volume of its largest cavity; meshes of symmetric shapes
 come closer."""
+_NO_MIRROR = 'set mirror = false in the robot\'s [designs], or space.mirror to "none"'
 
 
 def check_mirror(module: Module, apart: bool) -> None:
@@ -47,8 +48,7 @@ def check_mirror(module: Module, apart: bool) -> None:
         f"the designs have mirror images, and {module.name} is not its own: it lies "
         f"{centre:.1f} mm to the left, from {sideways.min():.1f} to {sideways.max():.1f} mm, and "
         f"its cavities hold {cavities} ml, expected the same on both sides, since a mirror "
-        "exchanges the first with the last; set mirror = false in the robot's [designs], or "
-        'space.mirror to "none"'
+        f"exchanges the first with the last; {_NO_MIRROR}"
     )
 
 
@@ -68,11 +68,13 @@ def _check_exchanged(part: ReducedPart, nodes: np.ndarray, axes: np.ndarray, nam
     images = pushed[:, image_of] * mirror
     apart = np.linalg.norm(images[:, None] - pushed[None], axis=(2, 3))
     nearest, expected = apart.argmin(axis=1), np.arange(len(pushed))[::-1]
-    for number in np.flatnonzero(nearest != expected):
-        raise ValueError(
-            f"the designs have mirror images, in which cavity {number + 1} of {name} changes "
-            f"places with cavity {expected[number] + 1}, and its own mirror image pushes like "
-            f"cavity {nearest[number] + 1}, expected cavities from left to right in the mesh's "
-            'order; set mirror = false in the robot\'s [designs], space.mirror to "none", or '
-            "give its cavities one regulator"
-        )
+    wrong = np.flatnonzero(nearest != expected)
+    if len(wrong) == 0:
+        return
+    first = wrong[0]
+    raise ValueError(
+        f"the designs have mirror images, in which cavity {first + 1} of {name} changes places "
+        f"with cavity {expected[first] + 1}, and its own mirror image pushes like cavity "
+        f"{nearest[first] + 1}, expected cavities from left to right in the mesh's order; "
+        f"{_NO_MIRROR}, or give its cavities one regulator"
+    )

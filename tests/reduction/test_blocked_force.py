@@ -108,14 +108,3 @@ def test_a_small_pressure_takes_two_steps_of_newton(leg):
     (found,) = rising_equilibria(leg, [1e-3], leg.mesh.node_set("attachment"), kept=kept)
     assert found.converged
     assert found.iterations <= 2
-
-
-def test_without_a_load_what_is_unbalanced_is_told_in_millinewtons(leg):
-    held = leg.mesh.node_set("attachment")
-    start = leg.rest_nodes + 0.01 * np.random.default_rng(0).normal(size=leg.rest_nodes.shape)
-    start[held] = leg.rest_nodes[held]
-    found = static_equilibrium(leg, 0.0, held, start=start, settings=StaticSettings(tolerance=1e-3))
-    free = np.setdiff1d(np.arange(len(start)), held)
-    left = np.linalg.norm(leg.internal_force(found.positions)[free])
-    assert found.converged
-    assert found.relative_residual == pytest.approx(left, rel=1e-9)

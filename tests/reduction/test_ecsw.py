@@ -109,6 +109,14 @@ def test_every_element_is_returned_as_unit_weights():
         assert np.array_equal(cubature.weight, every.weight)
 
 
+def test_a_floor_of_nothing_is_none_and_a_part_at_rest_has_no_forces():
+    training = TrainingRows.build(PART.element_groups, MODES, PART.mesh.mirror_nodes, "edge")
+    floors = [training.scales(STATES[:2], share).force_floor for share in (0.0, 0.1, 0.2)]
+    assert floors[0] == 0.0
+    assert floors[2] == pytest.approx(2.0 * floors[1]) != 0.0
+    assert training.scales(0.0 * STATES[:1], 0.1).force_floor == pytest.approx(0.0, abs=1e-9)
+
+
 def test_same_question_same_answer():
     again = ecsw(PART.element_groups, MODES, STATES, SETTINGS, mirror_nodes=PART.mesh.mirror_nodes)
     for first, second in zip(RESULT.cubatures, again.cubatures, strict=True):

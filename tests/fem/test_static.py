@@ -1,0 +1,61 @@
+"""Newton's method for a part at rest: where it ends, and in which units it tells what is left."""
+
+import numpy as np
+import pytest
+from helpers.small_robot import small_leg
+from helpers.synthetic_part import synthetic_part
+
+from pneumorph.fem import static
+from pneumorph.fem.static import StaticResult, StaticSettings, static_equilibrium
+
+
+def test_a_load_that_no_state_bears_is_halved_so_often_and_no_more(monkeypatch):
+    part, loads = small_leg(), []
+
+    def never(_part, x, keeping, target, *_):
+        loads.append(target)
+        return StaticResult(x, False, np.inf, 1, target)
+
+    monkeypatch.setattr(static, "_newton", never)
+    settings = StaticSettings(load_step_kPa=8.0, halving_limit=3)
+    found = static_equilibrium(part, 20.0, part.mesh.node_set("attachment"), settings=settings)
+    assert not found.converged
+    assert loads == [8.0, 4.0, 2.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        StaticSettings(tolerance=1e-300, iteration_limit=3, halving_limit=0),
+        StaticSettings(tolerance=1e-300, iteration_limit=40, patience=2, halving_limit=0),
+    ],
+)
+def test_a_search_ends_at_its_limit_or_when_its_patience_ends(settings):
+    part = small_leg()
+    force = np.zeros_like(part.rest_nodes)
+    force[part.mesh.node_set("right"), 2] = 0.1
+    found = static_equilibrium(
+        part, 0.0, part.mesh.node_set("attachment"), external_force=force, settings=settings
+    )
+    assert not found.converged
+    assert found.iterations <= 30
+    assert (found.iterations == 3) == (settings.iteration_limit == 3)
+
+
+def test_a_part_is_empty_where_no_pressure_is_named():
+    part = small_leg()
+    x = part.rest_nodes + 0.01 * np.random.default_rng(2).standard_normal(part.rest_nodes.shape)
+    np.testing.assert_array_equal(part.tangent_data(x), part.tangent_data(x, 0.0))
+    assert np.abs(part.tangent_data(x, 1.0) - part.tangent_data(x)).max() > 1e-3
+
+
+def test_without_a_load_what_is_unbalanced_is_told_in_millinewtons():
+    leg = synthetic_part((4, 4, 4), law="stable_neo_hookean")
+    held = leg.mesh.node_set("attachment")
+    start = leg.rest_nodes + 0.01 * np.random.default_rng(0).normal(size=leg.rest_nodes.shape)
+    start[held] = leg.rest_nodes[held]
+    found = static_equilibrium(leg, 0.0, held, start=start, settings=StaticSettings(tolerance=1e-3))
+    free = np.setdiff1d(np.arange(len(start)), held)
+    left = np.linalg.norm(leg.internal_force(found.positions)[free])
+    assert found.converged
+    assert found.relative_residual == pytest.approx(left, rel=1e-9)
