@@ -12,6 +12,7 @@ import numpy as np
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.robot.choice_paths import ChoicePaths
 from pneumorph.robot.design import MINIMUM_LEGS, Design, Fitting
+from pneumorph.robot.least_designs import Product, least_of_their_classes
 from pneumorph.robot.site_options import site_options
 
 
@@ -107,8 +108,8 @@ class DesignChoices(Checked):
         return self._permutation("mirror", self.mirror)
 
     @cached_property
-    def _symmetries(self) -> tuple[tuple[tuple[int, ...], bool], ...]:
-        """Where legs go, and whether left and right are exchanged, by each."""
+    def _symmetries(self) -> tuple[Product, ...]:
+        """Each as its file names it."""
         found = []
         for text in self.symmetries:
             if text == "mirror":
@@ -120,18 +121,18 @@ class DesignChoices(Checked):
         return tuple(found)
 
     @cached_property
-    def _symmetry_count(self) -> int:
-        """Different products of the symmetries, that which moves nothing among them."""
+    def _products(self) -> tuple[Product, ...]:
+        """Different products of the symmetries, that which moves nothing first."""
         start = (tuple(range(self.location_count)), False)
-        seen, waiting = {start}, [start]
+        seen, waiting = {start: None}, [start]
         while waiting:
             current, turned = waiting.pop()
             for to, reflected in self._symmetries:
                 product = (tuple(to[each] for each in current), turned != reflected)
                 if product not in seen:
-                    seen.add(product)
+                    seen[product] = None
                     waiting.append(product)
-        return len(seen)
+        return tuple(seen)
 
     def _numbers(self, name: str, text: str) -> tuple[int, ...]:
         numbers = tuple(int(each) if each.isdecimal() else -1 for each in text.split())
@@ -231,6 +232,11 @@ class DesignChoices(Checked):
         """The design of an option's number for each location."""
         chosen = (options[at] for options, at in zip(self._options[0], numbers, strict=True))
         return Design.of(self.location_count, [each for each in chosen if each is not None])
+
+    def stand_for_all(self, numbers: np.ndarray) -> np.ndarray:
+        """Whether each design is its own `form`, (design,) bool, from an option's number for each
+        location, (design, location)."""
+        return least_of_their_classes(self._options[0], numbers, self._products, self.canonical)
 
     def form(self, design: Design) -> tuple[Design, tuple[int, ...]]:
         """The design that stands for a design and all that are counted as one with it.

@@ -34,7 +34,7 @@ class DesignSpace(DesignChoices):
         if not self.symmetries:
             return self.paths.count <= DESIGN_LIMIT
         # At most as many count as one as there are products of the symmetries.
-        most = DESIGN_LIMIT * self._symmetry_count
+        most = DESIGN_LIMIT * len(self._products)
         return self.paths.count <= most and self._listed is not None
 
     @property
@@ -299,13 +299,8 @@ def _no_image(design: Design, image: Design) -> str:
 @lru_cache(maxsize=4)
 def _listed(space: DesignSpace) -> tuple[Design, ...] | None:
     """As `DesignSpace._listed`, once for equal spaces: a robot's file is read again and again while
-    its settings come together, and symmetries take seconds."""
-    found: list[Design] = []
-    for path in space.paths:
-        design = space.of_options(path)
-        if space.symmetries and space.form(design)[0] != design:
-            continue
-        found.append(design)
-        if len(found) > DESIGN_LIMIT:
-            return None
-    return tuple(found)
+    its settings come together."""
+    paths = np.array(list(space.paths), dtype=int).reshape(-1, space.location_count)
+    if space.symmetries:
+        paths = paths[space.stand_for_all(paths)]
+    return None if len(paths) > DESIGN_LIMIT else tuple(map(space.of_options, paths))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -88,6 +89,27 @@ def test_a_space_has_one_design_of_each_class() -> None:
         (place,) = {space.index(design) for design in each}
         assert space[place] in each
         assert space[place] == min(each & {d.canonical() for d in each})
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        {"symmetries": ("mirror", "2 3 0 1")},
+        {"symmetries": ("1 2 3 0",), "mirror": "1 0 3 2", "canonical": False},
+        {"symmetries": ("mirror",), "canonical": False},
+        {"symmetries": ("3 2 1 0",)},
+    ],
+)
+def test_all_at_once_stand_for_their_classes_as_one_by_one(rules: dict[str, Any]) -> None:
+    """Legs of one, two and three cavities, two of them of one kind."""
+    options = ("0 * b*+* c*+*+*",) * 4
+    space = DesignSpace(4, 3, 0, 4, options=options, **rules)
+    every = np.array(list(space.paths))
+    drawn = np.random.default_rng(3).choice(len(every), 300, replace=False)
+    designs = [space.of_options(numbers) for numbers in every[drawn]]
+    one_by_one = [space.form(design)[0] == design for design in designs]
+    assert 30 < sum(one_by_one) < 270
+    np.testing.assert_array_equal(space.stand_for_all(every[drawn]), one_by_one)
 
 
 def test_options_and_exclusions_hold_for_every_design() -> None:
