@@ -15,11 +15,10 @@ import pytest
 from jaxtyping import install_import_hook
 
 # Before anything imports them: arrays of these files have the axes that their annotations name.
-# Meshes and reduced parts refuse others themselves, with messages of their own, and test_array_axes
-# holds what they accept to their annotations.
+# Meshes and reduced parts refuse others themselves, with messages of their own, and states are made
+# at every step: test_array_axes holds those to their annotations.
 AXES_ARE_CHECKED_IN = (
     "pneumorph.trajectory",
-    "pneumorph.simulation.reduced_state",
     "pneumorph.simulation.reference_step",
     "pneumorph.simulation.reference_mass",
     "pneumorph.simulation.reference_forces",

@@ -82,22 +82,25 @@ class ViscousCrawler:
             self._pressure_kPa = np.zeros_like(command_kPa)
         if active is not None:
             command_kPa = np.where(active[:, None], command_kPa, self._pressure_kPa)
-        for _ in range(step_count):
-            change = np.clip(command_kPa - self._pressure_kPa, -self._step_kPa, self._step_kPa)
-            if not change.any():
-                return
-            self._forward_mm += self._travel_mm(self._pressure_kPa + 0.5 * change, change)
-            self._pressure_kPa = self._pressure_kPa + change
+        left_kPa = command_kPa - self._pressure_kPa
+        count = min(step_count, int(np.ceil(np.abs(left_kPa).max(initial=0.0) / self._step_kPa)))
+        if count == 0:
+            return
+        most_kPa = self._step_kPa * np.arange(count + 1)[:, None, None]
+        reached_kPa = self._pressure_kPa + np.clip(left_kPa, -most_kPa, most_kPa)
+        self._forward_mm += self._travel_mm(reached_kPa)
+        self._pressure_kPa = reached_kPa[-1]
 
-    def _travel_mm(self, pressure_kPa: np.ndarray, change_kPa: np.ndarray) -> np.ndarray:
-        """Travel of one step by the midpoint rule, shape (robot,)."""
-        inflation, change = (
-            np.take_along_axis(values, self._regulator, axis=1) / self._maximum_kPa
-            for values in (pressure_kPa, change_kPa)
-        )
-        viscosity = self._has_leg * (1.0 + self._grip * inflation)
-        pull = np.sum(viscosity * self._forward * change, axis=1)
-        return self._stroke_mm * pull / viscosity.sum(axis=1)
+    def _travel_mm(self, pressure_kPa: np.ndarray) -> np.ndarray:
+        """Travel by the midpoint rule, shape (robot,), while pressures go through those of
+        (step + 1, robot, regulator)."""
+        inflation = np.take_along_axis(pressure_kPa, self._regulator[None], axis=2)
+        inflation /= self._maximum_kPa
+        viscosity = self._has_leg * (1.0 + 0.5 * self._grip * (inflation[1:] + inflation[:-1]))
+        pull = np.sum(viscosity * self._forward * np.diff(inflation, axis=0), axis=2)
+        # Summed step by step, so that a robot's bits do not depend on how many others there are.
+        travelled: np.ndarray = np.cumsum(pull / viscosity.sum(axis=2), axis=0)[-1]
+        return self._stroke_mm * travelled
 
     @property
     def forward_position_mm(self) -> np.ndarray:

@@ -223,7 +223,7 @@ def test_the_verb_and_its_page_list_the_rounds(
     assert only["pairs"][0]["full_order"][0]["full_cm"] == pytest.approx(
         certified.rounds[0].pairs[0].full_order[0].full, abs=1e-9
     )
-    assert run(["report", str(out), "--out", str(tmp_path / "page")]) == 0
+    assert run(["report", str(out), "--figure-files", "--out", str(tmp_path / "page")]) == 0
     page = (tmp_path / "page" / "page.html").read_text()
     for words in ("As finite elements", "new reductions", "difference (cm)"):
         assert words in page

@@ -129,7 +129,7 @@ def test_a_training_ends_with_its_certificate(
     assert summary["tenth_percentile_cm"] == later["tenth_percentile_cm"]
     assert summary["expert_median_cm"] == summary["certificate"]["expert"]["band"]["median_cm"]
     assert 0.0 <= summary["share_beyond_expert"] <= 1.0
-    assert run(["report", str(learned), "--out", str(tmp_path)]) == 0
+    assert run(["report", str(learned), "--figure-files", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "page.html").read_text()
     assert "How far, and how sure" in page
     assert "The best pairs, by mean over the worst 25 % of 4 worlds" in page
@@ -170,7 +170,7 @@ def test_a_measurement_keeps_the_band_to_worlds_that_agree(
 
 
 def test_its_page_shows_bands_and_what_to_measure(certified: Path, tmp_path: Path) -> None:
-    assert run(["report", str(certified), "--out", str(tmp_path)]) == 0
+    assert run(["report", str(certified), "--figure-files", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "page.html").read_text()
     for words in ("How far, and how sure", "What to measure", "What the distance depends on"):
         assert words in page

@@ -99,7 +99,7 @@ def test_the_best_is_the_furthest_of_what_walked_not_the_first_of_the_training(
     assert best["distance_cm"] > found["pairs"][0]["distance_cm"] + 0.5
     for name in ("design", "distance_cm", "reported_distance_cm"):
         assert found[name if name.startswith("reported") else f"best_{name}"] == best[name]
-    assert run(["report", str(tmp_path)]) == 0
+    assert run(["report", str(tmp_path), "--figure-files"]) == 0
     page = (tmp_path / "report" / "page.html").read_text()
     assert "place in the run" in page
     assert f"{best['distance_cm']:.1f} cm" in page

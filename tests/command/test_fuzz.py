@@ -21,7 +21,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("verb", VERBS)
 def test_calls_without_sense_end_with_a_message(verb: str, folder: Path) -> None:
     calls = [each for each in all_calls(folder) if each[0][0] == verb]
-    made = [make_call(*each, folder) for each in draw(calls, 12, seed=2)]
+    made = [make_call(*each, folder) for each in draw(calls, 8, seed=2)]
     assert [call for call in made if call.failed] == []
     assert any(call.ended != 0 for call in made)
     assert not any("Traceback" in call.said for call in made)

@@ -130,7 +130,7 @@ def test_built_and_simulated_masses_stand_side_by_side(runs: Path) -> None:
     assert summary["hub_mass_g"] == pytest.approx(30.0, rel=0.05)
     assert summary["simulated_leg_mass_g"] == pytest.approx(105.0)
     assert summary["simulated_hub_mass_g"] == pytest.approx(75.0)
-    assert run(["report", str(runs / "fabricate")]) == 0
+    assert run(["report", str(runs / "fabricate"), "--figure-files"]) == 0
     content = (runs / "fabricate" / "report" / "page.html").read_text()
     assert summary["mass_warning"] in content
     assert "<td>leg</td>" in content

@@ -139,7 +139,7 @@ def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> 
     assert found["mean_achieved"] == pytest.approx(end - start, rel=1e-4)
     assert found["trials"][0]["turned_deg"] == found["mean_achieved"]
     page = tmp_path / "page"
-    assert run(["report", str(out), "--out", str(page)]) == 0
+    assert run(["report", str(out), "--figure-files", "--out", str(page)]) == 0
     assert "turn to the left on the rig" in (page / "page.html").read_text()
     compared = tmp_path / "transfer"
     assert run(f"transfer {out} --out {compared}".split()) == 0
@@ -174,7 +174,7 @@ def test_verbs_rank_by_the_turn(learned: Path, tmp_path: Path) -> None:
 def test_pages_tell_degrees(learned: Path, certified: Path, tmp_path: Path) -> None:
     for folder in (learned, certified):
         out = tmp_path / folder.name
-        assert run(["report", str(folder), "--out", str(out)]) == 0
+        assert run(["report", str(folder), "--figure-files", "--out", str(out)]) == 0
     page = (tmp_path / "run/page.html").read_text()
     assert "A robot learned to turn to the left" in page
     assert "learned to crawl" not in page

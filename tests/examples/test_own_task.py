@@ -81,7 +81,7 @@ def test_a_run_from_python_is_a_run_of_coopt(trained: Path) -> None:
         "analyse {run}",
         "certify {run} --pair-count 1 --world-count 4 --tuning-world-count 1",
         "explore {run}",
-        "report {run}",
+        "report {run} --figure-files",
         "watch {run} --once",
         "replay {run}/best_trajectory.npz",
     ],
@@ -101,5 +101,5 @@ def test_verbs_say_that_they_do_not_rank_by_it(trained: Path, tmp_path: Path) ->
         assert run([verb, str(trained), *asked.split(), "--out", str(out)]) == 0
         assert told in json.loads((out / "summary.json").read_text())["notes"]
     page = tmp_path / "page"
-    assert run(["report", str(trained), "--out", str(page)]) == 0
+    assert run(["report", str(trained), "--figure-files", "--out", str(page)]) == 0
     assert "<th>score (cm)</th>" in (page / "page.html").read_text()

@@ -282,7 +282,7 @@ def test_the_full_robot_behind_the_rig_moves(tmp_path: Path) -> None:
     rig = RigSettings()
     settings = VirtualRigSettings(settling_steps=2)
     driver = VirtualReality(spec, settings, "full").rig(design, rig, 1)
-    gait = HeldGait(np.zeros(1), np.array([[40.0, 0.0, 0.0]]), 0.2)
+    gait = HeldGait(np.zeros(1), np.array([[10.0, 0.0, 0.0]]), 0.2)
     schedule = plan_schedule(gait, rig)
     with DeploymentLog(tmp_path / "log.csv", 3) as log:
         report = deploy(schedule, driver, rig, log, driver.clock)

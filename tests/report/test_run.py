@@ -74,7 +74,7 @@ def test_a_page_says_in_which_physics_its_distances_are(make_trajectory, tmp_pat
         if physics is None:
             del summary["physics"]
         (tmp_path / "summary.json").write_text(json.dumps(summary))
-        page = write_run_page(FinishedRun.read(tmp_path), tmp_path / "report" / "page.html")
+        page = write_run_page(FinishedRun.read(tmp_path), tmp_path / "page.html", figure_files=())
         assert said in Path(page.page).read_text()
 
 
@@ -101,7 +101,7 @@ def test_a_robot_that_diverged_has_no_distance_on_a_page(make_trajectory, tmp_pa
     for earlier in ({}, {"distance_cm": -512.9}):  # what an earlier version wrote
         summary = {"verb": "simulate", **result_to_dict(found), **earlier}
         (tmp_path / "summary.json").write_text(json.dumps(summary))
-        page = write_run_page(FinishedRun.read(tmp_path), tmp_path / "report" / "page.html")
+        page = write_run_page(FinishedRun.read(tmp_path), tmp_path / "page.html", figure_files=())
         text = Path(page.page).read_text()
         assert "512.9" not in text
         assert "<h2>Robots without a distance" in text
