@@ -245,7 +245,7 @@ class DesignSpace(DesignChoices):
             if len(known) >= DESIGN_LIMIT:
                 known.clear()
             design = self[index]
-            image, order = self._image_of(design)
+            image, order = self.image_of(design)
             code = self._code(image)
             if code is None:
                 raise ValueError(_no_image(design, image))
@@ -256,14 +256,10 @@ class DesignSpace(DesignChoices):
     def _known_images(self) -> dict[int, tuple[int, np.ndarray]]:
         return {}
 
-    def _image_of(self, design: Design) -> tuple[Design, tuple[int, ...]]:
+    def image_of(self, design: Design) -> tuple[Design, tuple[int, ...]]:
         """The mirror image of a design and the regulators of it; its own without a mirror."""
         to = self._mirror
         return self.form(design if to is None else design.moved(to, reflected=True))
-
-    @cached_property
-    def _images(self) -> list[tuple[Design, tuple[int, ...]]]:
-        return [self._image_of(design) for design in self.designs]
 
     @cached_property
     def mirror_index(self) -> np.ndarray:
@@ -272,15 +268,16 @@ class DesignSpace(DesignChoices):
         Raises:
             ValueError: An image is not one of the space.
         """
-        for design, (image, _) in zip(self.designs, self._images, strict=True):
+        images = _images(self)
+        for design, (image, _) in zip(self.designs, images, strict=True):
             if image not in self._index:
                 raise ValueError(_no_image(design, image))
-        return np.array([self._index[image] for image, _ in self._images])
+        return np.array([self._index[image] for image, _ in images])
 
     @cached_property
     def mirror_regulator(self) -> np.ndarray:
         """`images` of all designs: what drives each regulator of them, (design, M)."""
-        return np.array([order for _, order in self._images]) - 1
+        return np.array([order for _, order in _images(self)]) - 1
 
     def twin(self, index: int) -> int:
         """The lesser index of a design and its mirror image, which count as one."""
@@ -304,3 +301,9 @@ def _listed(space: DesignSpace) -> tuple[Design, ...] | None:
     if space.symmetries:
         paths = paths[space.stand_for_all(paths)]
     return None if len(paths) > DESIGN_LIMIT else tuple(map(space.of_options, paths))
+
+
+@lru_cache(maxsize=4)
+def _images(space: DesignSpace) -> list[tuple[Design, tuple[int, ...]]]:
+    """`DesignSpace.image_of` of all designs, likewise once for equal spaces."""
+    return [space.image_of(design) for design in space.designs]

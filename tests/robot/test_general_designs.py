@@ -103,7 +103,7 @@ def test_a_space_has_one_design_of_each_class() -> None:
 def test_all_at_once_stand_for_their_classes_as_one_by_one(rules: dict[str, Any]) -> None:
     """Legs of one, two and three cavities, two of them of one kind."""
     options = ("0 * b*+* c*+*+*",) * 4
-    space = DesignSpace(4, 3, 0, 4, options=options, **rules)
+    space = DesignSpace(4, 2, 0, 4, options=options, **rules)
     every = np.array(list(space.paths))
     drawn = np.random.default_rng(3).choice(len(every), 300, replace=False)
     designs = [space.of_options(numbers) for numbers in every[drawn]]
