@@ -82,25 +82,25 @@ class ViscousCrawler:
             self._pressure_kPa = np.zeros_like(command_kPa)
         if active is not None:
             command_kPa = np.where(active[:, None], command_kPa, self._pressure_kPa)
-        left_kPa = command_kPa - self._pressure_kPa
-        count = min(step_count, int(np.ceil(np.abs(left_kPa).max(initial=0.0) / self._step_kPa)))
-        if count == 0:
-            return
-        most_kPa = self._step_kPa * np.arange(count + 1)[:, None, None]
-        reached_kPa = self._pressure_kPa + np.clip(left_kPa, -most_kPa, most_kPa)
-        self._forward_mm += self._travel_mm(reached_kPa)
+        reached_kPa = [self._pressure_kPa]
+        for _ in range(step_count):
+            change = np.clip(command_kPa - reached_kPa[-1], -self._step_kPa, self._step_kPa)
+            if not change.any():
+                break
+            reached_kPa.append(reached_kPa[-1] + change)
+        travel_mm = self._travel_mm(np.array(reached_kPa))
+        # Step by step, so that bits depend neither on other robots nor on how steps are grouped.
+        self._forward_mm = np.cumsum([self._forward_mm, *travel_mm], axis=0)[-1]
         self._pressure_kPa = reached_kPa[-1]
 
     def _travel_mm(self, pressure_kPa: np.ndarray) -> np.ndarray:
-        """Travel by the midpoint rule, shape (robot,), while pressures go through those of
-        (step + 1, robot, regulator)."""
+        """Travel of each step by the midpoint rule, shape (step, robot), while pressures go through
+        those of (step + 1, robot, regulator)."""
         inflation = np.take_along_axis(pressure_kPa, self._regulator[None], axis=2)
         inflation /= self._maximum_kPa
         viscosity = self._has_leg * (1.0 + 0.5 * self._grip * (inflation[1:] + inflation[:-1]))
         pull = np.sum(viscosity * self._forward * np.diff(inflation, axis=0), axis=2)
-        # Summed step by step, so that a robot's bits do not depend on how many others there are.
-        travelled: np.ndarray = np.cumsum(pull / viscosity.sum(axis=2), axis=0)[-1]
-        return self._stroke_mm * travelled
+        return self._stroke_mm * pull / viscosity.sum(axis=2)
 
     @property
     def forward_position_mm(self) -> np.ndarray:
