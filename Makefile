@@ -77,7 +77,7 @@ TO_RUN = import tomllib; package = tomllib.load(open("pyproject.toml", "rb"))["p
 # Runs again only where the package's requirements or the engine changed: Python sources are edited
 # in place (an editable install). What builds the engine stays in the environment: pip's own way, a
 # new folder of build tools each time, compiles all of it each time. A wheel is made first, so that
-# the engine compiles while packages come.
+# the engine compiles while packages come, and Python files of packages when they are first used.
 .venv/.installed .venv-test/.installed: $(ENGINE)
 	@test -n "$(PYTHON)" || { echo "pneumorph needs Python 3.11 or later with its venv module \
 	(on Debian: apt install python3-venv); set PYTHON=/path/to/python3.11" >&2; exit 1; }
@@ -89,7 +89,7 @@ TO_RUN = import tomllib; package = tomllib.load(open("pyproject.toml", "rb"))["p
 	rm -rf $(@D)/wheel
 	@$(@D)/bin/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir $(@D)/wheel . & \
 	compiling=$$!; \
-	$(@D)/bin/python -m pip install --quiet $$($(@D)/bin/python -c '$(TO_RUN)') || \
+	$(@D)/bin/python -m pip install --quiet --no-compile $$($(@D)/bin/python -c '$(TO_RUN)') || \
 	{ kill $$compiling; exit 1; }; \
 	wait $$compiling
 	$(@D)/bin/python -m pip install --quiet --no-build-isolation --editable ".[$(WITH)]"

@@ -74,23 +74,23 @@ _LONG = (
     "test_examples.py",
 )
 _PLACE = {Path(__file__).parent / name: number for number, name in enumerate(_LONG)}
-# Where it is set, such as by CI, tests of these files come last and begin only until then: seconds
-# since 1970. A machine of a third of the usual speed has no time for them.
-_LONG_UNTIL_S = float(os.environ.get("PNEUMORPH_LONG_TESTS_UNTIL_S", "inf"))
+# Where it is set, such as by CI, no test begins after it [seconds since 1970], and those of these
+# files come last: a machine of a third of the usual speed has no time for them.
+_UNTIL_S = float(os.environ.get("PNEUMORPH_TESTS_UNTIL_S", "inf"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with the longest files, so that no worker waits at the end for another's; end with them
     where there may be no time left for them."""
-    others = -1 if math.isfinite(_LONG_UNTIL_S) else len(_PLACE)
+    others = -1 if math.isfinite(_UNTIL_S) else len(_PLACE)
     items.sort(key=lambda item: _PLACE.get(item.path, others))
 
 
 @pytest.hookimpl(tryfirst=True)  # before what the test is given is made
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Leave a long test out where its time is over."""
-    if item.path in _PLACE and time.time() > _LONG_UNTIL_S:
-        pytest.skip("no time left for long tests (PNEUMORPH_LONG_TESTS_UNTIL_S)")
+def pytest_runtest_setup() -> None:
+    """Leave out a test that would begin too late."""
+    if time.time() > _UNTIL_S:
+        pytest.skip("no time left (PNEUMORPH_TESTS_UNTIL_S)")
 
 
 @pytest.fixture(scope="session")
