@@ -32,6 +32,7 @@ const pneumorphExplorer = (() => {
   ];
   const find = (selector) => document.querySelector(selector);
   const form = find(".filters"), list = find(".list"), details = find(".details");
+  const rows = new Map();  // what is drawn, by its place in the list
   let shown = designs, chosen = null, sort = "-score", player = null;
 
   // The same robot with its regulators numbered in order of first appearance.
@@ -135,27 +136,41 @@ const pneumorphExplorer = (() => {
     }));
   }
 
+  // Rows that stay in sight stay as they are: one that is replaced between the press of a button and its
+  // release, because the list scrolls to it, would lose the click.
   function drawRows() {
     const first = Math.max(0, Math.floor(list.scrollTop / ROW) - 4);
     const last = Math.min(shown.length, first + Math.ceil(list.clientHeight / ROW) + 8);
-    list.querySelectorAll(".row").forEach((row) => row.remove());
-    const rows = [];
-    for (let place = first; place < last; place += 1) {
-      const design = shown[place];
-      const row = document.createElement("div");
-      row.className = "row";
-      row.setAttribute("role", "option");
-      row.setAttribute("aria-selected", String(design === chosen));
-      row.style.transform = `translateY(${place * ROW}px)`;
-      const tag = [design.pair ? design.pair[0] : "", design.robots.length ? "▶" : ""].join(" ");
-      row.innerHTML = `${planView(design.entries, false)}<span>${design.name}</span>`
-        + `<span class="value">${design.legs}</span><span class="value">${design.regulators}</span>`
-        + `<span class="value">${fixed(design.score, 2)}</span>`
-        + `<span class="value">${chance(design.probability)}</span><span class="value">${tag}</span>`;
-      row.addEventListener("click", () => choose(design));
-      rows.push(row);
+    for (const [place, { design, row }] of rows) {
+      if (place >= first && place < last && design === shown[place]) continue;
+      row.remove();
+      rows.delete(place);
     }
-    list.append(...rows);
+    let next = null;
+    for (let place = last - 1; place >= first; place -= 1) {
+      const design = shown[place];
+      if (!rows.has(place)) {
+        const row = drawnRow(design, place);
+        list.insertBefore(row, next);
+        rows.set(place, { design, row });
+      }
+      next = rows.get(place).row;
+      next.setAttribute("aria-selected", String(design === chosen));
+    }
+  }
+
+  function drawnRow(design, place) {
+    const row = document.createElement("div");
+    row.className = "row";
+    row.setAttribute("role", "option");
+    row.style.transform = `translateY(${place * ROW}px)`;
+    const tag = [design.pair ? design.pair[0] : "", design.robots.length ? "▶" : ""].join(" ");
+    row.innerHTML = `${planView(design.entries, false)}<span>${design.name}</span>`
+      + `<span class="value">${design.legs}</span><span class="value">${design.regulators}</span>`
+      + `<span class="value">${fixed(design.score, 2)}</span>`
+      + `<span class="value">${chance(design.probability)}</span><span class="value">${tag}</span>`;
+    row.addEventListener("click", () => choose(design));
+    return row;
   }
 
   function facts(design) {

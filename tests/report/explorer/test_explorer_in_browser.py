@@ -124,6 +124,22 @@ def test_columns_sort_and_only_what_is_seen_is_drawn(
     )
 
 
+def test_a_row_stays_while_the_list_scrolls_below_it(page_file: Path, open_page: OpenPage) -> None:
+    """Else a click that scrolls to its row is lost: it is pressed on one, let go on another."""
+    page = open_page(page_file)
+    stayed = page.evaluate("""() => {
+        const list = document.querySelector(".list"), row = document.querySelectorAll(".row")[5];
+        const scroll = (y) => { list.scrollTop = y; list.dispatchEvent(new Event("scroll")); };
+        const found = [20, 100, 30000, 100].map((y) => { scroll(y); return row.isConnected; });
+        const texts = [...document.querySelectorAll(".row")].map((each) => each.textContent);
+        return [found, texts.length, new Set(texts).size];
+    }""")
+    assert stayed[0] == [True, True, False, False]
+    assert stayed[1] == stayed[2] < 60
+    drawn = page.locator(".row").all_text_contents()
+    assert [text[:15] for text in drawn] == names(page)[: len(drawn)]
+
+
 def test_a_click_shows_the_replay_or_the_command(
     walked: Trajectory, page_file: Path, open_page: OpenPage
 ) -> None:
