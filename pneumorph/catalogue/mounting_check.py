@@ -11,7 +11,7 @@ from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.site import Site
 from pneumorph.geometry.contact_surfaces import distance_to
-from pneumorph.geometry.surface import boundary_triangles
+from pneumorph.geometry.surface import boundary_triangles, winding_number
 from pneumorph.physics.physics import Physics
 
 
@@ -66,7 +66,7 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
             pose = site.pose_of(module)
             face = pose.apply(module.face.translation)
             gap = distance_to(face, nodes[skin])
-            if gap > tolerance_mm and not _inside(face[None], nodes, skin)[0]:
+            if gap > tolerance_mm and winding_number(face[None], nodes, skin)[0] < 0.5:
                 raise ValueError(
                     f"the attachment face of module {module.name} at {where} is {gap:.1f} mm away "
                     f"from the hub, its middle at {np.round(face, 1).tolist()} mm, expected at "
@@ -74,7 +74,7 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
                     "mounting_tolerance_mm"
                 )
             points = pose.apply(module.reduced.rest_nodes)
-            within = points[_inside(points, nodes, skin)]
+            within = points[winding_number(points, nodes, skin) > 0.5]
             depths = [distance_to(point, nodes[skin]) for point in within]
             depth = max(depths, default=0.0)
             if depth > tolerance_mm:
@@ -86,24 +86,3 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
                     f"point away from the hub, whose height is from {bottom:g} to {top:g} mm? Turn "
                     "or move the site, or allow it by mounting_tolerance_mm"
                 )
-
-
-def _inside(points: np.ndarray, nodes: np.ndarray, skin: np.ndarray) -> np.ndarray:
-    """Whether points (point, 3) are within a closed surface, (point,) bool.
-
-    The solid angles of its triangles (Van Oosterom and Strackee 1983) add up to 4 pi inside.
-    """
-    inside = np.zeros(len(points), dtype=bool)
-    low, high = nodes.min(axis=0), nodes.max(axis=0)
-    near = np.flatnonzero(((points > low) & (points < high)).all(axis=1))
-    for place in near:
-        corners = nodes[skin] - points[place]
-        a, b, c = corners.transpose(1, 0, 2)
-        la, lb, lc = np.linalg.norm(corners, axis=2).T
-        triple = np.einsum("ti,ti->t", a, np.cross(b, c))
-        below = la * lb * lc
-        below += np.einsum("ti,ti->t", a, b) * lc
-        below += np.einsum("ti,ti->t", a, c) * lb
-        below += np.einsum("ti,ti->t", b, c) * la
-        inside[place] = 2.0 * np.arctan2(triple, below).sum() > 2.0 * np.pi
-    return inside

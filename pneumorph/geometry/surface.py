@@ -79,13 +79,15 @@ def winding_number(points: np.ndarray, nodes: np.ndarray, triangles: np.ndarray)
         nodes: Positions [mm], (node, 3).
         triangles: Node indices, (triangle, 3).
     """
-    found = np.empty(len(points))
-    for number, point in enumerate(points):
-        a, b, c = np.moveaxis(nodes[triangles] - point, 1, 0)
-        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
-        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+    found = np.zeros(len(points))
+    corners = nodes[triangles].transpose(1, 2, 0).copy()  # (corner, axis, triangle)
+    low, high = corners.min(axis=(0, 2)), corners.max(axis=(0, 2))
+    for number in np.flatnonzero(((points >= low) & (points <= high)).all(axis=1)):
+        a, b, c = corners - points[number][:, None]
+        la, lb, lc = (np.sqrt(np.einsum("it,it->t", each, each)) for each in (a, b, c))
+        volume = np.einsum("it,it->t", a, np.cross(b, c, axis=0))
         cosines = la * lb * lc
         for first, second, length in ((a, b, lc), (b, c, la), (c, a, lb)):
-            cosines += np.einsum("ij,ij->i", first, second) * length
+            cosines += np.einsum("it,it->t", first, second) * length
         found[number] = 2.0 * np.arctan2(volume, cosines).sum() / (4.0 * np.pi)
     return found
