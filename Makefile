@@ -83,7 +83,7 @@ TO_RUN = import tomllib; package = tomllib.load(open("pyproject.toml", "rb"))["p
 	(on Debian: apt install python3-venv); set PYTHON=/path/to/python3.11" >&2; exit 1; }
 	@command -v c++ >/dev/null || { echo "pneumorph compiles its engine and needs a C++17 compiler \
 	(on Debian: apt install g++)" >&2; exit 1; }
-	@echo "installing into $(@D) (two to four minutes the first time)"
+	@echo "installing into $(@D) (two to five minutes the first time)"
 	"$(PYTHON)" -m venv $(@D)
 	$(@D)/bin/python -m pip install --quiet cmake ninja $$($(@D)/bin/python -c '$(TO_BUILD)')
 	rm -rf $(@D)/wheel

@@ -18,7 +18,7 @@ from jaxtyping import install_import_hook
 
 # Before anything imports them: arrays of these files have the axes that their annotations name.
 # Meshes and reduced parts refuse others themselves, with messages of their own, and states are made
-# at every step: test_array_axes holds those to their annotations.
+# at every step: test_array_axes holds what they accept, and the engine's states, to theirs.
 AXES_ARE_CHECKED_IN = (
     "pneumorph.trajectory",
     "pneumorph.simulation.reference_step",
@@ -51,7 +51,7 @@ _SOFTWARE_GRAPHICS = [
 # A loaded machine without a graphics card is slow; nothing here should fail for that.
 _PATIENCE_MS = 180_000
 
-# Files that take a quarter of a minute and more on a usual machine, the longest first.
+# Files that take half a minute and more on a slow machine, the longest first.
 _LONG = (
     "command/test_report_pages.py",
     "reproduce/test_experiments.py",

@@ -109,7 +109,7 @@ class DesignChoices(Checked):
 
     @cached_property
     def _symmetries(self) -> tuple[Product, ...]:
-        """Each as its file names it."""
+        """Those that `symmetries` names."""
         found = []
         for text in self.symmetries:
             if text == "mirror":
@@ -236,7 +236,9 @@ class DesignChoices(Checked):
     def stand_for_all(self, numbers: np.ndarray) -> np.ndarray:
         """Whether each design is its own `form`, (design,) bool, from an option's number for each
         location, (design, location)."""
-        return least_of_their_classes(self._options[0], numbers, self._products, self.canonical)
+        return least_of_their_classes(
+            self._options[0], numbers, self._products, self.cavity_count, self.canonical
+        )
 
     def form(self, design: Design) -> tuple[Design, tuple[int, ...]]:
         """The design that stands for a design and all that are counted as one with it.

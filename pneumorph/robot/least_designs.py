@@ -16,6 +16,7 @@ def least_of_their_classes(
     options: Sequence[Sequence[Fitting | None]],
     chosen: np.ndarray,
     products: Iterable[Product],
+    cavity_count: int,
     canonical: bool,
 ) -> np.ndarray:
     """Whether each design is the least of those that count as one with it.
@@ -26,14 +27,14 @@ def least_of_their_classes(
         options: What each location may carry.
         chosen: Number of the option at each location, (design, location).
         products: All products of the symmetries.
+        cavity_count: Most cavities of a module that have regulators of their own.
         canonical: Whether designs that differ only by the names of their regulators count as one;
             the designs then have their canonical names.
 
     Returns:
         (design,) bool.
     """
-    cavities = max((len(each.regulators) for one in options for each in one if each), default=1)
-    regulators = np.zeros((*chosen.shape, cavities), dtype=int)
+    regulators = np.zeros((*chosen.shape, cavity_count), dtype=int)
     kinds = np.zeros(chosen.shape, dtype=int)
     for location, here in enumerate(options):
         for number, each in enumerate(here):
