@@ -14,6 +14,7 @@ import os
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import tyro
@@ -220,7 +221,9 @@ def steps_figure(found: dict[str, dict[str, Any]]) -> Figure:
         at = [names.index(name) + 0.25 * (number - 1) for name in done]
         axes.bar(at, [walks[name]["distance_cm"] for name in done], 0.22, label=robot)
     axes.axhline(0.0, color="black", linewidth=0.6)
-    axes.set_xticks(range(len(names)), [step.change for step in STEPS.values()], fontsize="x-small")
+    changes = [fill(step.change, 13) for step in STEPS.values()]
+    axes.set_xticks(range(len(names)), changes, fontsize="x-small")
+    axes.set_xlim(-0.5, len(names) - 0.5)
     axes.set_ylabel("distance in 20 s (cm)")
     axes.legend(fontsize="x-small")
     return figure
