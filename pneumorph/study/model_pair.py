@@ -54,8 +54,7 @@ class ModelPair:
             record_every: Time steps between frames.
             progress: Told the steps made and those to make.
         """
-        identity = rollout_identity(self._described(record_every), self.commands_kPa)
-        kept = store.find(name, identity)
+        kept = self.kept(store, name, record_every)
         if kept is not None:
             return kept
         checkpoint = store.folders[0] / f"{name}.part.npz"
@@ -70,7 +69,11 @@ class ModelPair:
             progress=progress,
             highest_kPa=self.animation.gait.maximum_pressure_kPa,
         )
-        return store.save(name, identity, trajectory)
+        return store.save(name, self._identity(record_every), trajectory)
+
+    def kept(self, store: FullOrderStore, name: str, record_every: int) -> Trajectory | None:
+        """The full robot's trajectory if it is kept; arguments as of `full`."""
+        return store.find(name, self._identity(record_every))
 
     def reduced(self, record_every: int, like: Trajectory | None = None) -> Trajectory:
         """The reduced robot's trajectory.
@@ -103,6 +106,9 @@ class ModelPair:
             )
             seconds.append((time.perf_counter() - start) / count)
         return float(np.median(seconds))
+
+    def _identity(self, record_every: int) -> str:
+        return rollout_identity(self._described(record_every), self.commands_kPa)
 
     def _described(self, record_every: int) -> dict[str, Any]:
         # All that decides the full robot's way, but for the commands.

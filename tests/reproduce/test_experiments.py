@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import sys
 from dataclasses import fields, replace
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import pytest
-import tyro
+from helpers.experiment_scripts import REPRODUCE, call, script
 from helpers.result_example import example
 from helpers.synthetic_part import synthetic_reduced_part
 
@@ -41,7 +39,6 @@ from pneumorph.study.reduction import Reduction
 from pneumorph.study.reduction_options import ReduceOptions
 from pneumorph.study.training_run import LearnedPair, TrainingResult
 
-REPRODUCE = Path(__file__).parent.parent.parent / "reproduce"
 _SHORT = (
     "--restarts 1 "
     "--total-timesteps 20 --environment-count 4 --task.action-count 5 --task.action-step-count 80 "
@@ -67,22 +64,6 @@ _FEW_ACTIONS = {
     },
 }
 """A training of a dozen actions in drawn worlds, as settings over a preset."""
-
-
-def script(name: str) -> ModuleType:
-    path = REPRODUCE / name / "run.py"
-    specification = importlib.util.spec_from_file_location(f"reproduce_{name}", path)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    sys.modules[specification.name] = module  # where its dataclasses look their annotations up
-    specification.loader.exec_module(module)
-    return module
-
-
-def call(name: str, monkeypatch: pytest.MonkeyPatch, *arguments: object) -> None:
-    monkeypatch.setattr(sys, "argv", ["run.py", *map(str, arguments)])
-    tyro.cli(script(name).main)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,191 @@
+"""What parts reduced robots from their finite elements: sampling, contact, or the linearised step.
+
+    python reproduce/reduction_error/run.py
+
+Every variant of the measured leg walks the finite-element walks that ship, and learned robots in
+worlds that their trainings never saw. Writes walks.json. Half an hour, most of it for the leg whose
+integration points are all kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Literal
+
+import numpy as np
+import tyro
+
+from pneumorph.base.artefact import write_json
+from pneumorph.base.result import finite
+from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.reduction.assemble import Cubature, sample_elements
+from pneumorph.reduction.contact_flexibility import with_contact_flexibility
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.study.animations import Animation, animations
+from pneumorph.study.certified_candidates import unseen_worlds
+from pneumorph.study.full_order_store import FullOrderStore, shipped_folders
+from pneumorph.study.gait_source import find_gait
+from pneumorph.study.heldout import heldout_animations, periodic_animations
+from pneumorph.study.model_pair import ModelPair
+from pneumorph.study.robot_error import RobotError, robot_error
+from pneumorph.study.robustness import walks_in_worlds
+
+HERE = Path(__file__).parent
+EVERY = 10
+"""Time steps between the frames of the walks that ship."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A way to walk the measured leg's reduction."""
+
+    every_point: bool = False
+    """All integration points with weight one, in place of the sampled ones."""
+    gives_way: bool = False
+    """Contact points give way beyond the modes."""
+    linearised: Literal["start", "ahead"] = "start"
+    """Where a step finds its forces."""
+
+
+VARIANTS = {
+    "as it ships": Variant(),
+    "linearised ahead": Variant(linearised="ahead"),
+    "points that give way": Variant(gives_way=True),
+    "both": Variant(gives_way=True, linearised="ahead"),
+    "every integration point": Variant(every_point=True),
+    "every integration point, and both": Variant(True, True, "ahead"),
+}
+
+
+def reduced(spec: RobotSpec, variant: Variant) -> ReducedPart:
+    """The leg of a variant."""
+    part, made = spec.module.full, spec.module.reduced
+    if variant.gives_way:
+        made = with_contact_flexibility(part, made)
+    if variant.every_point:
+        solid = part.element_groups[0]
+        points = Cubature.every(solid.element_count)
+        sampled = sample_elements(solid, made.modes, points)
+        made = replace(
+            made,
+            tetrahedron_index=points.index.astype(np.int32),
+            tetrahedron_weight=points.weight,
+            tetrahedron_rest=sampled.rest,
+            tetrahedron_mode_gradient=sampled.mode_gradient,
+            tetrahedron_measure=sampled.measure,
+        )
+    return made
+
+
+def walks() -> dict[str, list[Animation]]:
+    """Of each kind those that may ship; the Gray walk's robot tumbles."""
+    return {
+        "animations": animations(("baseline", "two_leg", "six_leg"), 10.0),
+        "heldout": heldout_animations(12, 10.0),
+        "periodic": periodic_animations(8, 20.0),
+    }
+
+
+def errors(spec: RobotSpec, varied: RobotSpec, kind: str) -> dict[str, RobotError]:
+    """Of every walk of a kind that ships."""
+    found = {}
+    for animation in walks()[kind]:
+        full = ModelPair(animation, spec).kept(shipped(), animation.name, EVERY)
+        if full is not None:
+            own = ModelPair(animation, varied).reduced(EVERY, like=full)
+            found[animation.name] = robot_error(full, own)
+    return found
+
+
+@cache
+def shipped() -> FullOrderStore:
+    """The finite-element walks that ship."""
+    return FullOrderStore(shipped_folders())
+
+
+def learned(varied: RobotSpec, world_count: int, folder: RunFolder) -> dict[str, dict[str, float]]:
+    """How far learned robots go in worlds that their trainings never saw [cm]."""
+    gaits = sorted(
+        path for name in ("demo", "restarts") for path in HERE.parent.glob(f"{name}/*.csv")
+    )
+    sources = [find_gait(path, None, ExpertGait()) for path in gaits]
+    far, _ = walks_in_worlds(
+        varied,
+        [source.design for source in sources],
+        [source.gait for source in sources],
+        unseen_worlds(measured_worlds(), world_count, 0),
+        sources[0].settling_steps,
+        folder,
+    )
+    return {
+        f"{path.parent.name}/{path.name}": {
+            "median_cm": float(np.nanmedian(own)),
+            "low_cm": float(np.nanquantile(own, 0.1)),
+            "high_cm": float(np.nanquantile(own, 0.9)),
+            "failed_count": int(np.isnan(own).sum()),
+        }
+        for path, own in zip(gaits, far.T, strict=True)
+    }
+
+
+def row(error: RobotError) -> dict[str, float]:
+    """What is told of a walk."""
+    return {
+        "node_error_mm": error.mean_node_error_mm,
+        "full_cm": error.forward_full_cm,
+        "reduced_cm": error.forward_reduced_cm,
+    }
+
+
+def said(kind: str, errors: Sequence[RobotError]) -> str:
+    """Means of a kind of walks."""
+    nodes = np.mean([error.mean_node_error_mm for error in errors])
+    apart = [error.distance_error_cm for error in errors]
+    return (
+        f"  {kind}: nodes {nodes:.2f} mm, distance {np.mean(apart):.3f} cm, at most "
+        f"{max(apart):.2f}; {len(errors)} walks"
+    )
+
+
+def main(
+    variants: tuple[str, ...] = tuple(VARIANTS), world_count: int = 48, out: Path = HERE
+) -> None:
+    """Walk the variants, and write what parts them from their finite elements.
+
+    Args:
+        variants: Names of those to walk.
+        world_count: In so many worlds learned robots walk with those whose points are sampled.
+        out: Folder of walks.json.
+    """
+    spec = RobotOptions().spec()
+    told: dict[str, Any] = {}
+    with TemporaryDirectory() as work:
+        folder = RunFolder(Path(work), "reduction_error")
+        for number, name in enumerate(variants):
+            variant, path = VARIANTS[name], folder / f"{number}.npz"
+            reduced(spec, variant).save(path)
+            stepper = replace(spec.stepper, linearised=variant.linearised)
+            varied = replace(spec.reduced_again(path), stepper=stepper)
+            print(name, flush=True)
+            told[name] = {}
+            for kind in walks():
+                found = errors(spec, varied, kind)
+                told[name][kind] = {each: row(error) for each, error in found.items()}
+                if found:
+                    print(said(kind, list(found.values())), flush=True)
+            if world_count and not variant.every_point:
+                told[name]["learned"] = learned(varied, world_count, folder)
+    file = write_json(out / "walks.json", finite(told))
+    print(f"wrote {file}")
+
+
+if __name__ == "__main__":
+    tyro.cli(main, description=__doc__)

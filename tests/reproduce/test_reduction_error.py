@@ -1,0 +1,43 @@
+"""Variants of the measured leg beside its finite elements."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.experiment_scripts import script
+
+from pneumorph.catalogue.robot_options import RobotOptions
+
+
+def test_every_point_are_all_points_of_the_solid() -> None:
+    """Their measures are its volume, and the sampled ones are among them."""
+    module, spec = script("reduction_error"), RobotOptions().spec()
+    part, usual = spec.module.full, spec.module.reduced
+    every = module.reduced(spec, module.Variant(every_point=True))
+    assert every.tetrahedron_measure.sum() == pytest.approx(part.element_groups[0].measure.sum())
+    np.testing.assert_array_equal(
+        every.tetrahedron_mode_gradient[usual.tetrahedron_index], usual.tetrahedron_mode_gradient
+    )
+    alike = usual.tetrahedron_weight * every.tetrahedron_measure[usual.tetrahedron_index]
+    np.testing.assert_allclose(usual.tetrahedron_measure, alike, rtol=1e-12)
+
+
+def test_walks_are_told_by_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of one of the walks that ship, and of the periodic ones those."""
+    module = script("reduction_error")
+    usual = module.walks()
+    few = {"animations": usual["animations"][2:], "heldout": [], "periodic": []}
+    monkeypatch.setattr(module, "walks", lambda: few)
+    module.main(("as it ships", "linearised ahead"), 1, tmp_path)
+    found = json.loads((tmp_path / "walks.json").read_text())
+    assert list(found) == ["as it ships", "linearised ahead"]
+    ships, ahead = (found[name]["animations"]["six_leg"] for name in found)
+    assert ships["full_cm"] == ahead["full_cm"]
+    assert ships["node_error_mm"] != ahead["node_error_mm"]
+    assert ships["node_error_mm"] < 1.0
+    for told in found.values():
+        assert len(told["learned"]) == 7
+        assert all(10.0 < own["median_cm"] < 60.0 for own in told["learned"].values())
