@@ -15,6 +15,8 @@ Example: pneumorph search --method genetic --timesteps 1000000 --out runs/geneti
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.command.verb import Verb
 from pneumorph.study.finished_run import FinishedRun
@@ -25,7 +27,12 @@ from pneumorph.study.search_options import SearchOptions
 def run(options: SearchOptions, folder: RunFolder) -> SearchFindings:
     """Search as the options say."""
     learned = None if options.run is None else FinishedRun.read(options.run)
-    return search(options.search, options.robot.spec(), folder, learned, options.randomisation)
+    robot, described = options.robot.spec(), options.robot.description
+    note = None if described is None else described.damping_note(options.robot.physics)
+    if note is not None:
+        folder.progress.say(note)
+    found = search(options.search, robot, folder, learned, options.randomisation)
+    return found if note is None else replace(found, notes=(*found.notes, note))
 
 
 VERB = Verb(SearchOptions, run, taken_over=lambda options: options.taken_over)

@@ -4,6 +4,7 @@ in two sizes, five regulators. Nothing may take it for the paper's."""
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.study import deployed_gait
 from pneumorph.study.analysis import Walker, analysed_robot
@@ -75,6 +77,24 @@ def test_explore_shows_its_designs(robot: Path, capsys: pytest.CaptureFixture[st
     learned = write_run(robot.parent / "learned", "coopt", quick_training())
     assert run(["explore", str(learned), "--robot", str(robot)]) == 1
     assert "beside the run" in capsys.readouterr().err
+
+
+def test_search_tells_the_damping_that_parts_bring(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Made with polar rotations, in a file that names no damping."""
+    path = write_described_robot(tmp_path)
+    part = ReducedPart.load(tmp_path / "leg.npz")
+    polar = {**part.metadata, "settings": {"rotation": "polar"}}
+    replace(part, metadata=polar).save(tmp_path / "leg.npz")
+    path.write_text(path.read_text().replace('damping = "objective"\n', ""))
+    found = run_json(
+        f"search --method random --timesteps 10 --task.action-count 5 --environment-count 4 "
+        f"--random.population 2 --finalist-count 1 --objective.evaluation-worlds 4 --robot {path} "
+        f"--out {tmp_path / 'search'}",
+        capsys,
+    )
+    assert any("goes with the polar rotations of modules.long" in note for note in found["notes"])
 
 
 def test_deploy_drives_as_many_regulators_as_it_has(
