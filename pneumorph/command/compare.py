@@ -7,8 +7,8 @@ under periodic gaits, where errors accumulate. A single leg is also bent by risi
 Full-order trajectories take minutes each: they are kept in RUN/full_order, those that ship with the
 package are found there, and an interrupted one is resumed.
 
-Trajectories of the default preset ship in both physics; those of other lengths, and the periodic
-ones of the measured physics, take hours.
+Trajectories of the default preset ship in both physics, of the periodic ones in the measured
+physics numbers 2 and 7; the others, and those of other lengths, take hours.
 
 With --grid, further reductions of the leg walk the four animations too: their errors against the
 time of a step are figure 12 of the paper.
