@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
@@ -37,6 +36,7 @@ from pneumorph.study.heldout import heldout_animations, periodic_animations
 from pneumorph.study.model_pair import ModelPair
 from pneumorph.study.robot_error import RobotError, robot_error
 from pneumorph.study.robustness import walks_in_worlds
+from pneumorph.trajectory import Trajectory
 
 HERE = Path(__file__).parent
 EVERY = 10
@@ -94,21 +94,17 @@ def walks() -> dict[str, list[Animation]]:
     }
 
 
-def errors(spec: RobotSpec, varied: RobotSpec, kind: str) -> dict[str, RobotError]:
-    """Of every walk of a kind that ships."""
-    found = {}
-    for animation in walks()[kind]:
-        full = ModelPair(animation, spec).kept(shipped(), animation.name, EVERY)
-        if full is not None:
-            own = ModelPair(animation, varied).reduced(EVERY, like=full)
-            found[animation.name] = robot_error(full, own)
+def shipped(spec: RobotSpec) -> dict[str, list[tuple[Animation, Trajectory]]]:
+    """Of each kind the walks that ship, with those of their finite elements."""
+    store = FullOrderStore(shipped_folders())
+    found: dict[str, list[tuple[Animation, Trajectory]]] = {}
+    for kind, chosen in walks().items():
+        found[kind] = []
+        for animation in chosen:
+            full = ModelPair(animation, spec).kept(store, animation.name, EVERY)
+            if full is not None:
+                found[kind].append((animation, full))
     return found
-
-
-@cache
-def shipped() -> FullOrderStore:
-    """The finite-element walks that ship."""
-    return FullOrderStore(shipped_folders())
 
 
 def learned(varied: RobotSpec, world_count: int, folder: RunFolder) -> dict[str, dict[str, float]]:
@@ -166,7 +162,7 @@ def main(
         out: Folder of walks.json.
     """
     spec = RobotOptions().spec()
-    told: dict[str, Any] = {}
+    ships, told = shipped(spec), dict[str, Any]()
     with TemporaryDirectory() as work:
         folder = RunFolder(Path(work), "reduction_error")
         for number, name in enumerate(variants):
@@ -176,8 +172,11 @@ def main(
             varied = replace(spec.reduced_again(path), stepper=stepper)
             print(name, flush=True)
             told[name] = {}
-            for kind in walks():
-                found = errors(spec, varied, kind)
+            for kind, pairs in ships.items():
+                found = {
+                    each.name: robot_error(full, ModelPair(each, varied).reduced(EVERY, like=full))
+                    for each, full in pairs
+                }
                 told[name][kind] = {each: row(error) for each, error in found.items()}
                 if found:
                     print(said(kind, list(found.values())), flush=True)

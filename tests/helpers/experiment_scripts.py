@@ -6,11 +6,25 @@ import importlib.util
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 import tyro
 
 REPRODUCE = Path(__file__).parent.parent.parent / "reproduce"
+FEW_ACTIONS: dict[str, Any] = {
+    "baseline": {"phase_step_deg": 90.0, "gait": {"duration_s": 0.4, "period_s": 0.4}},
+    "coopt": {
+        "environment_count": 4,
+        "total_timesteps": 12,
+        "evaluated_design_count": 2,
+        "kept_pair_count": 1,
+        "learning_start_timestep": 100,
+        "task": {"action_count": 3, "action_step_count": 10},
+        "schedule": {"decay_start_timestep": 0, "decay_end_timestep": 12},
+    },
+}
+"""A training of a dozen actions, as settings over a preset."""
 
 
 def script(name: str) -> ModuleType:

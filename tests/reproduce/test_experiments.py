@@ -8,13 +8,13 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from helpers.experiment_scripts import REPRODUCE, call, script
+from helpers.experiment_scripts import FEW_ACTIONS, REPRODUCE, call, script
 from helpers.result_example import example
 from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.run_folder import RunFolder, read_settings, read_summary
-from pneumorph.base.settings import load_settings, read_settings_file
+from pneumorph.base.settings import laid_over, load_settings, read_settings_file
 from pneumorph.catalogue.full_options import FullOptions
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import leg_kind
@@ -49,20 +49,9 @@ _SHORT = (
     "--finetuning.finalist-count 2 --baseline.phase-step-deg 90 --baseline.gait.duration-s 4 "
     "--baseline.record-step-count 10"
 )
-_FEW_ACTIONS = {
-    "certified_world_count": 4,
-    "baseline": {"phase_step_deg": 90.0, "gait": {"duration_s": 0.4, "period_s": 0.4}},
-    "coopt": {
-        "environment_count": 4,
-        "total_timesteps": 12,
-        "evaluated_design_count": 2,
-        "kept_pair_count": 1,
-        "learning_start_timestep": 100,
-        "task": {"action_count": 3, "action_step_count": 10},
-        "objective": {"evaluation_worlds": 4},
-        "schedule": {"decay_start_timestep": 0, "decay_end_timestep": 12},
-    },
-}
+_FEW_ACTIONS = laid_over(
+    FEW_ACTIONS, {"certified_world_count": 4, "coopt": {"objective": {"evaluation_worlds": 4}}}
+)
 """A training of a dozen actions in drawn worlds, as settings over a preset."""
 
 

@@ -7,22 +7,9 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
-from helpers.experiment_scripts import call, script
+from helpers.experiment_scripts import FEW_ACTIONS, call, script
 
 from pneumorph.base.artefact import write_json
-
-_SHORT = {
-    "baseline": {"phase_step_deg": 90.0, "gait": {"duration_s": 0.4, "period_s": 0.4}},
-    "coopt": {
-        "environment_count": 4,
-        "total_timesteps": 12,
-        "evaluated_design_count": 2,
-        "kept_pair_count": 1,
-        "learning_start_timestep": 100,
-        "task": {"action_count": 3, "action_step_count": 10},
-        "schedule": {"decay_start_timestep": 0, "decay_end_timestep": 12},
-    },
-}
 
 
 @pytest.mark.parametrize("preset", ["quick", "fast"])
@@ -44,7 +31,7 @@ def test_the_two_differ_in_how_designs_are_scored_alone(preset: str) -> None:
 
 
 def test_what_is_known_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = write_json(tmp_path / "short.json", _SHORT)
+    settings = write_json(tmp_path / "short.json", FEW_ACTIONS)
     asked = ("--preset", "quick", "--work", tmp_path / "runs", "--out", tmp_path, "--threads", 1)
     for seed in (3, 4):
         call("factored", monkeypatch, *asked, "--seeds", seed, "--settings", settings)

@@ -26,7 +26,7 @@ def test_every_point_are_all_points_of_the_solid() -> None:
 
 
 def test_walks_are_told_by_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of one of the walks that ship, and of the periodic ones those."""
+    """One of the walks that ship, and the learned robots in one world."""
     module = script("reduction_error")
     usual = module.walks()
     few = {"animations": usual["animations"][2:], "heldout": [], "periodic": []}
