@@ -66,13 +66,15 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   }
 #else
   constexpr bool kept = false;  // of the whole part; its solid's alone
-  alignas(64) double foreseen[M];
+  alignas(64) double mean_rates[M], foreseen[M];
+  const double* leading = rates;  // what takes it there
   if (settings.foreseen && !settings.published_damping && settings.stiffness_damping == 0 &&
-      moves_smoothly(part, rates, settings, state.has_memory, memory)) {
-    for (int a = 0; a < M; ++a) foreseen[a] = alpha[a] + settings.time_step * rates[a];
+      moves_smoothly(part, rates, settings, state.has_memory, memory, mean_rates)) {
+    for (int a = 0; a < M; ++a) foreseen[a] = alpha[a] + settings.time_step * mean_rates[a];
     end = foreseen;
+    leading = mean_rates;
   }
-  rubber_system<M, Real>(part, alpha, end, rates, settings, static_cast<Real*>(state.springs) + mount.spring_offset, memory,
+  rubber_system<M, Real>(part, alpha, end, leading, settings, static_cast<Real*>(state.springs) + mount.spring_offset, memory,
                          state, elements);
 #endif
   clock.lap(0);

@@ -8,9 +8,10 @@
 //   P' = mu F (2 E' + lambda / mu tr(E') I),   E' = sym(F^T F'),   F' = sum_a G_a u_a.
 // No turn of the hub changes it.
 //
-// Where a part moves smoothly, its forces may be found where its old rates u lead in the step, alpha + h u, in place of where
-// the step starts: f(alpha + h u) - h K (u' - u) for f(alpha) - h K u'. What K lacks then acts on the small change u' - u
-// alone, so the step is nearly the converged implicit one at the same price; `Ahead` below. Equation (46).
+// Where a part moves smoothly, its forces may be found where its rates lead in the step, alpha + h w with w the mean of the last
+// two steps' rates, in place of where the step starts: f(alpha + h w) - h K (u' - w) for f(alpha) - h K u'. What K lacks then
+// acts on the small change u' - w alone, so the step is nearly the converged implicit one at the same price; `Ahead` below. In
+// the mean an oscillation from step to step cancels. Equation (46).
 #pragma once
 #include "kept_tangent.hpp"
 #include "rubber.hpp"
@@ -124,14 +125,15 @@ void fresh_solid(const Part<Real>& part, StepBranches<Real> branches, const Real
 
 constexpr double kSmoothChange = 0.3;  // mm in a step, root mean square over a part's mass
 
-// Whether the rates have changed little since the step before, and so are likely to in this one. Notes them.
+// Whether the rates have changed little since the step before, and so are likely to in this one; their mean. Notes them.
 template <int M, class Real>
 bool moves_smoothly(const Part<Real>& part, const double* rates, const Settings& settings, bool has_memory,
-                    MountMemory<M, Real>& memory) {
+                    MountMemory<M, Real>& memory, double mean[M]) {
   double square = 0;
   for (int a = 0; a < M; ++a) {
     const double change = rates[a] - memory.last_rates[a];
     square += change * change;
+    mean[a] = rates[a] - 0.5 * change;
     memory.last_rates[a] = rates[a];
   }
   const double allowed = kSmoothChange / settings.time_step;
@@ -177,7 +179,7 @@ void objective_system(const Part<Real>& part, const double* alpha, const double*
 }
 
 // Force and stiffness of a part, and what the latter lacks; `left`: (block, branch, 6, kLane). The solid's own are kept in
-// `memory`, whose leg is that of the last step. The forces are those at the coordinates `end`, alpha or ahead of it.
+// `memory`, whose leg is that of the last step. The forces are those at the coordinates `end`, alpha or where `rates` lead.
 template <int M, class Real>
 void rubber_system(const Part<Real>& part, const double* alpha, const double* end, const double* rates,
                    const Settings& settings, Real* left, MountMemory<M, Real>& memory, RobotState& state,

@@ -10,7 +10,6 @@ keep one, (25) and (26), is its own affair, as is all that makes it fast.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -89,7 +88,7 @@ def reference_step(
         margin_mm: Points that the motion before brings nearer to the floor than this take part
             from the start [mm]; others join where the step's impulses throw them into the floor.
         rates_before: Modal rates that the step before began with, by which steps that are
-            linearised ahead tell smooth motion; None linearises at the start.
+            linearised ahead tell smooth motion and where it leads; None linearises at the start.
 
     Raises:
         ArithmeticError: No impulses were found that obey the contact law.
@@ -99,9 +98,8 @@ def reference_step(
     regulated = regulators_of(robot, physics).after(state.regulated, command_kPa, h)
     pressure = physics.pressure_map.simulated(regulated)
     # The step's equations (8) without impulses.
-    system = step_system(
-        robot, physics, state, pressure, _smooth(robot, physics, state, rates_before)
-    )
+    leading = _leading(robot, physics, state, rates_before)
+    system = step_system(robot, physics, state, pressure, leading)
     matrix, right = step_equations(system, velocity, physics)
     # Points that take part, and what they know of the rest of the robot, (27).
     modes = modes_of(robot, state)
@@ -150,7 +148,7 @@ def step_system(
     physics: Physics,
     state: ReducedState,
     pressure_kPa: Float[np.ndarray, " regulator"],
-    ahead: Sequence[bool] = (),
+    leading: Float[np.ndarray, "mount mode"] | None = None,
 ) -> StepSystem:
     """Mass, stiffness and force of a robot, summed over the hub and the mounts.
 
@@ -159,8 +157,8 @@ def step_system(
         physics: What acts on it.
         state: Where it is.
         pressure_kPa: Simulated pressure of each regulator [kPa].
-        ahead: Of each mount, whether its forces are found where its rates lead in the step, (46);
-            at the start where nothing is said.
+        leading: Modal rates by which each mount's forces are found ahead of its coordinates, (46);
+            zero of one, or None, finds them at the start.
     """
     velocity, h = unknowns_of(robot, state), physics.time_step_s
     turning, gravity = velocity[3:6], state.rotation.T @ physics.gravity_vector
@@ -174,7 +172,7 @@ def step_system(
     for number, (mount, alpha, springs) in enumerate(parts):
         own = np.eye(len(alpha), len(velocity), first)
         body, to_all = mount_moments(mount, alpha), np.concatenate([chosen, own])
-        led = h * (own @ velocity) if any(ahead[number : number + 1]) else np.zeros_like(alpha)
+        led = np.zeros_like(alpha) if leading is None else h * leading[number, : len(alpha)]
         end = alpha + led
         elastic, stiff = elastic_forces(mount, end, physics.damping)
         relaxed, resisting = relaxing_forces(mount, alpha, end, springs, h)
@@ -189,19 +187,19 @@ def step_system(
     return StepSystem(mass, stiffness, relaxing, force)
 
 
-def _smooth(
+def _leading(
     robot: Robot, physics: Physics, state: ReducedState, rates_before: np.ndarray | None
-) -> list[bool]:
-    """Of each mount, whether it is linearised ahead."""
+) -> np.ndarray:
+    """Modal rates of where each mount's step is linearised, (mount, mode): the mean of the last two
+    where it moves smoothly, and zero elsewhere."""
     damped = physics.damping == "published" or physics.stiffness_damping_s > 0.0
     if rates_before is None or damped:
-        return [False] * len(robot.mounts)
+        return np.zeros_like(state.mode_rates)
     changes = np.linalg.norm(state.mode_rates - rates_before, axis=1)
     allowed = SMOOTH_CHANGE_MM / physics.time_step_s
-    return [
-        bool(change <= allowed * np.sqrt(mount.part.mass))
-        for mount, change in zip(robot.mounts, changes, strict=True)
-    ]
+    masses = np.array([mount.part.mass for mount in robot.mounts])
+    smooth = changes <= allowed * np.sqrt(masses)
+    return np.where(smooth[:, None], 0.5 * (state.mode_rates + rates_before), 0.0)
 
 
 def step_equations(

@@ -39,9 +39,10 @@ class StepperSettings(Checked):
     damping."""
     linearised: Linearised = "start"
     """Where a step finds the forces of measured silicone. `start`: where it begins. `ahead`: where
-    its motion leads, while that changes by less than 0.3 mm in a step (root mean square over a
-    leg); nearly the converged implicit step of finite elements, at the same price. Other parts, and
-    silicone under published or stiffness damping, are always linearised at the start."""
+    the motion of the last two steps leads, while that changes by less than 0.3 mm in a step (root
+    mean square over a leg); nearly the converged implicit step of finite elements, at the same
+    price. Other parts, and silicone under published or stiffness damping, are always linearised at
+    the start."""
     element_precision: Precision = "single"
     """Precision of element forces and stiffness and of the cavity's cubic term. Everything else is
     in double precision."""

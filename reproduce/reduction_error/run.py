@@ -2,13 +2,16 @@
 
     python reproduce/reduction_error/run.py
 
-Every variant of the measured leg walks the finite-element walks that ship, and learned robots in
-worlds that their trainings never saw. Writes walks.json. Half an hour, most of it for the leg whose
-integration points are all kept.
+Every variant of the measured leg walks the finite-element walks that ship and those of learned
+robots whose distances as finite elements are known, and learned robots walk in worlds that their
+trainings never saw. Writes walks.json. Half an hour, most of it for the leg whose integration
+points are all kept.
 """
 
 from __future__ import annotations
 
+import json
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,10 +24,14 @@ import tyro
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import finite
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.settings import settings_from_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.physics.physics import Physics
 from pneumorph.reduction.assemble import Cubature, sample_elements
 from pneumorph.reduction.contact_flexibility import with_contact_flexibility
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -34,18 +41,22 @@ from pneumorph.study.full_order_store import FullOrderStore, shipped_folders
 from pneumorph.study.gait_source import find_gait
 from pneumorph.study.heldout import heldout_animations, periodic_animations
 from pneumorph.study.model_pair import ModelPair
+from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.robot_error import RobotError, robot_error
 from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.trajectory import Trajectory
 
 HERE = Path(__file__).parent
+EXAMPLES = HERE.parents[1] / "examples"
 EVERY = 10
 """Time steps between the frames of the walks that ship."""
+WORLD_COUNT = 200
+"""Unseen worlds that a certificate numbers."""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A way to walk the measured leg's reduction."""
+    """A way to reduce the measured leg and to walk on it."""
 
     every_point: bool = False
     """All integration points with weight one, in place of the sampled ones."""
@@ -61,13 +72,12 @@ VARIANTS = {
     "points that give way": Variant(gives_way=True),
     "both": Variant(gives_way=True, linearised="ahead"),
     "every integration point": Variant(every_point=True),
-    "every integration point, and both": Variant(True, True, "ahead"),
 }
 
 
-def reduced(spec: RobotSpec, variant: Variant) -> ReducedPart:
+def reduced(module: Module, variant: Variant) -> ReducedPart:
     """The leg of a variant."""
-    part, made = spec.module.full, spec.module.reduced
+    part, made = module.full, module.reduced
     if variant.gives_way:
         made = with_contact_flexibility(part, made)
     if variant.every_point:
@@ -83,6 +93,19 @@ def reduced(spec: RobotSpec, variant: Variant) -> ReducedPart:
             tetrahedron_measure=sampled.measure,
         )
     return made
+
+
+def varied(spec: RobotSpec, variant: Variant, folder: Path) -> RobotSpec:
+    """The robot on legs of a variant, whose files stay in a folder."""
+    again = {}
+    for module in spec.modules:
+        leg = reduced(module, variant)
+        again[module] = module.reduced_again(leg.save(folder / f"{leg.digest()}.npz"))
+    return replace(
+        spec,
+        sites=tuple(site.with_modules(lambda each: again[each]) for site in spec.sites),
+        stepper=replace(spec.stepper, linearised=variant.linearised),
+    )
 
 
 def walks() -> dict[str, list[Animation]]:
@@ -107,14 +130,78 @@ def shipped(spec: RobotSpec) -> dict[str, list[tuple[Animation, Trajectory]]]:
     return found
 
 
-def learned(varied: RobotSpec, world_count: int, folder: RunFolder) -> dict[str, dict[str, float]]:
+@dataclass(frozen=True)
+class LearnedWalk:
+    """A learned robot whose finite elements have walked."""
+
+    gait: str
+    full: float
+    """What they achieved in 20 s [cm, degrees of one that turns]."""
+    world: int | None = None
+    """Number of the unseen world; None for the nominal one."""
+    robot: str | None = None
+    """File of examples that describes it; None for the paper's robot."""
+    settings: str | None = None
+    """File of examples that has the ground."""
+    goal: Literal["forward", "left", "turned"] = "forward"
+
+    @property
+    def name(self) -> str:
+        """What it is called in walks.json."""
+        return self.gait if self.world is None else f"{self.gait}, world {self.world}"
+
+    def spec(self) -> RobotSpec:
+        """The robot, in the nominal world."""
+        if self.robot is not None:
+            return RobotDescription.read(EXAMPLES / self.robot).spec()
+        spec = RobotOptions().spec()
+        if self.settings is not None:
+            said = tomllib.loads((EXAMPLES / self.settings).read_text())["physics"]
+            spec = replace(spec, physics=settings_from_dict(Physics, said, spec.physics))
+        return spec
+
+    def achieved(self, spec: RobotSpec, folder: RunFolder) -> float:
+        """What its reduced robot achieves, unit as of `full`."""
+        source = find_gait(HERE.parent / self.gait, None, ExpertGait())
+        if self.world is not None:
+            world = unseen_worlds(measured_worlds(), WORLD_COUNT, 0)[self.world]
+            far, _ = walks_in_worlds(
+                spec, [source.design], [source.gait], [world], source.settling_steps, folder
+            )
+            return float(far[0, 0])
+        walked = recorded_walk(
+            spec, source.design, source.gait, settling_steps=source.settling_steps
+        )
+        if self.goal == "turned":
+            return float(walked.turned_deg[-1])
+        return float(walked.left_cm[-1]) if self.goal == "left" else walked.forward_distance_cm
+
+
+def learned_walks() -> list[LearnedWalk]:
+    """All that are known."""
+    told = tomllib.loads((HERE / "learned.toml").read_text())["walk"]
+    return [settings_from_dict(LearnedWalk, each) for each in told]
+
+
+def learned_beside_full(variant: Variant, folder: RunFolder) -> dict[str, dict[str, float]]:
+    """What learned robots achieve on legs of a variant, beside their finite elements."""
+    found = {}
+    for each in learned_walks():
+        own = varied(each.spec(), variant, folder.path)
+        found[each.name] = {"full": each.full, "reduced": each.achieved(own, folder)}
+    return found
+
+
+def learned_in_worlds(
+    spec: RobotSpec, world_count: int, folder: RunFolder
+) -> dict[str, dict[str, float]]:
     """How far learned robots go in worlds that their trainings never saw [cm]."""
     gaits = sorted(
         path for name in ("demo", "restarts") for path in HERE.parent.glob(f"{name}/*.csv")
     )
     sources = [find_gait(path, None, ExpertGait()) for path in gaits]
     far, _ = walks_in_worlds(
-        varied,
+        spec,
         [source.design for source in sources],
         [source.gait for source in sources],
         unseen_worlds(measured_worlds(), world_count, 0),
@@ -157,32 +244,32 @@ def main(
     """Walk the variants, and write what parts them from their finite elements.
 
     Args:
-        variants: Names of those to walk.
+        variants: Names of those to walk; what walks.json has of others stays.
         world_count: In so many worlds learned robots walk with those whose points are sampled.
         out: Folder of walks.json.
     """
-    spec = RobotOptions().spec()
-    ships, told = shipped(spec), dict[str, Any]()
+    spec, file = RobotOptions().spec(), out / "walks.json"
+    ships = shipped(spec)
+    told: dict[str, Any] = json.loads(file.read_text()) if file.exists() else {}
     with TemporaryDirectory() as work:
         folder = RunFolder(Path(work), "reduction_error")
-        for number, name in enumerate(variants):
-            variant, path = VARIANTS[name], folder / f"{number}.npz"
-            reduced(spec, variant).save(path)
-            stepper = replace(spec.stepper, linearised=variant.linearised)
-            varied = replace(spec.reduced_again(path), stepper=stepper)
+        for name in variants:
+            variant = VARIANTS[name]
+            own = varied(spec, variant, Path(work))
             print(name, flush=True)
             told[name] = {}
             for kind, pairs in ships.items():
                 found = {
-                    each.name: robot_error(full, ModelPair(each, varied).reduced(EVERY, like=full))
+                    each.name: robot_error(full, ModelPair(each, own).reduced(EVERY, like=full))
                     for each, full in pairs
                 }
                 told[name][kind] = {each: row(error) for each, error in found.items()}
                 if found:
                     print(said(kind, list(found.values())), flush=True)
+            told[name]["learned"] = learned_beside_full(variant, folder)
             if world_count and not variant.every_point:
-                told[name]["learned"] = learned(varied, world_count, folder)
-    file = write_json(out / "walks.json", finite(told))
+                told[name]["worlds"] = learned_in_worlds(own, world_count, folder)
+            write_json(file, finite({each: told[each] for each in VARIANTS if each in told}))
     print(f"wrote {file}")
 
 

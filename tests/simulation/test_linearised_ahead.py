@@ -4,19 +4,28 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.crawlers import FRESH, PHYSICS
 from helpers.one_leg import COMMAND, HUB, POSE, motion_of, thrown
 from helpers.synthetic_part import rubber_reduced_part
+from scipy.linalg import eigh
 
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.reduction.modal_equilibrium import modal_tangent, rising_modal_equilibria
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.reduced_state import ReducedState
+from pneumorph.simulation.reference_forces import elastic_forces, relaxing_forces
 from pneumorph.simulation.reference_step import reference_step, unknowns_of
 
 PART = rubber_reduced_part(6, pressures=3, stretches=5)
+EXAMPLES = Path(__file__).parents[2] / "examples"
+TURNING = "0.1+1.0.2+3.3+3.0.0.3+2"
+"""A design of examples/two_chambers.toml."""
 OBJECTIVE = {"damping": "objective", "stiffness_damping_s": 0.0}
 SMALL = motion_of(PART, 0.05, speed=0.02)
 """A motion whose rates change by less in a step than smooth ones may."""
@@ -122,3 +131,51 @@ def test_a_robot_at_rest_stays():
     for simulator in (usual, other):
         simulator.advance(np.zeros((1, 2)), 5)
         assert np.abs(simulator.read("modes")).max() < 1e-9
+
+
+@pytest.mark.parametrize("share", [0.55, 0.7, 1.0, 2.0, 10.0])
+def test_a_stiffness_that_is_not_the_true_one_lets_no_oscillation_grow(share: float) -> None:
+    """(46) of one mode of stiffness k, with K = share k, has no growing solution at any step from
+    half of k on, as the step from the start. Led by the last rates alone it needs three quarters of
+    k: an oscillation from step to step then leads itself on."""
+    for stiff in np.logspace(-3.0, 6.0, 91):  # h^2 k of a unit mass
+        # h u' = (h u - h^2 k (q + w) + share h^2 k w) / (1 + share h^2 k), of q, h u, h u before.
+        led = np.array([0.0, 0.5, 0.5])
+        start, moving = np.eye(3)[:2]
+        new = (moving - stiff * (start + led) + share * stiff * led) / (1.0 + share * stiff)
+        growth = np.abs(np.linalg.eigvals(np.array([start + new, new, moving]))).max()
+        assert growth < 1.0 + 1e-9
+
+
+def test_inflated_legs_at_rest_do_not_tremble() -> None:
+    """Two-chamber legs held at 90 kPa without floor and gravity, in small steps: their stiffness
+    lacks more than a quarter of some modes'. Led by the last rates alone their rates change to and
+    fro by 80 in each step."""
+    spec = RobotDescription.read(EXAMPLES / "two_chambers.toml").spec()
+    physics = replace(spec.physics, gravity_mm_per_s2=0.0, floor_height_mm=-1e4, time_step_s=0.0025)
+    own = replace(spec, physics=physics, stepper=replace(FRESH, linearised="ahead"))
+    simulator = own.simulator([TURNING])
+    command = np.full((1, physics.regulator_count), 90.0)
+    simulator.advance(command, 1000)
+    rates = []
+    for _ in range(3):
+        rates.append(simulator.read("mode_rates").copy())
+        simulator.advance(command, 1)
+    assert np.linalg.norm(rates[0] - 2.0 * rates[1] + rates[2]) < 0.01
+
+
+def test_the_stiffness_of_a_step_is_more_than_half_of_the_true_one() -> None:
+    """Of the leg that ships, up to the highest pressure of its snapshots: so no oscillation from
+    step to step grows, led or not. The branches, which both have, are those of the usual step."""
+    mount = paper_robot().assembly("1.0.0.2.2.0.0.1").mounts[0]
+    part, pressures = mount.part, np.array([60.0, 90.0, 105.0])
+    shares = []
+    for kPa, balance in zip(pressures, rising_modal_equilibria(part, pressures), strict=True):
+        alpha = balance.alpha
+        springs = np.zeros((len(part.relaxation_weight), len(part.tetrahedron_measure), 6))
+        relaxing = relaxing_forces(mount, alpha, alpha, springs, 0.01)[1][6:, 6:]
+        taken = elastic_forces(mount, alpha, "objective")[1][6:, 6:] + relaxing
+        true = modal_tangent(part, alpha, np.array([kPa])) + relaxing
+        shares.append(eigh(true, taken, eigvals_only=True)[-1])
+    assert np.all(np.diff(shares) > 0.0)
+    assert 1.5 < shares[-1] < 2.0
