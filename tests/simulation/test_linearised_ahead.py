@@ -138,10 +138,10 @@ def test_a_stiffness_that_is_not_the_true_one_lets_no_oscillation_grow(share: fl
     """(46) of one mode of stiffness k, with K = share k, has no growing solution at any step from
     half of k on, as the step from the start. Led by the last rates alone it needs three quarters of
     k: an oscillation from step to step then leads itself on."""
+    led = np.array([0.0, 0.5, 0.5])  # h w, of q, h u and h u before
+    start, moving, _ = np.eye(3)
     for stiff in np.logspace(-3.0, 6.0, 91):  # h^2 k of a unit mass
-        # h u' = (h u - h^2 k (q + w) + share h^2 k w) / (1 + share h^2 k), of q, h u, h u before.
-        led = np.array([0.0, 0.5, 0.5])
-        start, moving = np.eye(3)[:2]
+        # h u' = (h u - h^2 k (q + h w) + share h^2 k h w) / (1 + share h^2 k)
         new = (moving - stiff * (start + led) + share * stiff * led) / (1.0 + share * stiff)
         growth = np.abs(np.linalg.eigvals(np.array([start + new, new, moving]))).max()
         assert growth < 1.0 + 1e-9
