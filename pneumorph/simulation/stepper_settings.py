@@ -37,7 +37,7 @@ class StepperSettings(Checked):
     the leg), and while it is less than three tenths short along the motion. 0: a new stiffness in
     every step. Applies to corotational parts, and to the solid of measured silicone under objective
     damping."""
-    linearised: Linearised = "start"
+    linearised: Linearised = "ahead"
     """Where a step finds the forces of measured silicone. `start`: where it begins. `ahead`: where
     the motion of the last two steps leads, while that changes by less than 0.3 mm in a step (root
     mean square over a leg); nearly the converged implicit step of finite elements, at the same

@@ -148,6 +148,7 @@ def measured() -> ReduceOptions:
             load_share=0.33,
             blocked_share=0.02,
             answer_share=0.17,
+            contact_flexibility=True,
             curve_tolerance=1e-3,
             ecsw=EcswSettings(
                 hyperreduction_tolerance=0.006, element_limit=360, equilibrium_weight=8.0

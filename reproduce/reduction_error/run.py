@@ -34,7 +34,6 @@ from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.assemble import Cubature, sample_elements
-from pneumorph.reduction.contact_flexibility import with_contact_flexibility
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.simulation.randomisation import World
 from pneumorph.study.animations import Animation, animations
@@ -59,26 +58,26 @@ class Variant:
 
     every_point: bool = False
     """All integration points with weight one, in place of the sampled ones."""
-    gives_way: bool = False
+    gives_way: bool = True
     """Contact points give way beyond the modes."""
-    linearised: Literal["start", "ahead"] = "start"
+    linearised: Literal["start", "ahead"] = "ahead"
     """Where a step finds its forces."""
 
 
 VARIANTS = {
     "as it ships": Variant(),
-    "linearised ahead": Variant(linearised="ahead"),
-    "points that give way": Variant(gives_way=True),
-    "both": Variant(gives_way=True, linearised="ahead"),
-    "every integration point": Variant(every_point=True),
+    "linearised at the start": Variant(linearised="start"),
+    "points that follow the modes": Variant(gives_way=False),
+    "neither": Variant(gives_way=False, linearised="start"),
+    "neither, every integration point": Variant(True, gives_way=False, linearised="start"),
 }
 
 
 def reduced(module: Module, variant: Variant) -> ReducedPart:
     """The leg of a variant."""
     part, made = module.full, module.reduced
-    if variant.gives_way:
-        made = with_contact_flexibility(part, made)
+    if not variant.gives_way:
+        made = replace(made, contact_flexibility=np.zeros((0, 0)))
     if variant.every_point:
         solid = part.element_groups[0]
         points = Cubature.every(solid.element_count)

@@ -117,6 +117,7 @@ def test_a_try_that_is_refused_leaves_the_step_as_it_would_have_been():
         motion_of(RELAXING, 0.5),
         element_precision="double",
         tangent_tolerance_mm_per_s=1e-12,
+        linearised="start",
         **UNDAMPED,
     )
     robot = simulator.robots[0]
