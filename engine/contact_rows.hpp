@@ -252,6 +252,16 @@ inline double contact_friction(const Settings& settings, const double given[2], 
   return given[0] * std::fmin(std::fmax(factor, settings.friction_least), settings.friction_most);
 }
 
+// How far the ends of a step's motion part from the straight way, over the step [mm/s]: positions go on by
+// exp(h W) (y + h u) with the turning W of the body and the deflecting u of a point at y from its origin, so by
+// h/2 W x (W x y + 2 u) besides h (W x y + u); of the motion before.
+inline void turning_drift(const double turning[3], const double arm[3], const double deflecting[3], double time_step, double out[3]) {
+  double once[3];
+  cross(turning, arm, once);
+  for (int i = 0; i < 3; ++i) once[i] = 0.5 * time_step * (once[i] + 2 * deflecting[i]);
+  cross(turning, once, out);
+}
+
 // The row of a candidate, warm started. `turned`: the floor's axes, as rows x, y, z along a body's; those of the world by
 // default, which is what the body's rotation has.
 struct LevelAxes {
@@ -262,12 +272,14 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
               const RobotState& state, const Workspace<M, Real>& work, ContactRow<M>& row, const Axes& axes = {}) {
   constexpr int kVectors = M / 8;
   const HubSystem& hub = work.hub;
-  double jacobian[3][6], turned[9];
+  double jacobian[3][6], turned[9], drift[3];
   row.mount = at.mount;
   row.contact = row.point_number = at.point;
   row.flexibility = nullptr;
   if (at.mount < 0) {
-    hub_jacobian(axes(at, state.rotation, turned), robot.hub_contact_points + 3 * at.point, jacobian);
+    const double *arm = robot.hub_contact_points + 3 * at.point, still[3] = {};
+    hub_jacobian(axes(at, state.rotation, turned), arm, jacobian);
+    turning_drift(hub.velocity + 3, arm, still, settings.time_step, drift);
     for (int i = 0; i < 3; ++i) {
       for (int v = 0; v < kVectors; ++v) store(&row.response[i][8 * v], DoubleLanes{});
       times_hub_factor(jacobian[i], hub.factor, &row.response[i][M]);
@@ -282,12 +294,23 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
     const double* alpha = state.modes + at.mount * M;
     row.contact += mount.contact_offset;
     if (part.contact_flexibility) row.flexibility = part.contact_flexibility + long(at.point) * part.contact_count;
-    double arm[3];
+    const double* rates = state.mode_rates + at.mount * M;
+    double arm[3], from_hub[3], turning[3], deflecting[3];
     for (int i = 0; i < 3; ++i) {
-      DoubleLanes dot = {};
-      for (int v = 0; v < kVectors; ++v) dot += load(alpha + 8 * v) * load(modes + i * M + 8 * v);
+      DoubleLanes dot = {}, rate = {};
+      for (int v = 0; v < kVectors; ++v) {
+        const DoubleLanes own = load(modes + i * M + 8 * v);
+        dot += load(alpha + 8 * v) * own, rate += load(rates + 8 * v) * own;
+      }
       arm[i] = part.contact_points[3 * at.point + i] + sum_lanes(dot);
+      deflecting[i] = sum_lanes(rate);
+      turning[i] = 0, from_hub[i] = arm[i];
+      for (int j = 0; j < 3; ++j) {
+        turning[i] += mount.rotation[3 * j + i] * hub.velocity[3 + j];
+        from_hub[i] += mount.rotation[3 * j + i] * mount.translation[j];
+      }
     }
+    turning_drift(turning, from_hub, deflecting, settings.time_step, drift);
     hub_jacobian(axes(at, view.world, turned), arm, jacobian);
     for (int i = 0; i < 3; ++i) {
       alignas(64) double modal[M], reduced[8];
@@ -309,6 +332,9 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
       store(&row.response[i][M], hub_row);
     }
   }
+  if (settings.foreseen)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) row.free_velocity[i] += jacobian[i][j] * drift[j];
   row.free_velocity[0] += at.gap / settings.time_step;
   if (row.flexibility)
     for (int i = 1; i < 3; ++i)

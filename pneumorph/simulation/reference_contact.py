@@ -84,11 +84,7 @@ def contact_kinematics(
         rows z, x, y: J.
     """
     counts = [len(alpha) for alpha in modes]
-    arms, fields = [robot.hub.contact_points], [np.zeros((*robot.hub.contact_points.shape, 0))]
-    for mount, alpha in zip(robot.mounts, modes, strict=True):
-        part, turn = mount.part, mount.pose.rotation
-        arms = [*arms, mount.pose.apply(part.contact_points + part.contact_modes @ alpha)]
-        fields = [*fields, np.einsum("ij,pja->pia", turn, part.contact_modes)]
+    arms, fields = _arms_and_fields(robot, modes)
     starts = np.concatenate([[0, 0], np.cumsum(counts)])
     jacobians = [
         _jacobian(arm, field, int(start), sum(counts))
@@ -97,6 +93,34 @@ def contact_kinematics(
     positions = position + np.concatenate(arms) @ rotation.T
     frame = rotation[[2, 0, 1]]  # rows z, x, y of the world along the hub's axes
     return positions, np.einsum("ij,pja->pia", frame, np.concatenate(jacobians))
+
+
+def turning_drift(
+    robot: Robot,
+    rotation: Float[np.ndarray, "3 3"],
+    modes: tuple[np.ndarray, ...],
+    velocity: Float[np.ndarray, " unknown"],
+    time_step_s: float,
+) -> Float[np.ndarray, "point 3"]:
+    """What the hub's turning adds to the way of contact points in a step, over the step, (48).
+
+    Args:
+        robot: The robot.
+        rotation: Hub frame to world.
+        modes: Modal coordinates of each mount, each (mode,).
+        velocity: The unknowns at the start.
+        time_step_s: Time step [s].
+
+    Returns:
+        [mm/s], the hub's points first, in rows z, x, y.
+    """
+    arms, fields = _arms_and_fields(robot, modes)
+    rates = np.split(velocity[6:], np.cumsum([0, *map(len, modes)]))[: len(arms)]
+    bending = np.concatenate([field @ own for field, own in zip(fields, rates, strict=True)])
+    turning = velocity[3:6]
+    inward = np.cross(turning, np.cross(turning, np.concatenate(arms)) + 2.0 * bending)
+    drift: np.ndarray = 0.5 * time_step_s * (inward @ rotation.T)[:, [2, 0, 1]]
+    return drift
 
 
 def contact_flexibility(robot: Robot) -> Float[np.ndarray, "point point"]:
@@ -109,6 +133,19 @@ def contact_flexibility(robot: Robot) -> Float[np.ndarray, "point point"]:
         blocks.append(own if len(own) > 0 else np.zeros((count, count)))
     flexibility: np.ndarray = block_diag(*blocks)
     return flexibility
+
+
+def _arms_and_fields(
+    robot: Robot, modes: tuple[np.ndarray, ...]
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Of the hub and of each mount where the contact points are from the hub's origin, (point, 3),
+    and their modes, (point, 3, mode), both along the hub's axes."""
+    arms, fields = [robot.hub.contact_points], [np.zeros((*robot.hub.contact_points.shape, 0))]
+    for mount, alpha in zip(robot.mounts, modes, strict=True):
+        part, turn = mount.part, mount.pose.rotation
+        arms.append(mount.pose.apply(part.contact_points + part.contact_modes @ alpha))
+        fields.append(np.einsum("ij,pja->pia", turn, part.contact_modes))
+    return arms, fields
 
 
 def _jacobian(arms: np.ndarray, fields: np.ndarray, start: int, count: int) -> np.ndarray:

@@ -25,6 +25,7 @@ from pneumorph.simulation.reference_contact import (
     contact_flexibility,
     contact_kinematics,
     solve_friction,
+    turning_drift,
 )
 from pneumorph.simulation.reference_forces import (
     advanced_springs,
@@ -88,7 +89,8 @@ def reference_step(
         margin_mm: Points that the motion before brings nearer to the floor than this take part
             from the start [mm]; others join where the step's impulses throw them into the floor.
         rates_before: Modal rates that the step before began with, by which steps that are
-            linearised ahead tell smooth motion and where it leads; None linearises at the start.
+            linearised ahead tell smooth motion and where it leads; None linearises at the start,
+            contact points too.
 
     Raises:
         ArithmeticError: No impulses were found that obey the contact law.
@@ -106,6 +108,9 @@ def reference_step(
     positions, jacobian = contact_kinematics(robot, state.position, state.rotation, modes)
     floor = physics.floor(robot.standing_points)
     speeds, normals = jacobian @ velocity, floor.frames(positions)[:, 0, ROWS]
+    drift = np.zeros_like(positions)
+    if rates_before is not None:
+        drift = turning_drift(robot, state.rotation, modes, velocity, h)
     coming = floor.gap(positions) + h * np.minimum(_along(normals, speeds), 0.0)
     near = coming < margin_mm
     # Friction (28) of coefficients (42) on the planes (32) that touch the floor: below the points,
@@ -123,6 +128,7 @@ def reference_step(
         response = np.linalg.solve(matrix, np.column_stack([right, rows.T]))
         alone, answers = response[:, 0], response[:, 1:]
         free = rows @ alone + np.kron(gaps[near] / h, [1.0, 0.0, 0.0]) - left[near].ravel()
+        free += np.einsum("pij,pj->pi", frames[near][:, :, ROWS], drift[near]).ravel()
         own = np.kron(flexible[np.ix_(near, near)], np.eye(3))
         law = FrictionLaw(rows @ answers + own, free, friction[near])
         found = solve_friction(law, impulses[near], friction_tolerance)

@@ -38,11 +38,12 @@ class StepperSettings(Checked):
     every step. Applies to corotational parts, and to the solid of measured silicone under objective
     damping."""
     linearised: Linearised = "ahead"
-    """Where a step finds the forces of measured silicone. `start`: where it begins. `ahead`: where
-    the motion of the last two steps leads, while that changes by less than 0.3 mm in a step (root
-    mean square over a leg); nearly the converged implicit step of finite elements, at the same
-    price. Other parts, and silicone under published or stiffness damping, are always linearised at
-    the start."""
+    """Where a step finds its forces and the motion of contact points. `start`: where it begins.
+    `ahead`: forces of measured silicone where the motion of the last two steps leads, while that
+    changes by less than 0.3 mm in a step (root mean square over a leg), and points with what the
+    hub's turning adds to their way; nearly the converged implicit step of finite elements, at the
+    same price. Forces of other parts, and of silicone under published or stiffness damping, are
+    always found at the start."""
     element_precision: Precision = "single"
     """Precision of element forces and stiffness and of the cavity's cubic term. Everything else is
     in double precision."""

@@ -156,14 +156,15 @@ def test_air_moves_pressures_as_the_reference_does():
 CONTACT = replace(FRESH, contact_tolerance_mm_per_s=FRICTION_TOLERANCE, contact_sweeps=1000)
 
 
+@pytest.mark.parametrize("linearised", ["start", "ahead"])
 @pytest.mark.parametrize("damping", ["published", "objective"])
 @pytest.mark.parametrize("law", ["corotational", "stable_neo_hookean"])
-def test_steps_with_sticking_and_sliding_points_equal_the_reference(law, damping):
+def test_steps_with_sticking_and_sliding_points_equal_the_reference(law, damping, linearised):
     part = PART if law == "corotational" else synthetic_reduced_part(6, (4, 4, 4), law)
     robot = crawlers()[0]
     robot = Robot(robot.hub, tuple(replace(mount, part=part) for mount in robot.mounts))
     physics = replace(PHYSICS, damping=damping, floor_slope_deg=10.0)
-    simulator = BatchedSimulator([robot], physics, CONTACT, 1)
+    simulator = BatchedSimulator([robot], physics, replace(CONTACT, linearised=linearised), 1)
     simulator.advance(np.zeros((1, 2)), 60)  # falls and settles
     stuck, slid = assert_steps_with_contact_equal(simulator, np.repeat(GAIT[:4], 6, axis=0))
     assert stuck > 10
