@@ -132,7 +132,10 @@ def test_gaits_are_learned_again_on_the_new_leg(learned: Path, certified: Certif
     content = json.loads((learned / "certificate" / "certificate.json").read_text())
     assert len(content["rounds"]) == 2
     assert content["median_cm"] == certified.median
-    assert "there were 1 new reductions at most" in certified.notes[-1]
+    # Whether so short a fine-tuning changes a gait, so that its walk is a new one, is chance.
+    ends = ("there were 1 new reductions at most", "on walks that the leg was made from")
+    assert certified.notes[-1].startswith("the two models part still")
+    assert any(end in certified.notes[-1] for end in ends)
 
 
 @pytest.mark.parametrize("score_cm", [-100.0, 100.0])
