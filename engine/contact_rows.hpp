@@ -103,7 +103,10 @@ template <int M>
 void view_mount(const RobotModel& robot, int k, const RobotState& state, const HubSystem& hub, const LegSystem<M>& leg,
                 MountView<M>& view) {
   constexpr int kVectors = M / 8;
-  multiply_matrices(state.rotation, robot.mounts[k].rotation, view.world);
+  const Mount& mount = robot.mounts[k];
+  multiply_matrices(state.rotation, mount.rotation, view.world);
+  multiply_transposed(mount.rotation, mount.translation, view.origin);
+  multiply_transposed(mount.rotation, hub.velocity + 3, view.turning);
   for (int i = 0; i < 6; ++i) {
     double sum = 0;
     for (int j = 0; j < 6; ++j) sum += view.transform[6 * i + j] * hub.free_velocity[j];
@@ -272,14 +275,14 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
               const RobotState& state, const Workspace<M, Real>& work, ContactRow<M>& row, const Axes& axes = {}) {
   constexpr int kVectors = M / 8;
   const HubSystem& hub = work.hub;
-  double jacobian[3][6], turned[9], drift[3];
+  double jacobian[3][6], turned[9], drift[3] = {};
   row.mount = at.mount;
   row.contact = row.point_number = at.point;
   row.flexibility = nullptr;
   if (at.mount < 0) {
     const double *arm = robot.hub_contact_points + 3 * at.point, still[3] = {};
     hub_jacobian(axes(at, state.rotation, turned), arm, jacobian);
-    turning_drift(hub.velocity + 3, arm, still, settings.time_step, drift);
+    if (settings.foreseen) turning_drift(hub.velocity + 3, arm, still, settings.time_step, drift);
     for (int i = 0; i < 3; ++i) {
       for (int v = 0; v < kVectors; ++v) store(&row.response[i][8 * v], DoubleLanes{});
       times_hub_factor(jacobian[i], hub.factor, &row.response[i][M]);
@@ -295,7 +298,7 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
     row.contact += mount.contact_offset;
     if (part.contact_flexibility) row.flexibility = part.contact_flexibility + long(at.point) * part.contact_count;
     const double* rates = state.mode_rates + at.mount * M;
-    double arm[3], from_hub[3], turning[3], deflecting[3];
+    double arm[3], from_hub[3], deflecting[3];
     for (int i = 0; i < 3; ++i) {
       DoubleLanes dot = {}, rate = {};
       for (int v = 0; v < kVectors; ++v) {
@@ -303,14 +306,10 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
         dot += load(alpha + 8 * v) * own, rate += load(rates + 8 * v) * own;
       }
       arm[i] = part.contact_points[3 * at.point + i] + sum_lanes(dot);
+      from_hub[i] = view.origin[i] + arm[i];
       deflecting[i] = sum_lanes(rate);
-      turning[i] = 0, from_hub[i] = arm[i];
-      for (int j = 0; j < 3; ++j) {
-        turning[i] += mount.rotation[3 * j + i] * hub.velocity[3 + j];
-        from_hub[i] += mount.rotation[3 * j + i] * mount.translation[j];
-      }
     }
-    turning_drift(turning, from_hub, deflecting, settings.time_step, drift);
+    if (settings.foreseen) turning_drift(view.turning, from_hub, deflecting, settings.time_step, drift);
     hub_jacobian(axes(at, view.world, turned), arm, jacobian);
     for (int i = 0; i < 3; ++i) {
       alignas(64) double modal[M], reduced[8];
@@ -332,9 +331,8 @@ void make_row(const Candidate& at, const Part<Real>* parts, const RobotModel& ro
       store(&row.response[i][M], hub_row);
     }
   }
-  if (settings.foreseen)
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) row.free_velocity[i] += jacobian[i][j] * drift[j];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) row.free_velocity[i] += jacobian[i][j] * drift[j];
   row.free_velocity[0] += at.gap / settings.time_step;
   if (row.flexibility)
     for (int i = 1; i < 3; ++i)

@@ -36,12 +36,12 @@ template <int M>
 inline void times_inverse(const double* row, const double inverse_upper[M][M], double* out) {
   constexpr int kVectors = M / 8;
   DoubleLanes sum[kVectors] = {};  // in registers, as all loops over it are unrolled
-#pragma GCC unroll 4
+#pragma GCC unroll 8
   for (int block = 0; block < kVectors; ++block)
     for (int b = 8 * block; b < 8 * block + 8; ++b)
-#pragma GCC unroll 4
+#pragma GCC unroll 8
       for (int v = block; v < kVectors; ++v) sum[v] += row[b] * load(&inverse_upper[b][8 * v]);
-#pragma GCC unroll 4
+#pragma GCC unroll 8
   for (int v = 0; v < kVectors; ++v) store(out + 8 * v, sum[v]);
 }
 

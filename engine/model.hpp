@@ -10,7 +10,7 @@ namespace pneumorph {
 constexpr int kLane = 16;             // elements treated side by side in the deformation stage
 constexpr int kMaximumMounts = 16;    // legs of one robot
 constexpr int kMaximumRegulators = 16;
-constexpr int kMaximumModes = 32;
+constexpr int kMaximumModes = 40;
 constexpr int kMaximumBranches = 8;
 constexpr int kMaximumPressures = 32;
 constexpr int kMaximumStretches = 32;
@@ -250,7 +250,7 @@ struct Kernel {
   unsigned long mount_bytes = 0;    // of one mount in RobotState::memory
 };
 
-// `modes` is the padded count: 8, 16, 24 or 32. Null `advance` when this build lacks it.
+// `modes` is the padded count: a multiple of eight up to kMaximumModes. Null `advance` when this build lacks it.
 Kernel kernel_baseline(int modes, int single_precision, int contact_capacity);
 Kernel kernel_avx2(int modes, int single_precision, int contact_capacity);
 Kernel kernel_avx512(int modes, int single_precision, int contact_capacity);

@@ -64,40 +64,43 @@ inline void outer_pass(const Real (*rows)[kRowStride<M>], int count, Real k[M][M
   }
 }
 
+// Tiles of eight rows that cover the upper blocks of K: those of `wide` columns first, then those of eight.
+struct Tile {
+  int row, column, width;  // row and column in blocks of eight modes
+};
+template <int M>
+struct Tiles {
+  Tile tile[(M / 8) * (M / 8 + 1) / 2 + 1];  // and one of no width
+  int count;
+};
+template <int M>
+constexpr Tiles<M> tiles_of(int wide) {
+  Tiles<M> result{};
+  for (int width = wide; width >= 8; width -= 8)
+    for (int row = 0; row < M / 8; ++row) {
+      const int left = M / 8 - row, pairs = wide == 16 ? left / 2 : 0;  // blocks of this row that wide tiles take two by two
+      if (width == 16)
+        for (int pair = 0; pair < pairs; ++pair) result.tile[result.count++] = {row, row + 2 * pair, 16};
+      else
+        for (int block = 2 * pairs; block < left; ++block) result.tile[result.count++] = {row, row + block, 8};
+    }
+  return result;
+}
+
+template <bool Add, int M, int Wide, int At, class Real>
+inline void outer_passes(const Real (*rows)[kRowStride<M>], int count, Real k[M][M]) {
+  constexpr auto tiles = tiles_of<M>(Wide);
+  if constexpr (At < tiles.count) {
+    constexpr int kTiles = Wide / 8;  // in one pass
+    constexpr Tile one = tiles.tile[At], two = kTiles == 2 ? tiles.tile[At + 1] : Tile{0, 0, 0};
+    outer_pass<Add, M, one.row, one.column, one.width, two.row, two.column, two.width>(rows, count, k);
+    outer_passes<Add, M, Wide, At + kTiles>(rows, count, k);
+  }
+}
+
 template <bool Add, int M, class Real>
 inline void add_outer_products(const Real (*rows)[kRowStride<M>], int count, Real k[M][M]) {
-#if defined(__AVX512F__)
-  if constexpr (sizeof(Real) == 4) {
-    if constexpr (M == 8) outer_pass<Add, M, 0, 0, 8, 0, 0, 0>(rows, count, k);
-    if constexpr (M == 16) outer_pass<Add, M, 0, 0, 16, 1, 1, 8>(rows, count, k);
-    if constexpr (M == 24) {
-      outer_pass<Add, M, 0, 0, 16, 1, 1, 16>(rows, count, k);
-      outer_pass<Add, M, 0, 2, 8, 2, 2, 8>(rows, count, k);
-    }
-    if constexpr (M == 32) {
-      outer_pass<Add, M, 0, 0, 16, 0, 2, 16>(rows, count, k);
-      outer_pass<Add, M, 1, 1, 16, 2, 2, 16>(rows, count, k);
-      outer_pass<Add, M, 1, 3, 8, 3, 3, 8>(rows, count, k);
-    }
-    return;
-  }
-#endif
-  outer_pass<Add, M, 0, 0, 8, 0, 0, 0>(rows, count, k);
-  if constexpr (M >= 16) {
-    outer_pass<Add, M, 0, 1, 8, 0, 0, 0>(rows, count, k);
-    outer_pass<Add, M, 1, 1, 8, 0, 0, 0>(rows, count, k);
-  }
-  if constexpr (M >= 24) {
-    outer_pass<Add, M, 0, 2, 8, 0, 0, 0>(rows, count, k);
-    outer_pass<Add, M, 1, 2, 8, 0, 0, 0>(rows, count, k);
-    outer_pass<Add, M, 2, 2, 8, 0, 0, 0>(rows, count, k);
-  }
-  if constexpr (M >= 32) {
-    outer_pass<Add, M, 0, 3, 8, 0, 0, 0>(rows, count, k);
-    outer_pass<Add, M, 1, 3, 8, 0, 0, 0>(rows, count, k);
-    outer_pass<Add, M, 2, 3, 8, 0, 0, 0>(rows, count, k);
-    outer_pass<Add, M, 3, 3, 8, 0, 0, 0>(rows, count, k);
-  }
+  outer_passes<Add, M, kRegisterBytes == 64 && sizeof(Real) == 4 ? 16 : 8, 0>(rows, count, k);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -20,7 +20,8 @@ bool add_rubber_part_of(int modes, const Part<Real>* parts, const RobotModel& ro
   if (modes == 8) return add_rubber_part<8, Real>(parts, robot, k, settings, state, work, clock);
   if (modes == 16) return add_rubber_part<16, Real>(parts, robot, k, settings, state, work, clock);
   if (modes == 24) return add_rubber_part<24, Real>(parts, robot, k, settings, state, work, clock);
-  return add_rubber_part<32, Real>(parts, robot, k, settings, state, work, clock);
+  if (modes == 32) return add_rubber_part<32, Real>(parts, robot, k, settings, state, work, clock);
+  return add_rubber_part<40, Real>(parts, robot, k, settings, state, work, clock);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -200,15 +200,17 @@ Kernel kernel_for(int contact_capacity) {
 
 Kernel kernel(int modes, int single_precision, int contact_capacity) {
   if (single_precision) {
-    if (modes == 16) return kernel_for<16, float>(contact_capacity);
     if (modes == 8) return kernel_for<8, float>(contact_capacity);
+    if (modes == 16) return kernel_for<16, float>(contact_capacity);
     if (modes == 24) return kernel_for<24, float>(contact_capacity);
     if (modes == 32) return kernel_for<32, float>(contact_capacity);
+    if (modes == 40) return kernel_for<40, float>(contact_capacity);
   } else {
     if (modes == 8) return kernel_for<8, double>(contact_capacity);
     if (modes == 16) return kernel_for<16, double>(contact_capacity);
     if (modes == 24) return kernel_for<24, double>(contact_capacity);
     if (modes == 32) return kernel_for<32, double>(contact_capacity);
+    if (modes == 40) return kernel_for<40, double>(contact_capacity);
   }
   return Kernel{};
 }

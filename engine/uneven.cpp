@@ -329,7 +329,8 @@ int uneven_contacts_of(int modes, const Part<Real>* parts, const RobotModel& rob
   if (modes == 8) return uneven_contacts<8, Real>(parts, robot, settings, state, work, clock, report, deepest);
   if (modes == 16) return uneven_contacts<16, Real>(parts, robot, settings, state, work, clock, report, deepest);
   if (modes == 24) return uneven_contacts<24, Real>(parts, robot, settings, state, work, clock, report, deepest);
-  return uneven_contacts<32, Real>(parts, robot, settings, state, work, clock, report, deepest);
+  if (modes == 32) return uneven_contacts<32, Real>(parts, robot, settings, state, work, clock, report, deepest);
+  return uneven_contacts<40, Real>(parts, robot, settings, state, work, clock, report, deepest);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -64,6 +64,7 @@ template <int M>
 struct MountView {
   double transform[36];                  // hub unknowns (hub axes) to part unknowns (part axes)
   double world[9];                       // part frame to world
+  double origin[3], turning[3];          // part axes: of the part's frame from the hub's, and the hub's turning rate before the step
   double free_velocity[6];               // of the part's frame, if nothing touched
   double next_speed, next_lever[3];      // after the step: upward speed of the part's origin, and up x W
   int pressed_count, pressed[kNewtonPoints];  // points of a flexible part that carried something in the last step

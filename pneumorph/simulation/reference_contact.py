@@ -15,6 +15,8 @@ from scipy.linalg import block_diag
 
 from pneumorph.robot.robot import Robot
 
+ROWS = [2, 0, 1]
+"""World axes in the order of the rows of `contact_kinematics`: z, x, y."""
 SWEEPS = (0, 100, 400, 1600)
 """Gauss-Seidel sweeps before each attempt of Newton's method."""
 NEWTON_STEPS = 40
@@ -91,8 +93,7 @@ def contact_kinematics(
         for arm, field, start in zip(arms, fields, starts, strict=False)
     ]
     positions = position + np.concatenate(arms) @ rotation.T
-    frame = rotation[[2, 0, 1]]  # rows z, x, y of the world along the hub's axes
-    return positions, np.einsum("ij,pja->pia", frame, np.concatenate(jacobians))
+    return positions, np.einsum("ij,pja->pia", rotation[ROWS], np.concatenate(jacobians))
 
 
 def turning_drift(
@@ -119,7 +120,7 @@ def turning_drift(
     bending = np.concatenate([field @ own for field, own in zip(fields, rates, strict=True)])
     turning = velocity[3:6]
     inward = np.cross(turning, np.cross(turning, np.concatenate(arms)) + 2.0 * bending)
-    drift: np.ndarray = 0.5 * time_step_s * (inward @ rotation.T)[:, [2, 0, 1]]
+    drift: np.ndarray = 0.5 * time_step_s * (inward @ rotation.T)[:, ROWS]
     return drift
 
 

@@ -21,6 +21,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.robot.robot import Mount, Robot
 from pneumorph.simulation.reduced_state import ReducedState
 from pneumorph.simulation.reference_contact import (
+    ROWS,
     FrictionLaw,
     contact_flexibility,
     contact_kinematics,
@@ -43,8 +44,6 @@ from pneumorph.simulation.reference_mass import (
 from pneumorph.simulation.robot_air import regulators_of
 from pneumorph.simulation.stepper_settings import StepperSettings
 
-ROWS = [2, 0, 1]
-"""World axes in the order of the rows of `contact_kinematics`: z, x, y."""
 DEPTH_MM = 0.01
 """How deep a step may leave a point in the floor before it is solved again [mm]."""
 MOST_BENDS = 3

@@ -8,8 +8,8 @@ import numpy as np
 
 from pneumorph.simulation.batched_simulator import BatchedSimulator, RobotStatus
 from pneumorph.simulation.reduced_state import ReducedState
-from pneumorph.simulation.reference_contact import contact_kinematics
-from pneumorph.simulation.reference_step import ROWS, modes_of, reference_step, unknowns_of
+from pneumorph.simulation.reference_contact import ROWS, contact_kinematics
+from pneumorph.simulation.reference_step import modes_of, reference_step, unknowns_of
 
 FRICTION_TOLERANCE = 1e-8
 

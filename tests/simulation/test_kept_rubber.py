@@ -93,7 +93,7 @@ def test_steps_with_a_kept_stiffness_equal_the_reference(damping, precision, ins
     )
 
 
-@pytest.mark.parametrize("mode_count", [8, 14, 20, 30])
+@pytest.mark.parametrize("mode_count", [8, 14, 20, 30, 38])
 def test_every_mode_count_keeps_it_likewise(mode_count):
     part = rubber_reduced_part(mode_count, order="linear", pressures=9)
     settings = {"element_precision": "double", **DAMPED}

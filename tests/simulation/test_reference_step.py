@@ -71,7 +71,7 @@ def test_quadratic_elements_step_likewise_in_single_precision(law, damping):
     assert_one_free_step_equals(part, 0.3, "single", damping=damping)
 
 
-@pytest.mark.parametrize("mode_count", [8, 14, 20, 30])
+@pytest.mark.parametrize("mode_count", [8, 14, 20, 30, 38])
 @pytest.mark.parametrize("precision", ["single", "double"])
 @pytest.mark.parametrize("instruction_set", ["best", "avx2"])
 def test_every_mode_count_has_a_kernel_that_is_right(mode_count, precision, instruction_set):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from helpers.crawlers import PART, PHYSICS, STEPPER, crawlers, march
 from helpers.one_leg import HUB, POSE
-from helpers.synthetic_part import rubber_reduced_part
+from helpers.synthetic_part import rubber_reduced_part, synthetic_reduced_part
 
 from pneumorph.fem.material import Material
 from pneumorph.physics.physics import Physics
@@ -58,6 +58,12 @@ def test_bad_robots_and_settings_are_refused():
         StepperSettings(element_precision="half")
     with pytest.raises(ValueError, match="contact_sweeps must be at least 1"):
         StepperSettings(contact_sweeps=0)
+
+
+def test_a_part_of_more_modes_than_there_are_kernels_for_is_refused():
+    part = synthetic_reduced_part(41, (4, 4, 4))
+    with pytest.raises(ValueError, match="a part has 41 modes, at most 40 are supported"):
+        BatchedSimulator([Robot(HUB, (Mount(part, POSE, (1,)),))], PHYSICS, STEPPER, 1)
 
 
 def test_parts_that_relax_are_refused_where_nothing_is_known_of_them():

@@ -107,7 +107,7 @@ def test_a_sheet_seen_by_its_stress_is_seen_beside_any_solid(damping):
     assert_steps_equal(simulator, 3, TOLERANCE["double"])
 
 
-@pytest.mark.parametrize("mode_count", [8, 14, 20, 30])
+@pytest.mark.parametrize("mode_count", [8, 14, 20, 30, 38])
 @pytest.mark.parametrize("precision", ["single", "double"])
 def test_every_mode_count_has_a_kernel_of_silicone_that_is_right(mode_count, precision):
     part = rubber_reduced_part(mode_count, order="linear", pressures=5)
