@@ -52,8 +52,10 @@ def _all_of(name: PhysicsName) -> dict[str, Any]:
 
 
 def _is_complete(content: Mapping[str, Any]) -> bool:
-    """Whether settings are all that there are, as a run keeps them."""
-    return {"part", "threads"} <= set(content)
+    """Whether settings are all that there are, as a run keeps them, and not flags. By what every
+    version kept; nobody gives all of these at once."""
+    numerics = {"stepper", OLDER_GROUP} & set(content)
+    return bool(numerics) and {"calibration", "leg", "part", "threads"} <= set(content)
 
 
 USUAL: PhysicsName = "measured"
