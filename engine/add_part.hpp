@@ -1,5 +1,6 @@
 // A mounted part in a robot's step: its system (8), eliminated onto the hub (23) of docs/physics.md. In the stepper a part
-// of the elements of elements.hpp; in rubber.cpp, which has the same code in a namespace of its own, one of rubber.hpp.
+// of the elements of elements.hpp; in rubber.cpp, which has the same code in a namespace of its own, one of rubber.hpp,
+// whose stiff system was found.
 #pragma once
 #include "workspace.hpp"
 #if !defined(PNEUMORPH_KERNEL_NAME)
@@ -18,12 +19,14 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   const Part<Real>& part = parts[mount.part];
   const double* alpha = state.modes + k * M;
   const double* rates = state.mode_rates + k * M;
-  const double* end = alpha;  // where its forces are
   MountMemory<M, Real>& memory = work.mounts[k];
 #if defined(PNEUMORPH_KERNEL_NAME)
   ElementSystem<M, Real>& elements = memory.elements;
+  const double* end = alpha;  // where its forces are
 #else
-  ElementSystem<M, Real> elements;  // the solid's alone are remembered
+  StiffSystem<M, Real>& stiff = work.stiff[k];
+  ElementSystem<M, Real>& elements = stiff.whole;  // the solid's alone are remembered
+  const double *end = stiff.ahead ? stiff.foreseen : alpha, *leading = stiff.ahead ? stiff.mean_rates : rates;
 #endif
   LegSystem<M>& leg = memory.leg;
   double* transform = work.views[k].transform;
@@ -54,11 +57,8 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   for (int i = 0; i < 3; ++i) part_gravity[i] -= inward[i];
   for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
 
-  if (!state.has_memory) {
-    memory.fresh_steps = memory.wait = 0;
-    for (int a = 0; a < M; ++a) memory.last_rates[a] = 0;
-  }
 #if defined(PNEUMORPH_KERNEL_NAME)
+  if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
   const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory, state);
   if (!kept) {
     element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, elements);
@@ -66,16 +66,8 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   }
 #else
   constexpr bool kept = false;  // of the whole part; its solid's alone
-  alignas(64) double mean_rates[M], foreseen[M];
-  const double* leading = rates;  // what takes it there
-  if (settings.foreseen && !settings.published_damping && settings.stiffness_damping == 0 &&
-      moves_smoothly(part, rates, settings, state.has_memory, memory, mean_rates)) {
-    for (int a = 0; a < M; ++a) foreseen[a] = alpha[a] + settings.time_step * mean_rates[a];
-    end = foreseen;
-    leading = mean_rates;
-  }
   rubber_system<M, Real>(part, alpha, end, leading, settings, static_cast<Real*>(state.springs) + mount.spring_offset, memory,
-                         state, elements);
+                         state, stiff);
 #endif
   clock.lap(0);
   add_inertia_and_loads<M, Real>(part, alpha, end, rates, part_velocity, part_gravity, part_pressure, settings, leg);

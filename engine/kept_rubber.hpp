@@ -140,16 +140,35 @@ bool moves_smoothly(const Part<Real>& part, const double* rates, const Settings&
   return has_memory && square <= allowed * allowed * part.mass;
 }
 
+// Where the forces of a part are in this step, and what is stiff in it there.
+template <int M, class Real>
+void find_stiff(const Part<Real>& part, const double* alpha, const double* rates, const Settings& settings, bool has_memory,
+                MountMemory<M, Real>& memory, StiffSystem<M, Real>& stiff) {
+  if (!has_memory) {
+    memory.fresh_steps = memory.wait = 0;
+    for (int a = 0; a < M; ++a) memory.last_rates[a] = 0;
+  }
+  stiff.ahead = settings.foreseen && !settings.published_damping && settings.stiffness_damping == 0 &&
+                moves_smoothly(part, rates, settings, has_memory, memory, stiff.mean_rates);
+  alignas(64) Real coordinates[M];
+  for (int a = 0; a < M; ++a) {
+    stiff.foreseen[a] = alpha[a] + (stiff.ahead ? settings.time_step * stiff.mean_rates[a] : 0.0);
+    coordinates[a] = Real(stiff.foreseen[a]);
+  }
+  __builtin_memset(&stiff.whole, 0, sizeof(stiff.whole));
+  __builtin_memset(stiff.work, 0, sizeof(stiff.work));
+  add_stiff<M, Real>(part, stiff.foreseen, coordinates, settings, stiff.work, stiff.whole);
+}
+
 // Force and stiffness of a part whose solid is damped objectively, and what the latter lacks; see rubber_system.
 template <int M, bool Ahead, class Real>
 void objective_system(const Part<Real>& part, const double* alpha, const double* end, const double* rates,
                       const Settings& settings, Real* left, MountMemory<M, Real>& memory, RobotState& state,
-                      ElementSystem<M, Real>& whole) {
-  __builtin_memset(&whole, 0, sizeof(whole));
-  alignas(64) Real coordinates[M], ends[M], work[4][M] = {};
+                      StiffSystem<M, Real>& stiff) {
+  ElementSystem<M, Real>& whole = stiff.whole;
+  alignas(64) Real coordinates[M], ends[M];
   for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]), ends[a] = Real(end[a]);
   const StepBranches<Real> branches(part, settings);
-  add_stiff<M, Real>(part, end, ends, settings, work, whole);
   ElementSystem<M, Real>& solid = memory.elements;
   bool renewed = false;
   const auto renew = [&](ElementSystem<M, Real>& elements) {
@@ -161,7 +180,7 @@ void objective_system(const Part<Real>& part, const double* alpha, const double*
     ++state.tangent_total;
   }
   for (int a = 0; a < M; ++a) {
-    whole.force[a] = solid.force[a] - work[0][a];
+    whole.force[a] = solid.force[a] - stiff.work[0][a];
     if constexpr (!Ahead) {
       whole.lack[a] = solid.lack[a];
       whole.last_lack[a] = solid.last_lack[a];
@@ -178,29 +197,29 @@ void objective_system(const Part<Real>& part, const double* alpha, const double*
   }
 }
 
-// Force and stiffness of a part, and what the latter lacks; `left`: (block, branch, 6, kLane). The solid's own are kept in
-// `memory`, whose leg is that of the last step. The forces are those at the coordinates `end`, alpha or where `rates` lead.
+// Force and stiffness of a part, and what the latter lacks, in place of those of what is stiff in it; `left`: (block, branch, 6,
+// kLane). The solid's own are kept in `memory`, whose leg is that of the last step. The forces are those at the coordinates
+// `end`, alpha or where `rates` lead.
 template <int M, class Real>
 void rubber_system(const Part<Real>& part, const double* alpha, const double* end, const double* rates,
                    const Settings& settings, Real* left, MountMemory<M, Real>& memory, RobotState& state,
-                   ElementSystem<M, Real>& whole) {
+                   StiffSystem<M, Real>& stiff) {
   if (!settings.published_damping) {
     if (end == alpha)
-      objective_system<M, false, Real>(part, alpha, alpha, rates, settings, left, memory, state, whole);
+      objective_system<M, false, Real>(part, alpha, alpha, rates, settings, left, memory, state, stiff);
     else
-      objective_system<M, true, Real>(part, alpha, end, rates, settings, left, memory, state, whole);
+      objective_system<M, true, Real>(part, alpha, end, rates, settings, left, memory, state, stiff);
     return;
   }
-  __builtin_memset(&whole, 0, sizeof(whole));
-  alignas(64) Real coordinates[M], work[4][M] = {};
+  ElementSystem<M, Real>& whole = stiff.whole;
+  alignas(64) Real coordinates[M];
   for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
   const StepBranches<Real> branches(part, settings);
-  add_stiff<M, Real>(part, alpha, coordinates, settings, work, whole);
-  add_rubber_of_law<M, true, false>(part, branches, left, coordinates, coordinates, work, whole);
+  add_rubber_of_law<M, true, false>(part, branches, left, coordinates, coordinates, stiff.work, whole);
   ++state.tangent_total;
   for (int a = 0; a < M; ++a) {
-    whole.force[a] = -work[0][a];
-    for (int axis = 0; axis < 3; ++axis) whole.turn_stiffness[axis][a] = work[1 + axis][a];
+    whole.force[a] = -stiff.work[0][a];
+    for (int axis = 0; axis < 3; ++axis) whole.turn_stiffness[axis][a] = stiff.work[1 + axis][a];
   }
 }
 

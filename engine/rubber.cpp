@@ -14,6 +14,28 @@ bool add_rubber_part(const Part<Real>* parts, const RobotModel& robot, int k, co
                            *static_cast<Clock*>(clock));
 }
 
+template <int M, class Real>
+void find_stiff_parts(const Part<Real>* parts, const RobotModel& robot, const Settings& settings, const RobotState& state,
+                      void* work) {
+  auto& own = *static_cast<Workspace<M, Real>*>(work);
+  for (int k = 0; k < robot.mount_count; ++k) {
+    const Part<Real>& part = parts[robot.mounts[k].part];
+    if (part.is_rubber())
+      find_stiff<M, Real>(part, state.modes + k * M, state.mode_rates + k * M, settings, state.has_memory, own.mounts[k],
+                          own.stiff[k]);
+  }
+}
+
+template <class Real>
+void find_stiff_parts_of(int modes, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
+                         const RobotState& state, void* work) {
+  if (modes == 8) return find_stiff_parts<8, Real>(parts, robot, settings, state, work);
+  if (modes == 16) return find_stiff_parts<16, Real>(parts, robot, settings, state, work);
+  if (modes == 24) return find_stiff_parts<24, Real>(parts, robot, settings, state, work);
+  if (modes == 32) return find_stiff_parts<32, Real>(parts, robot, settings, state, work);
+  return find_stiff_parts<40, Real>(parts, robot, settings, state, work);
+}
+
 template <class Real>
 bool add_rubber_part_of(int modes, const Part<Real>* parts, const RobotModel& robot, int k, const Settings& settings,
                         RobotState& state, void* work, void* clock) {
@@ -25,6 +47,16 @@ bool add_rubber_part_of(int modes, const Part<Real>* parts, const RobotModel& ro
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET
+
+void PNEUMORPH_STIFF_NAME(int modes, const Part<float>* parts, const RobotModel& robot, const Settings& settings,
+                          const RobotState& state, void* work) {
+  PNEUMORPH_INSTRUCTION_SET::find_stiff_parts_of(modes, parts, robot, settings, state, work);
+}
+
+void PNEUMORPH_STIFF_NAME(int modes, const Part<double>* parts, const RobotModel& robot, const Settings& settings,
+                          const RobotState& state, void* work) {
+  PNEUMORPH_INSTRUCTION_SET::find_stiff_parts_of(modes, parts, robot, settings, state, work);
+}
 
 bool PNEUMORPH_RUBBER_NAME(int modes, const Part<float>* parts, const RobotModel& robot, int k, const Settings& settings,
                            RobotState& state, void* work, void* clock) {

@@ -73,12 +73,23 @@ struct MountView {
   alignas(64) double to_factor[6][8];    // part unknowns to the hub's factored ones
 };
 
+// What is stiff in a mounted part of measured silicone (kept_rubber.hpp). It is found of all parts before the rest of any:
+// its terms and those of the rest are more than the second-level cache holds, and so legs of one kind read either once.
+template <int M, class Real>
+struct StiffSystem {
+  bool ahead;                                   // forces are at `foreseen`, where `mean_rates` lead; else where the step starts
+  alignas(64) double foreseen[M], mean_rates[M];
+  alignas(64) Real work[4][M];                  // of its stress on every mode, and of the stresses of three turns
+  ElementSystem<M, Real> whole;                 // with its stiffness alone, to which the solid's is added
+};
+
 template <int M, class Real>
 struct Workspace {
   HubSystem hub;
   double pressure[kMaximumRegulators];   // simulated
   MountMemory<M, Real>* mounts;          // of the robot that is stepped
   MountView<M> views[kMaximumMounts];
+  StiffSystem<M, Real> stiff[kMaximumMounts];
   alignas(64) double rates[kMaximumMounts][M];  // after the step
   ContactAccumulator<M> sum;
   FrictionProblem friction;

@@ -25,7 +25,8 @@ def leading_vectors(
         what: What the rows are, for the message.
 
     Returns:
-        (number, vector), the most important first.
+        (number, vector): those of one subspace after those of another, of each the most important
+        first.
 
     Raises:
         ValueError: All rows are zero, or there are none.
@@ -47,7 +48,7 @@ def leading_vectors(
     order = np.argsort(-values, kind="stable")
     left = np.sqrt(np.maximum(1.0 - np.cumsum(values[order] ** 2) / total, 0.0))
     wanted = int(np.argmax(left <= tolerance)) + 1 if left.min() <= tolerance else len(order)
-    leading: np.ndarray = vectors[order[: min(wanted, limit)]].T
+    leading: np.ndarray = vectors[np.sort(order[: min(wanted, limit)])].T
     return leading
 
 

@@ -30,6 +30,8 @@ import numpy as np
 from pneumorph.fem.volume_group import VolumeGroup
 from pneumorph.reduction.leading_vectors import leading_vectors, mirrored_halves
 
+_ROUNDING = 1e-11
+
 
 @dataclass(frozen=True, eq=False)
 class MixedDilatation:
@@ -151,4 +153,7 @@ def mixed_dilatation(
         for b in range(a, mode_count):
             cubic[:, a, b] = cubic[:, b, a] = projected(first.mixed(shapes[b]))
     linear = 0.5 * projected(rest.mixed(rest))
+    # Terms that vanish by symmetry are zero to rounding.
+    largest = np.abs(cubic).max(axis=(1, 2, 3), initial=0.0)
+    cubic[np.abs(cubic) < _ROUNDING * largest[:, None, None, None]] = 0.0
     return MixedDilatation(group.lame_lambda, linear, quadratic, cubic)

@@ -49,7 +49,8 @@ class Pod:
     """All singular values in the chosen inner product, descending; before them what the snapshots
     have along each of the modes that come first."""
     parity: np.ndarray
-    """+1 for a symmetric, -1 for an antisymmetric mode, 0 without a mirror plane, (mode,)."""
+    """+1 for a symmetric, -1 for an antisymmetric mode, 0 without a mirror plane, (mode,). Symmetric
+    modes come first."""
     dropped_square: float = 0.0
     """D: square of what the snapshots lost before."""
 
@@ -154,10 +155,12 @@ def joint_pod(
     chosen = np.argsort(-scale_of, kind="stable")[: max(count - given, 0)]
     rows = np.concatenate([*leading, np.concatenate([field for _, field in fields])[chosen]])
     modes = mass_orthonormalise(rows[:count].T, node_mass)
+    parity = np.concatenate([*leading_parities, np.concatenate(parities)[chosen]])[:count]
+    order = np.argsort(-parity, kind="stable")
     return Pod(
-        modes=modes.reshape(len(node_mass), 3, count),
+        modes=modes[:, order].reshape(len(node_mass), 3, count),
         singular_values=singular_values,
-        parity=np.concatenate([*leading_parities, np.concatenate(parities)[chosen]])[:count],
+        parity=parity[order],
         dropped_square=dropped,
     )
 

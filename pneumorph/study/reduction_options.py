@@ -142,8 +142,8 @@ def measured() -> ReduceOptions:
         # sideways and downwards (docs/physics.md).
         reduction=ReductionSettings(
             norm="shape",
-            mode_limit=32,  # as many as the batched simulator takes
-            stress_limit=8,
+            mode_limit=40,  # as many as the batched simulator takes
+            stress_limit=16,
             bend_share=0.04,  # of what the curves' own modes leave
             load_share=0.33,
             blocked_share=0.02,
@@ -151,7 +151,7 @@ def measured() -> ReduceOptions:
             contact_flexibility=True,
             curve_tolerance=1e-3,
             ecsw=EcswSettings(
-                hyperreduction_tolerance=0.006, element_limit=360, equilibrium_weight=8.0
+                hyperreduction_tolerance=0.003, element_limit=480, equilibrium_weight=20.0
             ),
         ),
     )
@@ -173,7 +173,7 @@ def learned() -> ReduceOptions:
         snapshots=SnapshotSettings(walk=WalkSnapshotSettings(leg_counts=())),
         reduction=ReductionSettings(
             mode_tolerance=0.001,
-            mode_limit=32,  # as many as the batched simulator takes
+            mode_limit=32,
             ecsw=EcswSettings(hyperreduction_tolerance=0.002, element_limit=800),
         ),
     )
@@ -208,7 +208,7 @@ def corners() -> ReduceOptions:
         # Free bending is computed for the report alone.
         reduction=ReductionSettings(
             norm="mass",
-            mode_limit=32,  # as many as the batched simulator takes; the paper has 36
+            mode_limit=36,  # as the paper
             symmetric=False,
             bend_share=0.0,
             load_share=0.0,

@@ -74,6 +74,8 @@ def test_modes_are_symmetric_or_antisymmetric_and_equal_those_of_snapshots_with_
     for mode, parity in enumerate(split.parity):
         difference = image[:, mode] - parity * split.modes[:, :, mode]
         assert np.abs(difference).max() < 1e-12 * np.abs(split.modes).max()
+    assert set(split.parity) == {1, -1}
+    assert np.all(np.diff(split.parity) <= 0)  # those of one parity stand together
 
     doubled = np.concatenate([snapshots, snapshots[:, MESH.mirror_nodes] * MIRROR])
     plain = pod(doubled, PART.node_mass, tolerance=1e-6, mode_limit=20)

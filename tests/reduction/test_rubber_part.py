@@ -111,9 +111,10 @@ def test_fields_of_pressure_are_symmetric_or_antisymmetric_where_the_part_has_a_
     swelling = np.random.default_rng(0).normal(size=(3, len(mirror)))
     found = pressure_fields(group, swelling, 1e-9, 10, mirror)
     assert found.shape[1] == 6
-    for field in found.T:
-        parity = np.sign(field @ field[mirror])
+    parities = [np.sign(field @ field[mirror]) for field in found.T]
+    for field, parity in zip(found.T, parities, strict=True):
         np.testing.assert_allclose(field[mirror], parity * field, atol=1e-12)
+    assert parities == [1.0, 1.0, 1.0, -1.0, -1.0, -1.0]
     with pytest.raises(ValueError, match="the image of one is not in the mesh"):
         mirror_elements(group, np.roll(mirror_nodes, 1))
 

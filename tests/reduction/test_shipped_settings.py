@@ -33,6 +33,18 @@ def test_the_leg_was_reduced_with_the_settings_of_its_preset(leg: str) -> None:
     assert kept == {name: asked[name] for name in kept}
 
 
+def test_terms_of_volumes_that_vanish_by_symmetry_are_zero() -> None:
+    """With s symmetric and t antisymmetric modes (s^3 + 3 s t^2) / (s + t)^3 of the terms of a
+    symmetric change of volume are there, and the others of an antisymmetric one."""
+    leg = paper_leg("measured").reduced
+    symmetric = leg.metadata["report"]["symmetric_mode_count"]
+    other = leg.mode_count - symmetric
+    there = (symmetric**3 + 3 * symmetric * other**2) / leg.mode_count**3
+    share = (leg.dilatation_3 != 0.0).mean(axis=(1, 2, 3))
+    expected = np.where(share > 0.5, max(there, 1.0 - there), min(there, 1.0 - there))
+    np.testing.assert_allclose(share, expected, rtol=1e-12)
+
+
 @pytest.mark.parametrize("leg", PRESETS)
 def test_the_leg_saw_the_equilibria_of_its_preset(leg: str) -> None:
     """Evenly spaced in pressure, up to the highest, or to the last that has an equilibrium."""
