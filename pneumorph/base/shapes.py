@@ -73,7 +73,7 @@ def _refuse_other_table(kind: Any, value: Any, place: str) -> None:
     for key in value:
         if key not in known:
             meant = _meant(key, value[key], known)
-            raise ValueError(f"unknown setting {before}{key} of {kind.__name__}: {meant}")
+            raise ValueError(f"unknown setting {before}{key}: {meant}")
     for field in fields(kind):
         if field.name in value:
             refuse_other_shapes(hints[field.name], value[field.name], f"{before}{field.name}")
@@ -90,7 +90,7 @@ def _meant(key: Any, value: Any, known: Sequence[str]) -> str:
             nested = {name: nested}
         return f"names of groups nest, expected {nested}"
     close = difflib.get_close_matches(str(key), known, n=1)
-    return f"did you mean {close[0]}?" if close else f"it has {', '.join(known)}"
+    return f"did you mean {close[0]}?" if close else f"expected {', '.join(known)}"
 
 
 def _refuse_other_list(inner: tuple[Any, ...], value: Any, place: str) -> None:

@@ -67,7 +67,7 @@ def test_a_choice_brings_what_it_implies_just_below_its_own_layer() -> None:
 
 
 def test_unknown_names_are_refused_in_every_layer() -> None:
-    with pytest.raises(ValueError, match=r"unknown setting front\.sped of Motor"):
+    with pytest.raises(ValueError, match=r"unknown setting front\.sped: did you mean speed"):
         layered(Car(), [{"front": {"sped": 1.0}}, {"front": {"speed": 1.0}}])
 
 
