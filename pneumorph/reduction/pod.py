@@ -49,8 +49,8 @@ class Pod:
     """All singular values in the chosen inner product, descending; before them what the snapshots
     have along each of the modes that come first."""
     parity: np.ndarray
-    """+1 for a symmetric, -1 for an antisymmetric mode, 0 without a mirror plane, (mode,). Symmetric
-    modes come first."""
+    """+1 for a symmetric, -1 for an antisymmetric mode, 0 without a mirror plane, (mode,). Those of
+    one parity stand together, symmetric ones first."""
     dropped_square: float = 0.0
     """D: square of what the snapshots lost before."""
 

@@ -178,12 +178,12 @@ def test_a_leg_of_another_length_is_mounted_by_its_face() -> None:
         (
             "pitch_deg",
             "pich_deg",
-            r"unknown setting sites\[0\].pich_deg: did you mean pitch_deg\?$",
+            r"setting sites\[0\].pich_deg: did you mean pitch_deg\?$",
         ),
         (
             "size_factor",
             "size_fator",
-            r"setting modules.short.size_fator: did you mean size_factor\?$",
+            r"modules.short.size_fator: did you mean size_factor\?$",
         ),
         ("[76, 24, 36]", "[76, 24]", r"sites\[0\].position_mm is \[76, 24\], .* of 3 entries$"),
         ("[76, 24, 36]", '"76 24 36"', r"position_mm is '76 24 36', expected a list of 3 entries$"),
