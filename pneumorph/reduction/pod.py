@@ -155,12 +155,12 @@ def joint_pod(
     chosen = np.argsort(-scale_of, kind="stable")[: max(count - given, 0)]
     rows = np.concatenate([*leading, np.concatenate([field for _, field in fields])[chosen]])
     modes = mass_orthonormalise(rows[:count].T, node_mass)
-    parity = np.concatenate([*leading_parities, np.concatenate(parities)[chosen]])[:count]
-    order = np.argsort(-parity, kind="stable")
+    sides = np.concatenate([*leading_parities, np.concatenate(parities)[chosen]])[:count]
+    order = np.argsort(-sides, kind="stable")
     return Pod(
         modes=modes[:, order].reshape(len(node_mass), 3, count),
         singular_values=singular_values,
-        parity=parity[order],
+        parity=sides[order],
         dropped_square=dropped,
     )
 
