@@ -24,12 +24,13 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   ElementSystem<M, Real>& elements = memory.elements;
   const double* end = alpha;  // where its forces are
 #else
-  StiffSystem<M, Real>& stiff = work.stiff[k];
-  ElementSystem<M, Real>& elements = stiff.whole;  // the solid's alone are remembered
-  const double *end = stiff.ahead ? stiff.foreseen : alpha, *leading = stiff.ahead ? stiff.mean_rates : rates;
+  RubberSystem<M, Real>& rubber = work.rubber[k];
+  ElementSystem<M, Real>& elements = rubber.system;  // the solid's alone are remembered
+  const double* end = rubber.end;
 #endif
   LegSystem<M>& leg = memory.leg;
-  double* transform = work.views[k].transform;
+  MountView<M>& view = work.views[k];
+  double* transform = view.transform;
   // V_part = R^T (V + W x t), W_part = R^T W.
   const double* t = mount.translation;
   for (int i = 0; i < 3; ++i) {
@@ -50,15 +51,16 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   }
   multiply_transposed(mount.rotation, hub.gravity, part_gravity);
   // The part's origin turns about the hub's: its centrifugal acceleration acts like gravity.
-  double circle[9], origin[3], inward[3];
-  centrifugal_matrix(part_velocity + 3, circle);
-  multiply_transposed(mount.rotation, t, origin);
-  multiply(circle, origin, inward);
+  double circle[9], inward[3];
+  for (int i = 0; i < 3; ++i) view.turning[i] = part_velocity[3 + i];
+  centrifugal_matrix(view.turning, circle);
+  multiply_transposed(mount.rotation, t, view.origin);
+  multiply(circle, view.origin, inward);
   for (int i = 0; i < 3; ++i) part_gravity[i] -= inward[i];
   for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
 
-#if defined(PNEUMORPH_KERNEL_NAME)
   if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
+#if defined(PNEUMORPH_KERNEL_NAME)
   const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory, state);
   if (!kept) {
     element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, elements);
@@ -66,8 +68,8 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   }
 #else
   constexpr bool kept = false;  // of the whole part; its solid's alone
-  rubber_system<M, Real>(part, alpha, end, leading, settings, static_cast<Real*>(state.springs) + mount.spring_offset, memory,
-                         state, stiff);
+  rubber_system<M, Real>(part, alpha, rates, settings, static_cast<Real*>(state.springs) + mount.spring_offset, memory, state,
+                         rubber);
 #endif
   clock.lap(0);
   add_inertia_and_loads<M, Real>(part, alpha, end, rates, part_velocity, part_gravity, part_pressure, settings, leg);

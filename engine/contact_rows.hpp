@@ -103,10 +103,7 @@ template <int M>
 void view_mount(const RobotModel& robot, int k, const RobotState& state, const HubSystem& hub, const LegSystem<M>& leg,
                 MountView<M>& view) {
   constexpr int kVectors = M / 8;
-  const Mount& mount = robot.mounts[k];
-  multiply_matrices(state.rotation, mount.rotation, view.world);
-  multiply_transposed(mount.rotation, mount.translation, view.origin);
-  multiply_transposed(mount.rotation, hub.velocity + 3, view.turning);
+  multiply_matrices(state.rotation, robot.mounts[k].rotation, view.world);
   for (int i = 0; i < 6; ++i) {
     double sum = 0;
     for (int j = 0; j < 6; ++j) sum += view.transform[6 * i + j] * hub.free_velocity[j];

@@ -12,6 +12,9 @@
 // two steps' rates, in place of where the step starts: f(alpha + h w) - h K (u' - w) for f(alpha) - h K u'. What K lacks then
 // acts on the small change u' - w alone, so the step is nearly the converged implicit one at the same price; `Ahead` below. In
 // the mean an oscillation from step to step cancels. Equation (46).
+//
+// What is stiff is found of all parts of a robot before the solid of any: the numbers that both read of a part are more than
+// the second-level cache holds, and legs of one kind then read either once.
 #pragma once
 #include "kept_tangent.hpp"
 #include "rubber.hpp"
@@ -143,44 +146,42 @@ bool moves_smoothly(const Part<Real>& part, const double* rates, const Settings&
 // Where the forces of a part are in this step, and what is stiff in it there.
 template <int M, class Real>
 void find_stiff(const Part<Real>& part, const double* alpha, const double* rates, const Settings& settings, bool has_memory,
-                MountMemory<M, Real>& memory, StiffSystem<M, Real>& stiff) {
-  if (!has_memory) {
-    memory.fresh_steps = memory.wait = 0;
+                MountMemory<M, Real>& memory, RubberSystem<M, Real>& rubber) {
+  if (!has_memory)
     for (int a = 0; a < M; ++a) memory.last_rates[a] = 0;
-  }
-  stiff.ahead = settings.foreseen && !settings.published_damping && settings.stiffness_damping == 0 &&
-                moves_smoothly(part, rates, settings, has_memory, memory, stiff.mean_rates);
-  alignas(64) Real coordinates[M];
+  rubber.ahead = settings.foreseen && !settings.published_damping && settings.stiffness_damping == 0 &&
+                 moves_smoothly(part, rates, settings, has_memory, memory, rubber.mean_rates);
+  alignas(64) Real ends[M];
   for (int a = 0; a < M; ++a) {
-    stiff.foreseen[a] = alpha[a] + (stiff.ahead ? settings.time_step * stiff.mean_rates[a] : 0.0);
-    coordinates[a] = Real(stiff.foreseen[a]);
+    rubber.end[a] = alpha[a] + (rubber.ahead ? settings.time_step * rubber.mean_rates[a] : 0.0);
+    ends[a] = Real(rubber.end[a]);
   }
-  __builtin_memset(&stiff.whole, 0, sizeof(stiff.whole));
-  __builtin_memset(stiff.work, 0, sizeof(stiff.work));
-  add_stiff<M, Real>(part, stiff.foreseen, coordinates, settings, stiff.work, stiff.whole);
+  __builtin_memset(&rubber.system, 0, sizeof(rubber.system));
+  __builtin_memset(rubber.work, 0, sizeof(rubber.work));
+  add_stiff<M, Real>(part, rubber.end, ends, settings, rubber.work, rubber.system);
 }
 
-// Force and stiffness of a part whose solid is damped objectively, and what the latter lacks; see rubber_system.
+// Adds the force and stiffness of the solid, damped objectively, and what the latter lacks; see rubber_system.
 template <int M, bool Ahead, class Real>
-void objective_system(const Part<Real>& part, const double* alpha, const double* end, const double* rates,
-                      const Settings& settings, Real* left, MountMemory<M, Real>& memory, RobotState& state,
-                      StiffSystem<M, Real>& stiff) {
-  ElementSystem<M, Real>& whole = stiff.whole;
+void objective_system(const Part<Real>& part, const double* alpha, const double* rates, const Settings& settings, Real* left,
+                      MountMemory<M, Real>& memory, RobotState& state, RubberSystem<M, Real>& rubber) {
+  ElementSystem<M, Real>& whole = rubber.system;
   alignas(64) Real coordinates[M], ends[M];
-  for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]), ends[a] = Real(end[a]);
+  for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]), ends[a] = Real(rubber.end[a]);
+  const double* leading = Ahead ? rubber.mean_rates : rates;
   const StepBranches<Real> branches(part, settings);
   ElementSystem<M, Real>& solid = memory.elements;
   bool renewed = false;
   const auto renew = [&](ElementSystem<M, Real>& elements) {
-    renew_solid<M, Ahead, Real>(part, branches, coordinates, rates, settings.time_step, left, elements);
+    renew_solid<M, Ahead, Real>(part, branches, coordinates, leading, settings.time_step, left, elements);
     renewed = true;
   };
-  if (!state.has_memory || !keep_stiffness(part, alpha, rates, nullptr, settings, memory, state, renew)) {
+  if (!state.has_memory || !keep_stiffness(part, alpha, leading, nullptr, settings, memory, state, renew)) {
     fresh_solid<M, Ahead, Real>(part, branches, coordinates, ends, left, renewed, solid);
     ++state.tangent_total;
   }
   for (int a = 0; a < M; ++a) {
-    whole.force[a] = solid.force[a] - stiff.work[0][a];
+    whole.force[a] = solid.force[a] - rubber.work[0][a];
     if constexpr (!Ahead) {
       whole.lack[a] = solid.lack[a];
       whole.last_lack[a] = solid.last_lack[a];
@@ -190,36 +191,34 @@ void objective_system(const Part<Real>& part, const double* alpha, const double*
   if constexpr (Ahead) {  // h K u, from the blocks on and above the diagonal
     for (int a = 0; a < M; ++a) {
       double sum = 0;
-      for (int b = a / 8 * 8; b < M; ++b) sum += double(whole.stiffness[a][b]) * rates[b];
-      for (int b = 0; b < a / 8 * 8; ++b) sum += double(whole.stiffness[b][a]) * rates[b];
+      for (int b = a / 8 * 8; b < M; ++b) sum += double(whole.stiffness[a][b]) * leading[b];
+      for (int b = 0; b < a / 8 * 8; ++b) sum += double(whole.stiffness[b][a]) * leading[b];
       whole.force[a] = Real(double(whole.force[a]) + settings.time_step * sum);
     }
   }
 }
 
-// Force and stiffness of a part, and what the latter lacks, in place of those of what is stiff in it; `left`: (block, branch, 6,
-// kLane). The solid's own are kept in `memory`, whose leg is that of the last step. The forces are those at the coordinates
-// `end`, alpha or where `rates` lead.
+// Force and stiffness of a part whose stiff ones were found, and what the latter lacks; `left`: (block, branch, 6, kLane). The
+// solid's own are kept in `memory`, whose leg is that of the last step.
 template <int M, class Real>
-void rubber_system(const Part<Real>& part, const double* alpha, const double* end, const double* rates,
-                   const Settings& settings, Real* left, MountMemory<M, Real>& memory, RobotState& state,
-                   StiffSystem<M, Real>& stiff) {
+void rubber_system(const Part<Real>& part, const double* alpha, const double* rates, const Settings& settings, Real* left,
+                   MountMemory<M, Real>& memory, RobotState& state, RubberSystem<M, Real>& rubber) {
   if (!settings.published_damping) {
-    if (end == alpha)
-      objective_system<M, false, Real>(part, alpha, alpha, rates, settings, left, memory, state, stiff);
+    if (rubber.ahead)
+      objective_system<M, true, Real>(part, alpha, rates, settings, left, memory, state, rubber);
     else
-      objective_system<M, true, Real>(part, alpha, end, rates, settings, left, memory, state, stiff);
+      objective_system<M, false, Real>(part, alpha, rates, settings, left, memory, state, rubber);
     return;
   }
-  ElementSystem<M, Real>& whole = stiff.whole;
+  ElementSystem<M, Real>& whole = rubber.system;
   alignas(64) Real coordinates[M];
   for (int a = 0; a < M; ++a) coordinates[a] = Real(alpha[a]);
   const StepBranches<Real> branches(part, settings);
-  add_rubber_of_law<M, true, false>(part, branches, left, coordinates, coordinates, stiff.work, whole);
+  add_rubber_of_law<M, true, false>(part, branches, left, coordinates, coordinates, rubber.work, whole);
   ++state.tangent_total;
   for (int a = 0; a < M; ++a) {
-    whole.force[a] = -stiff.work[0][a];
-    for (int axis = 0; axis < 3; ++axis) whole.turn_stiffness[axis][a] = stiff.work[1 + axis][a];
+    whole.force[a] = -rubber.work[0][a];
+    for (int axis = 0; axis < 3; ++axis) whole.turn_stiffness[axis][a] = rubber.work[1 + axis][a];
   }
 }
 

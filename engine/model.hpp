@@ -254,7 +254,7 @@ struct Kernel {
   unsigned long mount_bytes = 0;    // of one mount in RobotState::memory
 };
 
-// `modes` is the padded count: a multiple of eight up to kMaximumModes. Null `advance` when this build lacks it.
+// `modes` is the padded count: a multiple of eight up to kMaximumModes.
 Kernel kernel_baseline(int modes, int single_precision, int contact_capacity);
 Kernel kernel_avx2(int modes, int single_precision, int contact_capacity);
 Kernel kernel_avx512(int modes, int single_precision, int contact_capacity);

@@ -5,6 +5,7 @@
 // arrow: modal blocks D_k of the mounted parts, and a hub block of six unknowns.
 #include "add_part.hpp"
 #include "contact_solve.hpp"
+#include "mode_counts.hpp"
 #include "regulators.hpp"
 
 namespace pneumorph {
@@ -200,20 +201,10 @@ Kernel kernel_for(int contact_capacity) {
 }
 
 Kernel kernel(int modes, int single_precision, int contact_capacity) {
-  if (single_precision) {
-    if (modes == 8) return kernel_for<8, float>(contact_capacity);
-    if (modes == 16) return kernel_for<16, float>(contact_capacity);
-    if (modes == 24) return kernel_for<24, float>(contact_capacity);
-    if (modes == 32) return kernel_for<32, float>(contact_capacity);
-    if (modes == 40) return kernel_for<40, float>(contact_capacity);
-  } else {
-    if (modes == 8) return kernel_for<8, double>(contact_capacity);
-    if (modes == 16) return kernel_for<16, double>(contact_capacity);
-    if (modes == 24) return kernel_for<24, double>(contact_capacity);
-    if (modes == 32) return kernel_for<32, double>(contact_capacity);
-    if (modes == 40) return kernel_for<40, double>(contact_capacity);
-  }
-  return Kernel{};
+  return with_modes(modes, [&](auto count) {
+    constexpr int M = decltype(count)::value;
+    return single_precision ? kernel_for<M, float>(contact_capacity) : kernel_for<M, double>(contact_capacity);
+  });
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

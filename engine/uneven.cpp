@@ -6,6 +6,7 @@
 // inlines and fuses for robots on planes.
 #include "contact_solve.hpp"
 #include "ground.hpp"
+#include "mode_counts.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
@@ -326,11 +327,9 @@ int uneven_contacts(const Part<Real>* parts, const RobotModel& robot, const Sett
 template <class Real>
 int uneven_contacts_of(int modes, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
                        const RobotState& state, void* work, void* clock, FrictionReport& report, double& deepest) {
-  if (modes == 8) return uneven_contacts<8, Real>(parts, robot, settings, state, work, clock, report, deepest);
-  if (modes == 16) return uneven_contacts<16, Real>(parts, robot, settings, state, work, clock, report, deepest);
-  if (modes == 24) return uneven_contacts<24, Real>(parts, robot, settings, state, work, clock, report, deepest);
-  if (modes == 32) return uneven_contacts<32, Real>(parts, robot, settings, state, work, clock, report, deepest);
-  return uneven_contacts<40, Real>(parts, robot, settings, state, work, clock, report, deepest);
+  return with_modes(modes, [&](auto count) {
+    return uneven_contacts<decltype(count)::value, Real>(parts, robot, settings, state, work, clock, report, deepest);
+  });
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -64,7 +64,7 @@ template <int M>
 struct MountView {
   double transform[36];                  // hub unknowns (hub axes) to part unknowns (part axes)
   double world[9];                       // part frame to world
-  double origin[3], turning[3];          // part axes: of the part's frame from the hub's, and the hub's turning rate before the step
+  double origin[3], turning[3];          // of the part's frame from the hub's, and the hub's turning rate before the step; part axes
   double free_velocity[6];               // of the part's frame, if nothing touched
   double next_speed, next_lever[3];      // after the step: upward speed of the part's origin, and up x W
   int pressed_count, pressed[kNewtonPoints];  // points of a flexible part that carried something in the last step
@@ -73,14 +73,13 @@ struct MountView {
   alignas(64) double to_factor[6][8];    // part unknowns to the hub's factored ones
 };
 
-// What is stiff in a mounted part of measured silicone (kept_rubber.hpp). It is found of all parts before the rest of any:
-// its terms and those of the rest are more than the second-level cache holds, and so legs of one kind read either once.
+// A mounted part of measured silicone in a step (kept_rubber.hpp): what is stiff in it, and then all of it.
 template <int M, class Real>
-struct StiffSystem {
-  bool ahead;                                   // forces are at `foreseen`, where `mean_rates` lead; else where the step starts
-  alignas(64) double foreseen[M], mean_rates[M];
-  alignas(64) Real work[4][M];                  // of its stress on every mode, and of the stresses of three turns
-  ElementSystem<M, Real> whole;                 // with its stiffness alone, to which the solid's is added
+struct RubberSystem {
+  bool ahead;                                // forces are where the mean of the last two steps' rates leads; else where the step starts
+  alignas(64) double end[M], mean_rates[M];  // coordinates where they are, and these rates
+  alignas(64) Real work[4][M];               // of its stresses on every mode, and of those of three turns
+  ElementSystem<M, Real> system;
 };
 
 template <int M, class Real>
@@ -89,7 +88,7 @@ struct Workspace {
   double pressure[kMaximumRegulators];   // simulated
   MountMemory<M, Real>* mounts;          // of the robot that is stepped
   MountView<M> views[kMaximumMounts];
-  StiffSystem<M, Real> stiff[kMaximumMounts];
+  RubberSystem<M, Real> rubber[kMaximumMounts];
   alignas(64) double rates[kMaximumMounts][M];  // after the step
   ContactAccumulator<M> sum;
   FrictionProblem friction;

@@ -52,10 +52,11 @@ def _all_of(name: PhysicsName) -> dict[str, Any]:
 
 
 def _is_complete(content: Mapping[str, Any]) -> bool:
-    """Whether settings are all that there are, as a run keeps them, and not flags. By what every
-    version kept; nobody gives all of these at once."""
-    numerics = {"stepper", OLDER_GROUP} & set(content)
-    return bool(numerics) and {"calibration", "leg", "part", "threads"} <= set(content)
+    """Whether settings are all that there are, as a run keeps them, and not flags or a file's: by
+    the numerics, whole as every version kept them, which nobody asks for one by one."""
+    numerics = content.get("stepper") or content.get(OLDER_GROUP) or {}
+    whole = {"contact_margin_mm", "contact_sweeps", "speed_limit_mm_per_s", "element_precision"}
+    return {"part", "threads"} <= set(content) and whole <= set(numerics)
 
 
 USUAL: PhysicsName = "measured"

@@ -153,7 +153,7 @@ def mixed_dilatation(
         for b in range(a, mode_count):
             cubic[:, a, b] = cubic[:, b, a] = projected(first.mixed(shapes[b]))
     linear = 0.5 * projected(rest.mixed(rest))
-    # Terms that vanish by symmetry are zero to rounding.
+    # Half of the terms of a part with a mirror vanish; where they are zero, its file is smaller.
     largest = np.abs(cubic).max(axis=(1, 2, 3), initial=0.0)
     cubic[np.abs(cubic) < _ROUNDING * largest[:, None, None, None]] = 0.0
     return MixedDilatation(group.lame_lambda, linear, quadratic, cubic)

@@ -47,7 +47,8 @@ class Pod:
     """Mass-orthonormal modes [kg^-1/2], (node, 3, mode)."""
     singular_values: np.ndarray
     """All singular values in the chosen inner product, descending; before them what the snapshots
-    have along each of the modes that come first."""
+    have along each of the fields that were modes before others were chosen. Not in the order of
+    the modes."""
     parity: np.ndarray
     """+1 for a symmetric, -1 for an antisymmetric mode, 0 without a mirror plane, (mode,). Those of
     one parity stand together, symmetric ones first."""
@@ -113,7 +114,7 @@ def joint_pod(
         tolerance: Mode tolerance t of the formula above, between 0 and 1; what the sets have
             dropped counts as error.
         mode_limit: Keep at most so many modes, whatever the tolerance asks for.
-        first: Orthonormal fields of each parity that are modes before all others, (mode, 3 node),
+        first: Orthonormal fields of each parity that are modes whatever follows, (mode, 3 node),
             as `leading_fields` makes them; the others are of what these leave of the snapshots.
 
     Raises:

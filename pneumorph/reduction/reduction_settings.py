@@ -26,7 +26,7 @@ class ReductionSettings(Checked):
     exact, more modes, slower steps."""
     mode_limit: Count = 24
     """Largest number of modes, whatever the tolerance asks for. The cost of a step grows with its
-    square."""
+    square; the batched simulator takes up to 40."""
     pressure_tolerance: Positive = 0.01
     """For a nearly incompressible leg: relative error of the snapshots' volume changes at which no
     more pressure fields are added."""

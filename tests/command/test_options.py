@@ -202,6 +202,9 @@ def test_a_leg_or_a_part_of_another_physics_brings_that_with_it(tmp_path: Path, 
     assert asked(f"simulate --part {part}").robot == replace(PUBLISHED, part=part)
     threaded = replace(PUBLISHED, part=part, threads=2)
     assert asked(f"simulate --part {part} --threads 2").robot == threaded
+    fresh = replace(threaded, stepper=replace(PUBLISHED.stepper, linearised="ahead"))
+    fresh_flags = f"--part {part} --threads 2 --stepper.linearised ahead"
+    assert asked(f"simulate {fresh_flags}").robot == fresh
     assert asked(f"evaluate {folder} --part {part}").robot.physics.friction == 0.5
     relaxing = load_default_leg("measured").save(tmp_path / "relaxing.npz")
     assert asked(f"evaluate {folder} --part {relaxing}").robot == RobotOptions(part=relaxing)

@@ -21,6 +21,7 @@ from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.assemble import assemble_reduced_part
 from pneumorph.reduction.ecsw import EcswSettings, ecsw
+from pneumorph.reduction.incremental_pod import MIRROR
 from pneumorph.reduction.mirror_pairs import mirror_elements
 from pneumorph.reduction.mixed_dilatation import (
     every_element,
@@ -115,6 +116,13 @@ def test_fields_of_pressure_are_symmetric_or_antisymmetric_where_the_part_has_a_
     for field, parity in zip(found.T, parities, strict=True):
         np.testing.assert_allclose(field[mirror], parity * field, atol=1e-12)
     assert parities == [1.0, 1.0, 1.0, -1.0, -1.0, -1.0]
+    # Of mirrored modes, terms of another parity than the field's are zero and not rounding.
+    drawn = np.random.default_rng(1).normal(size=(*MODEL.rest_nodes.shape, 3))
+    image, sides = drawn[mirror_nodes] * MIRROR[:, None], np.array([1.0, 1.0, -1.0])
+    cubic = mixed_dilatation(group, MODEL.rest_nodes, drawn + sides * image, found).cubic
+    of_modes = np.multiply.outer(sides, np.multiply.outer(sides, sides))
+    same = np.multiply.outer(np.array(parities), of_modes) > 0
+    assert np.all((cubic != 0.0) == same)
     with pytest.raises(ValueError, match="the image of one is not in the mesh"):
         mirror_elements(group, np.roll(mirror_nodes, 1))
 
