@@ -151,11 +151,11 @@ class RobotOptions(Checked):
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
         """Settings of an earlier version as they are called now.
 
-        One group `simulation` held what is physics and stepper now; a run of the hyperelastic leg
-        kept the published pressure map in its settings and used the leg's own. The published leg
-        was called ``paper``. Every robot had the published masses, and was of the published physics
-        where nothing is said of it; what a robot's file says stood there as if nothing was. A map
-        of heights was an option of finite elements.
+        One group `simulation` held what is physics and stepper now, and steps were linearised at
+        the start; a run of the hyperelastic leg kept the published pressure map in its settings and
+        used the leg's own. The published leg was called ``paper``. Every robot had the published
+        masses, and was of the published physics where nothing is said of it; what a robot's file
+        says stood there as if nothing was. A map of heights was an option of finite elements.
         """
         now = with_current_leg(content)
         if isinstance(now.get("full"), Mapping) and "height_map" in now["full"]:
@@ -182,7 +182,7 @@ class RobotOptions(Checked):
         older = now.pop(OLDER_GROUP, {})
         if not older:
             return now
-        older = table(older, OLDER_GROUP)
+        older = {"linearised": "start", **table(older, OLDER_GROUP)}
         numerics = {each.name for each in fields(StepperSettings)}
         if older.get("pressure_map") == settings_to_dict(PressureMap()):
             own = pressure_map(now.get("leg", "published"))

@@ -183,7 +183,7 @@ def test_worlds_of_a_robots_file_are_drawn_in_trainings_and_told_where_one_walks
     (note,) = found["notes"]
     assert f"in the world as it stands: [randomisation] of {drawn}" in note
     drawn.write_text(robot.read_text() + '[randomisation]\nfrictoin = "1"\n')
-    with pytest.raises(ArtefactError, match=rf"{drawn}: .*frictoin .* did you mean friction\?"):
+    with pytest.raises(ArtefactError, match=rf"{drawn}: .*frictoin: did you mean friction\?"):
         RobotDescription.read(drawn)
 
 

@@ -312,7 +312,7 @@ def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
     driver = virtual.rig(design, rig, 1)
     with DeploymentLog(tmp_path / "log.csv", 3) as log:
         deploy(
-            plan_schedule(ExpertGait(duration_s=5.0, phase_deg=90.0), rig),
+            plan_schedule(ExpertGait(duration_s=5.0, phase_deg=130.0), rig),
             driver, rig, log, driver.clock,
         )  # fmt: skip
     track = driver.track()
