@@ -3,7 +3,7 @@ and a page that shows both.
 
 This runs `pneumorph coopt --preset quick` and then `pneumorph report`, with the reduced leg of
 measured silicone that ships with the package. The page begins with how far the best robot goes in
-worlds that training never saw, beside the expert's. It takes four to six minutes on two idle
+worlds that training never saw, beside the expert's. It takes some six minutes on two idle
 cores and needs no display. No finite elements are simulated; use `pneumorph certify --full` for
 that.
 

@@ -298,7 +298,8 @@ def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
 
     The fit is of a model that can be exact, but for the sensors' noise and their sampling. The
     truth must lie in the 95 % intervals widened twice, for two parameters of one seed whose errors
-    are not normal: legs stick and slip.
+    are not normal: legs stick and slip. A gait of this phase: with others such a fit, of few
+    beginnings, may end at the modulus that it began with.
     """
     spec = paper_robot("published")
     design = Design.parse("1.0.0.2.2.0.0.1")

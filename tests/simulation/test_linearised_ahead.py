@@ -180,4 +180,5 @@ def test_the_stiffness_of_a_step_is_more_than_half_of_the_true_one() -> None:
         true = modal_tangent(part, alpha, np.array([kPa])) + relaxing
         shares.append(eigh(true, taken, eigvals_only=True)[-1])
     assert np.all(np.diff(shares) > 0.0)
-    assert 1.3 < shares[-1] < 2.0
+    assert shares[-1] < 2.0
+    np.testing.assert_allclose(shares, [1.16, 1.30, 1.49], atol=0.05)  # as docs/physics.md says
