@@ -12,6 +12,7 @@ import signal
 import sys
 import textwrap
 import threading
+import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
@@ -133,7 +134,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
     )
     content = settings_to_dict(options)
     folder.refuse_other_verb()
-    fresh = not folder.path.exists()
+    fresh, begun_s = not folder.path.exists(), time.time()
     with folder.alone() if verb.alone else nullcontext():
         if fresh:
             # At once, so that a run that is killed can be resumed with them.
@@ -153,6 +154,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
                 # From a log that grows; whole files say their own names.
                 error.filename = str(folder.path)
             raise
+        folder.remove_earlier_page(content, begun_s)
         folder.save_settings(content)
         written = folder.save_summary({**summary, **origin, "peak_memory_mb": _peak_memory_mb()})
     if common.json:

@@ -102,6 +102,20 @@ class RunFolder:
         head = {"verb": self.verb, **self.provenance}
         return write_json(self / SUMMARY, {**head, **finite(content)})
 
+    def remove_earlier_page(self, content: dict[str, Any], begun_s: float) -> None:
+        """Remove the page of an earlier run in the folder that had other settings, and say so.
+
+        Args:
+            content: The settings of this run.
+            begun_s: When it began [seconds since 1970]; pages that it wrote itself stay.
+        """
+        page, settings = self.path / "report" / "page.html", self.path / SETTINGS
+        if not (page.exists() and settings.exists() and page.stat().st_mtime < begun_s):
+            return
+        if read_json(settings, "settings") != json.loads(json.dumps(content)):
+            page.unlink()
+            self.progress.say(f"removed {page}: it showed an earlier run with other settings")
+
     def remove_if_only_settings(self) -> None:
         """Remove the folder of a run that failed before it made anything."""
         if [file.name for file in self.path.iterdir()] == [SETTINGS]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,28 +39,47 @@ FAILED_MM = 200.0
 @dataclass(frozen=True)
 class ParameterFitSettings(Checked):
     """How modulus, damping and friction are fitted to the tracked paths of trials (--trials). After
-    a scan, non-linear least squares."""
+    a search over all that is possible, non-linear least squares."""
 
-    names: tuple[str, ...] = ("modulus_factor", "stiffness_damping_s", "friction")
+    names: tuple[str, ...] = ()
     """Parameters to fit, of modulus_factor, stiffness_damping_s and friction; the others keep the
-    simulation's values. Leave out one that the paths say nothing about."""
+    simulation's values. By default all that the simulation has: measured silicone has no stiffness
+    damping. Leave out one that the paths say nothing about."""
     samples_per_s: Positive = 10.0
     """Samples of each path that are compared [1/s]."""
-    scan_count: CountOrNone = 5
-    """Values tried of each parameter before the search, one parameter after the other, to start
-    near the best; 0: start from the simulation's values."""
+    search_count: CountOrNone = 32
+    """Simulations of each trial, for each of the parameters, by which all that is possible is
+    searched first, since paths of legs that stick and slip fit almost as well in many places; 0:
+    begin at the simulation's values."""
     step: Positive = 0.02
     """Relative step of the finite-difference derivatives. Much smaller steps fail, because contact
     makes the paths slightly irregular."""
     evaluation_limit: Count = 30
-    """Largest number of times that the search simulates all trials, without those for
+    """Largest number of times that least squares simulate all trials, without those for
     derivatives."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         unknown = set(self.names) - set(BOUNDS)
-        if unknown or not self.names:
+        if unknown:
             raise ValueError(f"names is {self.names}, expected some of {', '.join(BOUNDS)}")
+
+    def of(self, start: Parameters) -> ParameterFitSettings:
+        """The same with the parameters by name.
+
+        Args:
+            start: The simulation's values.
+
+        Raises:
+            ValueError: One that is asked for is zero there.
+        """
+        for name in self.names:
+            if not start[name] > 0.0:
+                raise ValueError(
+                    f"names has {name}, which is {start[name]:g} in the simulation, expected "
+                    "parameters that it has; leave it out of fit.names"
+                )
+        return replace(self, names=self.names or tuple(name for name in start if start[name] > 0.0))
 
 
 @dataclass(frozen=True)
@@ -104,19 +123,18 @@ def fit_parameters(
         progress: Told how many simulations are done.
 
     Raises:
-        ValueError: No trial, too few samples for the parameters, or paths that do not change with
-            one of them.
+        ValueError: No trial, too few samples for the parameters, paths that do not change with one
+            of them, or one that the simulation has not.
     """
     from scipy.optimize import least_squares
 
-    settings = settings or ParameterFitSettings()
+    settings = (settings or ParameterFitSettings()).of(start)
     problem = _Problem(trials, simulate, dict(start), time_step_s, settings, progress)
     first = problem.residual(problem.logarithms(start))
-    best = _scanned(problem, start)
     low, high = np.log(np.array([BOUNDS[name] for name in settings.names])).T
     found = least_squares(
         problem.residual,
-        np.clip(problem.logarithms(best), low + 1e-6, high - 1e-6),
+        np.clip(_searched(problem, start, low, high), low + 1e-6, high - 1e-6),
         bounds=(low, high),
         diff_step=settings.step,
         x_scale=0.1,
@@ -193,6 +211,11 @@ class _Problem:
             deviation.append((measured - measured.mean(axis=0)).ravel())
         self.deviation: np.ndarray = np.concatenate(deviation)
 
+    @property
+    def search_count(self) -> int:
+        """Simulations of each trial before least squares."""
+        return self._settings.search_count * len(self._settings.names)
+
     def logarithms(self, values: Parameters) -> np.ndarray:
         return np.log([values[name] for name in self._settings.names])
 
@@ -208,8 +231,9 @@ class _Problem:
             parts.append(np.where(np.isfinite(part), part, FAILED_MM).ravel())
             self.simulation_count += 1
         if self._progress is not None:
-            # How many a search takes is not known before; most end within the limit.
-            expected = self._settings.evaluation_limit * len(self._cases) * 2
+            # How many least squares take is not known before; most end within the limit.
+            limit = self.search_count + 2 * self._settings.evaluation_limit
+            expected = limit * len(self._cases)
             self._progress(min(self.simulation_count, expected - 1), expected, "fitting")
         return np.concatenate(parts)
 
@@ -233,20 +257,20 @@ class _Problem:
         return effective
 
 
-def _scanned(problem: _Problem, start: Parameters) -> Parameters:
-    """Go along one parameter after the other and keep the best value: a start near the minimum."""
-    best = dict(start)
-    best_cost = _cost(problem, best)
-    for name in problem._settings.names:
-        low, high = BOUNDS[name]
-        for value in np.geomspace(low, high, problem._settings.scan_count + 2)[1:-1]:
-            tried = {**best, name: float(value)}
-            cost = _cost(problem, tried)
-            if cost < best_cost:
-                best, best_cost = tried, cost
-    return best
+def _searched(
+    problem: _Problem, start: Parameters, low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """Where least squares begin: the best logarithms of a search that divides the space between the
+    bounds (DIRECT; Jones, Perttunen and Stuckman 1993, J. Optim. Theory Appl. 79:157), or the
+    start."""
+    from scipy.optimize import direct
 
+    def cost(logarithms: np.ndarray) -> float:
+        residual = problem.residual(logarithms)
+        return float(residual @ residual)
 
-def _cost(problem: _Problem, values: Parameters) -> float:
-    residual = problem.residual(problem.logarithms(values))
-    return float(residual @ residual)
+    begin, count = problem.logarithms(start), problem.search_count
+    if not count:
+        return begin
+    found = direct(cost, list(zip(low, high, strict=True)), maxfun=count, locally_biased=False)
+    return found.x if found.fun < cost(begin) else begin

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFactory
 from pneumorph.environment.training_environment import EnvironmentFactory, TrainingEnvironment
@@ -84,3 +86,25 @@ def state_size(environment: TrainingEnvironment, settings: CooptSettings) -> int
             "known"
         )
     return size
+
+
+def check_shape(
+    environment: TrainingEnvironment, what: str, given: object, expected: tuple[int, ...]
+) -> None:
+    """Refuse what an environment gives in another shape than its spaces promise.
+
+    Args:
+        environment: Whose it is.
+        what: What it is, such as ``reward``.
+        given: The array, or what stands in its place.
+        expected: Shape that it should have.
+
+    Raises:
+        ValueError: It has another.
+    """
+    if (shape := np.shape(given)) != expected:  # type: ignore[arg-type]
+        raise ValueError(
+            f"{what} of {type(environment).__name__} has shape {shape}, expected {expected}: a row "
+            "for each robot, observations as in single_observation_space, and those of reset, of "
+            'step and in info["final_obs"] alike'
+        )

@@ -14,7 +14,7 @@ from pneumorph.environment.training_environment import EnvironmentFactory, ToldS
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, Checkpoint
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
-from pneumorph.learn.environments import state_size
+from pneumorph.learn.environments import check_shape, state_size
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
@@ -152,6 +152,8 @@ class Training:
             seed=self._worlds_number,
             options={"designs": [self.space[int(index)] for index in designs]},
         )
+        observed = (len(designs), self._state_size + self.space.feature_count)
+        check_shape(self.environment, "observation of reset", observation, observed)
         returns, distances, achieved = np.zeros((3, len(designs)))
         ended, failed = np.zeros((2, len(designs)), dtype=bool)
         commands, losses = [], []
@@ -159,6 +161,8 @@ class Training:
             # Line 4: control the designs, and add the transitions to the replay buffer.
             action = self._act(observation)
             next_observation, reward, terminated, truncated, info = self._step(action)
+            check_shape(self.environment, "observation", next_observation, observed)
+            check_shape(self.environment, "reward", reward, observed[:1])
             told = ToldStep.of(info, action, reward, self.settings.task)
             self._store(
                 designs, observation, action, reward, next_observation, terminated, info, told
@@ -200,7 +204,11 @@ class Training:
         state, next_state = observation[:, : self._state_size], next_observation.copy()
         # Where an episode ended the observation is the next one's first already.
         for robot in np.flatnonzero(info.get("_final_obs", np.zeros(len(designs), dtype=bool))):
-            next_state[robot] = info["final_obs"][robot]
+            last = info["final_obs"][robot]
+            check_shape(
+                self.environment, 'info["final_obs"] of a robot', last, next_state.shape[1:]
+            )
+            next_state[robot] = last
         next_state = next_state[:, : self._state_size]
         self.learned.buffer.add(
             state=state,

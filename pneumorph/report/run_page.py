@@ -89,10 +89,16 @@ def write_run_page(
         physics = physics_of(found)
         headline = _headline(found, run, shown, goal)
     where = f"Run folder {run.folder}" + (f", {physics}." if physics else ".")
-    title = shown.title
-    if shown is TRAINING and not goal.is_forward:
+    title, lead = shown.title, shown.lead
+    if shown is TRAINING and run.own_task is not None:
+        title = f"A robot learned the task {run.own_task}"
+        lead += (
+            f" Pairs are ranked by the reward of {run.own_task}, which only its training knows; "
+            f"what is told of worlds is {goal.label}, whether the task asks for it or not."
+        )
+    elif shown is TRAINING and not goal.is_forward:
         title = f"A robot learned to {goal.label}"
-    page.write_page(path, title, f"{shown.lead} {where}", headline, sections, sheet.head)
+    page.write_page(path, title, f"{lead} {where}", headline, sections, sheet.head)
     return RunPage(
         page=str(path),
         page_bytes=path.stat().st_size,

@@ -10,6 +10,7 @@ import numpy as np
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.idle_numbers import idle_notes, idle_numbers
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
@@ -80,11 +81,12 @@ def certify_once(
         others = unseen_worlds(candidates.drawn, count, seed)
         alike, _ = _walked(spec, walkers, others, folder, goal)
     reported = [pair.achieved for pair in candidates.pairs]
+    idle = idle_numbers(spec, drawn)
     evidence = _Evidence(
         spec,
         task.action_step_count * spec.physics.time_step_s,
         settings.cycle_s,
-        _with_effect(drawn.numbers_of(worlds), spec),
+        {name: each for name, each in drawn.numbers_of(worlds).items() if name not in idle},
         by_expert,
         by_pairs,
         ratios,
@@ -129,7 +131,11 @@ def certify_once(
         achieved=tuple(map(tuple, np.column_stack([by_expert, by_pairs]).tolist())),
         goal=goal,
         **spec.describe(),
-        notes=(*own_task_notes(candidates.own_task, goal), *_notes(certified, goal)),
+        notes=(
+            *own_task_notes(candidates.own_task, goal),
+            *idle_notes(spec, drawn),
+            *_notes(certified, goal),
+        ),
         wall_s=time.monotonic() - start,
     )
 
@@ -289,15 +295,6 @@ def _with_full_order(
     return [
         replace(pair, full_order=tuple(walks)) for pair, walks in zip(pairs, found, strict=True)
     ]
-
-
-def _with_effect(numbers: dict[str, np.ndarray], spec: RobotSpec) -> dict[str, np.ndarray]:
-    """Numbers of worlds without those of valves where the robot's air has none: what has no effect
-    is nobody's to measure."""
-    if spec.physics.air.law != "rate_limit":
-        return numbers
-    valves = ("filling_factor", "venting_factor")
-    return {name: values for name, values in numbers.items() if name not in valves}
 
 
 def _notes(pairs: Sequence[CertifiedPair], goal: Goal) -> list[str]:

@@ -13,6 +13,7 @@ import numpy as np
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.goal import FORWARD, Goal
@@ -205,6 +206,8 @@ def _in_worlds(
     folder: RunFolder,
 ) -> Robustness:
     drawn = spec.agreeing_worlds(settings.randomisation)
+    for note in idle_notes(spec, drawn):
+        folder.progress.say(note)
     worlds = draw_worlds(drawn, settings.world_count, settings.world_seed)
     folder.progress.stage(f"walking in {len(worlds)} worlds")
     achieved, ratios = walks_in_worlds(

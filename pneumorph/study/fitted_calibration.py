@@ -364,10 +364,11 @@ def _with_parameters(
         "stiffness_damping_s": physics.stiffness_damping_s,
         "friction": physics.friction,
     }
-    folder.progress.stage(f"fitting {', '.join(settings.fit.names)} to {len(trials)} trials")
+    asked = settings.fit.of(start)
+    folder.progress.stage(f"fitting {', '.join(asked.names)} to {len(trials)} trials")
     simulate = path_simulator(plain, design, calibration)
     found: ParameterFit = fit_parameters(
-        trials, simulate, start, physics.time_step_s, settings.fit, folder.progress
+        trials, simulate, start, physics.time_step_s, asked, folder.progress
     )
     track, step_s = trials[0].track, physics.time_step_s
     driven = trials[0].driven_kPa(np.arange(0.0, float(track.time_s[-1]), step_s))

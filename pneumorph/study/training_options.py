@@ -13,6 +13,7 @@ from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import laid_over
+from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
@@ -242,7 +243,7 @@ def train_as_asked(
         described.damping_note(options.robot.physics),
         described.design_note(options.baseline.design),
     )  # fmt: skip
-    notes = tuple(note for note in told if note is not None)
+    notes = (*(note for note in told if note is not None), *idle_notes(robot, drawn))
     for note in notes:
         folder.progress.say(note)
     found = run_training(

@@ -17,7 +17,7 @@ from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.coopt_result import CooptResult, SeenPair
 from pneumorph.learn.cooptimise import learn_in_folder, refuse_other_settings
-from pneumorph.learn.environments import crawling
+from pneumorph.learn.environments import crawling, state_size
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES
 from pneumorph.physics.calibration import UsedCalibration
@@ -183,13 +183,16 @@ def run_training(
         **drawn,
         **({} if name is None else {"environment": name}),
     }
+    make_environments = _environments(settings, spec, worlds, own_task)
+    if own_task is not None:  # what is wrong with it is told before the baseline walks
+        state_size(make_environments(settings.space.some(settings.environment_count)), settings)
     # Before the baseline of other settings is written over that of the run.
     refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
     expert = swept(spec, baseline, folder, settings.task.goal)
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start
     learned = learn_in_folder(
-        _environments(settings, spec, worlds, own_task),
+        make_environments,
         settings,
         folder.path / TRAINING_FOLDER,
         time_step_s=spec.physics.time_step_s,
@@ -275,6 +278,11 @@ def _environments(
     worlds: TrainingWorlds | None,
     own_task: OwnTask | None,
 ) -> EnvironmentFactory:
+    if own_task is not None and not callable(own_task):
+        raise ValueError(
+            f"own_task is {own_task!r}, expected a function or a class that is given an "
+            "environment and returns one, such as a subclass of TaskWrapper"
+        )
     usual = crawling(spec.assembly, simulator_factory(spec, worlds, settings.seed), settings)
     return usual if own_task is None else lambda designs: own_task(usual(designs))
 

@@ -37,6 +37,20 @@ def test_a_verb_does_not_write_over_anothers_run(tmp_path: Path) -> None:
         RunFolder(tmp_path, "baseline").refuse_other_verb()
 
 
+def test_the_page_of_other_settings_goes(tmp_path: Path) -> None:
+    """One of the same settings stays, and so does one that the run itself has drawn."""
+    folder = RunFolder(tmp_path, "certify")
+    page = folder / "report/page.html"
+    page.write_text("six worlds")
+    folder.save_settings({"world_count": 6, "worlds": (1, 2)})
+    later = page.stat().st_mtime + 1.0
+    folder.remove_earlier_page({"world_count": 6, "worlds": (1, 2)}, later)
+    folder.remove_earlier_page({"world_count": 8, "worlds": (1, 2)}, later - 2.0)
+    assert page.exists()
+    folder.remove_earlier_page({"world_count": 8, "worlds": (1, 2)}, later)
+    assert not page.exists()
+
+
 def test_a_folder_is_written_by_one_process_at_a_time(tmp_path: Path) -> None:
     with RunFolder(tmp_path / "run", "coopt").alone():
         second = RunFolder(tmp_path / "run", "coopt").alone()

@@ -113,7 +113,7 @@ def test_parameters_are_fitted_to_trials(
     fitted = run_json(
         f"calibrate --physics published --trials {tmp_path / 'B'} "
         f"--calibration {calibration} --fit.names friction "
-        f"--fit.scan-count 1 --fit.evaluation-limit 3 --out {tmp_path / 'c'}",
+        f"--fit.search-count 1 --fit.evaluation-limit 3 --out {tmp_path / 'c'}",
         capsys,
     )
     assert fitted["slope"] == pytest.approx(4.0785, abs=1e-4)  # kept from the file

@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import own_task
 import pytest
+from gymnasium.spaces import Box
 
 import pneumorph as pm
 from pneumorph.cli import run
@@ -31,6 +33,12 @@ TINY = {
     },
     "baseline": {"first_phase_deg": 60, "last_phase_deg": 60, "gait": {"duration_s": 4}},
 }
+
+
+class Tall(pm.TaskWrapper):
+    """Observes one number, which has no place for the design."""
+
+    single_observation_space = Box(0.0, 1.0, (1,), np.float32)  # type: ignore[assignment]
 
 
 @pytest.fixture(scope="module")
@@ -102,4 +110,24 @@ def test_verbs_say_that_they_do_not_rank_by_it(trained: Path, tmp_path: Path) ->
         assert told in json.loads((out / "summary.json").read_text())["notes"]
     page = tmp_path / "page"
     assert run(["report", str(trained), "--figure-files", "--out", str(page)]) == 0
-    assert "<th>score (cm)</th>" in (page / "page.html").read_text()
+    written = (page / "page.html").read_text()
+    assert "<th>score (cm)</th>" in written
+    assert "A robot learned the task Straight" in written
+    assert "The task Straight is no setting" in written
+    assert "coopt --settings" not in written
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (3, "own_task is 3, expected a function or a class"),
+        (Tall, "observations of shape .1,., expected a state and then"),
+    ],
+)
+def test_what_is_no_task_is_refused_before_anything_walks(
+    wrong: Any, message: str, tmp_path: Path
+) -> None:
+    out = tmp_path / "run"
+    with pytest.raises(ValueError, match=message):
+        pm.train(out, PLATE, changes=TINY, own_task=wrong)
+    assert not list(out.glob("*.npz"))

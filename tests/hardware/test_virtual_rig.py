@@ -325,7 +325,7 @@ def test_parameters_of_a_robot_are_found_again(tmp_path: Path) -> None:
         path_simulator(spec, design, known),
         {"modulus_factor": 1.0, "friction": 1.2, "stiffness_damping_s": 0.1},
         0.01,
-        ParameterFitSettings(names=("modulus_factor", "friction"), scan_count=3),
+        ParameterFitSettings(names=("modulus_factor", "friction")),
     )
     truth = virtual.reality.world
     assert fitted.r_squared > 0.95

@@ -142,6 +142,65 @@ def test_an_environment_that_does_not_fit_is_refused(change: Any, message: str) 
         Training(make, settings_of(1))
 
 
+class Clocked(TaskWrapper):
+    """The share of the episode that has passed in front of what the package's robots observe, in
+    the places that were named alone."""
+
+    def __init__(self, environment: TrainingEnvironment, *places: str) -> None:
+        super().__init__(environment)
+        self._places, self._passed = places, 0
+        size = environment.single_observation_space.shape[0] + 1  # type: ignore[index]
+        self.single_observation_space = Box(-1.0, 1.0, (size,), np.float32)
+
+    def reset(self, **settings: Any) -> Any:
+        observation, info = self.env.reset(**settings)
+        self._passed = 0
+        return self._with("reset", observation), info
+
+    def step(self, actions: np.ndarray) -> Any:
+        observation, reward, terminated, truncated, info = self.env.step(actions)
+        self._passed += 1
+        for robot in np.flatnonzero(info.get("_final_obs", [])):
+            last = info["final_obs"][robot]
+            info["final_obs"][robot] = self._with("final_obs", last[None])[0]
+        if "reward" not in self._places:
+            reward = float(np.sum(reward))
+        return self._with("step", observation), reward, terminated, truncated, info
+
+    def _with(self, place: str, observation: np.ndarray) -> np.ndarray:
+        share = np.full((len(observation), 1), self._passed / TASK.action_count, np.float32)
+        return np.hstack([share, observation]) if place in self._places else observation
+
+
+@pytest.mark.parametrize(
+    ("forgotten", "message"),
+    [
+        ("reset", r"observation of reset of Clocked has shape \(16, (\d+)\), expected \(16, "),
+        ("step", r"observation of Clocked has shape"),
+        ("final_obs", r'info\["final_obs"\] of a robot of Clocked has shape'),
+        ("reward", r"reward of Clocked has shape \(\), expected \(16,\): a row for each robot"),
+        (None, None),
+    ],
+)
+def test_observations_of_ones_own_are_the_same_everywhere(
+    forgotten: str | None, message: str | None
+) -> None:
+    settings = settings_of(1)
+    usual = crawling(viscous_crawler_robot, make_simulator, settings)
+    places = [each for each in ("reset", "step", "final_obs", "reward") if each != forgotten]
+    training = Training(lambda designs: Clocked(usual(designs), *places), settings)
+    if message is None:
+        training.run_round()
+        arrays = training.learned.buffer.arrays()
+        np.testing.assert_array_equal(
+            np.unique(arrays["next_state"][:, 0]),
+            np.arange(1, TASK.action_count + 1, dtype=np.float32) / TASK.action_count,
+        )
+        return
+    with pytest.raises(ValueError, match=message):
+        training.run_round()
+
+
 def test_mirror_images_are_made_of_what_is_known_alone() -> None:
     mirrored = settings_of(1, mirror_transitions=True)
     with pytest.raises(ValueError, match="states of FollowTheClock have 1 numbers, expected false"):

@@ -1,0 +1,66 @@
+"""Which numbers of drawn worlds change nothing of a robot, and what is said of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pneumorph.catalogue.idle_numbers import idle_notes, idle_numbers
+from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.robot.design import Design
+from pneumorph.simulation.randomisation import Randomisation, World
+
+ROBOT = paper_robot()
+
+
+def ends(spec: RobotSpec, *worlds: World) -> np.ndarray:
+    """Where the expert's robot is in each world after two legs were inflated for 0.4 s."""
+    robot = spec.assembly(Design.parse("1.0.0.2.2.0.0.1"))
+    simulator = spec.simulator_in_worlds([robot] * len(worlds), list(worlds))
+    for _ in range(4):
+        simulator.advance(np.full((len(worlds), 3), 40.0), 10)
+    return np.array(simulator.forward_position_mm)
+
+
+def test_friction_of_no_surface_changes_nothing_and_is_nobodys_to_measure() -> None:
+    drawn = measured_worlds()
+    world = drawn.draw(np.random.default_rng(1))
+    idle = idle_numbers(ROBOT, drawn)
+    assert idle == {"friction"}
+    other = replace(world, friction=world.friction + 0.5)
+    slippery = replace(world, friction_by_surface=(("sheet", 0.3), ("skin", 0.3), ("hub", 0.3)))
+    one, same, another = ends(ROBOT, world, other, slippery)
+    np.testing.assert_array_equal(one, same)
+    assert np.abs(one - another).max() > 1e-3
+
+
+def test_friction_counts_where_a_surface_has_none_of_its_own() -> None:
+    drawn = replace(measured_worlds(), friction_by_surface=(("skin", "U(0.4, 0.7)"),))
+    assert "friction" not in idle_numbers(ROBOT, drawn)
+    world = drawn.draw(np.random.default_rng(1))
+    one, another = ends(ROBOT, world, replace(world, friction=world.friction + 0.5))
+    assert np.abs(one - another).max() > 1e-3
+
+
+def test_valves_and_surfaces_that_a_robot_has_not_are_idle() -> None:
+    published = paper_robot("published")
+    assert published.physics.air.law == "rate_limit"
+    drawn = Randomisation(friction_by_surface=(("heel", "U(0.4, 0.7)"),))
+    assert idle_numbers(published, drawn) == {"filling_factor", "venting_factor", "friction heel"}
+
+
+@pytest.mark.parametrize("drawn", [measured_worlds(), Randomisation()])
+def test_nothing_is_said_of_friction_that_nobody_asked_for(drawn: Randomisation) -> None:
+    assert idle_notes(ROBOT, drawn) == ()
+
+
+def test_friction_that_was_asked_for_and_changes_nothing_is_told() -> None:
+    asked = replace(measured_worlds(), friction="U(0.4, 0.7)")
+    (note,) = idle_notes(ROBOT, asked)
+    assert "randomisation.friction U(0.4, 0.7) changes nothing" in note
+    assert "hub, sheet, skin" in note
+    assert idle_notes(ROBOT, replace(asked, friction_by_surface=())) == ()
