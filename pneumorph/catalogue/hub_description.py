@@ -124,7 +124,7 @@ class HubDescription(Checked):
             FileNotFoundError: The mesh file is missing.
             ValueError: Nothing is left to touch the floor or to weigh.
         """
-        mesh = self._solid(0.0) if self.mesh is None else Mesh.load(folder / self.mesh)
+        mesh = self._shape_mesh(folder)
         return HubSpec(
             mesh,
             Material(self.young_modulus_kPa, self.poisson_ratio),
@@ -133,6 +133,14 @@ class HubDescription(Checked):
             self._contact_points(mesh),
             self.surface,
         )
+
+    def _shape_mesh(self, folder: Path) -> Mesh:
+        if self.mesh is None:
+            return self._solid(0.0)
+        file = folder / self.mesh
+        if not file.exists():
+            raise FileNotFoundError(f"mesh of [hub]: {file} does not exist")
+        return Mesh.load(file)
 
     def _solid(self, wall_mm: float) -> Mesh:
         """The box or the disk without so much of its outside."""
@@ -198,6 +206,14 @@ class HubDescription(Checked):
             mesh: The hub's.
         """
         return self.payload_mm or self._tracked_point(mesh)
+
+    def material_ml(self, mesh: Mesh) -> float:
+        """Volume of what it is made of, its walls or all of it [ml].
+
+        Args:
+            mesh: The hub's.
+        """
+        return 1e3 * self._of_shape(mesh, 1.0).mass_kg  # of 1 g/ml
 
     def _of_shape(self, mesh: Mesh, density_g_per_ml: float) -> MassProperties:
         if self.wall_mm is None:

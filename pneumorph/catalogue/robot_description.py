@@ -244,7 +244,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         and of another design."""
         if self.designs.usual is not None or design != self.usual_design:
             return None
-        return f"no usual design given: {design}"
+        return f"[designs] names no usual design; {design} walks"
 
     @cached_property
     def worlds(self) -> Randomisation:

@@ -116,6 +116,7 @@ class HubToMake:
         width_mm: Its size from back to front, a disk's diameter [mm].
         round: Whether it is a disk.
         hollow: Whether it has walls that its file says.
+        walls_ml: Volume of the walls that a mesh is printed with [ml]; None of one that is solid.
         payload: What it carries; None for nothing.
         well_radius_mm: Radius of the well in its middle [mm]; 0 for none.
     """
@@ -130,6 +131,7 @@ class HubToMake:
     round: bool = False
     well_radius_mm: float = 0.0
     hollow: bool = False
+    walls_ml: float | None = None
     payload: Payload | None = None
 
     @cached_property
@@ -301,10 +303,20 @@ def _described_hub(
     made_of = f" of {density:g} g/ml"
     walls = "solid" if hub.wall_mm is None else f"hollow, walls of {hub.wall_mm:g} mm"
     if hub.shape == "mesh":
-        detail = f"as its mesh has it{made_of}, without sockets"
-        nodes = robot.hub.mesh.nodes
-        wide = float(np.ptp(nodes[:, 0]))
-        return HubToMake(None, robot.hub.mesh, density, detail, simulated_g, nodes, wide)
+        mesh, hollow = robot.hub.mesh, hub.wall_mm is not None
+        # Its walls are the slicer's to make: the file is of the outside.
+        printed = f", printed {walls} without filling" if hollow else ""
+        return HubToMake(
+            None,
+            mesh,
+            density,
+            f"as its mesh has it{made_of}{printed}, without sockets",
+            simulated_g,
+            mesh.nodes,
+            float(np.ptp(mesh.nodes[:, 0])),
+            hollow=hollow,
+            walls_ml=hub.material_ml(mesh) if hollow else None,
+        )
     sockets = f"{len(in_sockets)} sockets"
     wide = hub.length_mm or 2.0 * max(hub.radius_mm or 0.0, hub.top_radius_mm or 0.0)
     return HubToMake(

@@ -146,7 +146,9 @@ def _numbers(path: Path, row: list[str], count: int) -> list[float]:
     try:
         numbers = [float(value) for value in row]
     except ValueError as error:
-        raise ValueError(f"gait file {path}, row {','.join(row)!r}: {error}") from error
+        raise ValueError(
+            f"gait file {path}, row {','.join(row)!r}: {error}, expected numbers alone"
+        ) from error
     if len(numbers) != count:
         raise ValueError(
             f"gait file {path}, row {','.join(row)!r} has {len(numbers)} numbers, expected {count}"

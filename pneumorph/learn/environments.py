@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -89,7 +90,7 @@ def state_size(environment: TrainingEnvironment, settings: CooptSettings) -> int
 
 
 def check_shape(
-    environment: TrainingEnvironment, what: str, given: object, expected: tuple[int, ...]
+    environment: TrainingEnvironment, what: str, given: Any, expected: tuple[int, ...]
 ) -> None:
     """Refuse what an environment gives in another shape than its spaces promise.
 
@@ -102,7 +103,7 @@ def check_shape(
     Raises:
         ValueError: It has another.
     """
-    if (shape := np.shape(given)) != expected:  # type: ignore[arg-type]
+    if (shape := np.shape(given)) != expected:
         raise ValueError(
             f"{what} of {type(environment).__name__} has shape {shape}, expected {expected}: a row "
             "for each robot, observations as in single_observation_space, and those of reset, of "

@@ -25,6 +25,9 @@ from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.randomised_simulator import worlds_of_round
 from pneumorph.study.finished_run import FinishedRun, Pair
 
+LEAST_WORLD_COUNT = 4
+"""Worlds that a band can be told from."""
+
 
 @dataclass(frozen=True)
 class RoundSettings(Checked):
@@ -45,7 +48,7 @@ class CertificateSettings(Checked):
 
     pair_count: Count = 5
     """Number of best pairs to certify."""
-    world_count: Annotated[int, Bounds(least=4)] = 200
+    world_count: Annotated[int, Bounds(least=LEAST_WORLD_COUNT)] = 200
     """Number of unseen worlds in which the pairs walk; the reported bands are percentiles over
     them. More make the bands sharper and take longer."""
     world_seed: CountOrNone = 0

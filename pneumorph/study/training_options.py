@@ -24,7 +24,11 @@ from pneumorph.learn.settings import (
     restarting_settings,
 )
 from pneumorph.simulation.randomisation import Randomisation
-from pneumorph.study.certified_candidates import CertificateSettings, RoundSettings
+from pneumorph.study.certified_candidates import (
+    LEAST_WORLD_COUNT,
+    CertificateSettings,
+    RoundSettings,
+)
 from pneumorph.study.reduction_options import from_walks
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_run import OwnTask, TrainingResult, run_training, task_name
@@ -60,6 +64,14 @@ class TrainingOptions(Checked):
     fine-tuned on it."""
     rounds: RoundSettings = field(default_factory=RoundSettings)
     """Limits of --certify."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if 0 < self.certified_world_count < (least := LEAST_WORLD_COUNT):
+            raise ValueError(
+                f"certified_world_count is {self.certified_world_count}, expected at least {least} "
+                "for a band, or 0 for no certificate"
+            )
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:

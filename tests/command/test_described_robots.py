@@ -197,7 +197,7 @@ def test_without_a_usual_design_it_is_told_which_walks(
     for verb in ("simulate", "deploy --dry-run"):
         out = robot.parent / verb.split()[0]
         assert run(f"{verb} --robot {nameless} {SHORT} --out {out}".split()) == 0
-        assert f"no usual design given: {design}" in capsys.readouterr().err
+        assert f"[designs] names no usual design; {design} walks" in capsys.readouterr().err
     assert json.loads((robot.parent / "simulate/summary.json").read_text())["notes"]
 
 

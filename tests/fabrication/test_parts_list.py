@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from helpers.box_mesh import box_mesh
 
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
@@ -127,3 +129,22 @@ def test_a_drawing_tells_how_legs_are_rolled_and_what_the_hub_carries() -> None:
     rolls = [label.rpartition(", ")[2] for label in labels if "rolled" in label]
     # The sites' own roll angles; legs point outward and down by 15 degrees.
     assert rolls == ["rolled +45°", "rolled -45°", "rolled +45°", "rolled +45°"]
+
+
+def test_a_hub_that_is_a_mesh_weighs_what_its_walls_do(tmp_path: Path) -> None:
+    """The slicer makes the walls, so the file is of the outside; a wall's volume is the skin's area
+    by its thickness, as in the simulation."""
+    example = Path(__file__).parents[2] / "examples" / "plate.toml"
+    box = box_mesh((150.0, 90.0, 10.0), (6, 4, 2))
+    replace(box, nodes=box.nodes + np.array([-75.0, -45.0, 31.0])).save(tmp_path / "hub.npz")
+    sizes = "length_mm = 150\nwidth_mm = 90\nheight_mm = 10\nbottom_mm = 31\n"
+    said = 'mesh = "hub.npz"\ncontact = "spread"\nwall_mm = 1.5\n'
+    text = example.read_text().replace('shape = "box"', 'shape = "mesh"').replace(sizes, said)
+    description = RobotDescription.of_text(text, tmp_path / "robot.toml")
+    hub = described_robot_to_make(
+        description.usual_design, description, description.spec(), FabricationSettings()
+    ).hub
+    skin_mm2 = 2.0 * (150.0 * 90.0 + 150.0 * 10.0 + 90.0 * 10.0)
+    assert hub.walls_ml == pytest.approx(1e-3 * 1.5 * skin_mm2, rel=1e-9)
+    assert hub.density_g_per_ml * hub.walls_ml == pytest.approx(hub.simulated_mass_g, rel=1e-9)
+    assert "printed hollow, walls of 1.5 mm without filling" in hub.detail

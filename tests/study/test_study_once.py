@@ -64,8 +64,8 @@ def test_a_study_of_other_settings_is_refused(tmp_path: Path, by_name: bool) -> 
     del (settings["length"] if by_name else settings)["name"]
     path.write_text(json.dumps(settings))
     assert once(tmp_path, asked(2.0), Found("completed", 2)) == done
-    name = "length" if by_name else "seconds"
-    with pytest.raises(ValueError, match=rf"other settings \({name} differs\)"):
+    name, seconds = ("length", "length.seconds") if by_name else ("seconds", "seconds")
+    with pytest.raises(ValueError, match=rf"\({seconds} is 2.0 there and 3.0 here\)"):
         once(tmp_path, asked(3.0), done)
     assert once(tmp_path, asked(3.0), Found("completed", 2), free=(name,)) == done
     with pytest.raises(ValueError, match="holds a run of `pneumorph simulate`"):
