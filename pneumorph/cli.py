@@ -133,6 +133,7 @@ def _run_verb(name: str, arguments: list[str]) -> int:
         summary_only=common.json,
     )
     content = settings_to_dict(options)
+    folder.refuse_file()
     folder.refuse_other_verb()
     fresh, begun_s = not folder.path.exists(), time.time()
     with folder.alone() if verb.alone else nullcontext():
@@ -154,9 +155,9 @@ def _run_verb(name: str, arguments: list[str]) -> int:
                 # From a log that grows; whole files say their own names.
                 error.filename = str(folder.path)
             raise
-        folder.remove_earlier_page(content, begun_s)
         folder.save_settings(content)
         written = folder.save_summary({**summary, **origin, "peak_memory_mb": _peak_memory_mb()})
+    folder.tell_of_earlier_page(begun_s)
     if common.json:
         print(json.dumps(json.loads(written.read_text())))
     else:

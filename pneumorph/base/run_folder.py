@@ -53,6 +53,16 @@ class RunFolder:
         target.parent.mkdir(parents=True, exist_ok=True)
         return target
 
+    def refuse_file(self) -> None:
+        """Tell a file that stands where the folder should be.
+
+        Raises:
+            ValueError: There is one, or the folder would lie in one.
+        """
+        for place in (self.path, *self.path.parents):
+            if place.is_file():
+                raise ValueError(f"{place} is a file, expected the folder of a run or a new one")
+
     def refuse_other_verb(self) -> None:
         """Keep a verb from writing over another's run.
 
@@ -81,8 +91,9 @@ class RunFolder:
         knows no locks of folders, such as NFS, nothing is held.
 
         Raises:
-            ValueError: Another process holds it.
+            ValueError: Another process holds it, or a file stands there.
         """
+        self.refuse_file()
         self.path.mkdir(parents=True, exist_ok=True)
         held = os.open(self.path, os.O_RDONLY)
         try:
@@ -107,19 +118,17 @@ class RunFolder:
         head = {"verb": self.verb, **self.provenance}
         return write_json(self / SUMMARY, {**head, **finite(content)})
 
-    def remove_earlier_page(self, content: dict[str, Any], begun_s: float) -> None:
-        """Remove the page of an earlier run in the folder that had other settings, and say so.
+    def tell_of_earlier_page(self, begun_s: float) -> None:
+        """Say where the folder has a page of an earlier run, which shows what that one found.
 
         Args:
-            content: The settings of this run.
-            begun_s: When it began [seconds since 1970]; pages that it wrote itself stay.
+            begun_s: When this run began [seconds since 1970]; a page that it wrote itself is new.
         """
-        page, settings = self.path / "report" / "page.html", self.path / SETTINGS
-        if not (page.exists() and settings.exists() and page.stat().st_mtime < begun_s):
-            return
-        if read_json(settings, "settings") != json.loads(json.dumps(content)):
-            page.unlink()
-            self.progress.say(f"removed {page}: it showed an earlier run with other settings")
+        page = self.path / "report" / "page.html"
+        if page.exists() and page.stat().st_mtime < begun_s:
+            self.progress.say(
+                f"{page} is older than this run; `pneumorph report {self.path}` draws it again"
+            )
 
     def remove_if_only_settings(self) -> None:
         """Remove the folder of a run that failed before it made anything."""

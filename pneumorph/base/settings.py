@@ -218,3 +218,21 @@ def _reasons(error: BaseException, place: str) -> list[str]:
                 name = str(getattr(note, "name", getattr(note, "index", "")))
         reasons += _reasons(inner, f"{place}.{name}" if place and name else place or name)
     return reasons
+
+
+def differences(theirs: Any, ours: Any, name: str = "") -> list[tuple[str, Any, Any]]:
+    """Where two nested settings differ: the name, with dots, and both values; None for a missing
+    one.
+
+    Args:
+        theirs: Settings as JSON has them, or one of them.
+        ours: The same.
+        name: What they are called.
+    """
+    if isinstance(theirs, Mapping) and isinstance(ours, Mapping):
+        return [
+            each
+            for key in sorted({*theirs, *ours})
+            for each in differences(theirs.get(key), ours.get(key), f"{name}.{key}".lstrip("."))
+        ]
+    return [] if theirs == ours else [(name, theirs, ours)]

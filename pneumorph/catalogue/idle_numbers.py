@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pneumorph.catalogue.measured_worlds import UNCERTAINTIES
+from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.simulation.randomisation import Randomisation
 
@@ -14,7 +14,8 @@ def idle_numbers(spec: RobotSpec, drawn: Randomisation) -> frozenset[str]:
     """Names of numbers, as `World.numbers` has them, that no design of a robot depends on.
 
     Friction does not count where each surface has a coefficient of its own, nor that of a surface
-    that no contact point lies on, nor valves where the air has none.
+    that no contact point lies on, nor valves where the air has none. Where worlds have other
+    reductions of the leg, friction is taken to count.
 
     Args:
         spec: The robot.
@@ -22,25 +23,30 @@ def idle_numbers(spec: RobotSpec, drawn: Randomisation) -> frozenset[str]:
     """
     idle = set() if spec.physics.air.law != "rate_limit" else set(_VALVES)
     surfaces, own = _surfaces(spec), dict(drawn.friction_by_surface)
+    if drawn.reductions:
+        return frozenset(idle)
     if surfaces <= own.keys() | dict(spec.physics.friction_by_surface).keys():
         idle.add("friction")
     return frozenset(idle | {_OF_SURFACE + name for name in own.keys() - surfaces})
 
 
 def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
-    """What to tell of friction that was asked for and changes nothing.
+    """What to tell of numbers that were asked for and change nothing.
 
     Args:
         spec: The robot.
         drawn: What worlds are drawn from.
     """
-    usual = {Randomisation().friction, UNCERTAINTIES["friction"].distribution}
-    if drawn.friction in usual or "friction" not in idle_numbers(spec, drawn):
-        return ()
+    laws = drawn.distributions
+    usual = [each.distributions for each in (Randomisation(), measured_worlds())]
+    idle = idle_numbers(spec, drawn)
+    asked = [name for name in sorted(idle) if all(laws[name] != each.get(name) for each in usual)]
     names = ", ".join(sorted(_surfaces(spec)))
-    return (
-        f"randomisation.friction {drawn.friction} changes nothing: every surface ({names}) has a "
-        "coefficient of its own; set randomisation.friction_by_surface",
+    why = {"friction": f"every surface ({names}) has a coefficient of its own"}
+    why |= dict.fromkeys(_VALVES, "the robot's air has no valves")
+    return tuple(
+        f"randomisation.{name} changes nothing: {why.get(name, 'no contact point lies on it')}"
+        for name in asked
     )
 
 

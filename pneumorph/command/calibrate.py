@@ -4,7 +4,7 @@
 the same bends and fits a line, as in the paper. --pairs: fits the line to pairs of pressures found
 before. --air: from the logs of a deployment (a folder of `pneumorph deploy`), fits the two
 conductances of each regulator, for filling and venting, to its sensor; supply and volumes are those
-of --physics.air. --trials: from trials with the marker's tracks, fits modulus, damping and friction
+of --physics.air. --trials: from trials with the marker's tracks, fits modulus, friction and damping
 to the paths.
 
 Tables are CSV with units in the header: pressure_kPa,bend_deg for bends (psi, bar, rad ... are

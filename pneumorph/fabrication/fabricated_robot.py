@@ -142,7 +142,9 @@ def fabricate(
             made[name] = _written_mesh(name, leg.mesh, folder)
     if robot.hub.mesh is not None:
         made["hub"] = _written_mesh("hub", robot.hub.mesh, folder)
-    volume_ml = robot.hub.walls_ml or made["hub"].volume_mm3 / MM3_PER_ML
+    volume_ml = robot.hub.walls_ml
+    if volume_ml is None:
+        volume_ml = made["hub"].volume_mm3 / MM3_PER_ML
     printed = Printed(robot.hub.detail, volume_ml, volume_ml * robot.hub.density_g_per_ml)
     materials = [_material(leg, checks[leg.name]["cast_volume_mm3"]) for leg in robot.legs]
     tubes = tube_plan(robot.seats, settings.workshop)

@@ -1,4 +1,5 @@
-"""Modulus, damping and friction from measured trajectories, by non-linear least squares.
+"""Modulus, friction and stiffness damping from measured trajectories, by a search and non-linear
+least squares.
 
 The simulated robot is driven with the pressures that were sensed, so the regulators take no part;
 what differs between its path and the measured one is put down to the parameters. Residuals are
@@ -9,8 +10,9 @@ correlated from one instant to the next, so intervals count the effective number
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -38,8 +40,8 @@ FAILED_MM = 200.0
 
 @dataclass(frozen=True)
 class ParameterFitSettings(Checked):
-    """How modulus, damping and friction are fitted to the tracked paths of trials (--trials). After
-    a search over all that is possible, non-linear least squares."""
+    """How modulus, friction and stiffness damping are fitted to the tracked paths of trials
+    (--trials). After a search over all that is possible, non-linear least squares."""
 
     names: tuple[str, ...] = ()
     """Parameters to fit, of modulus_factor, stiffness_damping_s and friction; the others keep the
@@ -48,8 +50,8 @@ class ParameterFitSettings(Checked):
     samples_per_s: Positive = 10.0
     """Samples of each path that are compared [1/s]."""
     search_count: CountOrNone = 32
-    """Simulations of each trial, for each of the parameters, by which all that is possible is
-    searched first, since paths of legs that stick and slip fit almost as well in many places; 0:
+    """About how many simulations of each trial, for each of the parameters, search all that is
+    possible first, since paths of legs that stick and slip fit almost as well in many places; 0:
     begin at the simulation's values."""
     step: Positive = 0.02
     """Relative step of the finite-difference derivatives. Much smaller steps fail, because contact
@@ -64,7 +66,12 @@ class ParameterFitSettings(Checked):
         if unknown:
             raise ValueError(f"names is {self.names}, expected some of {', '.join(BOUNDS)}")
 
-    def of(self, start: Parameters) -> ParameterFitSettings:
+    @classmethod
+    def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
+        """Settings of an earlier version, which tried values of one parameter after the other."""
+        return {name: value for name, value in content.items() if name != "scan_count"}
+
+    def resolved(self, start: Parameters) -> ParameterFitSettings:
         """The same with the parameters by name.
 
         Args:
@@ -101,7 +108,7 @@ class ParameterFit:
     simulation_count: int
     """Robots simulated."""
     converged: bool
-    """Whether the search ended by itself."""
+    """Whether least squares ended by themselves."""
 
 
 def fit_parameters(
@@ -128,13 +135,18 @@ def fit_parameters(
     """
     from scipy.optimize import least_squares
 
-    settings = (settings or ParameterFitSettings()).of(start)
+    settings = (settings or ParameterFitSettings()).resolved(start)
     problem = _Problem(trials, simulate, dict(start), time_step_s, settings, progress)
     first = problem.residual(problem.logarithms(start))
     low, high = np.log(np.array([BOUNDS[name] for name in settings.names])).T
+    begin = problem.logarithms(start)
+    if problem.search_count:
+        found_at, cost = _searched(problem, low, high)
+        if cost < first @ first:
+            begin = found_at
     found = least_squares(
         problem.residual,
-        np.clip(_searched(problem, start, low, high), low + 1e-6, high - 1e-6),
+        np.clip(begin, low + 1e-6, high - 1e-6),
         bounds=(low, high),
         diff_step=settings.step,
         x_scale=0.1,
@@ -232,8 +244,8 @@ class _Problem:
             self.simulation_count += 1
         if self._progress is not None:
             # How many least squares take is not known before; most end within the limit.
-            limit = self.search_count + 2 * self._settings.evaluation_limit
-            expected = limit * len(self._cases)
+            searched = 3 * self.search_count // 2  # it ends with a whole division
+            expected = (searched + 2 * self._settings.evaluation_limit) * len(self._cases)
             self._progress(min(self.simulation_count, expected - 1), expected, "fitting")
         return np.concatenate(parts)
 
@@ -257,20 +269,15 @@ class _Problem:
         return effective
 
 
-def _searched(
-    problem: _Problem, start: Parameters, low: np.ndarray, high: np.ndarray
-) -> np.ndarray:
-    """Where least squares begin: the best logarithms of a search that divides the space between the
-    bounds (DIRECT; Jones, Perttunen and Stuckman 1993, J. Optim. Theory Appl. 79:157), or the
-    start."""
+def _searched(problem: _Problem, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, float]:
+    """The best logarithms that a search finds which divides the space between the bounds, and their
+    squares (DIRECT; Jones, Perttunen and Stuckman 1993, J. Optim. Theory Appl. 79:157)."""
     from scipy.optimize import direct
 
-    def cost(logarithms: np.ndarray) -> float:
+    def squares(logarithms: np.ndarray) -> float:
         residual = problem.residual(logarithms)
         return float(residual @ residual)
 
-    begin, count = problem.logarithms(start), problem.search_count
-    if not count:
-        return begin
-    found = direct(cost, list(zip(low, high, strict=True)), maxfun=count, locally_biased=False)
-    return found.x if found.fun < cost(begin) else begin
+    bounds = list(zip(low, high, strict=True))
+    found = direct(squares, bounds, maxfun=problem.search_count, locally_biased=False)
+    return found.x, float(found.fun)

@@ -12,7 +12,7 @@ from typing import Any
 
 from pneumorph.base.artefact import reading, write_json
 from pneumorph.base.result import result_to_dict
-from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.base.settings import differences, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.older_names import current_setting
 from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.gait.gait_file import write_gait
@@ -186,10 +186,10 @@ def _refuse_changes(
     # Read as settings: one that is newer than the checkpoint had its default.
     with reading(checkpoint.path, KIND):
         theirs = settings_from_dict(CooptSettings, checkpoint.metadata["settings"])
-    changed = _differences(settings_to_dict(theirs), settings_to_dict(settings), "")
-    changed += _differences(
-        checkpoint.metadata["provenance"], _as_json(provenance), "", current_setting
-    )
+    apart = differences(settings_to_dict(theirs), settings_to_dict(settings))
+    for name, before, now in differences(checkpoint.metadata["provenance"], _as_json(provenance)):
+        apart.append((current_setting(name), before, now))
+    changed = [f"{name} {before!r}, now {now!r}" for name, before, now in apart]
     if changed:
         raise ValueError(
             f"{folder} was trained with other settings ({'; '.join(changed)}), expected the same; "
@@ -225,21 +225,6 @@ def _as_json(values: Mapping[str, Any]) -> dict[str, Any]:
     # As they come back from a checkpoint: tuples are lists there.
     copy: dict[str, Any] = json.loads(json.dumps(values))
     return copy
-
-
-def _differences(
-    theirs: Any, ours: Any, name: str, called: Callable[[str], str] = str
-) -> list[str]:
-    """What two nested settings differ in, one line each, under what their names are called."""
-    if isinstance(theirs, Mapping) and isinstance(ours, Mapping):
-        return [
-            line
-            for key in sorted({*theirs, *ours})
-            for line in _differences(
-                theirs.get(key), ours.get(key), f"{name}.{key}".lstrip("."), called
-            )
-        ]
-    return [] if theirs == ours else [f"{called(name)} {theirs!r}, now {ours!r}"]
 
 
 def _train(

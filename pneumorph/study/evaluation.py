@@ -176,6 +176,9 @@ def evaluate(
         for pair, each in zip(pairs, walked, strict=True)
     ]
     best = furthest(evaluated)
+    notes = _notes(evaluated, run, task.goal) if settings.model == "reduced" else []
+    if settings.randomize:
+        notes += idle_notes(spec, settings.randomisation)
     return Evaluation(
         run=str(run.folder),
         model=settings.model,
@@ -185,7 +188,7 @@ def evaluate(
         goal=task.goal,
         best_achieved=best.achieved,
         **spec.describe(reduced=settings.model == "reduced"),
-        notes=tuple(_notes(evaluated, run, task.goal)) if settings.model == "reduced" else (),
+        notes=tuple(notes),
         pairs=tuple(evaluated),
         robustness=worlds,
         wall_s=time.monotonic() - start,
@@ -206,8 +209,6 @@ def _in_worlds(
     folder: RunFolder,
 ) -> Robustness:
     drawn = spec.agreeing_worlds(settings.randomisation)
-    for note in idle_notes(spec, drawn):
-        folder.progress.say(note)
     worlds = draw_worlds(drawn, settings.world_count, settings.world_seed)
     folder.progress.stage(f"walking in {len(worlds)} worlds")
     achieved, ratios = walks_in_worlds(

@@ -16,6 +16,7 @@ from pneumorph.base.artefact import write_atomically
 from pneumorph.base.checked import Checked, Count, Positive
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.calibration_check import check_calibration
+from pneumorph.catalogue.idle_numbers import idle_numbers
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.hardware.air_fit import fit_air, simulated_kPa
@@ -35,6 +36,7 @@ from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.robot.design import Design
+from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.bench_readings import measured_numbers, read_bench_readings
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.path_simulator import path_simulator
@@ -62,7 +64,7 @@ class CalibrationSettings(Checked):
     """CSV table of real and simulated pressures that give the same bend, with columns
     real_pressure_kPa,simulated_pressure_kPa; instead of --bends."""
     trials: Path | None = None
-    """Deployment folder; modulus, damping and friction are fitted to the tracked paths of its
+    """Deployment folder; modulus, friction and damping are fitted to the tracked paths of its
     trials."""
     air: Path | None = None
     """Deployment folder; the filling and venting conductance of each regulator is fitted to its
@@ -364,7 +366,9 @@ def _with_parameters(
         "stiffness_damping_s": physics.stiffness_damping_s,
         "friction": physics.friction,
     }
-    asked = settings.fit.of(start)
+    idle = idle_numbers(plain, Randomisation())
+    there = {name: value for name, value in start.items() if name not in idle}
+    asked = settings.fit if settings.fit.names else settings.fit.resolved(there)
     folder.progress.stage(f"fitting {', '.join(asked.names)} to {len(trials)} trials")
     simulate = path_simulator(plain, design, calibration)
     found: ParameterFit = fit_parameters(

@@ -14,6 +14,7 @@ from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
@@ -119,8 +120,10 @@ def search(
     check_equal_designs(space, task.goal)
     robot.physics.air.check_supply(task.maximum_pressure_kPa)
     objective, worlds = settings.objective, None
+    idle: tuple[str, ...] = ()
     if objective.is_robust:
         drawn = measured_worlds() if randomisation is None else randomisation
+        idle = idle_notes(robot, drawn)
         worlds = TrainingWorlds(robot.agreeing_worlds(drawn), objective.worlds_per_design)
     environment = CrawlingEnvironment(
         space.some(settings.environment_count),
@@ -168,7 +171,10 @@ def search(
         pairs=pairs,
         timesteps=int(found.timesteps[-1]),
         simulated_s=float(found.timesteps[-1]) * action_s,
-        notes=_notes(resumed, int(found.timesteps[-1]), _timesteps(settings, len(designs))),
+        notes=(
+            *idle,
+            *_notes(resumed, int(found.timesteps[-1]), _timesteps(settings, len(designs))),
+        ),
         seed=settings.seed,
         goal=task.goal,
         best_achieved=None if best is None else best.achieved,

@@ -11,7 +11,7 @@ from pneumorph.base.progress import Progress
 from pneumorph.base.provenance import source
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import SETTINGS, SUMMARY, RunFolder, read_settings, read_summary
-from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.base.settings import differences, settings_from_dict, settings_to_dict
 from pneumorph.study.finished_run import FinishedRun
 
 Result = TypeVar("Result")
@@ -86,24 +86,21 @@ def _refuse_others(folder: Path, asked: Any, free: Collection[str]) -> None:
         kept = there.get(name)
         if is_dataclass(value) and isinstance(kept, Mapping):
             kept = settings_from_dict(type(value), kept)
-        if name not in free and (apart := _first_apart(name, _plain(kept), _plain(value))):
+        if name not in free and _plain(kept) != _plain(value):
             raise ValueError(
-                f"{folder} holds a run of other settings ({apart}), expected the same; choose "
-                "another folder"
+                f"{folder} holds a run of other settings ({_apart(name, kept, value)}), expected "
+                "the same; choose another folder"
             )
 
 
-def _first_apart(name: str, kept: Any, asked: Any) -> str | None:
-    """The first setting that differs, there and here; None where all are alike."""
-    if kept == asked:
-        return None
-    if isinstance(kept, Mapping) and isinstance(asked, Mapping):
-        inner = (
-            _first_apart(f"{name}.{each}", kept.get(each), asked.get(each))
-            for each in dict.fromkeys([*asked, *kept])
-        )
-        return next(filter(None, inner), None)
-    return f"{name} is {kept!r:.80} there and {asked!r:.80} here"
+def _apart(name: str, kept: Any, asked: Any) -> str:
+    """The first setting that differs, with both values where they are short."""
+    found = differences(_plain(kept), _plain(asked), name)
+    if not found:
+        return f"{name} differs"
+    name, theirs, ours = found[0]
+    said = f"{name} is {theirs!r} there and {ours!r} here"
+    return said if len(said) <= 160 else f"{name} differs"
 
 
 def _by_name(asked: Any) -> dict[str, Any]:

@@ -67,10 +67,10 @@ class TrainingOptions(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if 0 < self.certified_world_count < (least := LEAST_WORLD_COUNT):
+        if 0 < self.certified_world_count < LEAST_WORLD_COUNT:
             raise ValueError(
-                f"certified_world_count is {self.certified_world_count}, expected at least {least} "
-                "for a band, or 0 for no certificate"
+                f"certified_world_count is {self.certified_world_count}, expected at least "
+                f"{LEAST_WORLD_COUNT} for a band, or 0 for no certificate"
             )
 
     @classmethod
@@ -255,7 +255,9 @@ def train_as_asked(
         described.damping_note(options.robot.physics),
         described.design_note(options.baseline.design),
     )  # fmt: skip
-    notes = (*(note for note in told if note is not None), *idle_notes(robot, drawn))
+    notes = tuple(note for note in told if note is not None)
+    if options.randomize or certificate is not None:
+        notes = (*notes, *idle_notes(robot, drawn))
     for note in notes:
         folder.progress.say(note)
     found = run_training(

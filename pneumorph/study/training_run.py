@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -184,7 +184,7 @@ def run_training(
         **({} if name is None else {"environment": name}),
     }
     make_environments = _environments(settings, spec, worlds, own_task)
-    if own_task is not None:  # what is wrong with it is told before the baseline walks
+    if own_task is not None:  # what does not fit is told before the baseline walks
         state_size(make_environments(settings.space.some(settings.environment_count)), settings)
     # Before the baseline of other settings is written over that of the run.
     refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
@@ -284,7 +284,19 @@ def _environments(
             "environment and returns one, such as a subclass of TaskWrapper"
         )
     usual = crawling(spec.assembly, simulator_factory(spec, worlds, settings.seed), settings)
-    return usual if own_task is None else lambda designs: own_task(usual(designs))
+    if own_task is None:
+        return usual
+
+    def make(designs: Sequence[Design]) -> TrainingEnvironment:
+        made = own_task(usual(designs))
+        if not hasattr(made, "single_observation_space"):
+            raise ValueError(
+                f"own_task {task_name(own_task)} returns {made!r:.80}, expected a "
+                "TrainingEnvironment, such as a TaskWrapper"
+            )
+        return made
+
+    return make
 
 
 def _of_learned(learned: CooptResult) -> dict[str, Any]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
 import pytest
 
 from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.progress import Progress
 from pneumorph.base.run_folder import RunFolder, default_folder, read_summary
 
 
@@ -37,18 +39,27 @@ def test_a_verb_does_not_write_over_anothers_run(tmp_path: Path) -> None:
         RunFolder(tmp_path, "baseline").refuse_other_verb()
 
 
-def test_the_page_of_other_settings_goes(tmp_path: Path) -> None:
-    """One of the same settings stays, and so does one that the run itself has drawn."""
-    folder = RunFolder(tmp_path, "certify")
+def test_a_page_of_an_earlier_run_is_told(tmp_path: Path) -> None:
+    """And one that the run itself has drawn is not."""
+    told = io.StringIO()
+    folder = RunFolder(tmp_path, "certify", Progress(told))
     page = folder / "report/page.html"
     page.write_text("six worlds")
-    folder.save_settings({"world_count": 6, "worlds": (1, 2)})
-    later = page.stat().st_mtime + 1.0
-    folder.remove_earlier_page({"world_count": 6, "worlds": (1, 2)}, later)
-    folder.remove_earlier_page({"world_count": 8, "worlds": (1, 2)}, later - 2.0)
-    assert page.exists()
-    folder.remove_earlier_page({"world_count": 8, "worlds": (1, 2)}, later)
-    assert not page.exists()
+    drawn_s = page.stat().st_mtime
+    folder.tell_of_earlier_page(drawn_s - 1.0)
+    assert told.getvalue() == ""
+    folder.tell_of_earlier_page(drawn_s + 1.0)
+    assert f"{page} is older than this run; `pneumorph report {tmp_path}`" in told.getvalue()
+
+
+@pytest.mark.parametrize("inside", ["", "run"])
+def test_a_file_is_no_folder(tmp_path: Path, inside: str) -> None:
+    file = tmp_path / "mesh.npz"
+    file.write_bytes(b"")
+    folder = RunFolder(file / inside, "coopt")
+    for use in (folder.refuse_file, folder.alone().__enter__):
+        with pytest.raises(ValueError, match=r"mesh\.npz is a file, expected the folder of a run"):
+            use()
 
 
 def test_a_folder_is_written_by_one_process_at_a_time(tmp_path: Path) -> None:

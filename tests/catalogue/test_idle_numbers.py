@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -51,9 +52,22 @@ def test_valves_and_surfaces_that_a_robot_has_not_are_idle() -> None:
     assert published.physics.air.law == "rate_limit"
     drawn = Randomisation(friction_by_surface=(("heel", "U(0.4, 0.7)"),))
     assert idle_numbers(published, drawn) == {"filling_factor", "venting_factor", "friction heel"}
+    told = idle_notes(published, replace(drawn, filling_factor="U(0.5, 2)"))
+    assert [note.split(" changes ")[0] for note in told] == [
+        "randomisation.filling_factor",
+        "randomisation.friction heel",
+    ]
 
 
-@pytest.mark.parametrize("drawn", [measured_worlds(), Randomisation()])
+def test_friction_counts_where_legs_may_be_of_another_reduction() -> None:
+    """Whose contact points may lie on surfaces without a name."""
+    assert idle_numbers(ROBOT, measured_worlds((Path("other.npz"),))) == frozenset()
+
+
+@pytest.mark.parametrize(
+    "drawn",
+    [measured_worlds(), Randomisation(), replace(measured_worlds(), friction="U(0.250, 1.2)")],
+)
 def test_nothing_is_said_of_friction_that_nobody_asked_for(drawn: Randomisation) -> None:
     assert idle_notes(ROBOT, drawn) == ()
 
@@ -61,6 +75,7 @@ def test_nothing_is_said_of_friction_that_nobody_asked_for(drawn: Randomisation)
 def test_friction_that_was_asked_for_and_changes_nothing_is_told() -> None:
     asked = replace(measured_worlds(), friction="U(0.4, 0.7)")
     (note,) = idle_notes(ROBOT, asked)
-    assert "randomisation.friction U(0.4, 0.7) changes nothing" in note
-    assert "hub, sheet, skin" in note
+    assert note.startswith(
+        "randomisation.friction changes nothing: every surface (hub, sheet, skin)"
+    )
     assert idle_notes(ROBOT, replace(asked, friction_by_surface=())) == ()

@@ -121,6 +121,7 @@ def test_verbs_say_that_they_do_not_rank_by_it(trained: Path, tmp_path: Path) ->
     ("wrong", "message"),
     [
         (3, "own_task is 3, expected a function or a class"),
+        (lambda environment: None, "returns None, expected a TrainingEnvironment"),
         (Tall, "observations of shape .1,., expected a state and then"),
     ],
 )
