@@ -169,10 +169,21 @@ def _images(
             and np.abs(other.rotation - pose.rotation).max() < _SAME
         ]
         if len(here) != 1 or modules[here[0]] != modules[site]:
-            found = "no site" if len(here) != 1 else f"site {here[0]}, which has other modules"
+            found = _nearest(pose, poses) if len(here) != 1 else f"site {here[0]}, of other modules"
             raise ValueError(
                 f"{what} of site {site} lies on {found}, expected one that is like it; {remedy}, "
                 "or move the sites"
             )
         images.append(here[0])
     return images
+
+
+def _nearest(pose: Pose, poses: Sequence[Pose]) -> str:
+    """How far what lies on no site is from the nearest one."""
+    apart_mm = [float(np.linalg.norm(each.translation - pose.translation)) for each in poses]
+    nearest = int(np.argmin(apart_mm))
+    place = ", ".join(f"{x:.4g}" for x in pose.translation)
+    how = "which is turned otherwise"
+    if apart_mm[nearest] >= _SAME_MM:
+        how = f"{apart_mm[nearest]:.3g} mm away"
+    return f"no site (it is at {place} mm, the nearest site is {nearest}, {how})"

@@ -173,7 +173,11 @@ def test_a_leg_of_another_length_is_mounted_by_its_face() -> None:
         ("minimum_legs = 4", 'same = ["90"]', "turn of site 0 lies on no site"),
         ("minimum_legs = 4", 'same = ["half"]', "designs.same has 'half'"),
         ("minimum_legs = 4", 'options = ["0 *"]', "designs.options has 1 entries"),
-        ("position_mm = [0, -46, 36]", "position_mm = [5, -46, 36]", "lies on no site"),
+        (
+            "position_mm = [0, -46, 36]",
+            "position_mm = [5, -46, 36]",
+            r"site 1 lies on no site \(it is at 0, -46, 36 mm, the nearest site is 4, 5 mm away\)",
+        ),
         ('usual = "b1.0.2.2.0.b1"', 'usual = "b1.b3.2.2.0.b1"', "at location 1, expected"),
         (
             "pitch_deg",
