@@ -67,13 +67,8 @@ class RunFolder:
         """Keep a verb from writing over another's run.
 
         Raises:
-            ValueError: The folder holds the summary of another verb, or it would lie in a file.
+            ValueError: The folder holds the summary of another verb.
         """
-        for place in (self.path, *self.path.parents):
-            if place.is_file():
-                raise ValueError(
-                    f"{place} is a file, expected a folder: that of a run, or a new one"
-                )
         if not (self.path / SUMMARY).exists():
             return
         other = read_summary(self.path).get("verb")

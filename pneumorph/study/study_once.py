@@ -86,16 +86,17 @@ def _refuse_others(folder: Path, asked: Any, free: Collection[str]) -> None:
         kept = there.get(name)
         if is_dataclass(value) and isinstance(kept, Mapping):
             kept = settings_from_dict(type(value), kept)
-        if name not in free and _plain(kept) != _plain(value):
+        theirs, ours = _plain(kept), _plain(value)
+        if name not in free and theirs != ours:
             raise ValueError(
-                f"{folder} holds a run of other settings ({_apart(name, kept, value)}), expected "
+                f"{folder} holds a run of other settings ({_apart(name, theirs, ours)}), expected "
                 "the same; choose another folder"
             )
 
 
 def _apart(name: str, kept: Any, asked: Any) -> str:
     """The first setting that differs, with both values where they are short."""
-    found = differences(_plain(kept), _plain(asked), name)
+    found = differences(kept, asked, name)
     if not found:
         return f"{name} differs"
     name, theirs, ours = found[0]
