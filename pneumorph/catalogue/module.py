@@ -15,6 +15,7 @@ from pneumorph.geometry.attachment import face_of_mesh
 from pneumorph.geometry.pneunet import PneuNetShape
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.reduction.fewer_modes import with_fewer_modes
 from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.scaled_part import scaled_part
@@ -42,6 +43,7 @@ class Module:
         find_face: Finds the frame of its attachment face in its own frame
             (`pneumorph.geometry.attachment`); None where it is not known.
         shape: Its sizes, of a PneuNet leg that is made from such; None of any other part.
+        mode_limit: Most modes of the reduced part, see `with_fewer_modes`; None for all it has.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Module:
     pressure_map: PressureMap | None = None
     find_face: Callable[[], Pose | None] = _unknown_face
     shape: PneuNetShape | None = None
+    mode_limit: int | None = None
 
     def __repr__(self) -> str:
         return f"Module({self.name})"
@@ -104,6 +107,8 @@ class Module:
     def reduced(self) -> ReducedPart:
         """The reduced part."""
         part = self.make_reduced()
+        if self.mode_limit is not None:
+            part = with_fewer_modes(part, self.mode_limit)
         factors = (self.modulus_factor, self.mass_factor, self.damping_factor)
         return part if factors == (1.0, 1.0, 1.0) else scaled_part(part, *factors)
 
@@ -136,6 +141,10 @@ class Module:
             mass_factor=self.mass_factor * mass_factor,
             damping_factor=self.damping_factor * damping_factor,
         )
+
+    def with_fewer_modes(self, count: int) -> Module:
+        """The same module, its reduced part with fewer modes."""
+        return replace(self, mode_limit=count)
 
     def check_reduction(self) -> None:
         """Refuse a reduced part that does not stand for the finite elements.

@@ -184,12 +184,30 @@ class RobotSpec(ShownInNotebooks):
         is scaled with theirs."""
         if modulus_factor == mass_factor == damping_factor == 1.0:
             return self
-        modules = {
-            module: module.scaled(modulus_factor, mass_factor, damping_factor)
-            for module in self.modules
-        }
+        scaled = self._with_modules(
+            lambda module: module.scaled(modulus_factor, mass_factor, damping_factor)
+        )
+        return replace(scaled, hub=self.hub.scaled(mass_factor))
+
+    def with_fewer_modes(self, count: int) -> RobotSpec:
+        """The same robot whose reduced modules have fewer modes, see
+        `pneumorph.reduction.fewer_modes`; itself where none would change.
+
+        Args:
+            count: Most modes of a module; 0 for all that it has.
+        """
+        if count == 0:
+            return self
+        fewer = self._with_modules(lambda module: module.with_fewer_modes(count))
+        pairs = zip(self.modules, fewer.modules, strict=True)
+        same = all(ours.reduced.mode_count == theirs.reduced.mode_count for ours, theirs in pairs)
+        return self if same else fewer
+
+    def _with_modules(self, change: Callable[[Module], Module]) -> RobotSpec:
+        """The robot with each module changed, once however many sites have it."""
+        modules = {module: change(module) for module in self.modules}
         sites = tuple(site.with_modules(modules.__getitem__) for site in self.sites)
-        return replace(self, hub=self.hub.scaled(mass_factor), sites=sites)
+        return replace(self, sites=sites)
 
     def calibrated(self, calibration: Calibration) -> RobotSpec:
         """The robot as measured: its physics and the stiffness of its modules.

@@ -44,6 +44,7 @@ def learn_in_folder(
     settings: CooptSettings,
     folder: Path | str,
     *,
+    make_judged: EnvironmentFactory | None = None,
     time_step_s: float = 0.01,
     provenance: Mapping[str, Any] | None = None,
     resume: bool = False,
@@ -66,6 +67,7 @@ def learn_in_folder(
         make_environment: Makes the environment that the designs live in: `crawling`, or one's own.
         settings: All options; a resumed run must have those it began with.
         folder: The run folder.
+        make_judged: Makes the environment that evaluations walk in; None for the same.
         time_step_s: The simulator's time step [s].
         provenance: What else a resumed run must have in common with its beginning, such as the
             physics and the leg; JSON values.
@@ -87,7 +89,7 @@ def learn_in_folder(
             f"{folder} holds a training run already, expected an empty folder; resume it, or "
             "choose another folder"
         )
-    training = Training(make_environment, settings)
+    training = Training(make_environment, settings, make_judged)
     earlier_s, remarks = _begin(training, folder, provenance or {})
     if say is not None:
         for remark in remarks:

@@ -138,7 +138,7 @@ def _walked(
             return action
 
         pairs += walk_batch(
-            training.environment,
+            training.judged,
             training.space,
             batch,
             act,

@@ -95,6 +95,11 @@ class CooptSettings(Checked):
     """Once the entropy falls, score a design at no less than the critic expects of it (not in the
     paper). The published score is the newest return, which says nothing about designs that never
     walked, and little about those that walked when the policy was worse."""
+    learning_modes: CountOrNone = 0
+    """Most modes of each leg while robots learn; 0 for all that it has (the paper). Fewer make a
+    robot's step cheaper and its walks a little different, so no gait counts for what it did then:
+    evaluations, finalists and everything after the training walk with all modes. Legs that do not
+    know the range of their snapshots keep all of theirs."""
     checkpoint_interval_timesteps: Count = 50_000
     """Maximum timesteps between checkpoints, which is what a killed run may lose; at least one
     round."""

@@ -33,22 +33,34 @@ class Training:
     give is all there is: no simulator state needs saving for a run to go on to the same bits.
     """
 
-    def __init__(self, make_environment: EnvironmentFactory, settings: CooptSettings) -> None:
+    def __init__(
+        self,
+        make_environment: EnvironmentFactory,
+        settings: CooptSettings,
+        make_judged: EnvironmentFactory | None = None,
+    ) -> None:
         """Initialise policy, values and a uniform design distribution (algorithm 1, line 1).
 
         Args:
             make_environment: Makes the environment that the designs live in, such as `crawling`.
             settings: Everything else.
+            make_judged: Makes the environment that evaluations walk in, of the same shapes; None
+                for the one that robots learn in.
 
         Raises:
-            ValueError: The environment has other robots, actions or designs than the settings, or
+            ValueError: An environment has other robots, actions or designs than the settings, or
                 mirror images of its states are not known.
         """
         self.settings = settings
         self.space = settings.space
-        count = settings.environment_count
-        self.environment = make_environment(self.space.some(count))
+        some = self.space.some(settings.environment_count)
+        self.environment = make_environment(some)
         self._state_size = state_size(self.environment, settings)
+        self.judged = self.environment
+        """Where designs are walked to be ranked."""
+        if make_judged is not None:
+            self.judged = make_judged(some)
+            state_size(self.judged, settings)
         self.learner = Sac(
             self._state_size + self.space.feature_count,
             settings.task.regulator_count,
@@ -252,8 +264,8 @@ class Training:
         failed: np.ndarray,
         commands: np.ndarray,
     ) -> None:
-        if self.settings.objective.is_robust:
-            return  # each went in one world: nothing to rank by
+        if self.settings.objective.is_robust or self.judged is not self.environment:
+            return  # each went in one world, or as it only learns: nothing to rank by
         self.best.offer(
             DesignGaitPair(
                 int(designs[robot]),
@@ -355,7 +367,7 @@ class Training:
             np.random.default_rng([self.settings.seed, self.timestep]),
         )
         pairs = self.clock.timed("evaluate", evaluate_policy)(
-            self.environment,
+            self.judged,
             self.space,
             self.learned.state.policy,
             self.learner,

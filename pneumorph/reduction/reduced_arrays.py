@@ -248,7 +248,7 @@ class ReducedArrays:
         """
         lengths = {"mode": self.modes.shape[-1]}
         expected = {}
-        for name, axes in _AXES.items():
+        for name, axes in AXES.items():
             got = np.shape(getattr(self, name))
             if len(got) == len(axes):
                 for axis, length in zip(axes, got, strict=True):
@@ -275,7 +275,7 @@ class ReducedArrays:
         return content.hexdigest()
 
 
-_AXES = {
+AXES = {
     name: tuple(choice.dim_str.split())
     for name, hint in get_type_hints(ReducedArrays).items()
     for choice in get_args(hint)[:1] or (hint,)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.fewer_modes import MODE_LIMIT, with_fewer_modes
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.mounting_angle import tilted
 from pneumorph.robot.resized_part import resized_part
@@ -300,12 +301,14 @@ def reduction_digests(randomisation: Randomisation) -> dict[str, str]:
 
 def _alike(file: str, own: ReducedPart) -> ReducedPart:
     """The reduction of a file as the robot's own leg is."""
-    return _changed(file, *factors_between(_part_of(file), own))
+    limit = own.metadata.get(MODE_LIMIT)
+    return _changed(file, limit, *factors_between(_part_of(file), own))
 
 
 @cache
-def _changed(file: str, size: float, *factors: float) -> ReducedPart:
+def _changed(file: str, mode_limit: int | None, size: float, *factors: float) -> ReducedPart:
     part = _part_of(file)
+    part = part if mode_limit is None else with_fewer_modes(part, mode_limit)
     part = part if size == 1.0 else resized_part(part, size)
     return part if factors == (1.0, 1.0, 1.0) else scaled_part(part, *factors)
 

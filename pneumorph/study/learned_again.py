@@ -11,6 +11,7 @@ import numpy as np
 
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.cooptimise import GAIT_FOLDER
@@ -24,7 +25,7 @@ from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.search_findings import FoundPair
 from pneumorph.study.study_once import study_once
-from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
+from pneumorph.study.training_worlds import TrainingWorlds, learning_and_judged, simulator_factory
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +90,12 @@ def learned_again(
     step_s = spec.physics.time_step_s
 
     def make() -> LearnedAgain:
-        factory = simulator_factory(spec, worlds, settings.seed)
-        training = Training(crawling(spec.assembly, factory, settings), settings)
+        def environments(robots: RobotSpec) -> EnvironmentFactory:
+            factory = simulator_factory(robots, worlds, settings.seed)
+            return crawling(robots.assembly, factory, settings)
+
+        learning, judged = learning_and_judged(environments, spec, settings)
+        training = Training(learning, settings, judged)
         space, task = settings.space, settings.task
         action_s = task.action_step_count * step_s
         found = finetune(
@@ -103,7 +108,7 @@ def learned_again(
         )
         before = best_of_each_design(
             [_of_before(pair, space, task.action_count, action_s) for pair in pairs],
-            training.environment,
+            training.judged,
             space,
             settings.objective,
             folder.progress,

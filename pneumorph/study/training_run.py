@@ -36,7 +36,7 @@ from pneumorph.study.learned_again import Trained
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduction import ReduceSettings
 from pneumorph.study.reduction_options import from_walks
-from pneumorph.study.training_worlds import TrainingWorlds, simulator_factory
+from pneumorph.study.training_worlds import TrainingWorlds, learning_and_judged, simulator_factory
 from pneumorph.trajectory import Trajectory
 
 OwnTask = Callable[[TrainingEnvironment], TrainingEnvironment]
@@ -183,7 +183,9 @@ def run_training(
         **drawn,
         **({} if name is None else {"environment": name}),
     }
-    make_environments = _environments(settings, spec, worlds, own_task)
+    make_environments, make_judged = learning_and_judged(
+        lambda robots: _environments(settings, robots, worlds, own_task), spec, settings
+    )
     if own_task is not None:  # what does not fit is told before the baseline walks
         state_size(make_environments(settings.space.some(settings.environment_count)), settings)
     # Before the baseline of other settings is written over that of the run.
@@ -195,6 +197,7 @@ def run_training(
         make_environments,
         settings,
         folder.path / TRAINING_FOLDER,
+        make_judged=make_judged,
         time_step_s=spec.physics.time_step_s,
         provenance=provenance,
         resume=resume,

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_simulator import CrawlingSimulator, SimulatorFactory
+from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.learn.objective import Objective
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.simulation.randomised_simulator import RandomisedSimulator, reduction_digests
 
@@ -76,3 +78,18 @@ def simulator_factory(
         )
 
     return make
+
+
+def learning_and_judged(
+    make: Callable[[RobotSpec], EnvironmentFactory], spec: RobotSpec, settings: CooptSettings
+) -> tuple[EnvironmentFactory, EnvironmentFactory | None]:
+    """What makes the environment that robots learn in, and that in which they are ranked; None for
+    the latter where they are the same.
+
+    Args:
+        make: Makes what makes the environments of robots.
+        spec: The robots.
+        settings: Of the training.
+    """
+    learning = spec.with_fewer_modes(settings.learning_modes)
+    return make(learning), None if learning is spec else make(spec)

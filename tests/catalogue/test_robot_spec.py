@@ -356,3 +356,18 @@ def test_the_papers_robot_has_the_map_of_its_leg() -> None:
     assert (
         RobotOptions.of("published", threads=2).spec().physics == paper_robot("published").physics
     )
+
+
+def test_a_robot_may_have_fewer_modes_for_all_its_modules() -> None:
+    whole = paper_robot()
+    fewer = whole.with_fewer_modes(24)
+    parts = [mount.part for mount in fewer.assembly("1.0.0.2.2.0.0.1").mounts]
+    assert [part.mode_count for part in parts] == [24] * 4
+    assert all(part is parts[0] for part in parts)
+    assert fewer.full_identity() == whole.full_identity()
+    assert fewer.reduction_digest() != whole.reduction_digest()
+    stiffer = fewer.scaled(1.1).module.reduced
+    assert (stiffer.mode_count, stiffer.metadata["scaled"]["modulus_factor"]) == (24, 1.1)
+    # Nothing changes where nothing is left out.
+    assert whole.with_fewer_modes(0) is whole
+    assert whole.with_fewer_modes(40) is whole

@@ -13,6 +13,7 @@ from helpers.synthetic_part import rubber_reduced_part
 from pneumorph.physics.air import Air
 from pneumorph.physics.friction import FrictionPressure
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.fewer_modes import with_fewer_modes
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.resized_part import resized_part
 from pneumorph.robot.robot import Mount, Robot
@@ -204,3 +205,14 @@ def test_another_reduction_is_changed_as_the_robots_own_leg_is(tmp_path) -> None
     assert reduction_digests(drawn) == {str(file): PART.digest()}
     assert list(drawn.numbers_of([AS_IS, world])["reduction"]) == [0.0, 1.0]
     assert "reduction" not in Randomisation().numbers_of([AS_IS])
+
+
+def test_another_reduction_has_as_few_modes_as_the_robots_own_leg(tmp_path) -> None:
+    robot, count = crawlers()[0], PART.mode_count - 1
+    known = replace(PART, snapshot_range=np.diag(1.0 + np.arange(PART.mode_count)))
+    world = replace(AS_IS, reduction=str(known.save(tmp_path / "own.npz")))
+    fewer = with_fewer_modes(known, count)
+    robot = replace(robot, mounts=tuple(replace(each, part=fewer) for each in robot.mounts))
+    same = robot_in_world(robot, world).mounts[0].part
+    assert same.mode_count == count
+    np.testing.assert_allclose(same.cavity_volume_3, fewer.cavity_volume_3, rtol=1e-12)

@@ -30,6 +30,7 @@ def test_measured_robots_are_trained_in_the_worlds_that_may_be() -> None:
     assert measured.coopt.objective == ROBUST_OBJECTIVE
     assert measured.coopt.task.reward.tilt > usual.coopt.task.reward.tilt == 0.0
     assert measured.coopt.total_timesteps == usual.coopt.total_timesteps
+    assert measured.coopt.learning_modes > usual.coopt.learning_modes == 0
     # The published physics is as it was, and what is asked for is had.
     assert layered(usual, [{"robot": {"based_on": "published"}}]) == usual
     asked = {"robot": {"based_on": "measured"}, "randomize": False}
@@ -50,8 +51,11 @@ def test_whole_settings_of_an_earlier_version_begin_once() -> None:
     assert fast.coopt.restarts > 1
     written = settings_to_dict(fast)
     del written["coopt"]["restarts"], written["coopt"]["objective"]["nominal_until_timestep"]
+    del written["coopt"]["learning_modes"]
     objective = replace(fast.coopt.objective, nominal_until_timestep=0)
-    assert layered(fast, [written]).coopt == replace(fast.coopt, restarts=1, objective=objective)
+    assert layered(fast, [written]).coopt == replace(
+        fast.coopt, restarts=1, objective=objective, learning_modes=0
+    )
     shorter = layered(fast, [{"coopt": {"total_timesteps": 500}}]).coopt
     assert shorter == replace(fast.coopt, total_timesteps=500)
 
