@@ -21,6 +21,7 @@ from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
+from pneumorph.reduction.fewer_modes import along
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.report.style import REGULATOR_COLOURS, figure_style, new_figure, save_figure
 from pneumorph.robot.design import Design
@@ -36,20 +37,9 @@ LABELS = {
     "robots": "robots in the batch, all threads",
     "threads": "threads",
 }
-MODE_AXES = {
-    "modes": 1, "tetrahedron_mode_gradient": 1, "membrane_mode_gradient": 1, "linear_stiffness": 2,
-    "cavity_volume_1": 1, "cavity_volume_2": 2, "cavity_volume_3": 3, "first_moment_modes": 1,
-    "second_moment_modes": 1, "second_moment_mode_pairs": 2, "contact_modes": 1,
-    "dilatation_1": 1, "dilatation_2": 2, "dilatation_3": 3, "snapshot_range": 2,
-    "stretch_1": 1, "stretch_2": 2,
-}  # fmt: skip
-"""How many of an array's last axes are modes."""
-
-
 def with_first_modes(part: ReducedPart, count: int) -> ReducedPart:
     """A part with its first modes alone: it costs what such a part does, but walks too stiffly."""
-    cut = {name: getattr(part, name)[(..., *[slice(count)] * n)] for name, n in MODE_AXES.items()}
-    return replace(part, **cut)
+    return along(part, np.eye(part.mode_count, count))
 
 
 def measured(spec: RobotSpec, designs: Sequence[Design], robots: int) -> dict[str, Any]:

@@ -42,23 +42,30 @@ def with_fewer_modes(part: ReducedPart, count: int) -> ReducedPart:
         return part
     inverse_lengths = np.linalg.norm(part.snapshot_range, axis=1)
     furthest = np.sort(np.argsort(inverse_lengths, kind="stable")[:count])
-    kept = (part.snapshot_range[furthest] / inverse_lengths[furthest, None]).T
+    fewer = along(part, (part.snapshot_range[furthest] / inverse_lengths[furthest, None]).T)
+    return replace(fewer, metadata={**part.metadata, MODE_LIMIT: count})
+
+
+def along(part: ReducedPart, directions: np.ndarray) -> ReducedPart:
+    """A part that moves along some directions of its modes alone.
+
+    Args:
+        part: The reduced part.
+        directions: T, orthonormal columns, (mode, direction).
+    """
     arrays: dict[str, Any] = {
-        name: _along(getattr(part, name), axes, kept)
+        name: _contracted(getattr(part, name), axes, directions)
         for name, axes in AXES.items()
         if "mode" in axes and name != "snapshot_range"
     }
-    return replace(
-        part,
-        **arrays,
-        snapshot_range=np.diag(inverse_lengths[furthest]),
-        metadata={**part.metadata, MODE_LIMIT: count},
-    )
+    if part.knows_range:  # |W T beta| by a square matrix
+        arrays["snapshot_range"] = np.linalg.qr(part.snapshot_range @ directions, mode="r")
+    return replace(part, **arrays)
 
 
-def _along(array: np.ndarray, axes: tuple[str, ...], kept: np.ndarray) -> np.ndarray:
-    """An array whose axes of modes are contracted with the directions kept, (mode, direction)."""
+def _contracted(array: np.ndarray, axes: tuple[str, ...], directions: np.ndarray) -> np.ndarray:
+    """An array whose axes of modes are contracted with the directions."""
     for place, axis in enumerate(axes):
         if axis == "mode":
-            array = np.moveaxis(np.tensordot(array, kept, axes=(place, 0)), -1, place)
+            array = np.moveaxis(np.tensordot(array, directions, axes=(place, 0)), -1, place)
     return np.ascontiguousarray(array)

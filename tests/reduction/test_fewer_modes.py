@@ -35,7 +35,7 @@ def kept(whole: ReducedPart, fewer: ReducedPart) -> np.ndarray:
 def states(fewer: ReducedPart) -> np.ndarray:
     """Some well inside the range of the snapshots, where no element is crushed, (state, mode)."""
     drawn = np.random.default_rng(0).normal(size=(4, COUNT))
-    drawn *= 1.0 / np.diag(fewer.snapshot_range)
+    drawn /= np.diag(fewer.snapshot_range)
     return 0.05 * drawn / fewer.range_ratio(drawn)[:, None]
 
 
