@@ -1,6 +1,6 @@
 // A mounted part in a robot's step: its system (8), eliminated onto the hub (23) of docs/physics.md. In the stepper a part
-// of the elements of elements.hpp; in rubber.cpp, which has the same code in a namespace of its own, one of rubber.hpp,
-// whose stiff system was found.
+// of the elements of elements.hpp; in rubber.cpp, which has the same code in a namespace of its own, one of rubber.hpp
+// that was begun.
 #pragma once
 #include "workspace.hpp"
 #if !defined(PNEUMORPH_KERNEL_NAME)
@@ -59,8 +59,8 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   for (int i = 0; i < 3; ++i) part_gravity[i] -= inward[i];
   for (int c = 0; c < part.cavity_count; ++c) part_pressure[c] = work.pressure[mount.regulators[c]];
 
-  if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
 #if defined(PNEUMORPH_KERNEL_NAME)
+  if (!state.has_memory) memory.fresh_steps = memory.wait = 0;
   const bool kept = state.has_memory && keep_stiffness(part, alpha, rates, part_velocity + 3, settings, memory, state);
   if (!kept) {
     element_system<M, Real>(part, alpha, settings.edge_rotations != 0, settings.published_damping != 0, elements);
@@ -68,8 +68,7 @@ bool add_part(const Part<Real>* parts, const RobotModel& robot, int k, const Set
   }
 #else
   constexpr bool kept = false;  // of the whole part; its solid's alone
-  rubber_system<M, Real>(part, alpha, rates, settings, static_cast<Real*>(state.springs) + mount.spring_offset, memory, state,
-                         rubber);
+  rubber_system<M, Real>(part, rates, settings, memory, state, rubber);
 #endif
   clock.lap(0);
   add_inertia_and_loads<M, Real>(part, alpha, end, rates, part_velocity, part_gravity, part_pressure, settings, leg);

@@ -181,26 +181,22 @@ struct MountMemory {
 constexpr double kLargestShare = 0.3;  // of a motion that what the stiffness lacks along it may be worth
 constexpr int kLongestWait = 7;
 
-// Renews the forces beside the last step's stiffness, or tells that it must be found afresh. A part that moves too fast for
-// its stiffness to be kept does so for a while: after a try that fails at once, 1, 3 and then 7 steps go by without one. What
-// `renew` does to the elements takes the place of renew_forces.
-template <int M, class Real, class... Renew>
-bool keep_stiffness(const Part<Real>& part, const double* alpha, const double* rates, const double turning[3],
-                    const Settings& settings, MountMemory<M, Real>& memory, RobotState& state, const Renew&... renew) {
-  constexpr bool kRenews = sizeof...(Renew) > 0;
-  if (!(settings.tangent_tolerance > 0) || (!kRenews && !can_keep(part))) return false;
-  if (memory.wait > 0) {
-    --memory.wait;
-    ++memory.fresh_steps;
-    return false;
-  }
-  ElementSystem<M, Real>& elements = memory.elements;
-  if constexpr (kRenews) {
-    (renew(elements), ...);
-  } else {
-    const auto own = settings.published_damping ? renew_forces<M, true, Real> : renew_forces<M, false, Real>;
-    own(part, alpha, rates, turning, settings.edge_rotations != 0, elements);
-  }
+// Whether keeping the stiffness is tried in this step. A part that moves too fast for that does so for a while: after a try
+// that fails at once, 1, 3 and then 7 steps go by without one.
+template <int M, class Real>
+bool tries_to_keep(const Settings& settings, MountMemory<M, Real>& memory) {
+  if (!(settings.tangent_tolerance > 0)) return false;
+  if (memory.wait == 0) return true;
+  --memory.wait;
+  ++memory.fresh_steps;
+  return false;
+}
+
+// Whether the stiffness may be kept, beside which the forces at `rates` were renewed.
+template <int M, class Real>
+bool may_keep(const Part<Real>& part, const double* rates, const Settings& settings, MountMemory<M, Real>& memory,
+              RobotState& state) {
+  const ElementSystem<M, Real>& elements = memory.elements;
   // The factor and the hub's block of the last step serve as measures.
   const double scale = element_scale(settings);
   alignas(64) double lack[M], change[M], error[M];
@@ -231,6 +227,16 @@ bool keep_stiffness(const Part<Real>& part, const double* alpha, const double* r
   memory.wait = memory.fresh_steps < kLongestWait ? memory.fresh_steps : kLongestWait;
   ++memory.fresh_steps;
   return false;
+}
+
+// Renews the forces of corotational elements beside the last step's stiffness, or tells that it must be found afresh.
+template <int M, class Real>
+bool keep_stiffness(const Part<Real>& part, const double* alpha, const double* rates, const double turning[3],
+                    const Settings& settings, MountMemory<M, Real>& memory, RobotState& state) {
+  if (!can_keep(part) || !tries_to_keep(settings, memory)) return false;
+  const auto renew = settings.published_damping ? renew_forces<M, true, Real> : renew_forces<M, false, Real>;
+  renew(part, alpha, rates, turning, settings.edge_rotations != 0, memory.elements);
+  return may_keep(part, rates, settings, memory, state);
 }
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET

@@ -207,26 +207,26 @@ struct FrictionReport {
   double residual = 0;  // mm/s
 };
 
-// What is stiff in all mounted parts of measured silicone in a step (rubber.cpp), and then the rest of mounted part k, with
-// `modes` padded modes; false if its system is not definite. One pair of each per instruction set. In the stepper's eyes
+// What is found of all mounted parts of measured silicone in a step before any is added (rubber.cpp), and then mounted part k,
+// with `modes` padded modes; false if its system is not definite. One pair of each per instruction set. In the stepper's eyes
 // seldom called, so that it inlines and fuses there what it does without the call.
 #if defined(PNEUMORPH_KERNEL_NAME)
 #define PNEUMORPH_SELDOM __attribute__((cold))
 #else
 #define PNEUMORPH_SELDOM
 #endif
-#define PNEUMORPH_DECLARE_RUBBER(stiff, rubber)                                                                       \
-  PNEUMORPH_SELDOM void stiff(int modes, const Part<float>* parts, const RobotModel& robot, const Settings& settings, \
-                              const RobotState& state, void* work);                                                   \
-  PNEUMORPH_SELDOM void stiff(int modes, const Part<double>* parts, const RobotModel& robot,                          \
-                              const Settings& settings, const RobotState& state, void* work);                         \
+#define PNEUMORPH_DECLARE_RUBBER(begin, rubber)                                                                       \
+  PNEUMORPH_SELDOM void begin(int modes, const Part<float>* parts, const RobotModel& robot, const Settings& settings, \
+                              RobotState& state, void* work);                                                         \
+  PNEUMORPH_SELDOM void begin(int modes, const Part<double>* parts, const RobotModel& robot,                          \
+                              const Settings& settings, RobotState& state, void* work);                               \
   PNEUMORPH_SELDOM bool rubber(int modes, const Part<float>* parts, const RobotModel& robot, int k,                   \
                                const Settings& settings, RobotState& state, void* work, void* clock);                 \
   PNEUMORPH_SELDOM bool rubber(int modes, const Part<double>* parts, const RobotModel& robot, int k,                  \
                                const Settings& settings, RobotState& state, void* work, void* clock);
-PNEUMORPH_DECLARE_RUBBER(stiff_baseline, rubber_baseline)
-PNEUMORPH_DECLARE_RUBBER(stiff_avx2, rubber_avx2)
-PNEUMORPH_DECLARE_RUBBER(stiff_avx512, rubber_avx512)
+PNEUMORPH_DECLARE_RUBBER(begin_rubber_baseline, rubber_baseline)
+PNEUMORPH_DECLARE_RUBBER(begin_rubber_avx2, rubber_avx2)
+PNEUMORPH_DECLARE_RUBBER(begin_rubber_avx512, rubber_avx512)
 #undef PNEUMORPH_DECLARE_RUBBER
 
 // The contacts of a robot on a ground (uneven.cpp); the points solved for, or -1 if the motion is not sound. `deepest` is the

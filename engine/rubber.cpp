@@ -9,15 +9,11 @@ namespace PNEUMORPH_INSTRUCTION_SET {
 
 // The workspace is of the same structures as the stepper's, of this namespace.
 template <class Real>
-void find_stiff_parts(int modes, const Part<Real>* parts, const RobotModel& robot, const Settings& settings,
-                      const RobotState& state, void* work) {
+void begin_parts(int modes, const Part<Real>* parts, const RobotModel& robot, const Settings& settings, RobotState& state,
+                 void* work) {
   with_modes(modes, [&](auto count) {
     constexpr int M = decltype(count)::value;
-    auto& own = *static_cast<Workspace<M, Real>*>(work);
-    for (int k = 0; k < robot.mount_count; ++k)
-      if (parts[robot.mounts[k].part].is_rubber())
-        find_stiff<M, Real>(parts[robot.mounts[k].part], state.modes + k * M, state.mode_rates + k * M, settings,
-                            state.has_memory, own.mounts[k], own.rubber[k]);
+    begin_rubber_parts<M, Real>(parts, robot, settings, state, *static_cast<Workspace<M, Real>*>(work));
   });
 }
 
@@ -33,14 +29,14 @@ bool add_rubber_part(int modes, const Part<Real>* parts, const RobotModel& robot
 
 }  // namespace PNEUMORPH_INSTRUCTION_SET
 
-void PNEUMORPH_STIFF_NAME(int modes, const Part<float>* parts, const RobotModel& robot, const Settings& settings,
-                          const RobotState& state, void* work) {
-  PNEUMORPH_INSTRUCTION_SET::find_stiff_parts(modes, parts, robot, settings, state, work);
+void PNEUMORPH_BEGIN_NAME(int modes, const Part<float>* parts, const RobotModel& robot, const Settings& settings,
+                          RobotState& state, void* work) {
+  PNEUMORPH_INSTRUCTION_SET::begin_parts(modes, parts, robot, settings, state, work);
 }
 
-void PNEUMORPH_STIFF_NAME(int modes, const Part<double>* parts, const RobotModel& robot, const Settings& settings,
-                          const RobotState& state, void* work) {
-  PNEUMORPH_INSTRUCTION_SET::find_stiff_parts(modes, parts, robot, settings, state, work);
+void PNEUMORPH_BEGIN_NAME(int modes, const Part<double>* parts, const RobotModel& robot, const Settings& settings,
+                          RobotState& state, void* work) {
+  PNEUMORPH_INSTRUCTION_SET::begin_parts(modes, parts, robot, settings, state, work);
 }
 
 bool PNEUMORPH_RUBBER_NAME(int modes, const Part<float>* parts, const RobotModel& robot, int k, const Settings& settings,

@@ -141,7 +141,7 @@ Status step_robot(const Part<Real>* parts, const RobotModel& robot, const Settin
   Clock clock(stages);
   regulate(robot, settings, command, state, work);
   begin_hub(robot, settings, state, work.hub);
-  PNEUMORPH_STIFF_NAME(M, parts, robot, settings, state, &work);
+  PNEUMORPH_BEGIN_NAME(M, parts, robot, settings, state, &work);
   for (int k = 0; k < robot.mount_count; ++k)
     if (!(parts[robot.mounts[k].part].is_rubber()
               ? PNEUMORPH_RUBBER_NAME(M, parts, robot, k, settings, state, &work, &clock)

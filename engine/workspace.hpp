@@ -4,6 +4,7 @@
 
 #include "friction_newton.hpp"
 #include "kept_tangent.hpp"
+#include "rubber_system.hpp"
 
 namespace pneumorph {
 namespace PNEUMORPH_INSTRUCTION_SET {
@@ -71,15 +72,6 @@ struct MountView {
   alignas(64) double free_rates[M];
   alignas(64) double hub_response[M][8]; // D^-1 C^T
   alignas(64) double to_factor[6][8];    // part unknowns to the hub's factored ones
-};
-
-// A mounted part of measured silicone in a step (kept_rubber.hpp): what is stiff in it, and then all of it.
-template <int M, class Real>
-struct RubberSystem {
-  bool ahead;                                // forces are where the mean of the last two steps' rates leads; else where the step starts
-  alignas(64) double end[M], mean_rates[M];  // coordinates where they are, and these rates
-  alignas(64) Real work[4][M];               // of its stresses on every mode, and of those of three turns
-  ElementSystem<M, Real> system;
 };
 
 template <int M, class Real>

@@ -53,7 +53,7 @@ def test_files_of_the_map_exist() -> None:
 # Files of the engine that hold no physics: data, threads, vectors, the module.
 PLUMBING = {
     "batch", "blas", "lanes", "mode_counts", "model", "numpy_arrays", "padded_part",
-    "thread_pool", "workspace",
+    "rubber_system", "thread_pool", "workspace",
 }  # fmt: skip
 
 
