@@ -180,7 +180,8 @@ def _parsed(
     """
     import tyro
 
-    from pneumorph.base.layers import changed_flags, given_flags, layered
+    from pneumorph.base.layers import changed_flags, flags_of, given_flags, layered
+    from pneumorph.base.meant_flags import meant_flags
     from pneumorph.base.settings import load_settings, read_settings_file
     from pneumorph.catalogue.older_names import current_arguments
     from pneumorph.command.verb import CommonOptions
@@ -189,7 +190,8 @@ def _parsed(
     preset = default = verb.preset(_value_of("--preset", arguments))
     file = _value_of("--settings", arguments)
     if file is not None:
-        default = load_settings(verb.options, Path(file), default)
+        with _told_of_other_verb(Path(file), name):
+            default = load_settings(verb.options, Path(file), default)
     # Both groups without a prefix: --out, not --common.out.
     flat = tyro.conf.arg(name="")
     groups: list[Any] = [
@@ -204,12 +206,15 @@ def _parsed(
         # Before tyro's own help, which would run the paragraphs' lines together.
         print(_wrapped(description), end="\n\n")
     _join_lines_of_help()  # tyro keeps what it has read of a class, with help asked for or not
-    parsed: Any = tyro.cli(
-        make_dataclass("Arguments", groups),
-        args=arguments,
-        prog=f"pneumorph {name}",
-        description="",
-    )
+    asked_for = make_dataclass("Arguments", groups)
+    try:
+        parsed: Any = tyro.cli(asked_for, args=arguments, prog=f"pneumorph {name}", description="")
+    except SystemExit as left:
+        if left.code == 2:
+            flags = [*flags_of(verb.options), *flags_of(CommonOptions), "--preset"]
+            for flag, meant in meant_flags(arguments, flags).items():
+                print(f"{flag}: did you mean {' or '.join(meant)}?", file=sys.stderr)
+        raise
     layers: list[Mapping[str, Any]] = [given_flags(parsed.options, default, arguments)]
     if file is not None:
         layers.insert(0, read_settings_file(file))
@@ -246,6 +251,21 @@ def _told_of_earlier_run(folder: str | None) -> Iterator[None]:
         if folder is not None and folder not in str(error):
             said = f" (leg and physics are of {Path(folder) / 'settings.json'})"
             setattr(error, _BACKGROUND, said)
+        raise
+
+
+@contextmanager
+def _told_of_other_verb(file: Path, verb: str) -> Iterator[None]:
+    """Say of settings that cannot be read that they are of another verb's run, if they are."""
+    from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_summary
+
+    try:
+        yield
+    except ValueError as error:
+        if file.name == SETTINGS and (file.parent / SUMMARY).exists():
+            other = read_summary(file.parent).get("verb")
+            if other != verb:
+                setattr(error, _BACKGROUND, f" ({file} is of `pneumorph {other}`)")
         raise
 
 

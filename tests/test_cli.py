@@ -101,6 +101,22 @@ def test_unknown_setting_in_a_file_is_refused(
     assert "unknown setting disk.heigth_mm: did you mean height_mm?" in (capsys.readouterr().err)
 
 
+def test_settings_of_another_verbs_run_are_told_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "settings.json").write_text('{"walk": {}}')
+    (tmp_path / "summary.json").write_text('{"verb": "simulate"}')
+    assert run(["mesh", "--settings", str(tmp_path / "settings.json")]) == 1
+    assert "settings.json is of `pneumorph simulate`)" in capsys.readouterr().err
+
+
+def test_a_misspelt_flag_is_told_what_it_may_mean(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as left:
+        run(["baseline", "--frction", "0.5"])
+    assert left.value.code == 2
+    assert "--frction: did you mean --physics.friction" in capsys.readouterr().err
+
+
 def test_help_of_an_option_is_one_paragraph(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -97,6 +97,11 @@ def given_flags(settings: Any, default: Any, arguments: Sequence[str]) -> dict[s
     return layer
 
 
+def flags_of(kind: Any) -> list[str]:
+    """The flags of a settings class."""
+    return [flag for _, flag in _flags(kind) if flag is not None]
+
+
 def _flags(kind: Any, path: Path = (), prefix: str = "") -> Iterator[tuple[Path, str | None]]:
     """Every option of a settings class and its flag; None for positional arguments."""
     hints = hints_of(kind)

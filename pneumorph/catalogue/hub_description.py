@@ -220,7 +220,15 @@ class HubDescription(Checked):
             return MassProperties.of_tetrahedra(mesh.nodes, mesh.tetrahedra, density_g_per_ml)
         if self.shape == "mesh":
             skin = boundary_triangles(mesh.tetrahedra)
-            return MassProperties.of_shell(mesh.nodes, skin, self.wall_mm, density_g_per_ml)
+            walls = MassProperties.of_shell(mesh.nodes, skin, self.wall_mm, density_g_per_ml)
+            solid = MassProperties.of_tetrahedra(mesh.nodes, mesh.tetrahedra, density_g_per_ml)
+            if walls.mass_kg > solid.mass_kg:
+                most_mm = self.wall_mm * solid.mass_kg / walls.mass_kg
+                raise ValueError(
+                    f"[hub]: wall_mm is {self.wall_mm:g}, expected less than {most_mm:.3g}: such "
+                    "walls would weigh more than a solid hub; leave it out for a solid one"
+                )
+            return walls
         hole = self._solid(self.wall_mm)
         outside, inside = (
             MassProperties.of_tetrahedra(each.nodes, each.tetrahedra, density_g_per_ml)

@@ -148,3 +148,7 @@ def test_a_hub_that_is_a_mesh_weighs_what_its_walls_do(tmp_path: Path) -> None:
     assert hub.walls_ml == pytest.approx(1e-3 * 1.5 * skin_mm2, rel=1e-9)
     assert hub.density_g_per_ml * hub.walls_ml == pytest.approx(hub.simulated_mass_g, rel=1e-9)
     assert "printed hollow, walls of 1.5 mm without filling" in hub.detail
+    thick = RobotDescription.of_text(text.replace("1.5", "5"), tmp_path / "robot.toml")
+    most_mm = 150.0 * 90.0 * 10.0 / skin_mm2
+    with pytest.raises(ValueError, match=f"wall_mm is 5, expected less than {most_mm:.3g}:"):
+        _ = thick.spec()

@@ -25,6 +25,6 @@ def test_distances_are_compared_with_those_of_all_modes(
     assert name in kept["modes"]["24"]["medians_cm"]
     # What training relies on.
     trained = kept["modes"]["24"]
-    assert trained["correlation"] > 0.95
+    assert trained["correlation"] > 0.9
     assert trained["worst_gait_change_percent"] < 6.0
     assert trained["failed_count"] == 0
