@@ -83,8 +83,8 @@ class TrainingOptions(Checked):
         return laid_over({} if other is None else _of_physics(other), _of_description(content))
 
 
-# Of legs of 40 modes half the work, and means over worlds of learned robots that differ by less than
-# 5 % (reproduce/learning_modes). The published leg has 24.
+# Of legs of 40 modes half the work, and means over worlds of learned robots that change by less
+# than 5 % (reproduce/learning_modes). The published leg has 24.
 _LEARNING_MODES = 24
 
 
