@@ -37,6 +37,8 @@ LABELS = {
     "robots": "robots in the batch, all threads",
     "threads": "threads",
 }
+
+
 def with_first_modes(part: ReducedPart, count: int) -> ReducedPart:
     """A part with its first modes alone: it costs what such a part does, but walks too stiffly."""
     return along(part, np.eye(part.mode_count, count))

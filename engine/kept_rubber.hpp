@@ -157,7 +157,7 @@ bool moves_smoothly(const Part<Real>& part, const double* rates, const Settings&
   return has_memory && square <= allowed * allowed * part.mass;
 }
 
-// Where the forces of a mounted part are in this step, and whether its solid's stiffness may be kept.
+// Where the forces of a mounted part are in this step, and whether keeping its solid's stiffness is tried.
 template <int M, class Real>
 void begin_rubber(const Part<Real>& part, const double* alpha, const double* rates, const Settings& settings,
                   bool has_memory, MountMemory<M, Real>& memory, RubberSystem<M, Real>& rubber) {

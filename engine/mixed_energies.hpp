@@ -3,7 +3,8 @@
 // docs/physics.md. pneumorph/reduction/mixed_dilatation.py and mixed_sheet.py are the same in NumPy.
 //
 // A part of 40 modes has half a megabyte of them, more than some processors' second-level cache holds. So all legs of one part
-// are taken together: each stretch of terms that the first-level cache holds serves every leg before the next is read.
+// are taken together: each stretch of terms, which in single precision the first-level cache holds, serves every leg before the
+// next is read.
 #pragma once
 #include "rubber_system.hpp"
 

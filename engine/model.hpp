@@ -55,7 +55,7 @@ struct Part {
   const Real* constant_stiffness = nullptr;  // (mode, mode) sum over corotational tetrahedra of 2 mu G_a : G_b
   const double* linear_stiffness = nullptr;  // (mode, mode) of the mount
   int has_linear_stiffness = 0;
-  // What parts of measured silicone have besides (rubber.hpp).
+  // What parts of measured silicone have besides (rubber.hpp, mixed_energies.hpp).
   Real yeoh_c2 = 0, yeoh_c3 = 0;  // over C1
   int pressure_count = 0;         // changes of volume of whole elements
   double dilatation_lambda = 0;   // kPa

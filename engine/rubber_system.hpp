@@ -22,7 +22,7 @@ struct MixedSums {
 template <int M, class Real>
 struct RubberSystem {
   bool ahead;    // forces are where the mean of the last two steps' rates leads; else where the step starts
-  bool renewed;  // the solid's forces were found beside a kept stiffness
+  bool renewed;  // the solid's forces are found beside a kept stiffness in this step
   alignas(64) double end[M], mean_rates[M];             // coordinates where forces are, and these rates
   alignas(64) Real coordinates[M], ends[M], speeds[M];  // where the step starts and where forces are; the rates that lead there
   Real* left;                                           // of its springs (block, branch, 6, kLane)

@@ -15,7 +15,7 @@ import threading
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import field, fields, make_dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -211,7 +211,7 @@ def _parsed(
         parsed: Any = tyro.cli(asked_for, args=arguments, prog=f"pneumorph {name}", description="")
     except SystemExit as left:
         if left.code == 2:
-            flags = [*flags_of(verb.options), *flags_of(CommonOptions), "--preset"]
+            flags = [*flags_of(verb.options), *flags_of(CommonOptions)]
             for flag, meant in meant_flags(arguments, flags).items():
                 print(f"{flag}: did you mean {' or '.join(meant)}?", file=sys.stderr)
         raise
@@ -257,15 +257,18 @@ def _told_of_earlier_run(folder: str | None) -> Iterator[None]:
 @contextmanager
 def _told_of_other_verb(file: Path, verb: str) -> Iterator[None]:
     """Say of settings that cannot be read that they are of another verb's run, if they are."""
+    from pneumorph.base.artefact import ArtefactError
     from pneumorph.base.run_folder import SETTINGS, SUMMARY, read_summary
 
     try:
         yield
     except ValueError as error:
+        other = None
         if file.name == SETTINGS and (file.parent / SUMMARY).exists():
-            other = read_summary(file.parent).get("verb")
-            if other != verb:
-                setattr(error, _BACKGROUND, f" ({file} is of `pneumorph {other}`)")
+            with suppress(ArtefactError):  # it is the settings that are asked for
+                other = read_summary(file.parent).get("verb")
+        if other not in (None, verb):
+            setattr(error, _BACKGROUND, f" ({file} is of `pneumorph {other}`)")
         raise
 
 

@@ -9,8 +9,9 @@ _MOST = 3
 
 
 def meant_flags(arguments: Sequence[str], known: Iterable[str]) -> dict[str, list[str]]:
-    """What flags that are not known may have meant, by their whole names or by the last part alone:
-    of ``--frction`` also ``--physics.friction``.
+    """What flags that are not known may have meant by the last part of a longer name alone, such as
+    ``--physics.friction`` of ``--frction``. Those that are close to a whole name are left to the
+    reader of the command line, which tells of them itself.
 
     Args:
         arguments: As they were given.
@@ -23,18 +24,21 @@ def meant_flags(arguments: Sequence[str], known: Iterable[str]) -> dict[str, lis
     flags = list(known)
     by_last: dict[str, list[str]] = {}
     for flag in flags:
-        by_last.setdefault(_last(flag), []).append(flag)
+        if "." in flag:
+            by_last.setdefault(_last(flag), []).append(flag)
     found = {}
     for argument in arguments:
-        asked = argument.split("=", 1)[0].replace("_", "-")
-        if not asked.startswith("--") or asked in flags or _switched_on(asked) in flags:
+        asked = _switched_on(argument.split("=", 1)[0].replace("_", "-"))
+        if not asked.startswith("--") or asked in flags or _close(asked, flags):
             continue
-        close = get_close_matches(asked, flags, n=_MOST, cutoff=0.8)
-        for last in get_close_matches(_last(asked), by_last, n=_MOST, cutoff=0.8):
-            close += [flag for flag in by_last[last] if flag not in close]
+        close = [flag for last in _close(_last(asked), by_last) for flag in by_last[last]]
         if close:
             found[argument] = close[:_MOST]
     return found
+
+
+def _close(name: str, names: Iterable[str]) -> list[str]:
+    return get_close_matches(name, names, n=_MOST, cutoff=0.8)
 
 
 def _last(flag: str) -> str:
@@ -42,6 +46,6 @@ def _last(flag: str) -> str:
 
 
 def _switched_on(flag: str) -> str:
-    """The flag of a switch that is off: ``--space.canonical`` of ``--space.no-canonical``."""
-    group, dot, name = flag.removeprefix("--").rpartition(".")
-    return f"--{group}{dot}{name.removeprefix('no-')}"
+    """The flag of a switch: ``--space.canonical`` of ``--space.no-canonical``."""
+    group, dot, name = flag.rpartition(".")
+    return f"{group}{dot}{name.removeprefix('no-')}" if dot else flag.replace("--no-", "--", 1)

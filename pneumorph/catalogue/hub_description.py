@@ -222,11 +222,11 @@ class HubDescription(Checked):
             skin = boundary_triangles(mesh.tetrahedra)
             walls = MassProperties.of_shell(mesh.nodes, skin, self.wall_mm, density_g_per_ml)
             solid = MassProperties.of_tetrahedra(mesh.nodes, mesh.tetrahedra, density_g_per_ml)
-            if walls.mass_kg > solid.mass_kg:
-                most_mm = self.wall_mm * solid.mass_kg / walls.mass_kg
+            most_mm = self.wall_mm * solid.mass_kg / walls.mass_kg
+            if self.wall_mm > most_mm:
                 raise ValueError(
-                    f"[hub]: wall_mm is {self.wall_mm:g}, expected less than {most_mm:.3g}: such "
-                    "walls would weigh more than a solid hub; leave it out for a solid one"
+                    f"[hub]: wall_mm is {self.wall_mm:g}, expected at most some {most_mm:.2g}: "
+                    "such walls would weigh more than a solid hub; leave it out for a solid one"
                 )
             return walls
         hole = self._solid(self.wall_mm)

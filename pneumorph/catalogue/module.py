@@ -143,8 +143,13 @@ class Module:
         )
 
     def with_fewer_modes(self, count: int) -> Module:
-        """The same module, its reduced part with fewer modes."""
-        return replace(self, mode_limit=count)
+        """The same module, its reduced part with fewer modes.
+
+        Args:
+            count: Most modes.
+        """
+        known = self.mode_limit
+        return replace(self, mode_limit=count if known is None else min(known, count))
 
     def check_reduction(self) -> None:
         """Refuse a reduced part that does not stand for the finite elements.

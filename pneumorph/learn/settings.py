@@ -98,8 +98,9 @@ class CooptSettings(Checked):
     learning_modes: CountOrNone = 0
     """Most modes of each leg while robots learn; 0 for all that it has (the paper). Fewer make a
     robot's step cheaper and its walks a little different, so no gait counts for what it did then:
-    evaluations, finalists and everything after the training walk with all modes. Legs that do not
-    know the range of their snapshots keep all of theirs."""
+    evaluations, finalists and everything after the training walk with all modes. No effect where
+    designs walk in one world each, whose gaits count as they are seen, nor on legs that do not know
+    the range of their snapshots."""
     checkpoint_interval_timesteps: Count = 50_000
     """Maximum timesteps between checkpoints, which is what a killed run may lose; at least one
     round."""

@@ -44,12 +44,13 @@ class Training:
         Args:
             make_environment: Makes the environment that the designs live in, such as `crawling`.
             settings: Everything else.
-            make_judged: Makes the environment that evaluations walk in, of the same shapes; None
-                for the one that robots learn in.
+            make_judged: Makes the environment that evaluations walk in, if designs are ranked by
+                these alone (`Objective.is_robust`); None for the one that robots learn in.
 
         Raises:
             ValueError: An environment has other robots, actions or designs than the settings, or
-                mirror images of its states are not known.
+                mirror images of its states are not known; that of the evaluations has other states
+                than that of learning, or gaits count as they are seen while it is another.
         """
         self.settings = settings
         self.space = settings.space
@@ -60,7 +61,7 @@ class Training:
         """Where designs are walked to be ranked."""
         if make_judged is not None:
             self.judged = make_judged(some)
-            state_size(self.judged, settings)
+            self._check_judged()
         self.learner = Sac(
             self._state_size + self.space.feature_count,
             settings.task.regulator_count,
@@ -84,6 +85,23 @@ class Training:
         # Drawing actions waits for the updates before it: both are learning.
         self._act = self.clock.timed("learn", self._actions)
         self._learn = self.clock.timed("learn", self._updates)
+
+    def _check_judged(self) -> None:
+        """Refuse an environment of evaluations that is none for what is learned; raises as
+        `__init__`."""
+        ours = self._state_size, self.environment.is_symmetric
+        theirs = state_size(self.judged, self.settings), self.judged.is_symmetric
+        if ours != theirs:
+            raise ValueError(
+                f"the environment of evaluations has states of {theirs[0]} numbers and "
+                f"is_symmetric = {theirs[1]}, expected {ours[0]} and {ours[1]} as that of learning"
+            )
+        if not self.settings.objective.is_robust:
+            raise ValueError(
+                "evaluations have an environment of their own, expected an objective over several "
+                "worlds, such as worlds_per_design = 4: with one, gaits count for what they do "
+                "while they are learned"
+            )
 
     def _nothing(self) -> Learned:
         """What is known where the present beginning begins."""
@@ -264,8 +282,8 @@ class Training:
         failed: np.ndarray,
         commands: np.ndarray,
     ) -> None:
-        if self.settings.objective.is_robust or self.judged is not self.environment:
-            return  # each went in one world, or as it only learns: nothing to rank by
+        if self.settings.objective.is_robust:
+            return  # each went in one world: nothing to rank by
         self.best.offer(
             DesignGaitPair(
                 int(designs[robot]),

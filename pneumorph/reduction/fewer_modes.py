@@ -51,7 +51,8 @@ def along(part: ReducedPart, directions: np.ndarray) -> ReducedPart:
 
     Args:
         part: The reduced part.
-        directions: T, orthonormal columns, (mode, direction).
+        directions: T, orthonormal columns, (mode, direction). Rows of the range are its principal
+            axes afterwards where they were so and the directions are some of them.
     """
     arrays: dict[str, Any] = {
         name: _contracted(getattr(part, name), axes, directions)

@@ -25,7 +25,12 @@ from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.search_findings import FoundPair
 from pneumorph.study.study_once import study_once
-from pneumorph.study.training_worlds import TrainingWorlds, learning_and_judged, simulator_factory
+from pneumorph.study.training_worlds import (
+    TrainingWorlds,
+    learning_and_judged,
+    leg_digests,
+    simulator_factory,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +139,7 @@ def learned_again(
     asked = {
         "coopt": settings,
         "worlds": worlds,
-        "leg": spec.reduction_digest(),
+        **leg_digests(spec, settings),
         "physics": spec.physics,
         "designs": [str(pair.design) for pair in pairs],
     }

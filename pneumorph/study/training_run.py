@@ -36,7 +36,12 @@ from pneumorph.study.learned_again import Trained
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduction import ReduceSettings
 from pneumorph.study.reduction_options import from_walks
-from pneumorph.study.training_worlds import TrainingWorlds, learning_and_judged, simulator_factory
+from pneumorph.study.training_worlds import (
+    TrainingWorlds,
+    learning_and_judged,
+    leg_digests,
+    simulator_factory,
+)
 from pneumorph.trajectory import Trajectory
 
 OwnTask = Callable[[TrainingEnvironment], TrainingEnvironment]
@@ -179,7 +184,7 @@ def run_training(
     name = None if own_task is None else task_name(own_task)
     provenance = {
         "simulation": spec.settings,
-        "leg": spec.reduction_digest(),
+        **leg_digests(spec, settings),
         **drawn,
         **({} if name is None else {"environment": name}),
     }

@@ -91,5 +91,29 @@ def learning_and_judged(
         spec: The robots.
         settings: Of the training.
     """
-    learning = spec.with_fewer_modes(settings.learning_modes)
+    learning = learning_robots(spec, settings)
     return make(learning), None if learning is spec else make(spec)
+
+
+def learning_robots(spec: RobotSpec, settings: CooptSettings) -> RobotSpec:
+    """The robots that learn: with fewer modes, where the settings say so and no gait counts for
+    what it did while it was learned.
+
+    Args:
+        spec: The robots.
+        settings: Of the training.
+    """
+    return spec.with_fewer_modes(settings.learning_modes if settings.objective.is_robust else 0)
+
+
+def leg_digests(spec: RobotSpec, settings: CooptSettings) -> dict[str, str]:
+    """What tells the legs of a training from others, of robots that learn too where they are other
+    ones.
+
+    Args:
+        spec: The robots.
+        settings: Of the training.
+    """
+    learning = learning_robots(spec, settings)
+    fewer = {} if learning is spec else {"learning_leg": learning.reduction_digest()}
+    return {"leg": spec.reduction_digest(), **fewer}

@@ -41,6 +41,7 @@ def main(
         settings: JSON or TOML file of settings laid over the demo's.
     """
     rows = []
+    out.mkdir(parents=True, exist_ok=True)
     for seed in seeds:
         options = PRESETS["quick"]()
         if settings is not None:

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from gymnasium.spaces import Box
 from helpers.toy_coopt import SPACE, CrawlersInWorlds, toy_settings
 
 from pneumorph.environment.reward import RewardWeights
+from pneumorph.environment.training_environment import TaskWrapper, TrainingEnvironment
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
+from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.design_gait_pair import BestPairs
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.evaluation import EVALUATION_SEED
 from pneumorph.learn.finetuning import finalists
 from pneumorph.learn.objective import Objective, mean_of_worst
 from pneumorph.learn.round_scores import RoundLevel
+from pneumorph.learn.settings import FinetuningSettings
 from pneumorph.learn.training import Training
 
 DISTANCES = np.array([[4.0, 1.0, 3.0, 2.0], [5.0, 5.0, 5.0, 5.0]])
@@ -281,3 +286,57 @@ def test_a_training_reports_distances_beside_what_ranked_its_pairs() -> None:
     assert [pair.score_cm for pair in again.pairs] == list(kept["score_cm"])
     again.restore({name: value for name, value in kept.items() if name != "score_cm"})
     assert [pair.score_cm for pair in again.pairs] == list(kept["distance_cm"])
+
+
+def test_designs_are_ranked_where_they_are_judged_and_not_where_they_learn(
+    tmp_path: Path,
+) -> None:
+    class Further(CrawlersInWorlds):
+        """Robots that learn go twice as far as they are judged to."""
+
+        @property
+        def forward_position_mm(self) -> np.ndarray:
+            return 2.0 * super().forward_position_mm
+
+    settings = training(rounds=3).settings
+    usual = crawling(viscous_crawler_robot, CrawlersInWorlds, settings)
+    further = crawling(viscous_crawler_robot, Further, settings)
+    both = Training(further, settings, usual)
+    while not both.is_finished:
+        both.run_round()
+    learned = both.arrays(), both.metadata()
+    judged = both.evaluate()
+    alone, among_learners = Training(usual, settings), Training(further, settings)
+    for each in (alone, among_learners):
+        each.restore(*learned)
+    assert [pair.distance_cm for pair in judged] == [p.distance_cm for p in alone.evaluate()]
+    far = {pair.design: pair.distance_cm for pair in among_learners.evaluate()}
+    assert all(far[pair.design] == pytest.approx(2.0 * pair.distance_cm) for pair in judged)
+    # So are finalists, and a whole run in a folder.
+    settings = replace(settings, finetuning=FinetuningSettings(1, settings.timesteps_per_round, 1))
+    found = learn_in_folder(further, settings, tmp_path / "both", make_judged=usual)
+    again = learn_in_folder(further, settings, tmp_path / "among_learners")
+    assert found.finetuning_timesteps > 0
+    shares = [a.score_cm / b.score_cm for a, b in zip(again.pairs, found.pairs, strict=False)]
+    assert shares[0] == pytest.approx(2.0)
+
+
+def test_an_environment_of_evaluations_that_is_none_for_what_is_learned_is_refused() -> None:
+    settings = training().settings
+    usual = crawling(viscous_crawler_robot, CrawlersInWorlds, settings)
+    single = toy_settings(4)
+    same = crawling(viscous_crawler_robot, CrawlersInWorlds, single)
+    with pytest.raises(ValueError, match="expected an objective over several worlds"):
+        Training(same, single, same)
+
+    class Remembering(TaskWrapper):
+        """One number more in its states."""
+
+        def __init__(self, environment: TrainingEnvironment) -> None:
+            super().__init__(environment)
+            (size,) = environment.single_observation_space.shape
+            self.single_observation_space = Box(-np.inf, np.inf, (size + 1,), np.float32)
+
+    size = Training(usual, settings)._state_size
+    with pytest.raises(ValueError, match=f"states of {size + 1} numbers .* expected {size}"):
+        Training(usual, settings, lambda designs: Remembering(usual(designs)))

@@ -1,18 +1,11 @@
 """Co-optimisation finds the known best of a toy design space."""
 
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 import pytest
-from helpers.toy_coopt import (
-    SPACE,
-    TASK,
-    TIME_STEP_S,
-    best_distances_cm,
-    make_simulator,
-    toy_settings,
-)
+from helpers.toy_coopt import SPACE, TASK, best_distances_cm, make_simulator, toy_settings
 
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.gait.walk import walk
@@ -219,31 +212,3 @@ def test_what_is_expected_is_scaled_to_what_was_walked_however_little(
     np.testing.assert_allclose(expected, 5.0 * values[some])
     assert np.isneginf(training.expected_returns(walked, -returns)).all()
     assert np.isneginf(training.expected_returns(np.array([0, 0]), returns)).all()
-
-
-def test_designs_are_ranked_where_they_are_judged_and_not_where_they_learn() -> None:
-    class Further(ViscousCrawler):
-        """Robots that learn go twice as far as they are judged to."""
-
-        @property
-        def forward_position_mm(self) -> np.ndarray:
-            return 2.0 * super().forward_position_mm
-
-    settings = toy_settings(round_count=3)
-    usual = crawling(viscous_crawler_robot, make_simulator, settings)
-    further = crawling(viscous_crawler_robot, partial(Further, time_step_s=TIME_STEP_S), settings)
-    training = Training(further, settings, usual)
-    while not training.is_finished:
-        training.run_round()
-    # No gait counts for what it did while it was learned.
-    assert training.best.pairs == []
-    learned = training.arrays(), training.metadata()
-    judged = training.evaluate()
-    alone = Training(usual, settings)
-    alone.restore(*learned)
-    assert [pair.distance_cm for pair in judged] == [p.distance_cm for p in alone.evaluate()]
-    among_learners = Training(further, settings)
-    among_learners.restore(*learned)
-    far = {pair.design: pair.distance_cm for pair in among_learners.evaluate()}
-    assert all(far[pair.design] == pytest.approx(2.0 * pair.distance_cm) for pair in judged)
-    assert {pair.source for pair in training.best.pairs} == {"policy"}

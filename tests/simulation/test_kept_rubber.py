@@ -154,3 +154,34 @@ def test_paths_stay_by_those_with_fresh_stiffnesses():
             assert np.abs(kept - fresh).max() < 1.6 * tolerance
         shares.append(simulators[1].read("tangent_total")[0] / (160 * len(mounts)))
     assert 1.0 > shares[0] > shares[1]
+
+
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_legs_of_one_part_move_as_legs_of_equal_parts_do(precision: str) -> None:
+    """Legs of one part are taken together, of three parts each alone: the same bits, whichever of
+    them keep their stiffness and find their forces ahead."""
+    poses = [
+        Pose(turn, turn @ np.array([25.0, 0.0, 0.0]))
+        for turn in (rotation_about("z", yaw) for yaw in (0.0, 120.0, 240.0))
+    ]
+    copies = [replace(RELAXING) for _ in poses]
+    places = []
+    for parts in ([RELAXING] * 3, [RELAXING, copies[1], RELAXING], copies):
+        mounts = tuple(
+            Mount(part, pose, (number,))
+            for number, (part, pose) in enumerate(zip(parts, poses, strict=True))
+        )
+        physics = replace(PHYSICS, regulator_count=3, **UNDAMPED)
+        stepper = replace(STEPPER, element_precision=precision, tangent_tolerance_mm_per_s=0.05)
+        simulator = BatchedSimulator([Robot(HUB, mounts)], physics, stepper)
+        rng = np.random.default_rng(4)
+        for _ in range(8):
+            simulator.advance(rng.uniform(0.0, 150.0, (1, 3)), 15)
+        assert simulator.status[0] == RobotStatus.RUNNING
+        # Beside those of the first step some were found afresh, and some kept.
+        assert 3 < simulator.read("tangent_total")[0] < 3 * 120
+        state = simulator.state(0)
+        places.append((state.position, state.modes, state.mode_rates))
+    for others in places[1:]:
+        for ours, theirs in zip(places[0], others, strict=True):
+            np.testing.assert_array_equal(ours, theirs)

@@ -10,6 +10,9 @@ from pneumorph.base.layers import layered
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.training_environment import EnvironmentFactory
+from pneumorph.learn.environments import crawling
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, fast_settings, quick_settings
 from pneumorph.study.training_options import (
@@ -18,6 +21,11 @@ from pneumorph.study.training_options import (
     measured_training,
     quick_training,
     train_as_asked,
+)
+from pneumorph.study.training_worlds import (
+    learning_and_judged,
+    leg_digests,
+    simulator_factory,
 )
 
 
@@ -64,3 +72,27 @@ def test_several_worlds_for_a_design_ask_for_worlds(tmp_path) -> None:
     asked = TrainingOptions(coopt=CooptSettings(objective=Objective(worlds_per_design=4)))
     with pytest.raises(ValueError, match="worlds_per_design is 4 and 1 worlds are drawn"):
         train_as_asked(asked, tmp_path)
+
+
+def test_robots_learn_on_fewer_modes_where_no_gait_counts_as_it_is_seen() -> None:
+    spec, settings = RobotOptions().spec(), quick_training().coopt
+    made: list[int] = []
+
+    def make(robots: RobotSpec) -> EnvironmentFactory:
+        made.append(robots.module.reduced.mode_count)
+        return crawling(robots.assembly, simulator_factory(robots, None, 0), settings)
+
+    learning, judged = learning_and_judged(make, spec, settings)
+    assert (made, judged is not None) == ([24, 40], True)
+    assert learning is not judged
+    assert leg_digests(spec, settings)["leg"] == spec.reduction_digest()
+    assert leg_digests(spec, settings)["learning_leg"] != spec.reduction_digest()
+    for whole in (
+        replace(settings, objective=Objective()),
+        replace(settings, learning_modes=0),
+        replace(settings, learning_modes=40),
+    ):
+        made.clear()
+        assert learning_and_judged(make, spec, whole)[1] is None
+        assert made == [40]
+        assert leg_digests(spec, whole) == {"leg": spec.reduction_digest()}
