@@ -124,12 +124,12 @@ void add_mixed_energies(const Part<Real>& part, int count, RubberSystem<M, Real>
   cubic_gradients<M, Real>(part, count, legs);
   for (int i = 0; i < volumes; ++i)
     for (int k = 0; k < count; ++k)
-      add_mixed<M, Real>(legs[k]->end, legs[k]->ends, part.dilatation_1 + i * M, part.dilatation_2 + long(i) * M * M, legs[k]->mixed.third[i],
-                         of_volume, legs[k]->mixed.rows[i], legs[k]->work[0]);
+      add_mixed<M, Real>(legs[k]->end, legs[k]->ends, part.dilatation_1 + i * M, part.dilatation_2 + long(i) * M * M,
+                         legs[k]->mixed.third[i], of_volume, legs[k]->mixed.rows[i], legs[k]->work[0]);
   for (int i = 0; i < stretches; ++i)
     for (int k = 0; k < count; ++k)
-      add_mixed<M, Real>(legs[k]->end, legs[k]->ends, part.stretch_1 + i * M, part.stretch_2 + long(i) * M * M, none, of_sheet,
-                         legs[k]->mixed.rows[volumes + i], legs[k]->work[0]);
+      add_mixed<M, Real>(legs[k]->end, legs[k]->ends, part.stretch_1 + i * M, part.stretch_2 + long(i) * M * M, none,
+                         of_sheet, legs[k]->mixed.rows[volumes + i], legs[k]->work[0]);
   for (int k = 0; k < count; ++k)
     add_outer_products<true, M>(legs[k]->mixed.rows, volumes + stretches, legs[k]->system.stiffness);
 }

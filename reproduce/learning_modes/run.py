@@ -2,9 +2,9 @@
 
     python reproduce/learning_modes/run.py
 
-The kept gaits of the demo and of restarts walk, as reduced robots in the measured physics, in
-worlds that no training saw, with all modes of the leg that ships and with fewer. Writes
-distances.json. A quarter of an hour on two processors.
+The kept gaits of restarts, and those of the demo as it learned on legs with all modes, walk, as
+reduced robots in the measured physics, in worlds that no training saw, with all modes of the leg
+that ships and with fewer. Writes distances.json. Some minutes on two processors.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ from pneumorph.study.robustness import walks_in_worlds
 
 HERE = Path(__file__).parent
 GAITS = tuple(
-    path for name in ("demo", "restarts") for path in sorted((HERE.parent / name).glob("*.csv"))
+    path
+    for folder in (HERE / "demo", HERE.parent / "restarts")
+    for path in sorted(folder.glob("*.csv"))
 )
 
 

@@ -194,7 +194,9 @@ def learned_in_worlds(
 ) -> dict[str, dict[str, float]]:
     """How far learned robots go in worlds that their trainings never saw [cm]."""
     gaits = sorted(
-        path for name in ("demo", "restarts") for path in HERE.parent.glob(f"{name}/*.csv")
+        path
+        for name in ("learning_modes/demo", "restarts")
+        for path in HERE.parent.glob(f"{name}/*.csv")
     )
     sources = [find_gait(path, None, ExpertGait()) for path in gaits]
     far, _ = walks_in_worlds(

@@ -2,9 +2,9 @@
 
     python reproduce/time_step/run.py
 
-The kept gaits of the demo and of the long trainings walk, as reduced robots in the measured
-physics, in worlds that no training saw, with steps of several lengths. Writes distances.json. Some
-ten minutes on two processors.
+The kept gaits of restarts, and those of the demo as it learned on legs with all modes, walk, as
+reduced robots in the measured physics, in worlds that no training saw, with steps of several
+lengths. Writes distances.json. Some ten minutes on two processors.
 """
 
 from __future__ import annotations
@@ -28,7 +28,9 @@ from pneumorph.study.robustness import walks_in_worlds
 
 HERE = Path(__file__).parent
 GAITS = tuple(
-    path for name in ("demo", "restarts") for path in sorted((HERE.parent / name).glob("*.csv"))
+    path
+    for folder in (HERE.parent / "learning_modes" / "demo", HERE.parent / "restarts")
+    for path in sorted(folder.glob("*.csv"))
 )
 
 
