@@ -89,6 +89,35 @@ def state_size(environment: TrainingEnvironment, settings: CooptSettings) -> int
     return size
 
 
+def check_judged(
+    judged: TrainingEnvironment, learning: TrainingEnvironment, settings: CooptSettings
+) -> None:
+    """Refuse an environment of evaluations that is none for what is learned in another.
+
+    Args:
+        judged: That of the evaluations.
+        learning: That of learning, which fits the settings.
+        settings: Of the training.
+
+    Raises:
+        ValueError: It does not fit the settings or has other states, or gaits count as they are
+            seen in the other.
+    """
+    ours = state_size(learning, settings), learning.is_symmetric
+    theirs = state_size(judged, settings), judged.is_symmetric
+    if ours != theirs:
+        raise ValueError(
+            f"the environment of evaluations has states of {theirs[0]} numbers and "
+            f"is_symmetric = {theirs[1]}, expected {ours[0]} and {ours[1]} as that of learning"
+        )
+    if not settings.objective.is_robust:
+        raise ValueError(
+            "evaluations have an environment of their own, expected an objective over several "
+            "worlds, such as worlds_per_design = 4: with one, gaits count for what they do while "
+            "they are learned"
+        )
+
+
 def check_shape(
     environment: TrainingEnvironment, what: str, given: Any, expected: tuple[int, ...]
 ) -> None:

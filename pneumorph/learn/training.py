@@ -14,7 +14,7 @@ from pneumorph.environment.training_environment import EnvironmentFactory, ToldS
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, Checkpoint
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
-from pneumorph.learn.environments import check_shape, state_size
+from pneumorph.learn.environments import check_judged, check_shape, state_size
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
@@ -61,7 +61,7 @@ class Training:
         """Where designs are walked to be ranked."""
         if make_judged is not None:
             self.judged = make_judged(some)
-            self._check_judged()
+            check_judged(self.judged, self.environment, settings)
         self.learner = Sac(
             self._state_size + self.space.feature_count,
             settings.task.regulator_count,
@@ -85,23 +85,6 @@ class Training:
         # Drawing actions waits for the updates before it: both are learning.
         self._act = self.clock.timed("learn", self._actions)
         self._learn = self.clock.timed("learn", self._updates)
-
-    def _check_judged(self) -> None:
-        """Refuse an environment of evaluations that is none for what is learned; raises as
-        `__init__`."""
-        ours = self._state_size, self.environment.is_symmetric
-        theirs = state_size(self.judged, self.settings), self.judged.is_symmetric
-        if ours != theirs:
-            raise ValueError(
-                f"the environment of evaluations has states of {theirs[0]} numbers and "
-                f"is_symmetric = {theirs[1]}, expected {ours[0]} and {ours[1]} as that of learning"
-            )
-        if not self.settings.objective.is_robust:
-            raise ValueError(
-                "evaluations have an environment of their own, expected an objective over several "
-                "worlds, such as worlds_per_design = 4: with one, gaits count for what they do "
-                "while they are learned"
-            )
 
     def _nothing(self) -> Learned:
         """What is known where the present beginning begins."""

@@ -28,6 +28,7 @@ from pneumorph.study.study_once import study_once
 from pneumorph.study.training_worlds import (
     TrainingWorlds,
     learning_and_judged,
+    learning_robots,
     leg_digests,
     simulator_factory,
 )
@@ -92,6 +93,7 @@ def learned_again(
         ValueError: The folder holds the same of other robots or designs.
     """
     settings, worlds = trained.settings, trained.worlds
+    learners = learning_robots(spec, settings)
     step_s = spec.physics.time_step_s
 
     def make() -> LearnedAgain:
@@ -99,7 +101,7 @@ def learned_again(
             factory = simulator_factory(robots, worlds, settings.seed)
             return crawling(robots.assembly, factory, settings)
 
-        learning, judged = learning_and_judged(environments, spec, settings)
+        learning, judged = learning_and_judged(environments, spec, learners)
         training = Training(learning, settings, judged)
         space, task = settings.space, settings.task
         action_s = task.action_step_count * step_s
@@ -139,7 +141,7 @@ def learned_again(
     asked = {
         "coopt": settings,
         "worlds": worlds,
-        **leg_digests(spec, settings),
+        **leg_digests(spec, learners),
         "physics": spec.physics,
         "designs": [str(pair.design) for pair in pairs],
     }

@@ -39,6 +39,7 @@ from pneumorph.study.reduction_options import from_walks
 from pneumorph.study.training_worlds import (
     TrainingWorlds,
     learning_and_judged,
+    learning_robots,
     leg_digests,
     simulator_factory,
 )
@@ -182,14 +183,15 @@ def run_training(
         check_equal_designs(settings.space, settings.task.goal)
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     name = None if own_task is None else task_name(own_task)
+    learning = learning_robots(spec, settings)
     provenance = {
         "simulation": spec.settings,
-        **leg_digests(spec, settings),
+        **leg_digests(spec, learning),
         **drawn,
         **({} if name is None else {"environment": name}),
     }
     make_environments, make_judged = learning_and_judged(
-        lambda robots: _environments(settings, robots, worlds, own_task), spec, settings
+        lambda robots: _environments(settings, robots, worlds, own_task), spec, learning
     )
     if own_task is not None:  # what does not fit is told before the baseline walks
         state_size(make_environments(settings.space.some(settings.environment_count)), settings)

@@ -80,24 +80,9 @@ def simulator_factory(
     return make
 
 
-def learning_and_judged(
-    make: Callable[[RobotSpec], EnvironmentFactory], spec: RobotSpec, settings: CooptSettings
-) -> tuple[EnvironmentFactory, EnvironmentFactory | None]:
-    """What makes the environment that robots learn in, and that in which they are ranked; None for
-    the latter where they are the same.
-
-    Args:
-        make: Makes what makes the environments of robots.
-        spec: The robots.
-        settings: Of the training.
-    """
-    learning = learning_robots(spec, settings)
-    return make(learning), None if learning is spec else make(spec)
-
-
 def learning_robots(spec: RobotSpec, settings: CooptSettings) -> RobotSpec:
     """The robots that learn: with fewer modes, where the settings say so and no gait counts for
-    what it did while it was learned.
+    what it did while it was learned; the robots themselves elsewhere.
 
     Args:
         spec: The robots.
@@ -106,14 +91,27 @@ def learning_robots(spec: RobotSpec, settings: CooptSettings) -> RobotSpec:
     return spec.with_fewer_modes(settings.learning_modes if settings.objective.is_robust else 0)
 
 
-def leg_digests(spec: RobotSpec, settings: CooptSettings) -> dict[str, str]:
+def learning_and_judged(
+    make: Callable[[RobotSpec], EnvironmentFactory], spec: RobotSpec, learning: RobotSpec
+) -> tuple[EnvironmentFactory, EnvironmentFactory | None]:
+    """What makes the environment that robots learn in, and that in which they are ranked; None for
+    the latter where they are the same.
+
+    Args:
+        make: Makes what makes the environments of robots.
+        spec: The robots.
+        learning: Those that learn.
+    """
+    return make(learning), None if learning is spec else make(spec)
+
+
+def leg_digests(spec: RobotSpec, learning: RobotSpec) -> dict[str, str]:
     """What tells the legs of a training from others, of robots that learn too where they are other
     ones.
 
     Args:
         spec: The robots.
-        settings: Of the training.
+        learning: Those that learn.
     """
-    learning = learning_robots(spec, settings)
     fewer = {} if learning is spec else {"learning_leg": learning.reduction_digest()}
     return {"leg": spec.reduction_digest(), **fewer}

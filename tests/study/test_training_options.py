@@ -24,6 +24,7 @@ from pneumorph.study.training_options import (
 )
 from pneumorph.study.training_worlds import (
     learning_and_judged,
+    learning_robots,
     leg_digests,
     simulator_factory,
 )
@@ -82,17 +83,19 @@ def test_robots_learn_on_fewer_modes_where_no_gait_counts_as_it_is_seen() -> Non
         made.append(robots.module.reduced.mode_count)
         return crawling(robots.assembly, simulator_factory(robots, None, 0), settings)
 
-    learning, judged = learning_and_judged(make, spec, settings)
+    learners = learning_robots(spec, settings)
+    learning, judged = learning_and_judged(make, spec, learners)
     assert (made, judged is not None) == ([24, 40], True)
     assert learning is not judged
-    assert leg_digests(spec, settings)["leg"] == spec.reduction_digest()
-    assert leg_digests(spec, settings)["learning_leg"] != spec.reduction_digest()
+    assert leg_digests(spec, learners)["leg"] == spec.reduction_digest()
+    assert leg_digests(spec, learners)["learning_leg"] != spec.reduction_digest()
     for whole in (
         replace(settings, objective=Objective()),
         replace(settings, learning_modes=0),
         replace(settings, learning_modes=40),
     ):
         made.clear()
-        assert learning_and_judged(make, spec, whole)[1] is None
+        learners = learning_robots(spec, whole)
+        assert learning_and_judged(make, spec, learners)[1] is None
         assert made == [40]
-        assert leg_digests(spec, whole) == {"leg": spec.reduction_digest()}
+        assert leg_digests(spec, learners) == {"leg": spec.reduction_digest()}
