@@ -356,7 +356,8 @@ class RobotSpec(ShownInNotebooks):
 
         Raises:
             ValueError: It has other locations than the robot has sites, modules that a site does
-                not allow, or mirror images where a module is not its own.
+                not allow, other regulators for a module than it has cavities, or mirror images
+                where a module is not its own.
         """
         if space.location_count != len(self.sites):
             raise ValueError(
@@ -369,6 +370,15 @@ class RobotSpec(ShownInNotebooks):
                     f"space.options[{number}] names module {chr(ord('a') + max(kinds))}, and site "
                     f"{site.name or number} allows {len(site.modules)} kinds of modules"
                 )
+            for fitting in space.fittings[number]:
+                module, driven = site.modules[fitting.module], len(fitting.regulators)
+                cavities = module.reduced.cavity_count
+                if driven not in (1, cavities):
+                    raise ValueError(
+                        f"space.options[{number}] gives {driven} regulators to {module.name} at "
+                        f"site {site.name or number}, expected one for each of its {cavities} "
+                        "cavities (*+* of two), or one for all (*)"
+                    )
         if space.has_mirror:
             for module in self.modules:
                 check_mirror(module, apart=space.cavity_count > 1)

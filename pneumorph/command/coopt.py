@@ -32,7 +32,18 @@ Example: pneumorph coopt --preset quick --seed 1 --out runs/quick-1
 
 from __future__ import annotations
 
+from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.command.verb import Verb
+from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.study.training_options import PRESETS, TrainingOptions, train_as_asked
+from pneumorph.study.training_run import TrainingResult
 
-VERB = Verb(TrainingOptions, train_as_asked, PRESETS)
+
+def run(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
+    """Train as the options say."""
+    if options.resume and not has_checkpoint(folder.path / TRAINING_FOLDER):
+        folder.progress.say(f"{folder.path} has no checkpoint to go on from: a new training begins")
+    return train_as_asked(options, folder)
+
+
+VERB = Verb(TrainingOptions, run, PRESETS)

@@ -140,8 +140,7 @@ def reward_figure(
     highest = max(np.nan_to_num(best).max(), baseline or 0.0, learned or 0.0)
     lowest = min(-3.0, float(histogram_edges_cm[0]) / 2) / goal.cm_per_unit
     axes.set_ylim(lowest, 1.12 * highest + 0.5 / goal.cm_per_unit)
-    ylabel = "distance in 20 s (cm)" if goal.is_forward else goal.axis
-    axes.set(xlabel="timesteps (actions of all robots)", ylabel=ylabel)
+    axes.set(xlabel="timesteps (actions of all robots)", ylabel=goal.axis)
     axes.legend(loc="upper left")
     return figure
 

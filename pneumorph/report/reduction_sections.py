@@ -16,6 +16,9 @@ from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.reduction_grid import GridPoint
 from pneumorph.study.robot_error import RobotError
 
+_DIGEST_DIGITS = 12
+"""As many of a digest as tell meshes apart."""
+
 
 def comparison_sections(found: Comparison, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return animations, tolerances and bend of a comparison."""
@@ -104,7 +107,8 @@ def _told(leg: PartSummary) -> dict[str, Any]:
     """What a table says of a reduced leg, by name: its size, whether it knows its range, errors."""
     left_out = ("errors", "bend", "others")
     sizes = {name: value for name, value in vars(leg).items() if name not in left_out}
-    return {**sizes, **leg.errors}
+    # A whole digest is as wide as a page, and leaves no room for a second leg's numbers.
+    return {**sizes, "mesh_digest": leg.mesh_digest[:_DIGEST_DIGITS], **leg.errors}
 
 
 def leg_sections(found: HasLeg, run: FinishedRun, sheet: Sheet) -> list[Section]:

@@ -191,13 +191,18 @@ class DesignChoices(Checked):
     @property
     def kinds(self) -> tuple[set[int], ...]:
         """Numbers of the modules that each location may carry."""
+        return tuple({each.module for each in fittings} for fittings in self.fittings)
+
+    @property
+    def fittings(self) -> tuple[tuple[Fitting, ...], ...]:
+        """What each location may carry, besides nothing."""
         return tuple(
-            {each.module for each in options if each is not None} for options in self._options[0]
+            tuple(each for each in options if each is not None) for options in self._options[0]
         )
 
     @property
     def _fittings(self) -> list[Fitting]:
-        return [each for options in self._options[0] for each in options if each is not None]
+        return [each for fittings in self.fittings for each in fittings]
 
     @cached_property
     def paths(self) -> ChoicePaths:

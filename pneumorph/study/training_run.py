@@ -183,6 +183,11 @@ def run_training(
         check_equal_designs(settings.space, settings.task.goal)
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     name = None if own_task is None else task_name(own_task)
+    if name is not None and settings.mirrored_scores:
+        folder.progress.say(
+            f"{name} is taken to reward a robot and its mirror image alike; where it rewards a "
+            "side, set is_symmetric = False in it, and mirror_transitions to false"
+        )
     learning = learning_robots(spec, settings)
     provenance = {
         "simulation": spec.settings,

@@ -349,6 +349,11 @@ def test_a_space_of_another_robot_is_refused() -> None:
     unlike = DesignSpace(location_count=6, maximum_legs=6, options=("0 * b*",) * 6)
     with pytest.raises(ValueError, match=r"space\.options\[1\] names module b, and site left"):
         spec.check_space(unlike)
+    apart = DesignSpace(location_count=6, maximum_legs=6, options=("0 *", "0 *+*") + ("0 *",) * 4)
+    with pytest.raises(
+        ValueError, match=r"options\[1\] gives 2 regulators to .* at site left, .* its 1 "
+    ):
+        spec.check_space(apart)
     with pytest.raises(ValueError, match=r"design b1.b1.0.0.0.1 has a module b at site left"):
         spec.assembly("b1.b1.0.0.0.1")
 

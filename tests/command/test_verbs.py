@@ -11,8 +11,12 @@ import pytest
 from helpers.run_json import run_json
 from helpers.short_training import SHORT_SWEEP
 
+from pneumorph.base.progress import Progress
+from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.shipped_data import data_folder
 from pneumorph.cli import run
+from pneumorph.command import coopt
+from pneumorph.study.training_options import TrainingOptions
 from pneumorph.trajectory import Trajectory
 
 
@@ -28,6 +32,16 @@ def test_coopt_says_what_it_found_beside_the_baseline(learned: Path) -> None:
     # The best pair's gait file walks the same distance again, to the rounding of the file's sums.
     assert summary["replayed_distance_cm"] == pytest.approx(summary["best_distance_cm"], abs=1e-9)
     assert summary["damping"] == "published"
+
+
+def test_where_there_is_nothing_to_resume_a_new_training_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(coopt, "train_as_asked", lambda options, folder: None)
+    for resume in (False, True):
+        coopt.run(TrainingOptions(resume=resume), RunFolder(tmp_path, "coopt", Progress()))
+        said = capsys.readouterr().err
+        assert (f"{tmp_path} has no checkpoint to go on from" in said) == resume
 
 
 def test_coopt_refuses_a_folder_with_a_run_and_resumes_it(

@@ -132,3 +132,11 @@ def test_what_is_no_task_is_refused_before_anything_walks(
     with pytest.raises(ValueError, match=message):
         pm.train(out, PLATE, changes=TINY, own_task=wrong)
     assert not list(out.glob("*.npz"))
+
+
+def test_that_mirror_images_are_taken_to_be_rewarded_alike_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(ValueError, match="has observations of shape"):
+        pm.train(tmp_path / "run", PLATE, changes=TINY, own_task=Tall)
+    assert "Tall is taken to reward a robot and its mirror image alike" in capsys.readouterr().err
