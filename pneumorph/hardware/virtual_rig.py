@@ -75,10 +75,10 @@ class VirtualRigSettings(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        Distribution.parse(self.pressure_slope_factor)
-        Distribution.parse(self.pressure_intercept_kPa)
+        for name in ("pressure_slope_factor", "pressure_intercept_kPa"):
+            Distribution.parse(getattr(self, name), name)
         for name in ("filling_factor", "venting_factor"):
-            if not Distribution.parse(getattr(self, name)).lowest > 0.0:
+            if not Distribution.parse(getattr(self, name), name).lowest > 0.0:
                 raise ValueError(
                     f"{name} is {getattr(self, name)!r}, expected every draw to be positive"
                 )

@@ -151,7 +151,7 @@ def _plan(axes: Axes, robot: RobotToMake, scale: float) -> None:
         axes,
         (middle - wide / 2, -168.0 * unit),
         (middle + wide / 2, -168.0 * unit),
-        f"{'Ø ' if hub.round else ''}{wide:g}",
+        f"{'Ø ' if hub.round else ''}{round(wide, 1):g}",
         unit,
     )
     axes.text(0, 180 * unit, f"from above, 1:{scale:g}", ha="center", fontsize=9)
@@ -175,8 +175,9 @@ def _label(axes: Axes, seat: Seat, hub: HubToMake, unit: float) -> None:
             x, y = np.column_stack([near, across + (inner + 4.0) * direction + beside])
             axes.plot(x, y, color=regulator_colour(regulator), linewidth=2.0, zorder=4)
         told = "regulator" if len(seat.regulators) == 1 else "regulators"
-        kind = "" if seat.leg is None or not seat.leg.name else f"{seat.leg.name}, "
-        rolled = f", rolled {seat.roll_deg:+.3g}°" if abs(seat.roll_deg) > 0.05 else ""
+        # One below the other: what stands beside a leg must not reach the tables.
+        kind = "" if seat.leg is None or not seat.leg.name else f"{seat.leg.name}\n"
+        rolled = f"\nrolled {seat.roll_deg:+.3g}°" if abs(seat.roll_deg) > 0.05 else ""
         text = f"{seat.location}: {kind}{told} {'+'.join(map(str, seat.regulators))}{rolled}"
         at = across + (outer + 3.0 * unit) * direction
     else:

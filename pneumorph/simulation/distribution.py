@@ -28,8 +28,12 @@ class Distribution:
     second: float
 
     @classmethod
-    def parse(cls, text: str) -> Distribution:
+    def parse(cls, text: str, name: str = "distribution") -> Distribution:
         """Read a distribution.
+
+        Args:
+            text: What it is.
+            name: Of what, for the errors.
 
         Raises:
             ValueError: Not one of the forms, or numbers in the wrong order.
@@ -45,13 +49,16 @@ class Distribution:
             made = cls("unreadable", math.nan, math.nan)
         if made.kind not in ("constant", *_KINDS) or not math.isfinite(made.first + made.second):
             raise ValueError(
-                f"distribution {text!r} cannot be read, expected a number, U(low, high), "
+                f"{name} {text!r} cannot be read, expected a number, U(low, high), "
                 "LogU(low, high) or N(mean, deviation)"
             )
         if made.kind in ("U", "LogU") and made.first > made.second:
-            raise ValueError(f"distribution {text!r} has its bounds in the wrong order")
+            raise ValueError(
+                f"{name} {text!r} has its bounds in the wrong order, expected "
+                f"{made.kind}({made.second:g}, {made.first:g})"
+            )
         if (made.kind == "LogU" and made.first <= 0.0) or (made.kind == "N" and made.second < 0.0):
-            raise ValueError(f"distribution {text!r} has a bound or deviation that is not positive")
+            raise ValueError(f"{name} {text!r} has a bound or deviation that is not positive")
         return made
 
     @property

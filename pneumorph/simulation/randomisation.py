@@ -180,7 +180,7 @@ class Randomisation(Checked):
         """What each number of a world is drawn from, by the names of `World.numbers`."""
         texts = self._numbers()
         texts |= {f"friction {name}": text for name, text in self.friction_by_surface}
-        return {name: Distribution.parse(text) for name, text in texts.items()}
+        return {name: Distribution.parse(text, name) for name, text in texts.items()}
 
     def numbers_of(self, worlds: Sequence[World]) -> dict[str, np.ndarray]:
         """Numbers of worlds drawn from this, by name, each (world,); where there are several

@@ -124,9 +124,15 @@ def test_a_drawing_tells_how_legs_are_rolled_and_what_the_hub_carries() -> None:
     (carried,) = [part for part in parts if part.name == "payload"]
     assert carried.mass_g == 25.0
     assert asked.hub.simulated_mass_g == pytest.approx(30.0858)  # without it
-    labels = [text.get_text() for text in assembly_drawing(asked, parts, tubes).axes[0].texts]
+    plan = assembly_drawing(asked, parts, tubes).axes[0]
+    plan.figure.canvas.draw()
+    sheet = plan.get_window_extent()
+    for text in plan.texts:
+        corners = text.get_window_extent().corners()
+        assert sheet.count_contains(corners) == 4, f"{text.get_text()!r} leaves the plan"
+    labels = [text.get_text() for text in plan.texts]
     assert "payload, 25 g at 10, 0, 45 mm" in labels
-    rolls = [label.rpartition(", ")[2] for label in labels if "rolled" in label]
+    rolls = [label.splitlines()[-1] for label in labels if "rolled" in label]
     # The sites' own roll angles; legs point outward and down by 15 degrees.
     assert rolls == ["rolled +45°", "rolled -45°", "rolled +45°", "rolled +45°"]
 

@@ -68,6 +68,11 @@ def test_distributions_without_sense_are_refused(text: str, message: str) -> Non
         Distribution.parse(text)
 
 
+def test_a_distribution_without_sense_is_named() -> None:
+    with pytest.raises(ValueError, match=r"^friction 'U\(1.2, 0.25\)' .* expected U\(0.25, 1.2\)"):
+        Randomisation(friction="U(1.2, 0.25)")
+
+
 def test_impossible_worlds_are_refused() -> None:
     with pytest.raises(ValueError, match=r"friction is 'N\(0.3, 0.2\)', which may give -0.3"):
         Randomisation(friction="N(0.3, 0.2)")
