@@ -227,12 +227,15 @@ class RobotDescription(Checked, ShownInNotebooks):
 
     def forbidden_note(self, design: str) -> str | None:
         """What to say of a design that the rules do not allow; None of others."""
-        if self.space.holds(Design.parse(design)):
+        asked = Design.parse(design)
+        if self.space.holds(asked):
             return None
-        return (
-            f"design {design} is none that [designs] of {self.file or self.name} allows: see its "
-            "options, exclusions and counts"
-        )
+        why = "see its exclusions and counts of regulators"
+        try:
+            self.space.check(asked)
+        except ValueError as error:
+            why = "it " + str(error).removeprefix(f"design {asked} ")
+        return f"design {design} is none that [designs] of {self.file or self.name} allows: {why}"
 
     @cached_property
     def usual_design(self) -> str:

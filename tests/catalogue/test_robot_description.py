@@ -405,3 +405,18 @@ def test_a_hub_without_rims_is_told_what_else_may_touch(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"no node set bottom and top, .* contact = \"spread\""):
         hub.spec(tmp_path)
     assert len(replace(hub, contact="spread").spec(tmp_path).contact_points) > 3
+
+
+def test_a_design_that_rules_do_not_allow_is_told_why(edited: Edited) -> None:
+    plate = RobotDescription.read(edited('usual = "b1.0.2.2.0.b1"', 'exclusions = ["0 5"]'))
+    says = "is none that [designs] of"
+    for design, why in (
+        ("1.1.2.0.0.0", "allows: it has too few legs: 3, expected at least 4"),
+        ("1.b1.2.2.1.0", "allows: it has b1 at location 1, expected one of the options '0 *'"),
+        ("b1.0.2.2.0.b1", "allows: see its exclusions"),
+    ):
+        note = plate.forbidden_note(design)
+        assert note is not None
+        assert note.startswith(f"design {design} {says}")
+        assert why in note
+    assert plate.forbidden_note("b1.1.2.2.1.0") is None
