@@ -159,6 +159,26 @@ class Module:
         """
         self.reduced.check_model(self.full)
 
+    def driven_by(self, regulators: tuple[int, ...], asked: str, site: object) -> tuple[int, ...]:
+        """The regulator of each of its cavities.
+
+        Args:
+            regulators: One for each cavity, or one for all.
+            asked: What asks for them, for the error.
+            site: Name or number of its site, for the error.
+
+        Raises:
+            ValueError: There are others.
+        """
+        cavities = self.reduced.cavity_count
+        if len(regulators) not in (1, cavities):
+            raise ValueError(
+                f"{asked} gives {len(regulators)} regulators to {self.name} at site {site}, "
+                f"expected one for each of its {cavities} cavities (such as *+* or 1+2 of two), or "
+                "one for all"
+            )
+        return regulators if len(regulators) == cavities else regulators * cavities
+
     def describe(self) -> PartSummary:
         """Size, provenance and measured errors of the reduced part, for a summary."""
         return self.reduced.describe(self.name)

@@ -104,18 +104,11 @@ class RobotSpec(ShownInNotebooks):
         design = self._known(design)
         mounts: list[Mount] = []
         for module, pose, regulators in self._mounted(design):
-            part = module.reduced
-            if len(regulators) == 1:
-                regulators = regulators * part.cavity_count
-            if len(regulators) != part.cavity_count:
-                location = design.fittings[len(mounts)].location
-                raise ValueError(
-                    f"design {design} gives {len(regulators)} regulators to {module.name} at site "
-                    f"{self.sites[location].name or location}, expected one for each of its "
-                    f"{part.cavity_count} cavities, or one for all"
-                )
-            pose = tilted(pose, part.rest_nodes, self.mounting_angle_deg)
-            mounts.append(Mount(part, pose, regulators))
+            location = design.fittings[len(mounts)].location
+            site = self.sites[location].name or location
+            driven = module.driven_by(regulators, f"design {design}", site)
+            pose = tilted(pose, module.reduced.rest_nodes, self.mounting_angle_deg)
+            mounts.append(Mount(module.reduced, pose, driven))
         return Robot(self.hub.rigid, tuple(mounts), design, self._kin_surfaces)
 
     def reduced(
@@ -364,21 +357,16 @@ class RobotSpec(ShownInNotebooks):
                 f"the design space has {space.location_count} locations and the robot "
                 f"{len(self.sites)} sites, expected the same number: see space.location_count"
             )
-        for number, (kinds, site) in enumerate(zip(space.kinds, self.sites, strict=True)):
-            if max(kinds, default=0) >= len(site.modules):
+        for number, (fittings, site) in enumerate(zip(space.fittings, self.sites, strict=True)):
+            last, at = max((each.module for each in fittings), default=0), site.name or number
+            if last >= len(site.modules):
                 raise ValueError(
-                    f"space.options[{number}] names module {chr(ord('a') + max(kinds))}, and site "
-                    f"{site.name or number} allows {len(site.modules)} kinds of modules"
+                    f"space.options[{number}] names module {chr(ord('a') + last)}, and site "
+                    f"{at} allows {len(site.modules)} kinds of modules"
                 )
-            for fitting in space.fittings[number]:
-                module, driven = site.modules[fitting.module], len(fitting.regulators)
-                cavities = module.reduced.cavity_count
-                if driven not in (1, cavities):
-                    raise ValueError(
-                        f"space.options[{number}] gives {driven} regulators to {module.name} at "
-                        f"site {site.name or number}, expected one for each of its {cavities} "
-                        "cavities (*+* of two), or one for all (*)"
-                    )
+            for each in fittings:
+                module = site.modules[each.module]
+                module.driven_by(each.regulators, f"space.options[{number}]", at)
         if space.has_mirror:
             for module in self.modules:
                 check_mirror(module, apart=space.cavity_count > 1)

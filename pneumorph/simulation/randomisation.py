@@ -167,7 +167,7 @@ class Randomisation(Checked):
                 raise ValueError(f"measured names {name!r}, expected one of {', '.join(laws)}")
             laws[name].check_measured(name, value, deviation)
         for name, text, bounds in named:
-            distribution = Distribution.parse(text)
+            distribution = Distribution.parse(text, name)
             for drawn in (distribution.lowest, distribution.highest):
                 if drawn not in bounds:
                     raise ValueError(
@@ -211,7 +211,7 @@ class Randomisation(Checked):
         known = {name: (value, deviation) for name, value, deviation in self.measured}
 
         def drawn(name: str, text: str, generator: np.random.Generator) -> float:
-            law = Distribution.parse(text)
+            law = Distribution.parse(text, name)
             value = law.draw(generator)
             return law.drawn_given(value, *known[name]) if name in known else value
 
