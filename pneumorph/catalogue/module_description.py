@@ -24,8 +24,8 @@ class ModuleDescription(Checked):
     """Name of a module that `pneumorph catalogue build` has made; it says itself what it is."""
 
     leg: LegName | None = None
-    """A leg that ships, by default the published one; of a part of your own the one that it bends
-    as: its pressures, and its material where the part does not say what it is made of."""
+    """A leg that ships, by default that of the robot's physics; of a part of your own the one that
+    it bends as: its pressures, and its material where the part does not say what it is made of."""
     part: Path | None = None
     """Reduced part, as `pneumorph reduce` writes it."""
     mesh: Path | None = None
@@ -62,13 +62,14 @@ class ModuleDescription(Checked):
             return False
         return ReducedPart.load(folder / self.part).is_polar
 
-    def module(self, name: str, folder: Path, catalogue_folder: Path) -> Module:
+    def module(self, name: str, folder: Path, catalogue_folder: Path, usual_leg: LegName) -> Module:
         """The module.
 
         Args:
             name: What summaries call it.
             folder: Where the paths of files start.
             catalogue_folder: Where modules of a catalogue were built.
+            usual_leg: The leg where none is named.
 
         Raises:
             FileNotFoundError: The catalogue's module is not built there.
@@ -89,7 +90,7 @@ class ModuleDescription(Checked):
         part, mesh = (None if path is None else folder / path for path in (self.part, self.mesh))
         if part is not None and mesh is not None:
             ReducedPart.load(part).check_mesh(load_leg_mesh(mesh))
-        leg = self.leg or "published"
+        leg = self.leg or usual_leg
         masses = replace(masses_of(leg) if part is None else Masses(), leg_mass_g=self.mass_g)
         module = paper_leg(
             leg, part, mesh, self.materials, masses, size_factor=self.size_factor, label=name

@@ -19,7 +19,7 @@ from pneumorph.catalogue.density_check import (
     material_volume,
 )
 from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel
-from pneumorph.catalogue.masses import Masses, MassModel, cast_leg_mass_kg
+from pneumorph.catalogue.masses import CastDensities, Masses, MassModel, cast_leg_mass_kg
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -334,6 +334,10 @@ class _Leg:
             what = "a leg of masses.leg_mass_g, or a module of mass_g,"
             check_density(what, mass, volume, WEIGHED_G_PER_ML, IN_GRAMS)
             return mass
+        if self.part is not None:
+            made_by = self._reduced_as_made.metadata.get("masses", {})
+            if made_by.get("model") == "cast" and masses.densities == CastDensities():
+                return None  # it weighs what was cast of it when it was reduced
         if self.part is not None and self.mesh is None:
             _check_shape(self._reduced_as_made, self._shipped_mesh())
         return cast_leg_mass_kg(self._shape(), masses.densities)
@@ -346,7 +350,7 @@ class _Leg:
 
     def _recorded_materials(self) -> LegMaterials:
         usual = leg_kind(self.name).materials
-        if self.part is None or self.name != "published":
+        if self.part is None:
             return usual
         recorded = self._reduced_as_made.metadata.get("materials")
         return usual if recorded is None else settings_from_dict(LegMaterials, recorded)

@@ -45,7 +45,7 @@ from pneumorph.simulation.randomisation import Randomisation
 class ActingDescription(Checked):
     """The physics by name; all else of the table are fields of `Physics` that differ from it."""
 
-    based_on: PhysicsName = "published"
+    based_on: PhysicsName = "measured"
     """Whose physics, and whose finite elements."""
     changes: Mapping[str, Any] = field(default_factory=dict)
     """Fields of `Physics`, as nested tables."""
@@ -137,12 +137,15 @@ class RobotDescription(Checked, ShownInNotebooks):
         return cls.of_text(read_text(path, "robot"), path)
 
     @classmethod
-    def of_text(cls, text: str, path: Path | str) -> RobotDescription:
+    def of_text(
+        cls, text: str, path: Path | str, usual_physics: PhysicsName = "measured"
+    ) -> RobotDescription:
         """The description that a file had, whatever it has now.
 
         Args:
             text: What was in it.
             path: The file; paths in it start from its folder.
+            usual_physics: What it is based on where it does not say.
 
         Raises:
             ValueError: It is no description; names the file, the field and the cause.
@@ -151,9 +154,8 @@ class RobotDescription(Checked, ShownInNotebooks):
         if not isinstance(content.get("physics", {}), Mapping):
             raise ArtefactError(f"robot file {path}: physics is no table, expected [physics]")
         acting = dict(content.get("physics", {}))
-        based_on = {"based_on": acting.pop("based_on")} if "based_on" in acting else {}
-        if "physics" in content:
-            content["physics"] = {**based_on, "changes": acting}
+        based_on = acting.pop("based_on", usual_physics)
+        content["physics"] = {"based_on": based_on, "changes": acting}
         try:
             place = {"folder": str(path.parent), "file": str(path)}
             found = settings_from_dict(cls, {**content, **place})
@@ -335,7 +337,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         modules = {}
         for name, each in self.modules.items():
             try:
-                modules[name] = each.module(name, self.folder, built)
+                modules[name] = each.module(name, self.folder, built, self.physics.based_on)
             except FileNotFoundError as error:
                 where = "" if self.file is None else f"robot file {self.file}: "
                 raise FileNotFoundError(f"{where}modules.{name}: {error}") from error

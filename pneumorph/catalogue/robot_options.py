@@ -82,7 +82,8 @@ def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
     path, text = robot.get("described"), robot.get("file_text")
     if path is None:
         return None
-    return RobotDescription.read(path) if text is None else RobotDescription.of_text(text, path)
+    text = read_text(path, "robot") if text is None else text
+    return RobotDescription.of_text(text, path, robot.get("based_on", USUAL))
 
 
 def chosen_robot(content: Mapping[str, Any]) -> RobotDescription | None:
@@ -169,7 +170,7 @@ class RobotOptions(Checked):
             robot = now.get("described")
             if isinstance(robot, str) and now.get("file_text") is None and Path(robot).is_file():
                 now["file_text"] = read_text(robot, "robot")
-                described = RobotDescription.of_text(now["file_text"], robot)
+                described = RobotDescription.of_text(now["file_text"], robot, "published")
                 said = _all_of(described.physics.based_on)
                 nothing = {**usual, "masses": settings_to_dict(Masses("published"))}
                 now |= {
@@ -206,7 +207,7 @@ class RobotOptions(Checked):
         if content.get("described") is not None:
             path, text = content["described"], content.get("file_text")
             text = read_text(path, "robot") if text is None else text
-            robot = RobotDescription.of_text(text, path)
+            robot = RobotDescription.of_text(text, path, content.get("based_on", USUAL))
             brought = {**_all_of(robot.physics.based_on), "file_text": text}
             brought["physics"] = settings_to_dict(robot.acting)
             brought["full"]["hub"] = robot.hub.model
@@ -284,7 +285,13 @@ class RobotOptions(Checked):
             ArtefactError: It is no description.
         """
         return described_robot(
-            {"robot": {"described": self.described, "file_text": self.file_text}}
+            {
+                "robot": {
+                    "described": self.described,
+                    "file_text": self.file_text,
+                    "based_on": self.based_on,
+                }
+            }
         )
 
     def notes(self, design: str | None) -> tuple[str, ...]:

@@ -6,19 +6,24 @@ numbers --regions names, such as --regions 1=cavity 2=sheet 3=attachment. To be 
 the surfaces cavity and sheet and the node sets attachment and outer_end_face. A mesh that cannot be
 used is refused, with the reason.
 
+Presets: measured (10-node tetrahedra, as silicone that hardly changes its volume needs them; the
+paper's leg tied to its hub over a face); paper (the published leg's linear ones).
+
 Writes mesh.npz, which `pneumorph reduce --mesh` reads.
 
-Example: pneumorph mesh leg --leg.tooth-height-mm 9 --leg-mesher.size-mm 3 --out runs/tall-leg
+Example: pneumorph mesh leg --leg.tooth-height-mm 9 --out runs/tall-leg
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import tyro
 
 from pneumorph.command.verb import Verb
-from pneumorph.study.made_mesh import MeshSettings, PartName, make_mesh
+from pneumorph.study.made_mesh import MEASURED_LEG, MeshSettings, PartName, make_mesh
 
 
 @dataclass(frozen=True)
@@ -28,5 +33,15 @@ class MeshOptions(MeshSettings):
     part: tyro.conf.Positional[PartName] = "leg"
     """Which part to mesh."""
 
+    @classmethod
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """A file's own node sets say how it is tied, and a disk is linear."""
+        if content.get("file") is not None:
+            return {"face_tied": False}
+        return {"quadratic": False, "face_tied": False} if content.get("part") == "disk" else {}
 
-VERB = Verb(MeshOptions, lambda options, folder: make_mesh(options.part, options, folder))
+
+PRESETS = {"measured": lambda: MeshOptions(**MEASURED_LEG), "paper": MeshOptions}
+"""Ready options by name; the first where none is named."""
+
+VERB = Verb(MeshOptions, lambda options, folder: make_mesh(options.part, options, folder), PRESETS)

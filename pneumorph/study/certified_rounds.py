@@ -176,7 +176,8 @@ def _reduced_again(
 ) -> Reduction:
     """The leg, with all walks so far among its snapshots."""
     files = _walk_files(rounds)
-    made_of = spec.module.reduced.metadata.get("materials")
+    known = spec.module.reduced.metadata
+    made_of = {str(name): known[name] for name in ("materials", "masses") if name in known}
     return study_once(
         folder,
         Reduction,
@@ -185,7 +186,7 @@ def _reduced_again(
             spec,
             folder,
             settings,
-            None if made_of is None else {"materials": made_of},
+            made_of,
             further=[kept / file for file in files],
             snapshot_folder=kept / "snapshots",
         ),

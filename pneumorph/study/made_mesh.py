@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
@@ -51,6 +51,14 @@ class MeshSettings(Checked):
     disk: DiskShape = field(default_factory=DiskShape)
     leg_mesher: MesherSettings = field(default_factory=MesherSettings)
     disk_mesher: MesherSettings = field(default_factory=lambda: MesherSettings(size_mm=20.0))
+
+
+MEASURED_LEG: dict[str, Any] = {
+    "quadratic": True,
+    "face_tied": True,
+    "leg_mesher": MesherSettings(size_mm=6.0, grading=0.9),
+}
+"""Settings of the mesh of the measured leg that ships."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from pneumorph.base.settings import (
     laid_over,
     read_settings_file,
     settings_from_dict,
+    settings_known_before,
     settings_to_dict,
 )
 from pneumorph.catalogue.paper_leg import LegName, leg_kind
@@ -85,7 +86,6 @@ class ParametricModule(Checked):
         """
         kind = leg_kind(self.leg)
         own = {
-            "leg": self.leg,
             "hub": "rigid",
             "materials": settings_to_dict(kind.materials),
             "masses": {"model": kind.mass_model},
@@ -94,11 +94,13 @@ class ParametricModule(Checked):
             "reduction": {"rotation": "polar"},
         }
         meshed = {} if mesh is None else {"mesh": str(mesh)}
-        return layered(PRESETS[self.reduced_as](), [own, meshed, self.changes])
+        preset = replace(PRESETS[self.reduced_as](), leg=self.leg)
+        return layered(preset, [own, meshed, self.changes])
 
     def made_of(self) -> dict[str, Any]:
         """All that its files depend on, JSON-serialisable."""
-        kind, reduced = leg_kind(self.leg), settings_to_dict(self.options())
+        kind = leg_kind(self.leg)
+        reduced = settings_known_before(self.options(), ("silicone", "largest_pressure_kPa"))
         del reduced["snapshots"]["executor"]
         if not reduced["reduction"]["contact_flexibility"]:
             del reduced["reduction"]["contact_flexibility"]  # as before there was a choice

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.base.settings import settings_to_dict
+from pneumorph.base.settings import laid_over, settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.paper_leg import (
@@ -22,6 +23,7 @@ from pneumorph.catalogue.paper_leg import (
 )
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.material import LegMaterials
+from pneumorph.fem.silicones import BEAM_RELAXATION, silicone
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings
 from pneumorph.reduction.collect import SnapshotSettings
@@ -34,14 +36,20 @@ from pneumorph.study.reduction import ReduceSettings, Reduction, reduce
 
 
 @dataclass(frozen=True)
-class ReduceOptions:
+class ReduceOptions(Checked):
     """The leg, its snapshots, and how to reduce it."""
 
     leg: LegName = "published"
-    """A leg that ships: its mesh is reduced if no --mesh is given, and robots walk in its
-    physics."""
+    """A leg that ships: its mesh is reduced if no --mesh is given, and robots walk in its physics.
+    Brings all of the preset that made it."""
     mesh: Path | None = None
     """Mesh of the leg, as `pneumorph mesh` writes it."""
+    silicone: str | None = None
+    """What a leg of the measured physics is cast of, by the supplier's name, such as "Ecoflex
+    00-30": sets its law (--materials.silicone) and its density. By default the preset's."""
+    largest_pressure_kPa: Positive | None = None
+    """Largest pressure that the leg is driven with [kPa], to which the preset's snapshots go (100
+    of the real leg in the measured physics): sets all their pressures in proportion."""
     materials: LegMaterials = field(default_factory=LegMaterials)
     masses: Masses = field(default_factory=Masses)
     """What the leg weighs, and the hub of walking robots."""
@@ -54,24 +62,90 @@ class ReduceOptions:
     reduction: ReductionSettings = field(default_factory=ReductionSettings)
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-        """Of a mesh of one's own where they are not set: polar rotations, which know no left and
-        right as edge-based ones do, and the mass, as much for its volume as the published leg has,
-        105 g of 43 ml."""
-        if content.get("mesh") is None:
-            return {}
-        volume = float(Mesh.load(content["mesh"]).volumes.sum())
-        share = volume / float(paper_leg_mesh().volumes.sum())
-        return {
-            "materials": {"mass_kg": LegMaterials().mass_kg * share},
-            "snapshots": {"static": {"rotation": "polar"}},
-            "reduction": {"rotation": "polar"},
-        }
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """What another leg, a mesh of one's own, a silicone and a largest pressure bring with them
+        where it is not set.
+
+        Raises:
+            ValueError: A silicone that is not in the table, or one for a leg that does not relax.
+        """
+        brought: dict[str, Any] = {}
+        leg = content.get("leg", below["leg"])
+        if leg != below["leg"] and leg in _OF_LEG:
+            brought = _made_of(_OF_LEG[leg]())
+        for name, of_it in (
+            ("mesh", _of_mesh),
+            ("silicone", _of_silicone),
+            ("largest_pressure_kPa", _of_largest_pressure),
+        ):
+            if content.get(name) is not None:
+                now = laid_over(laid_over(dict(below), brought), content)
+                brought = laid_over(brought, of_it(now))
+        return brought
 
     @classmethod
     def upgraded(cls, content: Mapping[str, Any]) -> dict[str, Any]:
         """Settings of an earlier version with their leg as it is called now."""
         return with_current_leg(content)
+
+
+def _made_of(preset: ReduceOptions) -> dict[str, Any]:
+    """What a preset says of a leg and its snapshots, but where these are computed."""
+    content = settings_to_dict(preset)
+    del content["snapshots"]["executor"]
+    return {
+        name: content[name] for name in ("materials", "masses", "hub", "snapshots", "reduction")
+    }
+
+
+def _relaxes(now: Mapping[str, Any]) -> bool:
+    return bool(now["materials"]["relaxation"]["weights"])
+
+
+def _of_mesh(now: Mapping[str, Any]) -> dict[str, Any]:
+    """Polar rotations, which know no left and right as edge-based ones do, and in the published
+    physics the mass, as much for its volume as the published leg has, 105 g of 43 ml; measured legs
+    weigh what is cast."""
+    polar = {"rotation": "polar"}
+    brought: dict[str, Any] = {"snapshots": {"static": polar}, "reduction": polar}
+    if not _relaxes(now):
+        volume = float(Mesh.load(now["mesh"]).volumes.sum())
+        share = volume / float(paper_leg_mesh().volumes.sum())
+        brought["materials"] = {"mass_kg": LegMaterials().mass_kg * share}
+    return brought
+
+
+def _of_silicone(now: Mapping[str, Any]) -> dict[str, Any]:
+    """The law of a silicone that was measured, and its density where it is cast."""
+    if not _relaxes(now):
+        raise ValueError(
+            f"silicone is {now['silicone']!r}, expected none of a leg that does not relax, as in "
+            "the published physics, whose stiffness is tuned: see materials.silicone"
+        )
+    rubber = silicone(str(now["silicone"]))
+    law = rubber.material(relaxation=BEAM_RELAXATION)
+    brought: dict[str, Any] = {"materials": {"silicone": settings_to_dict(law)}}
+    if now["masses"]["model"] == "cast" and now["masses"]["leg_mass_g"] is None:
+        density = round(1e6 * rubber.density_kg_per_mm3, 9)
+        brought["masses"] = {"densities": {"silicone_g_per_ml": density}}
+    return brought
+
+
+def _of_largest_pressure(now: Mapping[str, Any]) -> dict[str, Any]:
+    """The pressures of all snapshots, in proportion."""
+    largest_kPa, usual = now["largest_pressure_kPa"], now["snapshots"]
+    if not isinstance(largest_kPa, int | float) or not largest_kPa > 0.0:
+        return {}  # it is refused by its name, once all is laid together
+    factor = largest_kPa / usual["walk"]["amplitude_kPa"]
+    names = {
+        "static": ("bend_pressure_kPa", "load_pressure_kPa"),
+        "blocked": ("pressure_kPa",),
+        "walk": ("amplitude_kPa", "pressure_rate_kPa_per_s"),
+    }
+    scaled = {
+        group: {name: factor * usual[group][name] for name in each} for group, each in names.items()
+    }
+    return {"snapshots": scaled}
 
 
 def reduce_as_asked(
@@ -80,6 +154,7 @@ def reduce_as_asked(
     """Reduce a leg of the paper's robot as the options say; other arguments and errors as of
     `reduce`."""
     kind = leg_kind(options.leg)
+    _refuse_locking(options)
     leg = paper_leg(options.leg, None, options.mesh, options.materials, options.masses)
     physics = kind.physics
     if options.reduction.rotation == "polar" and physics.rotation != "polar":
@@ -90,9 +165,28 @@ def reduce_as_asked(
         ),
         folder,
         ReduceSettings(options.snapshots, options.walked, options.reduction),
-        {"materials": settings_to_dict(options.materials)},
+        {
+            "materials": settings_to_dict(replace(options.materials, mass_kg=leg.full.mass_kg)),
+            "masses": settings_to_dict(options.masses),
+        },
         snapshot_folder=snapshot_folder,
     )
+
+
+def _refuse_locking(options: ReduceOptions) -> None:
+    """Refuse linear tetrahedra of a nearly incompressible silicone.
+
+    Raises:
+        ValueError: The mesh has such.
+    """
+    if options.mesh is None or options.materials.silicone.dilatation != "mean":
+        return
+    if Mesh.load(options.mesh).edge_nodes is None:
+        raise ValueError(
+            f"mesh {options.mesh} has linear tetrahedra, which lock in silicone that hardly "
+            "changes its volume, expected 10-node ones: make it again with pneumorph mesh "
+            "--quadratic, or reduce it in the published physics with --preset paper"
+        )
 
 
 def hyperelastic() -> ReduceOptions:
@@ -158,7 +252,21 @@ def measured() -> ReduceOptions:
 
 
 def quick() -> ReduceOptions:
-    """From equilibria alone, in minutes."""
+    """The measured leg from fewer equilibria and one short walk, with fewer modes and elements, in
+    minutes."""
+    usual = measured()
+    static = replace(usual.snapshots.static, bend_count=12, load_count=24)
+    walk = replace(usual.snapshots.walk, leg_counts=(2,), corner_limit=3, record_every=4)
+    ecsw = replace(usual.reduction.ecsw, element_limit=240)
+    return replace(
+        usual,
+        snapshots=replace(usual.snapshots, static=static, walk=walk),
+        reduction=replace(usual.reduction, mode_limit=24, ecsw=ecsw),
+    )
+
+
+def paper_quick() -> ReduceOptions:
+    """The published leg from equilibria alone, in minutes."""
     return ReduceOptions(
         snapshots=SnapshotSettings(
             static=StaticSnapshotSettings(bend_count=12, load_count=24),
@@ -219,11 +327,19 @@ def corners() -> ReduceOptions:
     )
 
 
-PRESETS: dict[str, Callable[[], ReduceOptions]] = {
-    "paper": ReduceOptions,
+_OF_LEG: dict[str, Callable[[], ReduceOptions]] = {
+    "published": ReduceOptions,
     "hyperelastic": hyperelastic,
     "measured": measured,
+}
+"""What made each leg that ships."""
+
+PRESETS: dict[str, Callable[[], ReduceOptions]] = {
+    "measured": measured,
     "quick": quick,
+    "paper": ReduceOptions,
+    "paper_quick": paper_quick,
+    "hyperelastic": hyperelastic,
     "learned": learned,
     "corners": corners,
 }

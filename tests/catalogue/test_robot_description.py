@@ -11,9 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
+from helpers.published_plate import published_plate
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.paper_robot import PAPER_FACE, paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
@@ -34,6 +36,20 @@ def edited(tmp_path: Path) -> Edited:
 
     def edit(old: str, new: str) -> Path:
         text = PLATE.read_text()
+        assert old in text
+        path = tmp_path / "edited.toml"
+        path.write_text(text.replace(old, new))
+        return path
+
+    return edit
+
+
+@pytest.fixture
+def edited_published(tmp_path: Path) -> Edited:
+    """The same of the plate in the published physics."""
+
+    def edit(old: str, new: str) -> Path:
+        text = published_plate()
         assert old in text
         path = tmp_path / "edited.toml"
         path.write_text(text.replace(old, new))
@@ -145,7 +161,7 @@ def test_a_leg_of_another_length_is_mounted_by_its_face() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "why"),
     [
-        ('leg = "published"\n\n', 'leg = "none"\n\n', "modules.long.leg"),
+        ('leg = "measured"\n\n', 'leg = "none"\n\n', "modules.long.leg"),
         ("bottom_mm = 31", "bottom_mm = 31\nradius_mm = 3", "radius_mm is given"),
         ("density_g_per_ml = 0.6", "", "either density_g_per_ml or mass_kg, got neither"),
         ("density_g_per_ml = 0.6", "density_g_per_ml = 0.6\nwall_mm = 6", "wall_mm is 6"),
@@ -232,8 +248,8 @@ def test_a_file_that_is_none_is_refused(
     [
         ("position_mm = [76, 24, 36]", "position_mm = [89, 24, 36]", "14.0 mm away from the hub"),
         ("position_mm = [76, 24, 36]", "position_mm = [60, 24, 36]", "height is from 31 to 41 mm"),
-        ('leg = "published"\n\n', 'leg = "published"\nmass_g = 9\n\n', None),
-        ('leg = "published"\n\n', 'leg = "hyperelastic"\n\n', "pressure map of slope 1.247"),
+        ('leg = "measured"\n\n', 'leg = "measured"\nmass_g = 9\n\n', None),
+        ('leg = "measured"\n\n', 'leg = "hyperelastic"\n\n', "pressure map of slope 1.247"),
     ],
 )
 def test_a_module_that_is_not_where_its_site_is_is_refused(
@@ -283,21 +299,23 @@ def test_robots_of_other_sites_are_no_batch() -> None:
         paper.simulator(["1.0.0.2.2.0.0.1", plate.assembly("b1.0.2.2.0.b1")])
 
 
-def test_a_mass_of_another_leg_is_told(edited: Edited, tmp_path: Path) -> None:
+def test_a_mass_of_another_leg_is_told(edited_published: Edited, tmp_path: Path) -> None:
     """A part whose mass is not that of its volume: 16 g/ml."""
     part = replace(paper_robot("published").module.reduced, mass=0.7)
     part.save(tmp_path / "heavy.npz")
-    path = edited('leg = "published"\n\n', 'part = "heavy.npz"\n\n')
+    path = edited_published('leg = "published"\n\n', 'part = "heavy.npz"\n\n')
     with pytest.raises(ValueError, match=r"modules.long weighs 700 g and has a volume of 43.1 ml"):
         RobotDescription.read(path).spec()
 
 
-def test_a_part_with_polar_rotations_brings_its_damping(edited: Edited, tmp_path: Path) -> None:
+def test_a_part_with_polar_rotations_brings_its_damping(
+    edited_published: Edited, tmp_path: Path
+) -> None:
     """Edge-based ones know left from right: the same leg would walk another way, unsaid."""
     part = paper_robot("published").module.reduced
     made = {**part.metadata["settings"], "rotation": "polar"}
     replace(part, metadata={**part.metadata, "settings": made}).save(tmp_path / "own.npz")
-    path = edited('leg = "published"\n\n', 'part = "own.npz"\n\n')
+    path = edited_published('leg = "published"\n\n', 'part = "own.npz"\n\n')
     read = RobotDescription.read(path)
     assert read.spec().physics.damping == read.acting.damping == "objective"
     assert "objective damping, which goes with the polar rotations of modules.long" in read.notes(
@@ -309,16 +327,16 @@ def test_a_part_with_polar_rotations_brings_its_damping(edited: Edited, tmp_path
     assert read.acting.damping == "published"
     assert not any("damping" in note for note in read.notes(None, read.acting))
     part.save(tmp_path / "own.npz")
-    assert RobotDescription.read(edited("", "")).acting.damping == "published"
+    assert RobotDescription.read(edited_published("", "")).acting.damping == "published"
 
 
-def test_a_part_beside_another_mesh_is_refused(edited: Edited, tmp_path: Path) -> None:
+def test_a_part_beside_another_mesh_is_refused(edited_published: Edited, tmp_path: Path) -> None:
     """It would be mounted by the attachment face of that mesh."""
     robot = paper_robot("published")
     robot.module.reduced.save(tmp_path / "own.npz")
     robot.module.full.mesh.save(tmp_path / "own_mesh.npz")
     both = 'part = "own.npz"\nmesh = "own_mesh.npz"\n\n'
-    path = edited('leg = "published"\n\n', both)
+    path = edited_published('leg = "published"\n\n', both)
     RobotDescription.read(path).spec()
     paper_robot("hyperelastic").module.full.mesh.save(tmp_path / "own_mesh.npz")
     with pytest.raises(ValueError, match=r"made from the mesh \w+, got the mesh"):
@@ -326,7 +344,7 @@ def test_a_part_beside_another_mesh_is_refused(edited: Edited, tmp_path: Path) -
 
 
 def test_a_weighed_mass_in_kilograms_is_told(edited: Edited) -> None:
-    path = edited('leg = "published"\n\n', 'leg = "published"\nmass_g = 0.042\n\n')
+    path = edited('leg = "measured"\n\n', 'leg = "measured"\nmass_g = 0.042\n\n')
     with pytest.raises(ValueError, match=r"a module of mass_g, weighs 0.042 g .* 0.042 kg are 42"):
         RobotDescription.read(path).spec()
 
@@ -420,3 +438,22 @@ def test_a_design_that_rules_do_not_allow_is_told_why(edited: Edited) -> None:
         assert note.startswith(f"design {design} {says}")
         assert why in note
     assert plate.forbidden_note("b1.1.2.2.1.0") is None
+
+
+def test_a_file_that_names_no_physics_is_of_that_asked_for(edited: Edited) -> None:
+    """Measured by default; its legs are those of the physics. A run keeps what it was made in."""
+    path = edited('based_on = "measured"\n', "")
+    path.write_text(path.read_text().replace('leg = "measured"\n', ""))
+    plate, usual = RobotDescription.read(path).spec(), RobotDescription.read(PLATE).spec()
+    assert plate.physics == usual.physics
+    assert [each.reduced.digest() for each in plate.modules] == [
+        each.reduced.digest() for each in usual.modules
+    ]
+    asked = {"described": str(path), "based_on": "published"}
+    published = layered(RobotOptions(), [asked])
+    assert published.spec().physics.damping == "published"
+    assert published.spec().modules[0].reduced.relaxation is None
+    kept = settings_from_dict(RobotOptions, settings_to_dict(published))
+    assert kept.spec().physics == published.spec().physics
+    with pytest.raises(ValueError, match=r"--physics is given beside --robot .*/plate\.toml"):
+        layered(RobotOptions(), [{**asked, "described": str(PLATE)}]).spec()

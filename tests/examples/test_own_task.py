@@ -11,13 +11,13 @@ import numpy as np
 import own_task
 import pytest
 from gymnasium.spaces import Box
+from helpers.published_plate import published_plate
 
 import pneumorph as pm
 from pneumorph.cli import run
 from pneumorph.environment.registration import make_env
 from pneumorph.environment.training_environment import TrainingEnvironment
 
-PLATE = Path(__file__).parents[2] / "examples/plate.toml"
 TASK = {"action_count": 4, "action_step_count": 100}  # as long as a period of the expert
 TINY = {
     "coopt": {
@@ -42,10 +42,18 @@ class Tall(pm.TaskWrapper):
 
 
 @pytest.fixture(scope="module")
-def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def plate(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The plate's file."""
+    path = tmp_path_factory.mktemp("plate") / "plate.toml"
+    path.write_text(published_plate())
+    return path
+
+
+@pytest.fixture(scope="module")
+def trained(plate: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of the plate, made from Python."""
     out = tmp_path_factory.mktemp("straight") / "run"
-    own_task.main(["--robot", str(PLATE), "--out", str(out)], **TINY)
+    own_task.main(["--robot", str(plate), "--out", str(out)], **TINY)
     return out
 
 
@@ -69,17 +77,17 @@ def test_turning_costs_what_it_says() -> None:
     assert abs(heading) > 0.1  # it turned
 
 
-def test_a_run_from_python_is_a_run_of_coopt(trained: Path) -> None:
+def test_a_run_from_python_is_a_run_of_coopt(plate: Path, trained: Path) -> None:
     summary = json.loads((trained / "summary.json").read_text())
     assert summary["verb"] == "coopt"
     assert summary["own_task"] == "Straight"
     assert summary["ranked_by"] == "reward of Straight"
     assert any(pair["score_cm"] < pair["distance_cm"] for pair in summary["pairs"])
     # A finished run is read, and is of one task alone.
-    again = own_task.main(["--robot", str(PLATE), "--out", str(trained)], **TINY)
+    again = own_task.main(["--robot", str(plate), "--out", str(trained)], **TINY)
     assert [pair.design for pair in again.pairs] == [pair["design"] for pair in summary["pairs"]]
     with pytest.raises(ValueError, match="own_task Straight, expected None"):
-        pm.train(trained, PLATE, changes=TINY)
+        pm.train(trained, plate, changes=TINY)
 
 
 @pytest.mark.parametrize(
@@ -126,17 +134,17 @@ def test_verbs_say_that_they_do_not_rank_by_it(trained: Path, tmp_path: Path) ->
     ],
 )
 def test_what_is_no_task_is_refused_before_anything_walks(
-    wrong: Any, message: str, tmp_path: Path
+    wrong: Any, message: str, plate: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "run"
     with pytest.raises(ValueError, match=message):
-        pm.train(out, PLATE, changes=TINY, own_task=wrong)
+        pm.train(out, plate, changes=TINY, own_task=wrong)
     assert not list(out.glob("*.npz"))
 
 
 def test_that_mirror_images_are_taken_to_be_rewarded_alike_is_told(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    plate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(ValueError, match="has observations of shape"):
-        pm.train(tmp_path / "run", PLATE, changes=TINY, own_task=Tall)
+        pm.train(tmp_path / "run", plate, changes=TINY, own_task=Tall)
     assert "Tall is taken to reward a robot and its mirror image alike" in capsys.readouterr().err

@@ -15,6 +15,7 @@ DESIGN = "1+2.3.b4+5.3"
 _FILE = f"""
 name = "two chambers"
 [physics]
+based_on = "published"
 regulator_count = 5
 damping = "objective"
 floor_height_mm = -16.0

@@ -32,7 +32,7 @@ from pneumorph.study.module_catalogue import read_catalogue, shipped_catalogue
 CATALOGUE = """
 [defaults]
 leg = "published"
-reduced_as = "quick"
+reduced_as = "paper_quick"
 
 [defaults.changes.snapshots.static]
 bend_count = 3
@@ -301,7 +301,7 @@ def test_the_key_is_of_all_that_a_module_depends_on(tmp_path: Path) -> None:
     [
         ("mode_limit", "mode_limits", r"module stub: unknown setting reduction\.mode_limits"),
         ("inner_tooth_count = 2", "inner_tooth_count = 0", "module stub: .*inner_tooth_count"),
-        ('"quick"', '"fast"', "reduced_as is 'fast', expected a preset of reduce: paper"),
+        ('"paper_quick"', '"fast"', "reduced_as is 'fast', expected a preset of reduce: measured"),
         ("[modules.stub", '[modules."a/b"', "module a/b: expected a name of letters"),
         ("[defaults.changes.reduction]", "[default]", r"tables \[modules.NAME\].*also default"),
         ("face_tied = true", 'file = "leg.msh"', "modules of a catalogue are parametric legs"),
