@@ -28,7 +28,7 @@ from pneumorph.base.settings import (
 from pneumorph.catalogue.paper_leg import LegName, leg_kind
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.reduction.part_file import FORMAT_VERSION as PART_VERSION
-from pneumorph.study.made_mesh import MeshSettings
+from pneumorph.study.made_mesh import MEASURED_LEG, MeshSettings
 from pneumorph.study.reduction_options import PRESETS, ReduceOptions
 
 VERSION = 1
@@ -43,7 +43,8 @@ class ParametricModule(Checked):
     """A leg of a catalogue: its shape and mesh, its physics, and how it is reduced."""
 
     mesh: MeshSettings = field(default_factory=MeshSettings)
-    """Its shape (`leg`) and how finely it is meshed, as `pneumorph mesh leg` takes them."""
+    """Its shape (`leg`) and how finely it is meshed, as `pneumorph mesh leg` takes them; a measured
+    leg in a catalogue's file is meshed as the one that ships."""
     leg: LegName = "measured"
     """The leg that it is like: its materials, masses, and the physics that robots walk in."""
     reduced_as: str = "measured"
@@ -160,6 +161,8 @@ def read_catalogue(path: Path | str) -> dict[str, ParametricModule]:
             raise ArtefactError(f"{where} is {table!r}, expected a table [modules.{name}]")
         try:
             said = laid_over(dict(defaults), table)
+            if said.get("leg", ParametricModule.leg) == "measured":
+                said = laid_over({"mesh": settings_to_dict(MEASURED_LEG)}, said)
             modules[name] = settings_from_dict(ParametricModule, said)
             _ = modules[name].key
         except ValueError as error:

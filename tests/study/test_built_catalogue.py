@@ -264,6 +264,17 @@ def test_a_damaged_pointer_is_told_by_its_file(folder: Path, tmp_path: Path) -> 
         RobotDescription.read(tmp_path / "robot.toml").spec()
 
 
+def test_a_measured_leg_is_meshed_as_the_one_that_ships(tmp_path: Path) -> None:
+    """Where a catalogue does not say how."""
+    text = shipped_catalogue().read_text()
+    before, _, after = text.partition("[defaults.mesh]")
+    (tmp_path / "legs.toml").write_text(before + after[after.index("[modules.") :])
+    found = read_catalogue(tmp_path / "legs.toml")
+    assert {name: each.key for name, each in found.items()} == {
+        name: each.key for name, each in read_catalogue(shipped_catalogue()).items()
+    }
+
+
 def test_the_key_is_of_all_that_a_module_depends_on(tmp_path: Path) -> None:
     def keys(text: str) -> dict[str, str]:
         (tmp_path / "legs.toml").write_text(text)
