@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.geometry.pose import Pose, rotation_about
@@ -183,7 +184,8 @@ def _nearest(pose: Pose, poses: Sequence[Pose]) -> str:
     apart_mm = [float(np.linalg.norm(each.translation - pose.translation)) for each in poses]
     nearest = int(np.argmin(apart_mm))
     place = ", ".join(f"{x:.4g}" for x in pose.translation)
-    how = "which is turned otherwise"
+    turn = Rotation.from_matrix(poses[nearest].rotation.T @ pose.rotation)
+    how = f"which is turned by {np.degrees(turn.magnitude()):.3g} degrees"
     if apart_mm[nearest] >= _SAME_MM:
         how = f"{apart_mm[nearest]:.3g} mm away"
     return f"no site (it is at {place} mm, the nearest site is {nearest}, {how})"

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from pneumorph.base.checked import Bounds, Checked, Positive
+from pneumorph.catalogue.density_check import WEIGHED_G_PER_ML, check_density
 from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
 from pneumorph.fem.material import DiskMaterials, Material
 from pneumorph.geometry.mass_properties import MassProperties
@@ -174,6 +175,10 @@ class HubDescription(Checked):
 
     def _mass(self, mesh: Mesh) -> float | MassProperties:
         if self.mass_kg is not None:
+            check_density(
+                "mass_kg of [hub]", self.mass_kg, float(mesh.volumes.sum()), WEIGHED_G_PER_ML,
+                "it is in kg, so 42 g are 0.042, and sizes are in mm",
+            )  # fmt: skip
             if self.centre_mm is not None:
                 centre, inertia = np.array(self.centre_mm), np.array(self.inertia_kg_mm2)
                 return MassProperties(self.mass_kg, centre, inertia)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumorph.catalogue.density_check import CAST_G_PER_ML, check_density, material_volume
-from pneumorph.catalogue.hub_spec import HubSpec
+from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.site import Site
 from pneumorph.geometry.contact_surfaces import distance_to
@@ -40,6 +40,25 @@ def check_module(module: Module, name: str, physics: Physics, weighed: bool) -> 
             f"{own.slope:g} and intercept {own.intercept_kPa:g} kPa, the physics has "
             f"{physics.pressure_map.slope:g} and {physics.pressure_map.intercept_kPa:g}: expected "
             "one map for all modules; choose legs of one kind, or physics.pressure_map"
+        )
+
+
+def check_hub_surface(hub: HubSpec, physics: Physics) -> None:
+    """Refuse a surface of the hub of which nobody says how it rubs, where others are named.
+
+    Args:
+        hub: The hub.
+        physics: What acts on the robot.
+
+    Raises:
+        ValueError: It is such a one.
+    """
+    named = dict(physics.friction_by_surface)
+    if hub.surface not in (HUB_SURFACE, *named) and named and len(hub.contact_points):
+        raise ValueError(
+            f"[hub] has the surface {hub.surface!r} and physics.friction_by_surface names "
+            f"{', '.join(named)}, expected a coefficient of each, such as "
+            f'friction_by_surface = [["{hub.surface}", 0.4]]'
         )
 
 
@@ -80,9 +99,17 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
             if depth > tolerance_mm:
                 deepest = np.round(within[int(np.argmax(depths))], 1).tolist()
                 bottom, top = nodes[:, 2].min(), nodes[:, 2].max()
+                outwards = pose.rotation @ module.face.rotation[:, 0]
+                behind = float((face - deepest) @ outwards)
+                cause = (
+                    "does the site's x axis point away from the hub, whose height is from "
+                    f"{bottom:g} to {top:g} mm? Turn or move the site"
+                    if gap > tolerance_mm or behind < tolerance_mm
+                    else f"that is {behind:.1f} mm behind its attachment face, where base plates "
+                    "reach; move the site outwards, or roll or pitch it less"
+                )
                 raise ValueError(
                     f"module {module.name} at {where} is up to {depth:.1f} mm inside the hub, at "
-                    f"{deepest} mm, expected at most {tolerance_mm:g}: does the site's x axis "
-                    f"point away from the hub, whose height is from {bottom:g} to {top:g} mm? Turn "
-                    "or move the site, or allow it by mounting_tolerance_mm"
+                    f"{deepest} mm, expected at most {tolerance_mm:g}: {cause}, or allow it by "
+                    "mounting_tolerance_mm"
                 )

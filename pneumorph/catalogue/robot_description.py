@@ -26,7 +26,7 @@ from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module_description import ModuleDescription
-from pneumorph.catalogue.mounting_check import check_module, check_mounted
+from pneumorph.catalogue.mounting_check import check_hub_surface, check_module, check_mounted
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
 from pneumorph.catalogue.paper_robot import ring_of_sites
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -339,10 +339,13 @@ class RobotDescription(Checked, ShownInNotebooks):
             try:
                 modules[name] = each.module(name, self.folder, built, self.physics.based_on)
             except FileNotFoundError as error:
-                where = "" if self.file is None else f"robot file {self.file}: "
-                raise FileNotFoundError(f"{where}modules.{name}: {error}") from error
+                raise FileNotFoundError(f"{self._where}modules.{name}: {error}") from error
         kind = leg_kind(self.physics.based_on)
-        hub = self.hub.spec(self.folder)
+        try:
+            hub = self.hub.spec(self.folder)
+        except FileNotFoundError as error:
+            raise FileNotFoundError(f"{self._where}{error}") from error
+        check_hub_surface(hub, physics)
         if self.ring is not None:
             sites = ring_of_sites(self.ring, tuple(modules.values()))
         else:
@@ -364,6 +367,11 @@ class RobotDescription(Checked, ShownInNotebooks):
                 **rest,
             },
         )
+
+    @property
+    def _where(self) -> str:
+        """What messages begin with."""
+        return "" if self.file is None else f"robot file {self.file}: "
 
     def _allowed(self) -> list[tuple[str, ...]]:
         """Names of the modules at each site, in the order of the modules."""

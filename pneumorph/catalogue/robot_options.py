@@ -342,6 +342,12 @@ class RobotOptions(Checked):
                     f"--{flag} is given beside --robot {self.described}, expected it in that file "
                     "alone: it says what its modules, masses and physics are"
                 )
+        count, theirs_count = self.physics.regulator_count, robot.acting.regulator_count
+        if count != theirs_count:
+            raise ValueError(
+                f"--physics.regulator-count is {count} beside --robot {self.described}, expected "
+                f"the {theirs_count} of that file: its designs, gaits and tasks are of as many"
+            )
         if self.full.mesh is not None:
             raise ValueError(
                 f"--full.mesh is given beside --robot {self.described}, expected each module's "

@@ -180,6 +180,12 @@ def test_a_leg_of_another_length_is_mounted_by_its_face() -> None:
             "regulators is 5, .* most 4",
         ),
         (f"{USUAL}minimum_legs = 4", "maximum_legs = 3", "regulator_count is 4 and .* more than 3"),
+        ("minimum_legs = 4", "maximum_regulators = 5", "maximum_regulators is 5, .* most 4"),
+        (
+            "position_mm = [0, -46, 36]\nyaw_deg = -90",
+            "position_mm = [0, -46, 36]\nyaw_deg = -75",
+            "nearest site is 4, which is turned by 15 degrees",
+        ),
         ("minimum_legs = 4", "maximum_regulators = 2", "regulator_count is 4 and .* more than 2"),
         (
             'modules = ["long"]',
@@ -248,6 +254,22 @@ def test_a_file_that_is_none_is_refused(
     [
         ("position_mm = [76, 24, 36]", "position_mm = [89, 24, 36]", "14.0 mm away from the hub"),
         ("position_mm = [76, 24, 36]", "position_mm = [60, 24, 36]", "height is from 31 to 41 mm"),
+        (
+            "yaw_deg = 0\npitch_deg = 15",
+            "yaw_deg = 180\npitch_deg = 15",
+            "does the site's x axis point away",
+        ),
+        (
+            'pitch_deg = 15\n\n[[sites]]\nname = "left',
+            'pitch_deg = 45\n\n[[sites]]\nname = "left',
+            "mm behind its attachment face",
+        ),
+        ("density_g_per_ml = 0.6", "mass_kg = 50", "mass_kg of .hub. weighs 5e.04 g .* 42 g are"),
+        (
+            "density_g_per_ml = 0.6",
+            'density_g_per_ml = 0.6\nsurface = "wood"',
+            r"surface 'wood' and .* names hub, .* \[\[\"wood\", 0.4\]\]",
+        ),
         ('leg = "measured"\n\n', 'leg = "measured"\nmass_g = 9\n\n', None),
         ('leg = "measured"\n\n', 'leg = "hyperelastic"\n\n', "pressure map of slope 1.247"),
     ],
@@ -457,3 +479,18 @@ def test_a_file_that_names_no_physics_is_of_that_asked_for(edited: Edited) -> No
     assert kept.spec().physics == published.spec().physics
     with pytest.raises(ValueError, match=r"--physics is given beside --robot .*/plate\.toml"):
         layered(RobotOptions(), [{**asked, "described": str(PLATE)}]).spec()
+
+
+def test_a_hubs_mesh_that_is_missing_is_told_with_the_robots_file(edited: Edited) -> None:
+    text = "\n".join(f"{name}_mm = {size}" for name, size in
+                     (("length", 150), ("width", 90), ("height", 10), ("bottom", 31)))  # fmt: skip
+    path = edited(f'shape = "box"\n{text}', 'shape = "mesh"\nmesh = "none.npz"')
+    with pytest.raises(FileNotFoundError, match=rf"robot file {path}: mesh of \[hub\]: .*none"):
+        RobotDescription.read(path).spec()
+
+
+def test_another_number_of_regulators_than_the_files_is_refused() -> None:
+    """Its designs, tasks and gaits would not follow."""
+    asked = {"described": str(PLATE), "physics": {"regulator_count": 3}}
+    with pytest.raises(ValueError, match=r"--physics\.regulator-count is 3 .* the 4 of that file"):
+        layered(RobotOptions(), [asked]).spec()
