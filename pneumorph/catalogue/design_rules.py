@@ -92,6 +92,11 @@ class DesignRules(Checked):
                     f"expected {' or '.join(allowed)}: those of the site"
                 )
         most = self.maximum_regulators or regulator_count
+        if most > regulator_count:
+            raise ValueError(
+                f"designs.maximum_regulators is {most}, expected at most {regulator_count}, as "
+                "many regulators as there are"
+            )
         used = min(space.maximum_legs * space.cavity_count, most)
         if used < regulator_count:
             raise ValueError(

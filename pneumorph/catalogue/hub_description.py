@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from pneumorph.base.checked import Bounds, Checked, Positive
-from pneumorph.catalogue.density_check import WEIGHED_G_PER_ML, check_density
+from pneumorph.catalogue.density_check import check_density
 from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
 from pneumorph.fem.material import DiskMaterials, Material
 from pneumorph.geometry.mass_properties import MassProperties
@@ -26,6 +26,8 @@ Density = Annotated[float, Bounds(above=0.0, most=25.0, why="in g/ml, of which w
 Payload = Annotated[float, Bounds(least=0.0, most=1e4, why="in g; these legs carry some 100")]
 
 _ON_EDGE_MM = 1e-6
+_OF_ENVELOPE_G_PER_ML = (0.005, 100.0)
+"""Of all that a hub encloses or carries: between a frame and valves on a thin plate."""
 _SIZES = {
     "box": ("length_mm", "width_mm", "height_mm", "bottom_mm"),
     "disk": ("radius_mm", "height_mm", "bottom_mm"),
@@ -176,7 +178,7 @@ class HubDescription(Checked):
     def _mass(self, mesh: Mesh) -> float | MassProperties:
         if self.mass_kg is not None:
             check_density(
-                "mass_kg of [hub]", self.mass_kg, float(mesh.volumes.sum()), WEIGHED_G_PER_ML,
+                "mass_kg of [hub]", self.mass_kg, float(mesh.volumes.sum()), _OF_ENVELOPE_G_PER_ML,
                 "it is in kg, so 42 g are 0.042, and sizes are in mm",
             )  # fmt: skip
             if self.centre_mm is not None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pneumorph.catalogue.density_check import CAST_G_PER_ML, check_density, material_volume
-from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubSpec
+from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.site import Site
 from pneumorph.geometry.contact_surfaces import distance_to
@@ -40,25 +40,6 @@ def check_module(module: Module, name: str, physics: Physics, weighed: bool) -> 
             f"{own.slope:g} and intercept {own.intercept_kPa:g} kPa, the physics has "
             f"{physics.pressure_map.slope:g} and {physics.pressure_map.intercept_kPa:g}: expected "
             "one map for all modules; choose legs of one kind, or physics.pressure_map"
-        )
-
-
-def check_hub_surface(hub: HubSpec, physics: Physics) -> None:
-    """Refuse a surface of the hub of which nobody says how it rubs, where others are named.
-
-    Args:
-        hub: The hub.
-        physics: What acts on the robot.
-
-    Raises:
-        ValueError: It is such a one.
-    """
-    named = dict(physics.friction_by_surface)
-    if hub.surface not in (HUB_SURFACE, *named) and named and len(hub.contact_points):
-        raise ValueError(
-            f"[hub] has the surface {hub.surface!r} and physics.friction_by_surface names "
-            f"{', '.join(named)}, expected a coefficient of each, such as "
-            f'friction_by_surface = [["{hub.surface}", 0.4]]'
         )
 
 

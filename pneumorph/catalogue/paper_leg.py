@@ -52,7 +52,7 @@ _OLDER_LEGS = {"paper": "published"}
 
 @cache
 def paper_leg_mesh() -> Mesh:
-    """Mesh of the PneuNet leg that ships; made by ``pneumorph mesh leg``."""
+    """Mesh of the PneuNet leg that ships; made by ``pneumorph mesh leg --preset paper``."""
     return Mesh.load(data_file("leg_mesh.npz"))
 
 
@@ -108,7 +108,7 @@ bends alike as long as it is stiff (`reproduce/measured_bend`)."""
 def hyperelastic_leg_mesh() -> Mesh:
     """Mesh of quadratic tetrahedra that ships.
 
-    Made by ``pneumorph mesh leg --quadratic --leg-mesher.size-mm 6 --leg-mesher.grading 0.9``.
+    Made by ``pneumorph mesh leg --no-face-tied``.
     """
     return Mesh.load(data_file("leg_mesh_quadratic.npz"))
 

@@ -24,11 +24,13 @@ from pneumorph.base.settings import (
 from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
+from pneumorph.catalogue.hub_spec import HUB_SURFACE
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module_description import ModuleDescription
-from pneumorph.catalogue.mounting_check import check_hub_surface, check_module, check_mounted
+from pneumorph.catalogue.mounting_check import check_module, check_mounted
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
 from pneumorph.catalogue.paper_robot import ring_of_sites
+from pneumorph.catalogue.part_physics import refuse_published_part
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
 from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
@@ -280,6 +282,17 @@ class RobotDescription(Checked, ShownInNotebooks):
         polar = ", ".join(f"modules.{name}" for name in self.polar_modules)
         return f"objective damping, which goes with the polar rotations of {polar}"
 
+    def _surface_note(self, physics: Physics) -> str | None:
+        """What to say of a hub's surface of which nobody says how it rubs, where others are named;
+        None of others."""
+        surface, named = self.hub.surface, dict(physics.friction_by_surface)
+        if surface in (HUB_SURFACE, *named) or not named or self.hub.contact == "none":
+            return None
+        return (
+            f"physics.friction_by_surface names {', '.join(named)} and not {surface!r}, the "
+            f"surface of [hub], which has the friction of all others, {physics.friction:g}"
+        )
+
     def notes(self, design: str | None, physics: Physics) -> tuple[str, ...]:
         """What to say before one robot walks in one world.
 
@@ -287,7 +300,7 @@ class RobotDescription(Checked, ShownInNotebooks):
             design: The design that is taken, where nothing but this description chose it.
             physics: What acts on it.
         """
-        told = [self.damping_note(physics), self.worlds_note]
+        told = [self.damping_note(physics), self._surface_note(physics), self.worlds_note]
         if design is not None:
             told = [self.forbidden_note(design), self.design_note(design), *told]
         return tuple(note for note in told if note is not None)
@@ -340,12 +353,16 @@ class RobotDescription(Checked, ShownInNotebooks):
                 modules[name] = each.module(name, self.folder, built, self.physics.based_on)
             except FileNotFoundError as error:
                 raise FileNotFoundError(f"{self._where}modules.{name}: {error}") from error
+            if each.part is not None and self.physics.based_on == "measured":
+                remedy = 'say based_on = "published" in [physics]'
+                refuse_published_part(
+                    modules[name].reduced, f"the part of modules.{name} ({each.part})", remedy
+                )
         kind = leg_kind(self.physics.based_on)
         try:
             hub = self.hub.spec(self.folder)
         except FileNotFoundError as error:
             raise FileNotFoundError(f"{self._where}{error}") from error
-        check_hub_surface(hub, physics)
         if self.ring is not None:
             sites = ring_of_sites(self.ring, tuple(modules.values()))
         else:

@@ -29,6 +29,7 @@ from pneumorph.catalogue.paper_leg import (
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.part_physics import physics_of_part, refuse_published_part
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -61,15 +62,6 @@ def _is_complete(content: Mapping[str, Any]) -> bool:
 
 USUAL: PhysicsName = "measured"
 """The physics where none is asked for."""
-
-
-PUBLISHED_LAWS = ("corotational", "st_venant_kirchhoff", "stable_neo_hookean")
-"""Laws of a solid that are none of a silicone as it was measured."""
-
-
-def _physics_of_part(part: ReducedPart) -> PhysicsName:
-    """The physics that a reduced leg is of, by whether it relaxes."""
-    return "published" if part.relaxation is None else "measured"
 
 
 def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
@@ -204,8 +196,11 @@ class RobotOptions(Checked):
             FileNotFoundError: No such part.
             ArtefactError: It is no reduced part.
         """
-        if content.get("described") is not None:
-            path, text = content["described"], content.get("file_text")
+        path, text = content.get("described"), content.get("file_text")
+        if path is None and content.get("based_on") is not None:
+            # The physics of a file that was named before, which may leave that open.
+            path, text = below.get("described"), below.get("file_text")
+        if path is not None:
             text = read_text(path, "robot") if text is None else text
             robot = RobotDescription.of_text(text, path, content.get("based_on", USUAL))
             brought = {**_all_of(robot.physics.based_on), "file_text": text}
@@ -219,7 +214,7 @@ class RobotOptions(Checked):
         part = ReducedPart.load(path) if path is not None and leg is None else None
         if name is None:
             own = None if leg is None else physics_of(leg)
-            own = own if part is None else _physics_of_part(part)
+            own = own if part is None else physics_of_part(part)
             name = None if own == below.get("based_on") else own
         if name is not None:
             brought = _all_of(name)
@@ -302,23 +297,14 @@ class RobotOptions(Checked):
     def _part_of_this_physics(self) -> ReducedPart | Path | None:
         """The reduced leg, read where what is in it is checked.
 
-        One that does not relax, of a law of the published physics, is refused as measured. The
-        reverse, one that relaxes in the published physics, its simulator refuses.
-
         Raises:
             ValueError: It is such a leg; names it and what was asked for.
         """
         if self.part is None or self.leg != "measured":
             return self.part
         part = ReducedPart.load(self.part)
-        law = part.tetrahedron_material.law
-        if part.relaxation is None and law in PUBLISHED_LAWS:
-            raise ValueError(
-                f"the reduced leg {self.part} is of the published physics (its law is {law!r} and "
-                "nothing in it relaxes), and the measured leg or physics was asked for, expected "
-                "one of that: leave out --physics and --leg, which the leg then brings itself, or "
-                "reduce it again with pneumorph reduce --preset measured"
-            )
+        remedy = "leave out --physics and --leg, which the leg then brings itself"
+        refuse_published_part(part, f"the reduced leg {self.part}", remedy)
         return part
 
     def _refuse_beside_a_description(self, robot: RobotDescription) -> None:

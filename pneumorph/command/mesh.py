@@ -35,9 +35,13 @@ class MeshOptions(MeshSettings):
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
-        """A file's own node sets say how it is tied, and a disk is linear."""
-        if content.get("file") is not None:
-            return {"face_tied": False}
+        """A file's own node sets say how it is tied; what has no surfaces that a leg needs, such as
+        a hub, is linear, and so is the disk."""
+        if content.keys().isdisjoint(("file", "surfaces", "part")):
+            return {}
+        if content.get("file", below["file"]) is not None:
+            leg = bool(content.get("surfaces", below["surfaces"]))
+            return {"face_tied": False} if leg else {"face_tied": False, "quadratic": False}
         return {"quadratic": False, "face_tied": False} if content.get("part") == "disk" else {}
 
 

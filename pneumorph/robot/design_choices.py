@@ -60,12 +60,7 @@ class DesignChoices(Checked):
                 f"legs from {self.minimum_legs} to {self.maximum_legs} on {self.location_count} "
                 "locations, expected 0 <= minimum_legs <= maximum_legs <= location_count"
             )
-        most = self.maximum_regulators or self.regulator_count
-        if most > self.regulator_count:
-            raise ValueError(
-                f"maximum_regulators is {most}, expected at most {self.regulator_count}, as many "
-                "regulators as there are"
-            )
+        most = min(self.maximum_regulators or self.regulator_count, self.regulator_count)
         if self.minimum_regulators > most:
             raise ValueError(
                 f"minimum_regulators is {self.minimum_regulators}, expected at most {most}, as "

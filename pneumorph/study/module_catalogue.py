@@ -25,7 +25,7 @@ from pneumorph.base.settings import (
     settings_known_before,
     settings_to_dict,
 )
-from pneumorph.catalogue.paper_leg import LegName, leg_kind
+from pneumorph.catalogue.paper_leg import LegName, leg_kind, physics_of
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.reduction.part_file import FORMAT_VERSION as PART_VERSION
 from pneumorph.study.made_mesh import MEASURED_LEG, MeshSettings
@@ -42,9 +42,9 @@ _SAID_ELSEWHERE = ("leg", "mesh")
 class ParametricModule(Checked):
     """A leg of a catalogue: its shape and mesh, its physics, and how it is reduced."""
 
-    mesh: MeshSettings = field(default_factory=MeshSettings)
-    """Its shape (`leg`) and how finely it is meshed, as `pneumorph mesh leg` takes them; a measured
-    leg in a catalogue's file is meshed as the one that ships."""
+    mesh: MeshSettings = field(default_factory=lambda: MeshSettings(**MEASURED_LEG))
+    """Its shape (`leg`) and how finely it is meshed, as `pneumorph mesh leg` takes them; in a
+    catalogue's file as the leg that ships where nothing is said."""
     leg: LegName = "measured"
     """The leg that it is like: its materials, masses, and the physics that robots walk in."""
     reduced_as: str = "measured"
@@ -58,6 +58,13 @@ class ParametricModule(Checked):
             raise ValueError(
                 f"reduced_as is {self.reduced_as!r}, expected a preset of reduce: "
                 f"{', '.join(PRESETS)}"
+            )
+        own, preset = physics_of(self.leg), physics_of(PRESETS[self.reduced_as]().leg)
+        if own != preset:
+            raise ValueError(
+                f"reduced_as is {self.reduced_as!r}, a preset of the {preset} physics, expected "
+                f"one of the {own} physics as leg is {self.leg!r}, such as "
+                + ("measured or quick" if own == "measured" else "paper or paper_quick")
             )
         if self.mesh.file is not None:
             raise ValueError(
@@ -161,8 +168,9 @@ def read_catalogue(path: Path | str) -> dict[str, ParametricModule]:
             raise ArtefactError(f"{where} is {table!r}, expected a table [modules.{name}]")
         try:
             said = laid_over(dict(defaults), table)
-            if said.get("leg", ParametricModule.leg) == "measured":
-                said = laid_over({"mesh": settings_to_dict(MEASURED_LEG)}, said)
+            measured = said.get("leg", ParametricModule.leg) == "measured"
+            usual = MeshSettings(**MEASURED_LEG) if measured else MeshSettings()
+            said = laid_over({"mesh": settings_to_dict(usual)}, said)
             modules[name] = settings_from_dict(ParametricModule, said)
             _ = modules[name].key
         except ValueError as error:

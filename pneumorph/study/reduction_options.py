@@ -9,9 +9,9 @@ from typing import Any
 
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.base.settings import laid_over, settings_to_dict
+from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.hub_spec import HubModel
-from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.masses import CastDensities, Masses
 from pneumorph.catalogue.paper_leg import (
     HYPERELASTIC_MATERIALS,
     MEASURED_MATERIALS,
@@ -23,7 +23,7 @@ from pneumorph.catalogue.paper_leg import (
 )
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.material import LegMaterials
-from pneumorph.fem.silicones import BEAM_RELAXATION, silicone
+from pneumorph.fem.silicones import silicone
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings
 from pneumorph.reduction.collect import SnapshotSettings
@@ -46,10 +46,12 @@ class ReduceOptions(Checked):
     """Mesh of the leg, as `pneumorph mesh` writes it."""
     silicone: str | None = None
     """What a leg of the measured physics is cast of, by the supplier's name, such as "Ecoflex
-    00-30": sets its law (--materials.silicone) and its density. By default the preset's."""
+    00-30": sets its law (--materials.silicone) and density, and all pressures and forces of the
+    snapshots in proportion to its modulus. By default the preset's."""
     largest_pressure_kPa: Positive | None = None
     """Largest pressure that the leg is driven with [kPa], to which the preset's snapshots go (100
-    of the real leg in the measured physics): sets all their pressures in proportion."""
+    in the measured physics, of another silicone than Dragon Skin 30 in proportion to its modulus):
+    sets all their pressures in proportion."""
     materials: LegMaterials = field(default_factory=LegMaterials)
     masses: Masses = field(default_factory=Masses)
     """What the leg weighs, and the hub of walking robots."""
@@ -71,16 +73,24 @@ class ReduceOptions(Checked):
         """
         brought: dict[str, Any] = {}
         leg = content.get("leg", below["leg"])
-        if leg != below["leg"] and leg in _OF_LEG:
+        another = leg != below["leg"] and leg in _OF_LEG
+        if another:
             brought = _made_of(_OF_LEG[leg]())
         for name, of_it in (
             ("mesh", _of_mesh),
             ("silicone", _of_silicone),
             ("largest_pressure_kPa", _of_largest_pressure),
         ):
-            if content.get(name) is not None:
-                now = laid_over(laid_over(dict(below), brought), content)
-                brought = laid_over(brought, of_it(now))
+            # What was chosen before holds for another leg or silicone, too.
+            value = content.get(name, below[name] if another else None)
+            if value is not None:
+                another = another or name != "mesh"
+                usual = laid_over(dict(below), brought)
+                brought = laid_over(brought, of_it(value, usual, content))
+        weighed = content.get("masses")
+        if isinstance(weighed, Mapping) and _is_weighed(weighed) and "densities" not in weighed:
+            usual = settings_to_dict(CastDensities())
+            brought = laid_over(brought, {"masses": {"densities": usual}})
         return brought
 
     @classmethod
@@ -98,54 +108,78 @@ def _made_of(preset: ReduceOptions) -> dict[str, Any]:
     }
 
 
-def _relaxes(now: Mapping[str, Any]) -> bool:
-    return bool(now["materials"]["relaxation"]["weights"])
+def _materials(usual: dict[str, Any], content: Mapping[str, Any]) -> LegMaterials:
+    """What a leg is made of, with what is set."""
+    return settings_from_dict(
+        LegMaterials, laid_over(usual, {"materials": content.get("materials", {})})["materials"]
+    )
 
 
-def _of_mesh(now: Mapping[str, Any]) -> dict[str, Any]:
+def _is_weighed(masses: Mapping[str, Any]) -> bool:
+    """Whether masses are not those of what is cast."""
+    return masses.get("leg_mass_g") is not None or masses.get("model", "cast") != "cast"
+
+
+def _of_mesh(mesh: Any, usual: dict[str, Any], content: Mapping[str, Any]) -> dict[str, Any]:
     """Polar rotations, which know no left and right as edge-based ones do, and in the published
     physics the mass, as much for its volume as the published leg has, 105 g of 43 ml; measured legs
     weigh what is cast."""
     polar = {"rotation": "polar"}
     brought: dict[str, Any] = {"snapshots": {"static": polar}, "reduction": polar}
-    if not _relaxes(now):
-        volume = float(Mesh.load(now["mesh"]).volumes.sum())
+    if not _materials(usual, content).relaxation.weights:
+        volume = float(Mesh.load(mesh).volumes.sum())
         share = volume / float(paper_leg_mesh().volumes.sum())
         brought["materials"] = {"mass_kg": LegMaterials().mass_kg * share}
     return brought
 
 
-def _of_silicone(now: Mapping[str, Any]) -> dict[str, Any]:
-    """The law of a silicone that was measured, and its density where it is cast."""
-    if not _relaxes(now):
+def _of_silicone(name: Any, usual: dict[str, Any], content: Mapping[str, Any]) -> dict[str, Any]:
+    """The law of a silicone that was measured; its density where it is cast; and the pressures and
+    forces of the snapshots, in proportion to its modulus."""
+    relaxation = _materials(usual, content).relaxation
+    if not relaxation.weights:
         raise ValueError(
-            f"silicone is {now['silicone']!r}, expected none of a leg that does not relax, as in "
-            "the published physics, whose stiffness is tuned: see materials.silicone"
+            f"silicone is {name!r}, expected none of a leg that does not relax, as in the "
+            "published physics, whose stiffness is tuned: see materials.silicone"
         )
-    rubber = silicone(str(now["silicone"]))
-    law = rubber.material(relaxation=BEAM_RELAXATION)
-    brought: dict[str, Any] = {"materials": {"silicone": settings_to_dict(law)}}
-    if now["masses"]["model"] == "cast" and now["masses"]["leg_mass_g"] is None:
+    rubber = silicone(str(name))
+    law = rubber.material(relaxation=relaxation)
+    softer = law.young_modulus_kPa / usual["materials"]["silicone"]["young_modulus_kPa"]
+    brought = {
+        "materials": {"silicone": settings_to_dict(law)},
+        "snapshots": _pressures(softer, usual["snapshots"]),
+    }
+    load_mN = softer * usual["snapshots"]["static"]["load_limit_mN"]
+    brought["snapshots"]["static"]["load_limit_mN"] = load_mN
+    masses = laid_over(usual, {"masses": content.get("masses", {})})["masses"]
+    if isinstance(masses, Mapping) and not _is_weighed(masses):
         density = round(1e6 * rubber.density_kg_per_mm3, 9)
         brought["masses"] = {"densities": {"silicone_g_per_ml": density}}
     return brought
 
 
-def _of_largest_pressure(now: Mapping[str, Any]) -> dict[str, Any]:
+def _of_largest_pressure(
+    largest_kPa: Any, usual: dict[str, Any], _: Mapping[str, Any]
+) -> dict[str, Any]:
     """The pressures of all snapshots, in proportion."""
-    largest_kPa, usual = now["largest_pressure_kPa"], now["snapshots"]
+    snapshots = usual["snapshots"]
     if not isinstance(largest_kPa, int | float) or not largest_kPa > 0.0:
         return {}  # it is refused by its name, once all is laid together
-    factor = largest_kPa / usual["walk"]["amplitude_kPa"]
+    usual_kPa = snapshots["walk"]["amplitude_kPa"] or snapshots["static"]["bend_pressure_kPa"]
+    return {"snapshots": _pressures(largest_kPa / usual_kPa, snapshots)}
+
+
+def _pressures(factor: float, snapshots: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    """All pressures of snapshots, so many times as high."""
     names = {
         "static": ("bend_pressure_kPa", "load_pressure_kPa"),
         "blocked": ("pressure_kPa",),
         "walk": ("amplitude_kPa", "pressure_rate_kPa_per_s"),
     }
-    scaled = {
-        group: {name: factor * usual[group][name] for name in each} for group, each in names.items()
+    return {
+        group: {name: factor * snapshots[group][name] for name in each}
+        for group, each in names.items()
     }
-    return {"snapshots": scaled}
 
 
 def reduce_as_asked(

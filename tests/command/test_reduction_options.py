@@ -14,12 +14,14 @@ from helpers.box_mesh import box_mesh
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_leg import leg_kind, paper_leg
+from pneumorph.catalogue.paper_leg import leg_kind, paper_leg, paper_leg_mesh
 from pneumorph.command.mesh import VERB as MESH
 from pneumorph.command.mesh import MeshOptions
 from pneumorph.command.reduce import VERB as REDUCE
+from pneumorph.fem.prony import PronySeries
 from pneumorph.fem.silicones import BEAM_RELAXATION, SILICONES
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.study.reduction_options import (
@@ -54,7 +56,7 @@ def own_mesh(quadratic: bool) -> Mesh:
 def test_measured_is_what_is_asked_for_where_nothing_is() -> None:
     assert REDUCE.preset(None) == measured()
     assert MESH.preset(None) == MeshOptions(
-        quadratic=True, face_tied=True, leg_mesher=MESH.preset(None).leg_mesher
+        quadratic=True, face_tied=True, leg_mesher=MesherSettings(6.0, 0.9)
     )
     quick = PRESETS["quick"]()
     assert (quick.materials, quick.masses, quick.hub) == (
@@ -64,7 +66,12 @@ def test_measured_is_what_is_asked_for_where_nothing_is() -> None:
 
 @pytest.mark.parametrize(
     ("content", "quadratic", "face_tied"),
-    [({}, True, True), ({"file": "own.msh"}, True, False), ({"part": "disk"}, False, False)],
+    [
+        ({}, True, True),
+        ({"file": "own.msh"}, True, False),
+        ({"file": "hub.msh", "surfaces": []}, False, False),
+        ({"part": "disk"}, False, False),
+    ],
 )
 def test_a_mesh_is_quadratic_where_silicone_needs_it(
     content: dict[str, Any], quadratic: bool, face_tied: bool
@@ -86,20 +93,46 @@ def test_a_leg_brings_all_of_the_preset_that_made_it(tmp_path: Path) -> None:
         {"leg": "published", "snapshots": {"static": {"bend_count": 3}}},
     )
     assert kept.mesh == tmp_path / "mesh.npz"
-    assert kept.snapshots.static.bend_count == 3
-    assert kept.materials == ReduceOptions().materials
+    assert (kept.snapshots.static.bend_count, kept.reduction.rotation) == (3, "polar")
+    published = ReduceOptions().materials
+    weight_kg = published.mass_kg * own_mesh(False).volumes.sum() / paper_leg_mesh().volumes.sum()
+    assert kept.materials.mass_kg == pytest.approx(weight_kg, rel=DIGITS)
+    assert replace(kept.materials, mass_kg=0.105) == published
+    with pytest.raises(ValueError, match="silicone is 'Dragon Skin 20', expected none"):
+        asked({"silicone": "Dragon Skin 20"}, {"leg": "published"})
+
+
+def pressures(options: ReduceOptions) -> tuple[float, ...]:
+    """All that its snapshots are of, of the rate too."""
+    static, walk = options.snapshots.static, options.snapshots.walk
+    blocked_kPa = options.snapshots.blocked.pressure_kPa
+    inflated = (static.bend_pressure_kPa, static.load_pressure_kPa, blocked_kPa)
+    return (*inflated, walk.amplitude_kPa, walk.pressure_rate_kPa_per_s)
 
 
 def test_a_silicone_by_its_name_brings_its_law_and_density() -> None:
-    """The tested secant modulus at the test's rate, as the preset's own silicone has it."""
-    assert asked({"silicone": "Dragon Skin 30"}).materials == measured().materials
+    """The tested secant modulus at the test's rate, as the preset's own silicone has it. Pressures
+    and forces are in proportion to the modulus: so it bends as far."""
+    assert asked({"silicone": "Dragon Skin 30"}) == replace(measured(), silicone="Dragon Skin 30")
     soft = asked({"silicone": "Ecoflex 00-30"}, preset="quick")
     rubber = SILICONES["Ecoflex 00-30"]
     assert soft.materials.silicone == rubber.material(relaxation=BEAM_RELAXATION)
     assert soft.materials.sheet == measured().materials.sheet
     assert soft.masses.densities.silicone_g_per_ml == pytest.approx(1.07, rel=DIGITS)
-    weighed = asked({"silicone": "Ecoflex 00-30", "masses": {"leg_mass_g": 40.0}})
-    assert weighed.masses == Masses("cast", leg_mass_g=40.0)
+    softer = rubber.c1_kPa / SILICONES["Dragon Skin 30"].c1_kPa
+    expected = [softer * each for each in pressures(PRESETS["quick"]())]
+    assert pressures(soft) == pytest.approx(expected, rel=1e-9)
+    assert soft.snapshots.static.load_limit_mN == pytest.approx(1000.0 * softer, rel=1e-9)
+    # Branches of one's own are those that its secant modulus is at the test's rate with.
+    series = PronySeries((0.5,), (0.03,))
+    own = {"materials": {"relaxation": {"weights": [0.5], "times_s": [0.03]}}}
+    found = asked({"silicone": "Ecoflex 00-30", **own}).materials
+    assert (found.silicone, found.relaxation) == (rubber.material(relaxation=series), series)
+    for layers in (
+        [{"silicone": "Ecoflex 00-30", "masses": {"leg_mass_g": 40.0}}],
+        [{"silicone": "Ecoflex 00-30"}, {"masses": {"leg_mass_g": 40.0}}],
+    ):
+        assert asked(*layers).masses == Masses("cast", leg_mass_g=40.0)
     with pytest.raises(ValueError, match="no silicone 'Ecoflex 30' in the table, expected one of"):
         asked({"silicone": "Ecoflex 30"})
     with pytest.raises(ValueError, match="silicone is 'Dragon Skin 20', expected none of a leg"):
@@ -107,21 +140,24 @@ def test_a_silicone_by_its_name_brings_its_law_and_density() -> None:
 
 
 def test_a_largest_pressure_takes_all_pressures_with_it() -> None:
-    """In proportion, as those of a leg of another stiffness would be."""
-    found, usual = asked({"largest_pressure_kPa": 40.0}).snapshots, measured().snapshots
-    assert found.walk.amplitude_kPa == 40.0
-    for now, before in (
-        (found.static.bend_pressure_kPa, usual.static.bend_pressure_kPa),
-        (found.static.load_pressure_kPa, usual.static.load_pressure_kPa),
-        (found.blocked.pressure_kPa, usual.blocked.pressure_kPa),
-        (found.walk.pressure_rate_kPa_per_s, usual.walk.pressure_rate_kPa_per_s),
+    """In proportion, whatever the silicone is."""
+    expected = [0.4 * each for each in pressures(measured())]
+    for layers in (
+        [{"largest_pressure_kPa": 40.0}],
+        [{"largest_pressure_kPa": 40.0, "silicone": "Dragon Skin 20"}],
+        [{"largest_pressure_kPa": 40.0}, {"silicone": "Dragon Skin 20"}],
+        [{"silicone": "Dragon Skin 20"}, {"largest_pressure_kPa": 40.0}],
     ):
-        assert now == pytest.approx(0.4 * before, rel=DIGITS)
-    own = {"snapshots": {"blocked": {"pressure_kPa": 30.0}}}
-    assert asked({"largest_pressure_kPa": 40.0, **own}).snapshots.blocked.pressure_kPa == 30.0
-    for wrong, why in ((-1.0, "largest_pressure_kPa"), ("much", "largest_pressure_kPa")):
-        with pytest.raises(ValueError, match=why):
-            asked({"largest_pressure_kPa": wrong})
+        assert pressures(asked(*layers)) == pytest.approx(expected, rel=1e-9)
+    own = {"snapshots": {"blocked": {"pressure_kPa": 30.0}, "walk": {"amplitude_kPa": 0.0}}}
+    found = asked({"largest_pressure_kPa": 40.0, **own})
+    assert pressures(found)[2:4] == (30.0, 0.0)
+    assert pressures(found)[:2] == pytest.approx(expected[:2], rel=DIGITS)
+    for wrong in ({"largest_pressure_kPa": -1.0}, {"largest_pressure_kPa": "much"}):
+        with pytest.raises(ValueError, match="largest_pressure_kPa"):
+            asked(wrong)
+    with pytest.raises(ValueError, match="LegMaterials cannot be read: expected a table"):
+        asked({"silicone": "Dragon Skin 20", "materials": "soft"})
 
 
 def test_linear_tetrahedra_of_measured_silicone_are_refused(tmp_path: Path) -> None:

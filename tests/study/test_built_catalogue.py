@@ -313,6 +313,7 @@ def test_the_key_is_of_all_that_a_module_depends_on(tmp_path: Path) -> None:
         ("mode_limit", "mode_limits", r"module stub: unknown setting reduction\.mode_limits"),
         ("inner_tooth_count = 2", "inner_tooth_count = 0", "module stub: .*inner_tooth_count"),
         ('"paper_quick"', '"fast"', "reduced_as is 'fast', expected a preset of reduce: measured"),
+        ('"paper_quick"', '"quick"', "'quick', a preset of the measured physics, .* paper_quick"),
         ("[modules.stub", '[modules."a/b"', "module a/b: expected a name of letters"),
         ("[defaults.changes.reduction]", "[default]", r"tables \[modules.NAME\].*also default"),
         ("face_tied = true", 'file = "leg.msh"', "modules of a catalogue are parametric legs"),
