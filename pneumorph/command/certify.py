@@ -37,7 +37,7 @@ from pneumorph.study.certified_candidates import CertificateSettings
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.certified_rounds import certify
 from pneumorph.study.finished_run import FinishedRun, TakenOver
-from pneumorph.study.reduction_options import from_walks
+from pneumorph.study.reduce_settings import from_walks
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from pathlib import Path
 from pneumorph.base.artefact import write_json
 from pneumorph.base.result import finite, result_to_dict
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.robot.design import Design
@@ -22,8 +23,8 @@ from pneumorph.study.certified_candidates import Candidates, CertificateSettings
 from pneumorph.study.certified_pairs import Certificate, CertifiedRound, RoundPair
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.learned_again import Trained, learned_again
-from pneumorph.study.reduction import ReduceSettings, Reduction, reduce
-from pneumorph.study.reduction_options import from_walks
+from pneumorph.study.reduce_settings import ReduceSettings, from_walks
+from pneumorph.study.reduction import Reduction, reduce
 from pneumorph.study.study_once import study_once
 
 CERTIFICATE_FILE = "certificate.json"
@@ -62,7 +63,7 @@ def certify(
         folder: Keeps walks of finite elements and all that is made of them, and is told how far it
             is; None for RUN/certificate.
         reduction: How the leg is reduced again where it parts from its finite elements; None for
-            the published one's way.
+            the way of its physics.
 
     Raises:
         ArtefactError: The run holds no pairs, or is damaged.
@@ -76,7 +77,8 @@ def certify(
     worlds = robot.agreeing_worlds(settings.randomisation)
     settings = replace(settings, randomisation=worlds)
     candidates = Candidates.of_run(run, settings)
-    again = Again(reduction or from_walks("published"), Trained.of_run(run))
+    usual = from_walks(physics_of_part(robot.modules[0].reduced))
+    again = Again(reduction or usual, Trained.of_run(run))
     return certify_candidates(candidates, settings, robot, folder, again)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,27 +19,12 @@ from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
 from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.reduction.reduce import reduce_part
 from pneumorph.reduction.reduction_report import ReductionReport
-from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.walk_snapshots import WalkPhysics
-from pneumorph.study.gait_walks import (
-    GaitWalks,
-    GaitWalkSettings,
-    collect_gait_walks,
-    read_design_gaits,
-)
+from pneumorph.study.gait_walks import GaitWalks, collect_gait_walks, read_design_gaits
+from pneumorph.study.reduce_settings import ReduceSettings, shipped_settings
 
 PART_FILE = "leg.npz"
-
-
-@dataclass(frozen=True)
-class ReduceSettings:
-    """Which states of the part are seen, and how it is reduced to them."""
-
-    snapshots: SnapshotSettings = field(default_factory=SnapshotSettings)
-    walked: GaitWalkSettings = field(default_factory=GaitWalkSettings)
-    """Gaits that full robots walk besides, such as learned ones."""
-    reduction: ReductionSettings = field(default_factory=ReductionSettings)
 
 
 @dataclass(frozen=True)
@@ -74,16 +59,18 @@ def reduce(
         robot: Its module, given as finite elements, is what is reduced; hub, sites and physics say
             how it is carried while it walks.
         folder: Receives ``leg.npz`` and ``snapshots/``.
-        settings: Snapshots, modes and elements; None for what made the leg that ships.
+        settings: Snapshots, modes and elements; None for what made the leg of its physics that
+            ships.
         metadata: What else the part's file shall say.
         further: Files of snapshots that are there already, such as those of a certificate's walks.
         snapshot_folder: Where snapshots are kept; None for ``snapshots`` in the folder.
     """
     start = time.monotonic()
-    settings = settings or ReduceSettings()
     folder = folder if isinstance(folder, RunFolder) else RunFolder(Path(folder), "reduce")
-    gaits = read_design_gaits(settings.walked.gaits)
     part_model, hub = robot.module.full, robot.hub.full(robot.hub_model)
+    relaxes = part_model.branches is not None
+    settings = settings or shipped_settings("measured" if relaxes else "published")
+    gaits = read_design_gaits(settings.walked.gaits)
     poses = [site.pose for site in robot.sites]
     folder.progress.stage("collecting snapshots of the full model")
     mount = None

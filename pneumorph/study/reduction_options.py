@@ -25,14 +25,14 @@ from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.fem.material import LegMaterials
 from pneumorph.fem.silicones import silicone
 from pneumorph.geometry.mesh import Mesh
-from pneumorph.reduction.blocked_snapshots import BlockedSnapshotSettings
 from pneumorph.reduction.collect import SnapshotSettings
 from pneumorph.reduction.ecsw import EcswSettings
 from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings
 from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
 from pneumorph.study.gait_walks import GaitWalkSettings
-from pneumorph.study.reduction import ReduceSettings, Reduction, reduce
+from pneumorph.study.reduce_settings import ReduceSettings, learned_settings, shipped_settings
+from pneumorph.study.reduction import Reduction, reduce
 
 
 @dataclass(frozen=True)
@@ -224,64 +224,27 @@ def _refuse_locking(options: ReduceOptions) -> None:
 
 
 def hyperelastic() -> ReduceOptions:
-    """The leg that follows `HYPERELASTIC_PRESSURE_MAP`: 90 real kPa are 108 simulated ones."""
+    """The leg that follows `HYPERELASTIC_PRESSURE_MAP`."""
+    made = shipped_settings("hyperelastic")
     return ReduceOptions(
         leg="hyperelastic",
         materials=HYPERELASTIC_MATERIALS,
         hub="rigid",
-        snapshots=SnapshotSettings(
-            static=StaticSnapshotSettings(
-                bend_pressure_kPa=114.0, load_count=48, load_pressure_kPa=110.0
-            ),
-            walk=WalkSnapshotSettings(
-                leg_counts=(2, 3),
-                corner_limit=4,
-                amplitude_kPa=110.0,
-                pressure_rate_kPa_per_s=187.0,
-            ),
-        ),
+        snapshots=made.snapshots,
+        reduction=made.reduction,
     )
 
 
 def measured() -> ReduceOptions:
     """The leg as its silicone was measured, up to the pressure of the real one."""
+    made = shipped_settings("measured")
     return ReduceOptions(
         leg="measured",
         materials=MEASURED_MATERIALS,
         masses=Masses("cast"),
         hub="rigid",
-        snapshots=SnapshotSettings(
-            static=StaticSnapshotSettings(
-                bend_pressure_kPa=105.0,
-                bend_count=21,
-                load_count=48,
-                load_pressure_kPa=100.0,
-                load_limit_mN=1000.0,
-            ),
-            blocked=BlockedSnapshotSettings(count=12, pressure_kPa=105.0),
-            walk=WalkSnapshotSettings(
-                leg_counts=(2, 3),
-                corner_limit=4,
-                amplitude_kPa=100.0,
-                pressure_rate_kPa_per_s=150.0,
-            ),
-        ),
-        # The stiff sheet is seen by its stress: sampled in modes it kept a bent leg from giving way
-        # sideways and downwards (docs/physics.md).
-        reduction=ReductionSettings(
-            norm="shape",
-            mode_limit=40,  # as many as the batched simulator takes
-            stress_limit=16,
-            bend_share=0.04,  # of what the curves' own modes leave
-            load_share=0.33,
-            blocked_share=0.02,
-            answer_share=0.17,
-            contact_flexibility=True,
-            curve_tolerance=1e-3,
-            ecsw=EcswSettings(
-                hyperreduction_tolerance=0.003, element_limit=480, equilibrium_weight=20.0
-            ),
-        ),
+        snapshots=made.snapshots,
+        reduction=made.reduction,
     )
 
 
@@ -310,32 +273,9 @@ def paper_quick() -> ReduceOptions:
 
 
 def learned() -> ReduceOptions:
-    """From equilibria and given gaits, with more modes and elements."""
-    return ReduceOptions(
-        snapshots=SnapshotSettings(walk=WalkSnapshotSettings(leg_counts=())),
-        reduction=ReductionSettings(
-            mode_tolerance=0.001,
-            mode_limit=32,
-            ecsw=EcswSettings(hyperreduction_tolerance=0.002, element_limit=800),
-        ),
-    )
-
-
-def from_walks(leg: LegName) -> ReduceSettings:
-    """From equilibria of a leg, as its preset has them, and walks that are there already; with more
-    modes and elements for those whose own preset has few."""
-    if leg == "published":
-        chosen = learned()
-    else:
-        chosen = hyperelastic() if leg == "hyperelastic" else measured()
-    snapshots = replace(chosen.snapshots, walk=WalkSnapshotSettings(leg_counts=()))
-    reduction = learned().reduction
-    if leg == "measured":
-        # Learned walks ask for more elements than the preset's own; with fewer than the leg that
-        # ships a leg of such walks went 4.2 % too far in the nominal world (reproduce/robust).
-        finer = replace(chosen.reduction.ecsw, element_limit=600)
-        reduction = replace(chosen.reduction, ecsw=finer)
-    return ReduceSettings(snapshots, reduction=reduction)
+    """The published leg from equilibria and given gaits, with more modes and elements."""
+    made = learned_settings()
+    return ReduceOptions(snapshots=made.snapshots, reduction=made.reduction)
 
 
 def corners() -> ReduceOptions:

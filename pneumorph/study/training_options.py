@@ -29,7 +29,7 @@ from pneumorph.study.certified_candidates import (
     CertificateSettings,
     RoundSettings,
 )
-from pneumorph.study.reduction_options import from_walks
+from pneumorph.study.reduce_settings import from_walks
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_run import OwnTask, TrainingResult, run_training, task_name
 from pneumorph.study.training_worlds import TrainingWorlds

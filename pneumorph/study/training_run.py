@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs
@@ -34,8 +35,7 @@ from pneumorph.study.certified_rounds import (
 )
 from pneumorph.study.learned_again import Trained
 from pneumorph.study.recorded_walk import recorded_walk
-from pneumorph.study.reduction import ReduceSettings
-from pneumorph.study.reduction_options import from_walks
+from pneumorph.study.reduce_settings import ReduceSettings, from_walks
 from pneumorph.study.training_worlds import (
     TrainingWorlds,
     learning_and_judged,
@@ -166,7 +166,7 @@ def run_training(
         worlds: Worlds to train in; None for one.
         certificate: Unseen worlds that the best pairs are certified in at the end; None for none.
         reduction: How the leg is reduced again where the certificate asks for that; None for the
-            published one's way.
+            way of its physics.
         resume: Go on from the newest checkpoint in the folder.
         wandb_project: Project of Weights & Biases to log to besides TensorBoard.
         own_task: Turns the environment of the robots into one of another task, such as a
@@ -225,7 +225,7 @@ def run_training(
         found = Candidates.of_training(
             learned.pairs, folder.path, settings, baseline, drawn_from, certificate, name
         )
-        again = Again(reduction or from_walks("published"))
+        again = Again(reduction or from_walks(physics_of_part(spec.modules[0].reduced)))
         if settings.finetuning.timesteps and name is None:
             trained = Trained(folder.path / TRAINING_FOLDER, settings, worlds)
             again = replace(again, trained=trained)

@@ -21,7 +21,8 @@ from pneumorph.geometry.netgen_mesher import MesherSettings
 from pneumorph.geometry.pneunet import PneuNetShape, mesh_pneunet
 from pneumorph.geometry.quadratic import quadratic_mesh
 from pneumorph.reduction.walk_snapshots import WalkSnapshotSettings
-from pneumorph.study.reduction import PART_FILE, ReduceSettings, Reduction, reduce
+from pneumorph.study.reduce_settings import ReduceSettings
+from pneumorph.study.reduction import PART_FILE, Reduction, reduce
 from pneumorph.study.reduction_options import measured
 from pneumorph.study.study_once import study_folder, study_once
 

@@ -39,7 +39,7 @@ from pneumorph.study.certified_rounds import certify
 from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, full_order_walks
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.recorded_walk import recorded_walk
-from pneumorph.study.reduction_options import from_walks
+from pneumorph.study.reduce_settings import from_walks
 from pneumorph.study.rivals import METHODS, WORLDS, Contender, Found, learned, searched, worlds_of
 from pneumorph.study.robustness import walks_in_worlds
 from pneumorph.study.study_once import study_folder, study_once

@@ -31,7 +31,7 @@ from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.certified_rounds import certify
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.learned_again import Trained
-from pneumorph.study.reduction import ReduceSettings
+from pneumorph.study.reduce_settings import ReduceSettings
 
 _SHORT = (
     "--restarts 2 "
