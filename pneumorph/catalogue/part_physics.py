@@ -14,14 +14,13 @@ def physics_of_part(part: ReducedPart) -> PhysicsName:
     return "published" if part.relaxation is None else "measured"
 
 
-def refuse_published_part(part: ReducedPart, what: str, remedy: str) -> None:
-    """Refuse, where the measured physics acts, a part that does not relax, of a law of the
-    published one: nothing would damp it, at pressures that are not its own.
-
-    The reverse, a part that relaxes in the published physics, its simulator refuses.
+def refuse_other_physics(part: ReducedPart, physics: PhysicsName, what: str, remedy: str) -> None:
+    """Refuse a part of the other physics: in the measured one nothing would damp a part that does
+    not relax, of a law of the published one; in either the pressures would not be its own.
 
     Args:
         part: The part.
+        physics: What acts on it.
         what: What it is, for the error.
         remedy: What else the error says to do.
 
@@ -29,7 +28,12 @@ def refuse_published_part(part: ReducedPart, what: str, remedy: str) -> None:
         ValueError: It is such a part.
     """
     law = part.tetrahedron_material.law
-    if part.relaxation is None and law in PUBLISHED_LAWS:
+    if physics == "published" and part.relaxation is not None:
+        raise ValueError(
+            f"{what} is of the measured physics (it relaxes), and the published one was asked for: "
+            f"{remedy}, or reduce it again with pneumorph reduce --preset paper"
+        )
+    if physics == "measured" and part.relaxation is None and law in PUBLISHED_LAWS:
         raise ValueError(
             f"{what} is of the published physics (its law is {law!r} and nothing in it relaxes), "
             f"and the measured leg or physics was asked for, expected one of that: {remedy}, or "

@@ -30,7 +30,7 @@ from pneumorph.catalogue.module_description import ModuleDescription
 from pneumorph.catalogue.mounting_check import check_module, check_mounted
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
 from pneumorph.catalogue.paper_robot import ring_of_sites
-from pneumorph.catalogue.part_physics import refuse_published_part
+from pneumorph.catalogue.part_physics import refuse_other_physics
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
 from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
@@ -353,10 +353,12 @@ class RobotDescription(Checked, ShownInNotebooks):
                 modules[name] = each.module(name, self.folder, built, self.physics.based_on)
             except FileNotFoundError as error:
                 raise FileNotFoundError(f"{self._where}modules.{name}: {error}") from error
-            if each.part is not None and self.physics.based_on == "measured":
-                remedy = 'say based_on = "published" in [physics]'
-                refuse_published_part(
-                    modules[name].reduced, f"the part of modules.{name} ({each.part})", remedy
+            if each.part is not None:
+                refuse_other_physics(
+                    modules[name].reduced,
+                    self.physics.based_on,
+                    f"the part of modules.{name} ({each.part})",
+                    "say by based_on in [physics] which it is of",
                 )
         kind = leg_kind(self.physics.based_on)
         try:

@@ -29,7 +29,7 @@ from pneumorph.catalogue.paper_leg import (
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.catalogue.part_physics import physics_of_part, refuse_published_part
+from pneumorph.catalogue.part_physics import physics_of_part, refuse_other_physics
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -300,11 +300,11 @@ class RobotOptions(Checked):
         Raises:
             ValueError: It is such a leg; names it and what was asked for.
         """
-        if self.part is None or self.leg != "measured":
+        if self.part is None or self.leg == "hyperelastic":
             return self.part
         part = ReducedPart.load(self.part)
         remedy = "leave out --physics and --leg, which the leg then brings itself"
-        refuse_published_part(part, f"the reduced leg {self.part}", remedy)
+        refuse_other_physics(part, self.based_on, f"the reduced leg {self.part}", remedy)
         return part
 
     def _refuse_beside_a_description(self, robot: RobotDescription) -> None:

@@ -24,7 +24,8 @@ paper did: in one world, ranked by the distance there, without a certificate.
 
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
 metrics.jsonl, TensorBoard logs, checkpoints, policy.npz, a policy for each fine-tuned design, and
-gaits/L1.csv, L2.csv ... With --certify it also writes certificate/, as `pneumorph certify --full`
+gaits/L1.csv, L2.csv ...; and report/page.html, as `pneumorph report` does. With --certify it also
+writes certificate/, as `pneumorph certify --full`
 does.
 
 Example: pneumorph coopt --preset quick --seed 1 --out runs/quick-1
@@ -32,18 +33,45 @@ Example: pneumorph coopt --preset quick --seed 1 --out runs/quick-1
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass
+
+from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
+from pneumorph.base.settings import settings_to_dict
 from pneumorph.command.verb import Verb
 from pneumorph.learn.checkpoint import has_checkpoint
+from pneumorph.report.run_page import write_run_page
+from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.training_options import PRESETS, TrainingOptions, train_as_asked
 from pneumorph.study.training_run import TrainingResult
 
 
+@dataclass(frozen=True, kw_only=True)
+class Learned(TrainingResult):
+    """What was learned, and the page that shows it."""
+
+    page: str | None = None
+    """None where none was asked for, or it could not be written."""
+
+
 def run(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
-    """Train as the options say."""
+    """Train as the options say, and show it on a page."""
     if options.resume and not has_checkpoint(folder.path / TRAINING_FOLDER):
         folder.progress.say(f"{folder.path} has no checkpoint to go on from: a new training begins")
-    return train_as_asked(options, folder)
+    start = time.monotonic()
+    found = train_as_asked(options, folder)
+    if not options.page:
+        return found
+    folder.progress.stage("drawing the page")
+    summary = {"verb": folder.verb, **folder.provenance, **result_to_dict(found)}
+    shown = FinishedRun(folder.path, summary, settings_to_dict(options))
+    page = None
+    try:
+        page = write_run_page(shown, folder / "report/page.html").page
+    except OSError as error:  # such as a full disk: what was learned is there all the same
+        folder.progress.say(f"no page: {error}; `pneumorph report {folder.path}` draws it")
+    return Learned(**{**vars(found), "wall_s": time.monotonic() - start}, page=page)
 
 
 VERB = Verb(TrainingOptions, run, PRESETS)

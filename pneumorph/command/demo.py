@@ -1,8 +1,8 @@
 """Learn a robot in one command: the expert's gait at every phase, design and gait learned together,
 and a page that shows both.
 
-This runs `pneumorph coopt --preset quick` and then `pneumorph report`, with the reduced leg of
-measured silicone that ships with the package. The page begins with how far the best robot goes in
+This is `pneumorph coopt --preset quick`, with the reduced leg of measured silicone that ships with
+the package. The page begins with how far the best robot goes in
 worlds that training never saw, beside the expert's. It takes some minutes on two idle cores,
 thirteen where they lack AVX-512, and needs no display. No finite elements are simulated; use
 `pneumorph certify --full` for that.
@@ -12,37 +12,18 @@ Example: pneumorph demo --seed 1 --out runs/demo
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass
-
-from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.base.settings import settings_to_dict
 from pneumorph.command.coopt import VERB as COOPT
 from pneumorph.command.verb import Verb
-from pneumorph.report.run_page import write_run_page
-from pneumorph.study.finished_run import FinishedRun
-from pneumorph.study.training_options import TrainingOptions, train_as_asked
+from pneumorph.study.training_options import TrainingOptions
 from pneumorph.study.training_run import TrainingResult
 
 
-@dataclass(frozen=True, kw_only=True)
-class Demo(TrainingResult):
-    """What was learned, and the page that shows it."""
-
-    page: str
-
-
-def demo(options: TrainingOptions, folder: RunFolder) -> Demo:
-    """Learn, draw the page, and say where it is."""
-    start = time.monotonic()
-    found = train_as_asked(options, folder)
-    folder.progress.stage("drawing the page")
-    summary = {"verb": folder.verb, **folder.provenance, **result_to_dict(found)}
-    run = FinishedRun(folder.path, summary, settings_to_dict(options))
-    page = write_run_page(run, folder / "report/page.html").page
+def demo(options: TrainingOptions, folder: RunFolder) -> TrainingResult:
+    """Learn, draw the page, and say what was learned."""
+    found = COOPT.run(options, folder)
     folder.progress.say(f"\n{_said(found)}\n")
-    return Demo(**{**vars(found), "wall_s": time.monotonic() - start}, page=page)
+    return found
 
 
 def _said(found: TrainingResult) -> str:

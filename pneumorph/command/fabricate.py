@@ -56,7 +56,8 @@ def run(options: FabricateOptions, folder: RunFolder) -> FabricatedRobot:
     if source.is_dir():
         design = FinishedRun.read(source).of_summary("best_design", str)
     settings, description = options.fabrication, options.robot.description
-    full = replace(options.robot.full, mesh=settings.mesh or options.robot.full.mesh)
+    mesh = settings.mesh or options.robot.full.mesh
+    settings, full = replace(settings, mesh=mesh), replace(options.robot.full, mesh=mesh)
     robot = replace(options.robot, full=full).spec()
     if description is None:
         asked = paper_robot_to_make(design, settings, robot)

@@ -29,6 +29,7 @@ from pneumorph.fabrication.robot_to_make import LegToMake, RobotToMake
 from pneumorph.fabrication.solid import ClosedSurface, FabricationError, surface_of, write_step
 from pneumorph.fabrication.tube_plan import TubeRun, tube_plan, tubes_csv
 from pneumorph.fabrication.wall_thickness import wall_thickness_mm
+from pneumorph.fabrication.workshop_settings import WorkshopSettings
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.surface import boundary_triangles, surface_area, write_stl
 
@@ -146,7 +147,9 @@ def fabricate(
     if volume_ml is None:
         volume_ml = made["hub"].volume_mm3 / MM3_PER_ML
     printed = Printed(robot.hub.detail, volume_ml, volume_ml * robot.hub.density_g_per_ml)
-    materials = [_material(leg, checks[leg.name]["cast_volume_mm3"]) for leg in robot.legs]
+    materials = [
+        _material(leg, checks[leg.name]["cast_volume_mm3"], settings.workshop) for leg in robot.legs
+    ]
     tubes = tube_plan(robot.seats, settings.workshop)
     moulds = {name: solid.volume_mm3 for name, solid in made.items() if name.endswith(_OF_A_MOULD)}
     parts = parts_list(materials, printed, moulds, tubes, settings.workshop, robot.hub.payload)
@@ -177,7 +180,7 @@ def fabricate(
     )
     if warning is not None:
         folder.progress.say(warning)
-    silicone = next(part for part in parts if part.name == "silicone to mix")
+    mixed = [part for part in parts if part.name == "silicone to mix"]
     first = legs[0]
     return FabricatedRobot(
         design=str(robot.design),
@@ -187,8 +190,8 @@ def fabricate(
         cast_volume_error_percent=100.0 * (first.cast_volume_mm3 / first.mesh_volume_mm3 - 1.0),
         undercut_mm3=first.undercut_mm3 or {},
         watertight=True,  # surface_of raises otherwise
-        silicone_ml=_known(silicone.volume_ml),
-        silicone_g=_known(silicone.mass_g),
+        silicone_ml=sum(_known(part.volume_ml) for part in mixed),
+        silicone_g=sum(_known(part.mass_g) for part in mixed),
         leg_mass_g=first.mass_g,
         solids=made,
         parts=tuple(parts),
@@ -275,15 +278,17 @@ def _of_legs(
     return solids, checks
 
 
-def _material(leg: LegToMake, volume_mm3: float) -> LegMaterial:
+def _material(leg: LegToMake, volume_mm3: float, workshop: WorkshopSettings) -> LegMaterial:
+    area, size = 0.0, ""
     if leg.shape is not None:
         length, width, _ = leg.shape.base_plate_mm
-        size = f"{length:g} x {width:g} mm"
-        return LegMaterial(leg.name, leg.count, volume_mm3, length * width, size)
-    if "sheet" not in leg.mesh.surfaces:
-        return LegMaterial(leg.name, leg.count, volume_mm3, 0.0, "")
-    area = surface_area(leg.mesh.nodes, leg.mesh.surface("sheet"))
-    return LegMaterial(leg.name, leg.count, volume_mm3, area, f"{area:.0f} mm2, as its mesh has it")
+        area, size = length * width, f"{length:g} x {width:g} mm"
+    elif "sheet" in leg.mesh.surfaces:
+        area = surface_area(leg.mesh.nodes, leg.mesh.surface("sheet"))
+        size = f"{area:.0f} mm2, as its mesh has it"
+    return LegMaterial(
+        leg.name, leg.count, volume_mm3, area, size, *workshop.silicone_for(leg.silicone)
+    )
 
 
 def _made(

@@ -247,7 +247,8 @@ def check_leg_mould(mould: LegMould, shape: PneuNetShape, mesh_volume_mm3: float
         raise FabricationError(
             f"the mould holds {mould.cast_volume_mm3:.0f} mm^3 of silicone, the mesh "
             f"{mesh_volume_mm3:.0f} mm^3: they differ by {error_percent:.2f} %, expected 0.5 % or "
-            "less; the mesh is of another shape"
+            "less; the mesh is of another shape: give the leg's sizes, or make it by a robot's "
+            "file (--robot), which writes a leg that is a mesh as it is"
         )
     travel = shape.height_mm + 1.0
     step = min(0.5, shape.tooth_gap_mm / 2.0)

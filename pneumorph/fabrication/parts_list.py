@@ -53,10 +53,19 @@ class LegMaterial:
     """Sheet of each [mm^2]; 0 for none."""
     sheet_size: str
     """Its size, such as ``115 x 32 mm``."""
+    silicone: str
+    """Name of its silicone."""
+    density_g_per_ml: float
+    """Density of its silicone [g/ml]."""
+
+    @property
+    def silicone_ml(self) -> float:
+        """Silicone of each [ml]."""
+        return self.silicone_mm3 / MM3_PER_ML
 
     def mass_g(self, workshop: WorkshopSettings) -> float:
         """Mass of one, silicone and sheet [g]."""
-        silicone = self.silicone_mm3 / MM3_PER_ML * workshop.silicone_density_g_per_ml
+        silicone = self.silicone_ml * self.density_g_per_ml
         return silicone + 1e-6 * self.sheet_mm2 * workshop.sheet_g_per_m2
 
 
@@ -78,11 +87,11 @@ def parts_list(
         workshop: Materials.
         payload: What the hub carries; None for nothing.
     """
-    mixed_ml = (
-        sum(each.count * each.silicone_mm3 for each in legs)
-        / MM3_PER_ML
-        * (1.0 + workshop.silicone_waste)
-    )
+    mixed_ml: dict[tuple[str, float], float] = {}
+    for each in legs:
+        kind = each.silicone, each.density_g_per_ml
+        cast_ml = each.count * each.silicone_ml * (1.0 + workshop.silicone_waste)
+        mixed_ml[kind] = mixed_ml.get(kind, 0.0) + cast_ml
     regulators = sorted({run.regulator for run in tubes})
     # A regulator with n tubes needs n - 1 tees.
     tees = sum(sum(run.regulator == r for run in tubes) - 1 for r in regulators)
@@ -91,21 +100,22 @@ def parts_list(
         (
             f"PneuNet leg{_called(each)}, cast",
             each.count,
-            f"{workshop.silicone}, each",
-            each.silicone_mm3 / MM3_PER_ML,
-            each.silicone_mm3 / MM3_PER_ML * workshop.silicone_density_g_per_ml,
+            f"{each.silicone}, each",
+            each.silicone_ml,
+            each.silicone_ml * each.density_g_per_ml,
         )
         for each in legs
     ]
-    rows.append(
+    rows += [
         (
             "silicone to mix",
             1,
-            f"{workshop.silicone}, {100 * workshop.silicone_waste:.0f} % waste included",
-            mixed_ml,
-            mixed_ml * workshop.silicone_density_g_per_ml,
+            f"{silicone}, {100 * workshop.silicone_waste:.0f} % waste included",
+            volume_ml,
+            volume_ml * density,
         )
-    )
+        for (silicone, density), volume_ml in mixed_ml.items()
+    ]
     rows += [
         (
             f"paper layer{_called(each)}",

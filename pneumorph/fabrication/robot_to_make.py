@@ -21,6 +21,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.described_hub import make_described_hub
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.hub import make_hub
+from pneumorph.fem.silicones import silicone_of
 from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.mounting import RadialMounting
@@ -42,6 +43,7 @@ class LegToMake:
         mesh: Mesh of the simulated leg.
         simulated_mass_g: Mass of the simulated leg [g].
         count: How many of it the design has.
+        silicone: What the simulated leg is of, by the supplier's name; None where nobody knows.
     """
 
     name: str
@@ -49,6 +51,7 @@ class LegToMake:
     mesh: Mesh
     simulated_mass_g: float
     count: int
+    silicone: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +186,8 @@ def paper_robot_to_make(
         )
     mesh = paper_leg_mesh() if settings.mesh is None else load_leg_mesh(settings.mesh)
     mass_g = 1e3 * robot.module.full.mass_kg
-    leg = LegToMake("", settings.leg, mesh, mass_g, design.leg_count)
+    rubber = silicone_of(robot.module.full.material)
+    leg = LegToMake("", settings.leg, mesh, mass_g, design.leg_count, rubber)
     regulators = dict(design.legs)
     low, high = settings.leg.base_plate_mm[2], settings.leg.height_mm
     face = np.array([-settings.leg.tooth_base_mm[0] / 2.0, 0.0, 0.5 * (low + high)])
@@ -257,6 +261,7 @@ def described_robot_to_make(
             module.full.mesh,
             1e3 * module.full.mass_kg,
             sum(each is module for each in mounted.values()),
+            silicone_of(module.full.material),
         )
         for module in dict.fromkeys(mounted.values())
     }

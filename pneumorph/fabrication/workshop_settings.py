@@ -6,16 +6,19 @@ from dataclasses import dataclass
 
 from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.catalogue.masses import PRINT_DENSITY_G_PER_ML, CastDensities
+from pneumorph.fem.silicones import SILICONES
 
 
 @dataclass(frozen=True)
 class WorkshopSettings(Checked):
     """Materials and supplies, for the parts list."""
 
-    silicone: str = "Dragon Skin 30"
-    """Name of the silicone."""
-    silicone_density_g_per_ml: Positive = CastDensities().silicone_g_per_ml
-    """Density of the silicone [g/ml]."""
+    silicone: str | None = None
+    """Name of the silicone; by default what the simulated leg is of, Dragon Skin 30 where that is
+    none of the table."""
+    silicone_density_g_per_ml: Positive | None = None
+    """Density of the silicone [g/ml]; by default its supplier's, that of Dragon Skin 30 where that
+    is not known."""
     sheet_g_per_m2: NotNegative = CastDensities().sheet_g_per_m2
     """Mass per area of the sheet under the leg [g/m^2]."""
     silicone_waste: NotNegative = 0.2
@@ -28,3 +31,15 @@ class WorkshopSettings(Checked):
     """Length of tube from the middle of the hub to a regulator [mm]."""
     tube_slack_mm: NotNegative = 40.0
     """Length added to each leg's tube [mm], for its end in the leg and slack at the hub."""
+
+    def silicone_for(self, simulated: str | None) -> tuple[str, float]:
+        """Name and density [g/ml] of what a leg is cast of.
+
+        Args:
+            simulated: What the simulated leg is of; None where that is not known.
+        """
+        name = self.silicone or simulated or "Dragon Skin 30"
+        known = SILICONES.get(name)
+        usual = CastDensities().silicone_g_per_ml
+        density = usual if known is None else round(1e6 * known.density_kg_per_mm3, 9)
+        return name, self.silicone_density_g_per_ml or density

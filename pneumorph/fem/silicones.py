@@ -102,3 +102,14 @@ def silicone(name: str) -> Silicone:
             "another of its constants with pneumorph.fem.yeoh_constants.yeoh_material"
         )
     return SILICONES[name]
+
+
+def silicone_of(material: Material) -> str | None:
+    """The supplier's name of what has a material's law, whatever its modulus is scaled to; None of
+    what is not in the table."""
+    ratios = (material.yeoh_c2_over_c1, material.yeoh_c3_over_c1)
+    for name, rubber in SILICONES.items():
+        known = (rubber.c2_kPa / rubber.c1_kPa, rubber.c3_kPa / rubber.c1_kPa)
+        if material.law == "yeoh" and np.allclose(ratios, known, rtol=1e-6, atol=0.0):
+            return name
+    return None

@@ -41,8 +41,9 @@ def blocked_snapshots(part: PartModel, settings: BlockedSnapshotSettings) -> Sna
         reached = held[-1].pressure_kPa if held else 0.0
         raise ValueError(
             f"equilibria with a blocked tip must be found up to {settings.pressure_kPa:g} kPa, got "
-            f"none above {reached:g}; ask for a lower blocked.pressure_kPa or for a larger count, "
-            "whose steps are smaller"
+            f"none above {reached:g}: the leg balloons or buckles there, or steps are too large; "
+            "ask for a lower largest pressure (snapshots.blocked.pressure_kPa is that of these "
+            "alone), or for a larger snapshots.blocked.count"
         )
     states = np.array([each.positions - part.rest_nodes for each in held], dtype=np.float32)
     return Snapshots(

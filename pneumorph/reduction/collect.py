@@ -110,8 +110,12 @@ def collect_snapshots(
 
     if "bend" in missing:  # loads start from these
         report("bend")
-        _save(problem, folder, "bend", _task(problem, "bend"))
+        bend = _task(problem, "bend")
+        _save(problem, folder, "bend", bend)
         missing.remove("bend")
+        note = short_bend_note(float(bend.pressure_kPa.max(initial=0.0)), settings)
+        if say and note:
+            say(note)
     if any(name.startswith("load") for name in missing):
         problem = replace(problem, bend=Snapshots.load(folder / "bend.npz"))
     if say and any(name.startswith("walk") for name in missing):
@@ -125,6 +129,23 @@ def collect_snapshots(
         report(f"{tasks[number]} done")
     # The order of snapshots does not depend on the order of computing.
     return SnapshotFiles([folder / f"{name}.npz" for name in names])
+
+
+def short_bend_note(reached_kPa: float, settings: SnapshotSettings) -> str | None:
+    """What to say of free bends that end well below what was asked for; None of others.
+
+    Args:
+        reached_kPa: The highest pressure at which there is one [kPa].
+        settings: What was asked for.
+    """
+    asked_kPa, count = settings.static.bend_pressure_kPa, settings.static.bend_count
+    if reached_kPa >= asked_kPa * (1.0 - 1.5 / count):  # the last may have no equilibrium
+        return None
+    return (
+        f"free bends were found up to {reached_kPa:.4g} kPa alone, of {asked_kPa:.4g} asked for: "
+        "the leg balloons or buckles beyond, and snapshots there are missing; ask for a lower "
+        "largest pressure, or make its walls thicker"
+    )
 
 
 def _task_names(settings: SnapshotSettings) -> list[str]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
@@ -37,7 +39,7 @@ class MeshSettings(Checked):
     """The file's unit of length [mm]: 1000 if it is in metres."""
     surfaces: tuple[str, ...] = ("cavity", "sheet")
     """Surface regions that the file must have, or it is refused."""
-    node_sets: tuple[str, ...] = ("attachment",)
+    node_sets: tuple[str, ...] = ("attachment", "outer_end_face")
     """Node sets that the file must have, or it is refused."""
     contact_spacing_mm: Positive = 10.0
     """Distance between contact points on the skin of the file's mesh [mm]; they are nodes."""
@@ -69,6 +71,8 @@ class MadeMesh:
     """File of the mesh."""
     node_count: int
     tetrahedron_count: int
+    size_mm: tuple[float, float, float]
+    """Along x, y and z."""
     volume_mm3: float
     surfaces: dict[str, int]
     """Triangles of each named surface."""
@@ -111,6 +115,7 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
         mesh=str(path),
         node_count=len(mesh.nodes),
         tetrahedron_count=len(mesh.tetrahedra),
+        size_mm=_size_mm(mesh),
         volume_mm3=float(mesh.volumes.sum()),
         surfaces={name: len(triangles) for name, triangles in mesh.surfaces.items()},
         node_sets={name: len(nodes) for name, nodes in mesh.node_sets.items()},
@@ -120,6 +125,11 @@ def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> Made
         cavity_volume_mm3=sum(cavities.values()) if cavities else None,
         cavities_mm3=cavities,
     )
+
+
+def _size_mm(mesh: Mesh) -> tuple[float, float, float]:
+    x, y, z = np.ptp(mesh.nodes, axis=0).tolist()
+    return x, y, z
 
 
 def _made(part: PartName, settings: MeshSettings) -> Mesh:

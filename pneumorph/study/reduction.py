@@ -14,7 +14,7 @@ from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
-from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots
+from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots, short_bend_note
 from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
 from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.reduction.reduce import reduce_part
@@ -40,6 +40,8 @@ class Reduction(ReductionReport):
     snapshot_files_without_time: int
     walked_gait_count: int
     wall_s: float
+    notes: tuple[str, ...] = ()
+    """What to say of it, such as snapshots that end below the pressure that was asked for."""
 
 
 def reduce(
@@ -104,6 +106,8 @@ def reduce(
         part_model, snapshots, settings.reduction, folder.progress, mount_stiffness=mount
     )
     part.metadata.update(metadata or {})
+    reached_kPa = max(report.bend.get("pressure_kPa") or [0.0])
+    short = short_bend_note(reached_kPa, settings.snapshots) if report.bend else None
     path = part.save(folder / PART_FILE)
     seconds = snapshots.metadata["seconds"]
     return Reduction(
@@ -116,6 +120,7 @@ def reduce(
         snapshot_files_without_time=seconds["files_without"],
         walked_gait_count=len(walks),
         wall_s=time.monotonic() - start,
+        notes=() if short is None else (short,),
     )
 
 

@@ -13,10 +13,12 @@ from pneumorph.base.machine import processor_count
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.unseen_pressure import unseen_pressure_note
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.fem.rollout_report import ContactReport, StepReport
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.calibration import UsedCalibration
+from pneumorph.physics.open_loop_gait import commands_of
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
 from pneumorph.reduction.snapshot_range import range_note
@@ -127,6 +129,12 @@ def simulate(
             f"design {source.design} has {source.design.leg_count} legs, expected at least "
             f"{least}: it would lie on the floor"
         )
+    if settings.model == "reduced":
+        gait = source.gait
+        commands = commands_of(gait, robot.physics.time_step_s, gait.regulator_count)
+        unseen = unseen_pressure_note(robot, float(commands.max(initial=0.0)))
+        if unseen is not None:
+            folder.progress.say(unseen)
     folder.progress.stage(f"simulating {source.design} with the {settings.model} model")
     simulation_start = time.monotonic()
     trajectory = recorded_walk(

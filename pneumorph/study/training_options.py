@@ -64,6 +64,8 @@ class TrainingOptions(Checked):
     fine-tuned on it."""
     rounds: RoundSettings = field(default_factory=RoundSettings)
     """Limits of --certify."""
+    page: bool = True
+    """End with a page that shows what was learned, as `pneumorph report` makes it."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -13,6 +13,7 @@ from pneumorph.catalogue.older_names import current_arguments
 from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg, paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.unseen_pressure import unseen_pressure_note
 from pneumorph.physics.ground import Ground
 from pneumorph.physics.height_map import HeightMap
 from pneumorph.physics.physics import Physics
@@ -99,3 +100,23 @@ def test_a_height_map_that_is_no_grid_is_named(tmp_path: Path) -> None:
         for model in ("reduced", "full"):
             with pytest.raises(ValueError, match=rf"height map .*hills\.npy: .*{why}"):
                 getattr(paper_robot("published", physics), model)("1.0.0.2.2.0.0.1")
+
+
+def test_pressures_beyond_the_snapshots_are_told_before_it_walks() -> None:
+    spec = paper_robot("measured")
+    seen_kPa = max(spec.module.reduced.metadata["report"]["bend"]["pressure_kPa"])
+    assert unseen_pressure_note(spec, 1.04 * seen_kPa) is None
+    note = unseen_pressure_note(spec, 1.06 * seen_kPa)
+    assert note is not None
+    assert "snapshots up to 105: it extrapolates beyond" in note
+    # Of the published leg the simulated pressure counts, some four times the real one.
+    assert unseen_pressure_note(paper_robot("published"), 90.0) is None
+    assert unseen_pressure_note(paper_robot("published"), 105.0) is not None
+
+
+def test_a_leg_that_relaxes_is_refused_in_the_published_physics(tmp_path: Path) -> None:
+    """Its pressures would be those of another leg."""
+    part = load_default_leg("measured").save(tmp_path / "leg.npz")
+    assert RobotOptions(part=part).spec().module.reduced.relaxation is not None
+    with pytest.raises(ValueError, match=r"leg\.npz is of the measured physics .it relaxes., and"):
+        RobotOptions.of("published", part=part).spec()

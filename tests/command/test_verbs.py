@@ -39,7 +39,9 @@ def test_where_there_is_nothing_to_resume_a_new_training_is_told(
 ) -> None:
     monkeypatch.setattr(coopt, "train_as_asked", lambda options, folder: None)
     for resume in (False, True):
-        coopt.run(TrainingOptions(resume=resume), RunFolder(tmp_path, "coopt", Progress()))
+        coopt.run(
+            TrainingOptions(resume=resume, page=False), RunFolder(tmp_path, "coopt", Progress())
+        )
         said = capsys.readouterr().err
         assert (f"{tmp_path} has no checkpoint to go on from" in said) == resume
 

@@ -24,7 +24,8 @@ from pneumorph.fabrication.workshop_settings import WorkshopSettings
 from pneumorph.report.assembly_drawing import assembly_drawing, drawing_scale
 
 HUB = Printed("PLA", 24.2, 30.0)
-LEG = LegMaterial("", 4, 43072.0, 115.0 * 32.0, "115 x 32 mm")
+RUBBER = ("Dragon Skin 30", 1.08)
+LEG = LegMaterial("", 4, 43072.0, 115.0 * 32.0, "115 x 32 mm", *RUBBER)
 
 
 def to_make(design: str, **changes: object) -> RobotToMake:
@@ -68,8 +69,8 @@ def test_a_tube_for_each_chamber() -> None:
 
 
 def test_kinds_of_legs_have_lines_of_their_own() -> None:
-    short = LegMaterial("short", 2, 18e3, 2000.0, "86 x 24 mm")
-    own = LegMaterial("own", 1, 30e3, 0.0, "")
+    short = LegMaterial("short", 2, 18e3, 2000.0, "86 x 24 mm", *RUBBER)
+    own = LegMaterial("own", 1, 30e3, 0.0, "", *RUBBER)
     parts = {part.name: part for part in parts_list([short, own], HUB, {}, [], WorkshopSettings())}
     assert parts["PneuNet leg short, cast"].count == 2
     assert parts["silicone to mix"].volume_ml == pytest.approx((2 * 18 + 30) * 1.2)
@@ -158,3 +159,23 @@ def test_a_hub_that_is_a_mesh_weighs_what_its_walls_do(tmp_path: Path) -> None:
     most_mm = 150.0 * 90.0 * 10.0 / skin_mm2
     with pytest.raises(ValueError, match=f"wall_mm is 5, expected at most some {most_mm:.2g}:"):
         _ = thick.spec()
+
+
+def test_each_leg_is_of_its_own_silicone() -> None:
+    """As it was simulated; what a workshop has goes before."""
+    workshop = WorkshopSettings()
+    assert workshop.silicone_for(None) == workshop.silicone_for("Dragon Skin 30") == RUBBER
+    assert workshop.silicone_for("Ecoflex 00-50") == ("Ecoflex 00-50", 1.07)
+    other = WorkshopSettings(silicone="Mold Star 16 Fast")
+    assert other.silicone_for("Ecoflex 00-50") == ("Mold Star 16 Fast", 1.18)
+    assert WorkshopSettings(silicone="own", silicone_density_g_per_ml=1.2).silicone_for(None) == (
+        "own", 1.2
+    )  # fmt: skip
+    soft = LegMaterial("soft", 1, 30e3, 0.0, "", "Ecoflex 00-50", 1.07)
+    parts = parts_list([LEG, soft], HUB, {}, [], workshop)
+    mixed = {part.detail.partition(",")[0]: part for part in parts if "to mix" in part.name}
+    assert mixed["Ecoflex 00-50"].mass_g == pytest.approx(30.0 * 1.2 * 1.07)
+    assert mixed["Dragon Skin 30"].volume_ml == pytest.approx(4 * 43.072 * 1.2)
+    assert [part.detail for part in parts if part.name.endswith("cast")] == [
+        "Dragon Skin 30, each", "Ecoflex 00-50, each"
+    ]  # fmt: skip

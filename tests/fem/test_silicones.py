@@ -1,14 +1,18 @@
 """The table of silicones against what else is known of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from pneumorph.fem.material import Material
 from pneumorph.fem.silicones import (
     BEAM_RELAXATION,
     SILICONES,
     TEST_RATE_PER_S,
     TEST_STRAIN,
     silicone,
+    silicone_of,
 )
 from pneumorph.fem.yeoh_constants import STEADY_INVARIANT, tension_stress, turning_invariant
 
@@ -92,3 +96,13 @@ def test_harder_silicones_are_stiffer(name):
     hardness = float(name.split()[-1] if name[-1].isdigit() else name.split()[-2])
     gent_kPa = 98.1 * (56.0 + 7.62336 * hardness) / (0.137505 * (254.0 - 2.54 * hardness))
     assert 0.28 < silicone(name).young_modulus_kPa / gent_kPa < 0.55
+
+
+@pytest.mark.parametrize("name", SILICONES)
+def test_a_silicone_is_known_by_its_law(name: str) -> None:
+    """Whatever its modulus is scaled to."""
+    assert silicone_of(silicone(name).material()) == name
+    relaxed = silicone(name).material(relaxation=BEAM_RELAXATION)
+    assert silicone_of(relaxed.stiffer(0.8)) == name
+    assert silicone_of(replace(relaxed, yeoh_c3_over_c1=1e-4)) is None
+    assert silicone_of(Material(600.0, 0.45, "stable_neo_hookean")) is None
