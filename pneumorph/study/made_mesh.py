@@ -71,8 +71,6 @@ class MadeMesh:
     """File of the mesh."""
     node_count: int
     tetrahedron_count: int
-    size_mm: tuple[float, float, float]
-    """Along x, y and z."""
     volume_mm3: float
     surfaces: dict[str, int]
     """Triangles of each named surface."""
@@ -85,6 +83,8 @@ class MadeMesh:
     """Of all cavities; None where no surface's name begins with cavity."""
     cavities_mm3: dict[str, float] = field(default_factory=dict)
     """Volume of each by its name."""
+    size_mm: tuple[float, float, float] | None = None
+    """Along x, y and z; None in runs of earlier versions."""
 
 
 def make_mesh(part: PartName, settings: MeshSettings, folder: RunFolder) -> MadeMesh:
