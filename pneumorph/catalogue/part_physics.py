@@ -5,7 +5,7 @@ from __future__ import annotations
 from pneumorph.catalogue.paper_leg import PhysicsName
 from pneumorph.reduction.reduced_part import ReducedPart
 
-PUBLISHED_LAWS = ("corotational", "st_venant_kirchhoff", "stable_neo_hookean")
+_PUBLISHED_LAWS = ("corotational", "st_venant_kirchhoff", "stable_neo_hookean")
 """Laws of a solid that are none of a silicone as it was measured."""
 
 
@@ -33,7 +33,7 @@ def refuse_other_physics(part: ReducedPart, physics: PhysicsName, what: str, rem
             f"{what} is of the measured physics (it relaxes), and the published one was asked for: "
             f"{remedy}, or reduce it again with pneumorph reduce --preset paper"
         )
-    if physics == "measured" and part.relaxation is None and law in PUBLISHED_LAWS:
+    if physics == "measured" and part.relaxation is None and law in _PUBLISHED_LAWS:
         raise ValueError(
             f"{what} is of the published physics (its law is {law!r} and nothing in it relaxes), "
             f"and the measured leg or physics was asked for, expected one of that: {remedy}, or "

@@ -339,10 +339,12 @@ class RobotDescription(Checked, ShownInNotebooks):
         """
         try:
             return self._spec(physics or self.acting, rest)
-        except ValueError as error:
+        except (FileNotFoundError, ValueError) as error:
             if self.file is None or str(self.file) in str(error):
                 raise
-            raise ArtefactError(f"robot file {self.file}: {error}") from error
+            missing = isinstance(error, FileNotFoundError)
+            named = FileNotFoundError if missing else ArtefactError
+            raise named(f"robot file {self.file}: {error}") from error
 
     def _spec(self, physics: Physics, rest: Mapping[str, Any]) -> RobotSpec:
         built = self._built
@@ -352,7 +354,7 @@ class RobotDescription(Checked, ShownInNotebooks):
             try:
                 modules[name] = each.module(name, self.folder, built, self.physics.based_on)
             except FileNotFoundError as error:
-                raise FileNotFoundError(f"{self._where}modules.{name}: {error}") from error
+                raise FileNotFoundError(f"modules.{name}: {error}") from error
             if each.part is not None:
                 refuse_other_physics(
                     modules[name].reduced,
@@ -361,10 +363,7 @@ class RobotDescription(Checked, ShownInNotebooks):
                     "say by based_on in [physics] which it is of",
                 )
         kind = leg_kind(self.physics.based_on)
-        try:
-            hub = self.hub.spec(self.folder)
-        except FileNotFoundError as error:
-            raise FileNotFoundError(f"{self._where}{error}") from error
+        hub = self.hub.spec(self.folder)
         if self.ring is not None:
             sites = ring_of_sites(self.ring, tuple(modules.values()))
         else:
@@ -386,11 +385,6 @@ class RobotDescription(Checked, ShownInNotebooks):
                 **rest,
             },
         )
-
-    @property
-    def _where(self) -> str:
-        """What messages begin with."""
-        return "" if self.file is None else f"robot file {self.file}: "
 
     def _allowed(self) -> list[tuple[str, ...]]:
         """Names of the modules at each site, in the order of the modules."""

@@ -298,7 +298,7 @@ class RobotOptions(Checked):
         """The reduced leg, read where what is in it is checked.
 
         Raises:
-            ValueError: It is such a leg; names it and what was asked for.
+            ValueError: It is a leg of the other physics; names it and what was asked for.
         """
         if self.part is None or self.leg == "hyperelastic":
             return self.part

@@ -103,9 +103,9 @@ class RobotSpec(ShownInNotebooks):
         """
         design = self._known(design)
         mounts: list[Mount] = []
-        for module, pose, regulators in self._mounted(design):
-            location = design.fittings[len(mounts)].location
-            site = self.sites[location].name or location
+        for fitting, mounted in zip(design.fittings, self._mounted(design), strict=True):
+            module, pose, regulators = mounted
+            site = self.sites[fitting.location].name or fitting.location
             driven = module.driven_by(regulators, f"design {design}", site)
             pose = tilted(pose, module.reduced.rest_nodes, self.mounting_angle_deg)
             mounts.append(Mount(module.reduced, pose, driven))

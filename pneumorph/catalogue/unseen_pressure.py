@@ -18,7 +18,7 @@ def unseen_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
     """
     simulated_kPa = float(spec.physics.pressure_map.simulated(largest_kPa))
     for module in spec.modules:
-        bend = module.reduced.metadata.get("report", {}).get("bend", {})
+        bend = module.reduced.describe(module.name).bend or {}
         seen_kPa = max(bend.get("pressure_kPa") or [0.0])
         if 0.0 < seen_kPa * _NEAR < simulated_kPa:
             return (

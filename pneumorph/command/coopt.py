@@ -25,8 +25,7 @@ paper did: in one world, ranked by the distance there, without a certificate.
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
 metrics.jsonl, TensorBoard logs, checkpoints, policy.npz, a policy for each fine-tuned design, and
 gaits/L1.csv, L2.csv ...; and report/page.html, as `pneumorph report` does. With --certify it also
-writes certificate/, as `pneumorph certify --full`
-does.
+writes certificate/, as `pneumorph certify --full` does.
 
 Example: pneumorph coopt --preset quick --seed 1 --out runs/quick-1
 """

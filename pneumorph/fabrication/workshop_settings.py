@@ -41,5 +41,5 @@ class WorkshopSettings(Checked):
         name = self.silicone or simulated or "Dragon Skin 30"
         known = SILICONES.get(name)
         usual = CastDensities().silicone_g_per_ml
-        density = usual if known is None else round(1e6 * known.density_kg_per_mm3, 9)
+        density = usual if known is None else known.density_g_per_ml
         return name, self.silicone_density_g_per_ml or density

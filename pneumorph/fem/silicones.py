@@ -57,6 +57,11 @@ class Silicone:
         """Young's modulus at rest if incompressible [kPa]."""
         return 6.0 * self.c1_kPa
 
+    @property
+    def density_g_per_ml(self) -> float:
+        """Density [g/ml], with the digits of the data sheet."""
+        return round(1e6 * self.density_kg_per_mm3, 9)
+
     def material(
         self, bulk_over_shear: float = BULK_OVER_SHEAR, relaxation: PronySeries | None = None
     ) -> Material:

@@ -106,8 +106,8 @@ def reduce(
         part_model, snapshots, settings.reduction, folder.progress, mount_stiffness=mount
     )
     part.metadata.update(metadata or {})
-    reached_kPa = max(report.bend.get("pressure_kPa") or [0.0])
-    short = short_bend_note(reached_kPa, settings.snapshots) if report.bend else None
+    reached_kPa = report.bend.get("pressure_kPa")
+    short = short_bend_note(max(reached_kPa), settings.snapshots) if reached_kPa else None
     path = part.save(folder / PART_FILE)
     seconds = snapshots.metadata["seconds"]
     return Reduction(

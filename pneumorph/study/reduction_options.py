@@ -153,8 +153,7 @@ def _of_silicone(name: Any, usual: dict[str, Any], content: Mapping[str, Any]) -
     brought["snapshots"]["static"]["load_limit_mN"] = load_mN
     masses = laid_over(usual, {"masses": content.get("masses", {})})["masses"]
     if isinstance(masses, Mapping) and not _is_weighed(masses):
-        density = round(1e6 * rubber.density_kg_per_mm3, 9)
-        brought["masses"] = {"densities": {"silicone_g_per_ml": density}}
+        brought["masses"] = {"densities": {"silicone_g_per_ml": rubber.density_g_per_ml}}
     return brought
 
 

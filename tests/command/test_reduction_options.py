@@ -7,9 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from helpers.box_mesh import box_mesh
 
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
@@ -38,19 +36,6 @@ DIGITS = 1e-12
 def asked(*layers: dict[str, Any], preset: str | None = None) -> ReduceOptions:
     """What is reduced where layers are set over a preset."""
     return layered(REDUCE.preset(preset), layers)
-
-
-def own_mesh(quadratic: bool) -> Mesh:
-    """A hollow box with a sheet under it, 40 x 12 x 9 mm."""
-    box = box_mesh((40.0, 12.0, 9.0), (6, 3, 3), hollow=True)
-    mesh = Mesh(
-        box.nodes,
-        box.tetrahedra,
-        {**box.surfaces, "sheet": box.surfaces["bottom"]},
-        {"attachment": box.node_sets["left"], "outer_end_face": box.node_sets["right"]},
-        contact_points=np.array([[40.0, 0.0, 0.0], [40.0, 12.0, 0.0]]),
-    )
-    return quadratic_mesh(mesh) if quadratic else mesh
 
 
 def test_measured_is_what_is_asked_for_where_nothing_is() -> None:
@@ -83,19 +68,21 @@ def test_a_mesh_is_quadratic_where_silicone_needs_it(
     assert not layered(MESH.preset(None), [content, {"quadratic": False}]).quadratic
 
 
-def test_a_leg_brings_all_of_the_preset_that_made_it(tmp_path: Path) -> None:
+def test_a_leg_brings_all_of_the_preset_that_made_it(mesh_file: Path) -> None:
     assert asked({"leg": "published"}) == ReduceOptions()
     assert asked({"leg": "hyperelastic"}, preset="paper") == hyperelastic()
     assert asked({"leg": "measured"}, preset="paper") == measured()
     # But for what is set beside it, or was before.
     kept = asked(
-        {"mesh": str(own_mesh(False).save(tmp_path / "mesh.npz"))},
+        {"mesh": str(mesh_file)},
         {"leg": "published", "snapshots": {"static": {"bend_count": 3}}},
     )
-    assert kept.mesh == tmp_path / "mesh.npz"
+    assert kept.mesh == mesh_file
     assert (kept.snapshots.static.bend_count, kept.reduction.rotation) == (3, "polar")
     published = ReduceOptions().materials
-    weight_kg = published.mass_kg * own_mesh(False).volumes.sum() / paper_leg_mesh().volumes.sum()
+    weight_kg = (
+        published.mass_kg * Mesh.load(mesh_file).volumes.sum() / paper_leg_mesh().volumes.sum()
+    )
     assert kept.materials.mass_kg == pytest.approx(weight_kg, rel=DIGITS)
     assert replace(kept.materials, mass_kg=0.105) == published
     with pytest.raises(ValueError, match="silicone is 'Dragon Skin 20', expected none"):
@@ -160,20 +147,22 @@ def test_a_largest_pressure_takes_all_pressures_with_it() -> None:
         asked({"silicone": "Dragon Skin 20", "materials": "soft"})
 
 
-def test_linear_tetrahedra_of_measured_silicone_are_refused(tmp_path: Path) -> None:
+def test_linear_tetrahedra_of_measured_silicone_are_refused(
+    mesh_file: Path, tmp_path: Path
+) -> None:
     """They lock; in the published physics they are what was published."""
-    mesh = {"mesh": str(own_mesh(False).save(tmp_path / "mesh.npz"))}
+    mesh = {"mesh": str(mesh_file)}
     with pytest.raises(ValueError, match=r"mesh\.npz has linear tetrahedra, which lock .*--quadra"):
         reduce_as_asked(asked(mesh), RunFolder(tmp_path / "run", "reduce"))
     assert not (tmp_path / "run").exists()
 
 
 def test_a_leg_that_was_cast_weighs_that_wherever_it_walks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    mesh_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its reduction says so: nobody is asked for its mesh again. Its finite elements are of its own
     silicone."""
-    mesh = own_mesh(True)
+    mesh = quadratic_mesh(Mesh.load(mesh_file))
     options = asked(
         {"mesh": str(mesh.save(tmp_path / "mesh.npz")), "silicone": "Ecoflex 00-50"},
     )
