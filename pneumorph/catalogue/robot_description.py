@@ -23,6 +23,7 @@ from pneumorph.base.settings import (
 )
 from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.catalogue.design_rules import DesignRules
+from pneumorph.catalogue.grown_chambers import with_growth_of
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.hub_spec import HUB_SURFACE
 from pneumorph.catalogue.measured_worlds import measured_worlds
@@ -377,7 +378,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         return RobotSpec(
             hub,
             sites,
-            physics,
+            with_growth_of(tuple(modules.values()), physics, self.physics.based_on),
             **{
                 "hub_model": self.hub.model,
                 "full_order": kind.full_order,

@@ -16,6 +16,7 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.base.shapes import table
 from pneumorph.catalogue.full_options import FullOptions, full_of
+from pneumorph.catalogue.grown_chambers import with_growth_of
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.older_names import OLDER_GROUP
 from pneumorph.catalogue.paper_leg import (
@@ -257,7 +258,10 @@ class RobotOptions(Checked):
             label = None if self.part is None else str(self.part)
             part = self._part_of_this_physics()
             leg = paper_leg(self.leg, part, full.mesh, masses=self.masses, label=label)
-            spec = paper_robot(leg, self.physics, self.masses, **numerics)
+            physics = self.physics
+            if part is not None:
+                physics = with_growth_of([leg], physics, self.based_on)
+            spec = paper_robot(leg, physics, self.masses, **numerics)
             usual = pressure_map(self.leg)
         else:
             self._refuse_beside_a_description(robot)

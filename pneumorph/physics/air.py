@@ -58,9 +58,10 @@ class Air(Checked):
     """Ratio of absolute pressures after and before a valve below which the flow is choked."""
     tube_mm3: Annotated[float, Bounds(least=1e-3, most=1e9)] = 1000.0
     """Volume of each regulator's tubes [mm^3]."""
-    chamber_growth: tuple[Annotated[float, Bounds(0.0, 1.0)], ...] = (0.009, 0.00019)
+    chamber_growth: tuple[Annotated[float, Bounds(0.0, 100.0)], ...] = (0.009, 0.00019)
     """Growth g1, g2 ... of a chamber's volume with real pressure p [kPa]: relative to rest it is 1
-    + g1 p + g2 p^2 ..."""
+    + g1 p + g2 p^2 ... Where it is left as it is, parts of one's own bring theirs in the measured
+    physics."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -14,6 +14,7 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.fem.part_model import PartModel
 from pneumorph.reduction.assemble import assemble_reduced_part, sampled_groups
 from pneumorph.reduction.blocked_force import even_load
+from pneumorph.reduction.chamber_growth import fitted_growth
 from pneumorph.reduction.contact_flexibility import with_contact_flexibility
 from pneumorph.reduction.ecsw import EcswResult, ecsw
 from pneumorph.reduction.errors import (
@@ -236,6 +237,7 @@ def _measured(
             for name, curve in bends.items()
             if name != BEND
         },
+        chamber_growth=_growth(sampled, bends[BEND]) if BEND in bends else None,
         blocked_error_percent=blocked.worst_percent if blocked else None,
         blocked_error_unsampled_percent=(
             projected.blocked.worst_percent if projected.blocked else None
@@ -248,6 +250,15 @@ def _measured(
         peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
     )
     return sampled, report
+
+
+def _growth(sampled: ReducedPart, bend: ReducedBend) -> list[float]:
+    """How its chambers grow along the free bends that it has itself."""
+    known = ~np.isnan(bend.reduced_deg) & (bend.pressure_kPa > 0.0)
+    cavities = [sampled.cavity(index) for index in range(sampled.cavity_count)]
+    volumes = np.array([sum(each.volume(alpha) for each in cavities) for alpha in bend.alpha])
+    ratio = volumes[known] / float(sampled.cavity_volume.sum())
+    return list(fitted_growth(bend.pressure_kPa[known], ratio))
 
 
 def _check(

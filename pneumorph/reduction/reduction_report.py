@@ -46,6 +46,8 @@ class ReductionReport:
     bend_of_cavities: dict[str, dict[str, list[float]]] = field(default_factory=dict, kw_only=True)
     """The same by the cavity that is inflated alone, where there are several; the bend is the end
     face's turn about any axis."""
+    chamber_growth: list[float] | None = field(default=None, kw_only=True)
+    """Growth of all chambers with pressure along `bend`, see `chamber_growth.py`."""
     blocked_error_percent: float | None
     """Largest error of the force that keeps the tip down, over the pressures of `blocked`; None
     where no snapshot has a blocked tip."""
