@@ -16,6 +16,7 @@ How a silicone relaxes was measured of Dragon Skin 10 alone: `reproduce/released
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 from types import MappingProxyType
 
 import numpy as np
@@ -102,9 +103,11 @@ def silicone(name: str) -> Silicone:
         ValueError: It is not in the table.
     """
     if name not in SILICONES:
+        meant = get_close_matches(name, SILICONES, 1)
         raise ValueError(
-            f"no silicone {name!r} in the table, expected one of {', '.join(SILICONES)}; make "
-            "another of its constants with pneumorph.fem.yeoh_constants.yeoh_material"
+            f"no silicone {name!r} in the table, expected one of {', '.join(SILICONES)}"
+            + (f" (did you mean {meant[0]}?)" if meant else "")
+            + "; make another of its constants with pneumorph.fem.yeoh_constants.yeoh_material"
         )
     return SILICONES[name]
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from pneumorph.base.artefact import load_artefact, reading, save_artefact
+from pneumorph.base.artefact import ArtefactError, load_artefact, reading, save_artefact
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.geometry.contact_surfaces import ContactSurfaces, surfaces_at
 from pneumorph.geometry.region_names import current_name, first_name, with_current_names
@@ -214,9 +214,17 @@ class Mesh(ShownInNotebooks):
         """Read what `save` wrote.
 
         Raises:
-            ArtefactError: The file is truncated, of another kind or of another format version.
+            ArtefactError: The file is truncated, of another kind or of another format version, or
+                a mesher's.
         """
-        arrays, _ = load_artefact(path, "Mesh", LINEAR_VERSION, QUADRATIC_VERSION)
+        try:
+            arrays, _ = load_artefact(path, "Mesh", LINEAR_VERSION, QUADRATIC_VERSION)
+        except ArtefactError as error:
+            if Path(path).suffix.lower() in (".npz", ""):
+                raise
+            raise ArtefactError(
+                f"{error}; a mesher's file becomes one by: pneumorph mesh --file {path}"
+            ) from error
 
         def named(prefix: str) -> dict[str, np.ndarray]:
             return {k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)}

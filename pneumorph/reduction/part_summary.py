@@ -26,6 +26,10 @@ class PartSummary:
     stress_count: int = 0
     """Fields of stress that the membrane is seen by instead of sampled points; older files have
     none."""
+    mass_kg: float | None = None
+    """None in summaries of earlier versions."""
+    silicone: str | None = None
+    """The supplier's name of what it is of; None of what is not in the table of silicones."""
 
 
 @dataclass(frozen=True)

@@ -268,6 +268,7 @@ def _check(
     mount_stiffness: np.ndarray | None,
 ) -> None:
     """Refuse, before anything is computed, what the part cannot be reduced with."""
+    check_settings(part, settings, on_soft_mount=mount_stiffness is not None)
     digest = part.mesh.digest()
     if snapshots.metadata.get("mesh_digest") != digest:
         raise ValueError(
@@ -279,17 +280,33 @@ def _check(
             "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
             "can be 30 % too stiff in free air"
         )
+
+
+def check_settings(
+    part: PartModel, settings: ReductionSettings, *, on_soft_mount: bool = False
+) -> None:
+    """Refuse settings that a part cannot be reduced with, which takes no snapshots.
+
+    Args:
+        part: The full-order part.
+        settings: What is asked for.
+        on_soft_mount: Whether what it is mounted on gives way.
+
+    Raises:
+        ValueError: The settings ask for what the part has not.
+        MeshError: The part has no outer end face whose answers modes could learn.
+    """
     if settings.stress_limit > 0 and part.membranes:
         scaled_strain(part.element_groups[1], part.rest_nodes)
-    if settings.contact_flexibility and (mount_stiffness is not None or not part.cavities):
-        kind = "on a soft mount" if mount_stiffness is not None else "without a cavity"
+    if settings.contact_flexibility and (on_soft_mount or not part.cavities):
+        kind = "on a soft mount" if on_soft_mount else "without a cavity"
         raise ValueError(
             f"contact_flexibility is true, expected false of a part {kind}: how its points give "
             "way is found with the attachment held"
         )
     if settings.answer_share > 0.0:
-        if mount_stiffness is not None or not part.cavities:
-            kind = "on a soft mount" if mount_stiffness is not None else "without a cavity"
+        if on_soft_mount or not part.cavities:
+            kind = "on a soft mount" if on_soft_mount else "without a cavity"
             raise ValueError(
                 f"answer_share is {settings.answer_share}, expected 0 of a part {kind}: how its "
                 "tip answers forces is found with the attachment held, at free bends"

@@ -16,6 +16,7 @@ import numpy as np
 
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.fem.part_model import PartModel
+from pneumorph.fem.silicones import silicone_of
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.physics.physics import Rotation
 from pneumorph.reduction.cavity_polynomial import CavityPolynomial
@@ -216,6 +217,8 @@ class ReducedPart(ReducedArrays):
             errors={key: report[key] for key in report if "error" in key},
             bend=report.get("bend"),
             knows_range=self.knows_range,
+            mass_kg=self.mass,
+            silicone=silicone_of(self.tetrahedron_material),
         )
 
     @property

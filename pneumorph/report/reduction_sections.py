@@ -108,7 +108,11 @@ def _told(leg: PartSummary) -> dict[str, Any]:
     left_out = ("errors", "bend", "others")
     sizes = {name: value for name, value in vars(leg).items() if name not in left_out}
     # A whole digest is as wide as a page, and leaves no room for a second leg's numbers.
-    return {**sizes, "mesh_digest": leg.mesh_digest[:_DIGEST_DIGITS], **leg.errors}
+    told = {**sizes, "mesh_digest": leg.mesh_digest[:_DIGEST_DIGITS]}
+    if leg.bend:
+        told["bends (degrees)"] = leg.bend["full_deg"][-1]
+        told["at its snapshots' highest pressure (kPa)"] = leg.bend["pressure_kPa"][-1]
+    return {**told, **leg.errors}
 
 
 def leg_sections(found: HasLeg, run: FinishedRun, sheet: Sheet) -> list[Section]:

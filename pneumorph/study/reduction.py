@@ -17,7 +17,7 @@ from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots, short_bend_note
 from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
 from pneumorph.reduction.part_summary import PartSummary
-from pneumorph.reduction.reduce import reduce_part
+from pneumorph.reduction.reduce import check_settings, reduce_part
 from pneumorph.reduction.reduction_report import ReductionReport
 from pneumorph.reduction.snapshot_files import SnapshotFiles
 from pneumorph.reduction.walk_snapshots import WalkPhysics
@@ -74,6 +74,7 @@ def reduce(
     settings = settings or shipped_settings("measured" if relaxes else "published")
     gaits = read_design_gaits(settings.walked.gaits)
     poses = [site.pose for site in robot.sites]
+    check_settings(part_model, settings.reduction, on_soft_mount=isinstance(hub, SoftHub))
     folder.progress.stage("collecting snapshots of the full model")
     mount = None
     if isinstance(hub, SoftHub):

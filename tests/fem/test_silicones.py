@@ -83,6 +83,8 @@ def test_a_rubber_that_relaxes_has_the_stress_of_its_test():
 def test_unknown_silicone_is_refused_with_the_known_ones():
     with pytest.raises(ValueError, match=r"no silicone 'Dragon Skin 40'.*Dragon Skin 30"):
         silicone("Dragon Skin 40")
+    with pytest.raises(ValueError, match=r"did you mean Ecoflex 00-30\?"):
+        silicone("Ecoflex 0030")
 
 
 @pytest.mark.parametrize(

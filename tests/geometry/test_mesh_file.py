@@ -5,7 +5,8 @@ import pytest
 from helpers.box_mesh import box_mesh
 from helpers.two_chambers import two_chamber_mesh
 
-from pneumorph.geometry.mesh import MeshError
+from pneumorph.base.artefact import ArtefactError
+from pneumorph.geometry.mesh import Mesh, MeshError
 from pneumorph.geometry.mesh_file import read_mesh_file
 from pneumorph.geometry.surface import enclosed_volume
 
@@ -137,3 +138,10 @@ def test_each_of_several_cavities_is_turned_round_and_none_is_skin(tmp_path):
     inside = made.nodes[np.unique(np.vstack([made.surfaces[name] for name in regions[:2]]))]
     distance = np.linalg.norm(read.contact_points[:, None] - inside, axis=2)
     assert distance.min() > 0.5
+
+
+def test_a_meshers_file_in_place_of_a_mesh_is_told_what_to_do(tmp_path):
+    path = tmp_path / "leg.msh"
+    path.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
+    with pytest.raises(ArtefactError, match=r"not a readable Mesh .*pneumorph mesh --file .*msh"):
+        Mesh.load(path)

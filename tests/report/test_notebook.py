@@ -84,7 +84,16 @@ def test_a_robots_file_is_its_usual_design_from_above() -> None:
 
 def test_every_module_of_a_robot_is_in_the_table_of_its_page(tmp_path: Path) -> None:
     legs = [
-        PartSummary(name, modes, 9, 0, 64 * name[0], {"bend_error_percent": error}, None)
+        PartSummary(
+            name,
+            modes,
+            9,
+            0,
+            64 * name[0],
+            {"bend_error_percent": error},
+            {key: [0.0, 40.0 * modes] for key in ("pressure_kPa", "full_deg", "reduced_deg")},
+            silicone="Ecoflex 00-50",
+        )
         for name, modes, error in (("long", 4, 1.25), ("short", 5, 2.5))
     ]
     found = SimpleNamespace(leg=PartsSummary(**vars(legs[0]), others={"short": legs[1]}))
@@ -96,6 +105,8 @@ def test_every_module_of_a_robot_is_in_the_table_of_its_page(tmp_path: Path) -> 
         "<td>1.25</td>",
         "2.5",
         "<td>llllllllllll</td><td>ssssssssssss<",
+        "<td>silicone</td><td>Ecoflex 00-50</td><td>Ecoflex 00-50<",
+        "highest pressure (kPa)</td><td>160</td><td>200<",
     ):
         assert re.sub(" class=[^>]*", "", row) in re.sub(" class=[^>]*", "", section.body)
 

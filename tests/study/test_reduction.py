@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_leg import leg_kind
+from pneumorph.catalogue.paper_leg import leg_kind, measured_leg_mesh
+from pneumorph.geometry.mesh import MeshError
 from pneumorph.physics.air import Air
 from pneumorph.reduction.walk_snapshots import WalkPhysics
 from pneumorph.study import reduction
@@ -45,3 +46,17 @@ def test_friction_and_regulators_of_walks_are_the_protocols(tmp_path, monkeypatc
 
 def test_published_walks_are_those_that_earlier_snapshots_are_of(tmp_path, monkeypatch):
     assert acting(ReduceOptions(), tmp_path, monkeypatch).described() == {}
+
+
+def test_a_mesh_without_outer_end_is_refused_before_its_snapshots(tmp_path, monkeypatch):
+    """They take hours."""
+
+    def never(*_):
+        raise AssertionError("snapshots were asked for")
+
+    monkeypatch.setattr(reduction, "collect_snapshots", never)
+    mesh = measured_leg_mesh()
+    sets = {name: each for name, each in mesh.node_sets.items() if name != "outer_end_face"}
+    path = replace(mesh, node_sets=sets).save(tmp_path / "mesh.npz")
+    with pytest.raises(MeshError, match="outer_end_face"):
+        reduce_as_asked(replace(measured(), mesh=path), RunFolder(tmp_path / "run", "reduce"))
