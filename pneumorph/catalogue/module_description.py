@@ -49,18 +49,17 @@ class ModuleDescription(Checked):
                     "the catalogue says what its module is"
                 )
 
-    def is_polar(self, folder: Path, catalogue_folder: Path) -> bool:
-        """Whether it is a part of one's own, or of a catalogue, that was made with polar rotations;
-        a file that is missing tells nothing yet. Arguments as of `module`."""
+    def own_part(self, folder: Path, catalogue_folder: Path) -> ReducedPart | None:
+        """The part of one's own, or of a catalogue, that it is; None of a leg that ships, and where
+        a file is missing, which tells nothing yet. Arguments as of `module`."""
         if self.catalogue is not None:
             try:
-                part = BuiltModule.find(self.catalogue, catalogue_folder).part
+                return ReducedPart.load(BuiltModule.find(self.catalogue, catalogue_folder).part)
             except FileNotFoundError:
-                return False
-            return part is not None and ReducedPart.load(part).is_polar
+                return None
         if self.part is None or not (folder / self.part).is_file():
-            return False
-        return ReducedPart.load(folder / self.part).is_polar
+            return None
+        return ReducedPart.load(folder / self.part)
 
     def module(self, name: str, folder: Path, catalogue_folder: Path, usual_leg: LegName) -> Module:
         """The module.

@@ -38,6 +38,7 @@ from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled
 from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.usual_design import usual_design
@@ -192,10 +193,20 @@ class RobotDescription(Checked, ShownInNotebooks):
         they are damped: they then walk with the damping that goes with them."""
         if "damping" in self.physics.changes or self.physics.physics.damping == "objective":
             return ()
-        built = self._built
-        return tuple(
-            name for name, each in self.modules.items() if each.is_polar(self.folder, built)
-        )
+        return tuple(name for name, part in self._own_parts.items() if part.is_polar)
+
+    @cached_property
+    def _own_parts(self) -> dict[str, ReducedPart]:
+        """Parts of one's own, or of a catalogue, by their modules' names."""
+        found = {
+            name: each.own_part(self.folder, self._built) for name, each in self.modules.items()
+        }
+        return {name: part for name, part in found.items() if part is not None}
+
+    @property
+    def own_parts(self) -> list[ReducedPart]:
+        """Reduced parts of one's own, or of a catalogue, that are modules of it."""
+        return list(self._own_parts.values())
 
     @property
     def _built(self) -> Path:

@@ -89,6 +89,21 @@ def chosen_robot(content: Mapping[str, Any]) -> RobotDescription | None:
     return None if _is_complete(content.get("robot", {})) else described_robot(content)
 
 
+def chosen_part(content: Mapping[str, Any]) -> ReducedPart | None:
+    """The reduced leg of a file that the settings choose; None as of `chosen_robot`.
+
+    Args:
+        content: Settings as nested dictionaries.
+
+    Raises:
+        FileNotFoundError: No such part.
+        ArtefactError: It is no reduced part.
+    """
+    robot = content.get("robot", {})
+    path = None if _is_complete(robot) else robot.get("part")
+    return None if path is None else ReducedPart.load(path)
+
+
 @dataclass(frozen=True)
 class RobotOptions(Checked):
     """The robot, its leg and the physics."""

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 
 _NEAR = 1.05
 """Times the highest pressure of the snapshots from which on it is told."""
 
 
+def ends_below_usual(seen_kPa: float) -> bool:
+    """Whether snapshots up to a pressure, zero where that is not known, end below the pressures of
+    the usual gaits."""
+    return 0.0 < seen_kPa * _NEAR < HIGHEST_COMMAND_KPA
+
+
 def unseen_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
-    """What to say before reduced legs are inflated further than in any of their snapshots; None
-    where they are not.
+    """What to say before reduced legs are inflated further than in any of their snapshots, or less
+    than usual for the snapshots' sake; None of others.
 
     Args:
         spec: The robot.
         largest_kPa: Highest real pressure of what walks [kPa].
     """
     simulated_kPa = float(spec.physics.pressure_map.simulated(largest_kPa))
+    told = None
     for module in spec.modules:
-        bend = module.reduced.describe(module.name).bend or {}
-        seen_kPa = max(bend.get("pressure_kPa") or [0.0])
+        seen_kPa = module.reduced.seen_pressure_kPa
         if 0.0 < seen_kPa * _NEAR < simulated_kPa:
             return (
                 f"legs are inflated to {simulated_kPa:.4g} kPa, {module.name} has snapshots up to "
@@ -28,4 +35,9 @@ def unseen_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
                 "--task.maximum-pressure-kPa and --baseline.gait.amplitude-kPa), or reduce it with "
                 "a higher --largest-pressure-kPa"
             )
-    return None
+        if ends_below_usual(seen_kPa):
+            told = (
+                f"legs are inflated to {simulated_kPa:.4g} kPa at most, as {module.name} has "
+                f"snapshots up to {seen_kPa:.4g}"
+            )
+    return told

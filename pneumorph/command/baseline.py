@@ -15,6 +15,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from pneumorph.base.settings import laid_over
+from pneumorph.catalogue.lower_pressures import lower_gait
 from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
@@ -30,9 +32,14 @@ class BaselineOptions:
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-        """The design and the regulators that a robot's file brings with it."""
+        """The design and the regulators that a robot's file brings with it, and lower pressures
+        for legs that were reduced for such."""
         robot = chosen_robot(content)
-        return {} if robot is None else {"sweep": robot.baseline_settings()}
+        lower = lower_gait(content, robot)
+        brought = {"sweep": {"gait": lower}} if lower else {}
+        return (
+            brought if robot is None else laid_over({"sweep": robot.baseline_settings()}, brought)
+        )
 
 
 VERB = Verb(

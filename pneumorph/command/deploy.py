@@ -27,6 +27,7 @@ from typing import Annotated, Any
 import tyro
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.lower_pressures import lower_gait
 from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.study.deployed_gait import DeployedGait, DeploymentSettings, deploy_gait
@@ -47,9 +48,10 @@ class DeployOptions:
         """The design that a robot's file brings to a gait that names none, and the regulators to
         the expert's gait."""
         robot, source = chosen_robot(content), content.get("source")
+        lower = lower_gait(content, robot) if source is None else {}
         if robot is None or not (source is None or names_no_design(source)):
-            return {}
-        expert = robot.expert_settings() if source is None else {}
+            return {"deployment": {"expert": lower}} if lower else {}
+        expert = {**robot.expert_settings(), **lower} if source is None else {}
         return {"deployment": {"design": robot.usual_design, "expert": expert}}
 
     def __post_init__(self) -> None:

@@ -21,6 +21,7 @@ from typing import Annotated, Any
 
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.lower_pressures import lower_gait
 from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.film import FilmSettings
@@ -45,11 +46,13 @@ class SimulateOptions:
 
     @classmethod
     def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-        """The design and the regulators that a robot's file brings with it."""
+        """The design and the regulators that a robot's file brings with it, and lower pressures
+        for legs that were reduced for such."""
         robot, gait = chosen_robot(content), content.get("walk", {}).get("gait")
+        lower = lower_gait(content, robot) if gait is None else {}
         if robot is None or not (gait is None or names_no_design(gait)):
-            return {}
-        expert = robot.expert_settings() if gait is None else {}
+            return {"walk": {"expert": lower}} if lower else {}
+        expert = {**robot.expert_settings(), **lower} if gait is None else {}
         return {"walk": {"design": robot.usual_design, "expert": expert}}
 
 

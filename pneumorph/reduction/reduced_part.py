@@ -131,6 +131,13 @@ class ReducedPart(ReducedArrays):
         )
 
     @property
+    def seen_pressure_kPa(self) -> float:
+        """Highest simulated pressure of the free bends that it was reduced from [kPa]; zero of a
+        part that does not say."""
+        bend = self.metadata.get("report", {}).get("bend") or {}
+        return float(max(bend.get("pressure_kPa") or [0.0]))
+
+    @property
     def chamber_growth(self) -> tuple[float, ...] | None:
         """Growth g1, g2 ... of its chambers with the pressure in all of them: relative to rest
         their volume is 1 + g1 p + g2 p^2 ...; None of a part that was not asked, as older files."""

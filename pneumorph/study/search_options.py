@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from pneumorph.base.flags import flat
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
+from pneumorph.catalogue.lower_pressures import lower_task
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_options import USUAL, RobotOptions, described_robot
 from pneumorph.learn.objective import Objective
@@ -35,7 +36,8 @@ class SearchOptions:
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
         """Worlds, objective and reward that the physics brings, as for a training; the designs and
-        the regulators that a robot's file brings."""
+        the regulators that a robot's file brings, and lower pressures for legs that were reduced
+        for such."""
         robot, physics = described_robot(content), other_physics(content, below)
         of_physics = (
             {}
@@ -50,7 +52,10 @@ class SearchOptions:
                 **robot.worlds_settings(),
             }
         )
-        return laid_over(of_physics, of_robot)
+        lower = lower_task(content, robot)
+        return laid_over(
+            laid_over(of_physics, of_robot), {"search": {"task": lower}} if lower else {}
+        )
 
     @property
     def taken_over(self) -> TakenOver | None:

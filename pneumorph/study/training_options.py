@@ -14,6 +14,8 @@ from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.idle_numbers import idle_notes
+from pneumorph.catalogue.lower_pressures import lower_gait, lower_task
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
@@ -79,10 +81,13 @@ class TrainingOptions(Checked):
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
         """Settings that the robots bring with them where they are not set: those as their materials
         were measured are trained in the worlds that they may turn out to live in, those of the
-        published physics in one, and a robot's file says what its designs, regulators and baseline
-        are."""
-        other = other_physics(content, below)
-        return laid_over({} if other is None else _of_physics(other), _of_description(content))
+        published physics in one, a robot's file says what its designs, regulators and baseline
+        are, and legs that were reduced for lower pressures are inflated to those."""
+        other, robot = other_physics(content, below), described_robot(content)
+        brought = laid_over({} if other is None else _of_physics(other), _of_description(robot))
+        gait, task = lower_gait(content, robot), lower_task(content, robot)
+        lower = {"coopt": {"task": task}, "baseline": {"gait": gait}}
+        return laid_over(brought, lower) if gait else brought
 
 
 # Of legs of 40 modes half the work, and means over worlds of learned robots that change by less
@@ -137,8 +142,7 @@ def fast_training() -> TrainingOptions:
     return measured_training(restarting_settings(), {"coopt": learner})
 
 
-def _of_description(content: Mapping[str, Any]) -> dict[str, Any]:
-    robot = described_robot(content)
+def _of_description(robot: RobotDescription | None) -> dict[str, Any]:
     if robot is None:
         return {}
     mirrored = {} if robot.space.has_mirror else {"mirror_transitions": False}
