@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pneumorph.base.artefact import write_atomically
-from pneumorph.base.run_folder import RunFolder
+from pneumorph.base.run_folder import SUMMARY, RunFolder, read_summary
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fabrication.fabrication_settings import FabricationSettings
 from pneumorph.fabrication.hub_stiffness import HubStiffness, hub_model, hub_stiffness
@@ -155,6 +156,7 @@ def fabricate(
     parts = parts_list(materials, printed, moulds, tubes, settings.workshop, robot.hub.payload)
     write_atomically(folder / "parts.csv", lambda stream: stream.write(parts_csv(parts).encode()))
     write_atomically(folder / "tubes.csv", lambda stream: stream.write(tubes_csv(tubes).encode()))
+    _remove_earlier(made, folder)
     legs = tuple(
         FabricatedLeg(
             leg.name,
@@ -203,6 +205,21 @@ def fabricate(
         mass_warning=warning,
         legs=legs,
     )
+
+
+def _remove_earlier(made: Mapping[str, FabricatedSolid], folder: RunFolder) -> None:
+    """Remove the solids of another design that were made there before: somebody would make them."""
+    if not (folder.path / SUMMARY).exists():
+        return
+    earlier = read_summary(folder.path).get("solids", {})
+    ours = {Path(file).name for solid in made.values() for file in (solid.step, solid.stl) if file}
+    theirs = {Path(solid[kind]).name for solid in earlier.values() for kind in ("step", "stl")
+              if solid.get(kind)}  # fmt: skip
+    older = sorted(name for name in theirs - ours if (folder.path / name).exists())
+    for name in older:
+        (folder.path / name).unlink()
+    if older:
+        folder.progress.say(f"removed what was made there before: {', '.join(older)}")
 
 
 def checked_hub(
