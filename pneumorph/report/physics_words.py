@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from typing import Any, Protocol, get_args, runtime_checkable
 
-from pneumorph.base.settings import settings_from_dict
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
 from pneumorph.physics.physics import Physics
 from pneumorph.trajectory import Trajectory
@@ -14,11 +14,18 @@ from pneumorph.trajectory import Trajectory
 
 def physics_name(physics: Physics) -> str:
     """What a physics is called, such as ``measured physics``; its damping where it is none that has
-    a name."""
+    a name. How many regulators there are and how chambers grow is of the robot."""
     for name in get_args(PhysicsName):
-        if leg_kind(name).physics == physics:
+        if _whatever_the_robot(leg_kind(name).physics) == _whatever_the_robot(physics):
             return f"{name} physics"
     return f"{physics.damping} damping"
+
+
+def _whatever_the_robot(physics: Physics) -> dict[str, Any]:
+    """Its settings but for those that a robot decides."""
+    content = settings_to_dict(physics)
+    del content["regulator_count"], content["air"]["chamber_growth"]
+    return content
 
 
 def physics_words(physics: Physics) -> str:
