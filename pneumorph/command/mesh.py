@@ -3,8 +3,8 @@
 By default it makes the paper's leg or disk; every size is a flag. --file reads a mesh file of your
 own (gmsh, VTK, ...): its regions are gmsh's named physical groups, or cell data `region` whose
 numbers --regions names, such as --regions 1=cavity 2=sheet 3=attachment. To be reduced, a leg needs
-the surfaces cavity and sheet and the node sets attachment and outer_end_face. A mesh that cannot be
-used is refused, with the reason.
+the surfaces cavity (or several, such as cavity_left and cavity_right) and sheet and the node sets
+attachment and outer_end_face. A mesh that cannot be used is refused, with the reason.
 
 Presets: measured (10-node tetrahedra, as silicone that hardly changes its volume needs them; the
 paper's leg tied to its hub over a face); paper (the published leg's linear ones).

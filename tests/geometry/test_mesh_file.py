@@ -132,6 +132,11 @@ def test_each_of_several_cavities_is_turned_round_and_none_is_skin(tmp_path):
         path, file_format="gmsh22"
     )
     read = read_mesh_file(path, regions, (), contact_spacing_mm=4.0)
+    # Of a mesh with several cavities nobody need say so.
+    usual = read_mesh_file(path, node_sets=(), contact_spacing_mm=4.0)
+    assert usual.digest() == read.digest()
+    with pytest.raises(MeshError, match="unknown surface region 'chamber'"):
+        read_mesh_file(path, ("chamber",), ())
     for name in regions[:2]:
         np.testing.assert_array_equal(read.surfaces[name], made.surfaces[name])
     assert len(read.surfaces["skin"]) == len(made.surfaces["skin"])
