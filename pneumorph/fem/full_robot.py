@@ -10,11 +10,13 @@ normal and tangents those of the floor below each point.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from pneumorph.fem.full_robot_state import FullRobotState
 from pneumorph.fem.hub_body import HubState
@@ -26,6 +28,13 @@ from pneumorph.trajectory import Trajectory, check_record_every
 
 EASY_ITERATIONS = 8
 """Mean iterations of a step's parts up to which the next step is tried in half as many."""
+
+
+def _one_blas_thread() -> AbstractContextManager[Any]:
+    """While steps are made: on the small fronts of a leg several threads of BLAS wait for each
+    other, and for the robot's own; and sums, hence results, would depend on their number."""
+    limit: AbstractContextManager[Any] = threadpool_limits(1, user_api="blas")
+    return limit
 
 
 class FullRobot(RobotBody[HubState]):
@@ -173,17 +182,18 @@ class FullRobot(RobotBody[HubState]):
         recorder = Recorder(self, record_nodes)
         recorder.record(0, state.regulated_kPa, state)
         status, reason = "completed", None
-        for number in trange(len(commands), disable=not progress, unit="step"):
-            try:
-                state = self.step(state, commands[number])
-            except StepError as error:
-                status, reason = "diverged", str(error)
-                break
-            recorder.watch(state)
-            if observe is not None:
-                observe(state)
-            if (number + 1) % record_every == 0 or number + 1 == len(commands):
-                recorder.record(number + 1, commands[number], state)
+        with _one_blas_thread():
+            for number in trange(len(commands), disable=not progress, unit="step"):
+                try:
+                    state = self.step(state, commands[number])
+                except StepError as error:
+                    status, reason = "diverged", str(error)
+                    break
+                recorder.watch(state)
+                if observe is not None:
+                    observe(state)
+                if (number + 1) % record_every == 0 or number + 1 == len(commands):
+                    recorder.record(number + 1, commands[number], state)
         return state, recorder.trajectory(status, reason, description)
 
     def settled_state(self, step_count: int = 15) -> FullRobotState[HubState]:
@@ -193,6 +203,7 @@ class FullRobot(RobotBody[HubState]):
             StepError: A step fails even in the smallest parts.
         """
         state, rest = self.initial_state(), np.zeros(self.physics.regulator_count)
-        for _ in range(step_count):
-            state = self.step(state, rest)
+        with _one_blas_thread():
+            for _ in range(step_count):
+                state = self.step(state, rest)
         return state

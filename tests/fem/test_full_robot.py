@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.small_robot import small_leg, small_robot
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.full_robot import FullRobot
@@ -81,6 +82,22 @@ def test_rollout_records_what_it_is_asked_to():
         "unconverged_share": 0.0,
         "deepest_penetration_mm": max(each.penetration_mm for each in seen),
     }
+
+
+def test_steps_have_one_thread_of_linear_algebra_whatever_the_caller_has():
+    """Two of them take five times as long beside other work, and sum otherwise."""
+
+    def threads():
+        return {p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas"}
+
+    robot, seen = small_robot(), []
+    with threadpool_limits(2, user_api="blas"):
+        before = threads()
+        robot.rollout(
+            robot.initial_state(), np.zeros((1, 2)), observe=lambda _: seen.append(threads())
+        )
+        assert threads() == before
+    assert seen == [{1}]
 
 
 def test_work_of_the_pressure_is_what_it_does_on_the_cavity():
