@@ -14,6 +14,11 @@ def physics_of_part(part: ReducedPart) -> PhysicsName:
     return "published" if part.relaxation is None else "measured"
 
 
+def may_be_measured(part: ReducedPart) -> bool:
+    """Whether a part may walk in the measured physics, whose pressures are real ones."""
+    return part.relaxation is not None or part.tetrahedron_material.law not in _PUBLISHED_LAWS
+
+
 def refuse_other_physics(part: ReducedPart, physics: PhysicsName, what: str, remedy: str) -> None:
     """Refuse a part of the other physics: in the measured one nothing would damp a part that does
     not relax, of a law of the published one; in either the pressures would not be its own.
@@ -33,7 +38,7 @@ def refuse_other_physics(part: ReducedPart, physics: PhysicsName, what: str, rem
             f"{what} is of the measured physics (it relaxes), and the published one was asked for: "
             f"{remedy}, or reduce it again with pneumorph reduce --preset paper"
         )
-    if physics == "measured" and part.relaxation is None and law in _PUBLISHED_LAWS:
+    if physics == "measured" and not may_be_measured(part):
         raise ValueError(
             f"{what} is of the published physics (its law is {law!r} and nothing in it relaxes), "
             f"and the measured leg or physics was asked for, expected one of that: {remedy}, or "

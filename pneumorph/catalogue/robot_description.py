@@ -23,13 +23,13 @@ from pneumorph.base.settings import (
 )
 from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.catalogue.design_rules import DesignRules
-from pneumorph.catalogue.grown_chambers import with_growth_of
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.hub_spec import HUB_SURFACE
+from pneumorph.catalogue.mean_growth import mean_growth
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module_description import ModuleDescription
 from pneumorph.catalogue.mounting_check import check_module, check_mounted
-from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
+from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind, load_default_leg
 from pneumorph.catalogue.paper_robot import ring_of_sites
 from pneumorph.catalogue.part_physics import refuse_other_physics
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -198,10 +198,33 @@ class RobotDescription(Checked, ShownInNotebooks):
     @cached_property
     def _own_parts(self) -> dict[str, ReducedPart]:
         """Parts of one's own, or of a catalogue, by their modules' names."""
-        found = {
-            name: each.own_part(self.folder, self._built) for name, each in self.modules.items()
-        }
-        return {name: part for name, part in found.items() if part is not None}
+        found = {}
+        for name, each in self.modules.items():
+            try:
+                part = each.own_part(self.folder, self._built)
+            except ArtefactError as error:
+                raise ArtefactError(f"modules.{name}: {error}") from error
+            if part is not None:
+                found[name] = part
+        return found
+
+    @property
+    def _own_growth(self) -> tuple[float, ...] | None:
+        """How the chambers of parts of one's own grow with pressure, where the file does not say
+        it: the mean by volume of all modules, one of each. None where no part says it, and of the
+        published physics, whose pressures are no real ones."""
+        said = self.physics.changes.get("air", {})
+        if self.physics.based_on == "published" or "chamber_growth" in said:
+            return None
+        own, usual = self._own_parts, leg_kind("measured").physics.air.chamber_growth
+        if not any(part.chamber_growth for part in own.values()):
+            return None
+        volumes, growths = [], []
+        for name, each in self.modules.items():
+            part = own.get(name) or load_default_leg(each.leg or self.physics.based_on)
+            volumes.append(each.size_factor**3 * float(part.cavity_volume.sum()))
+            growths.append(part.chamber_growth or usual)
+        return mean_growth(volumes, growths)
 
     @property
     def own_parts(self) -> list[ReducedPart]:
@@ -221,6 +244,9 @@ class RobotDescription(Checked, ShownInNotebooks):
         physics = self.physics.physics
         if self.polar_modules:
             physics = replace(physics, damping="objective")
+        growth = self._own_growth
+        if growth is not None:
+            physics = replace(physics, air=replace(physics.air, chamber_growth=growth))
         ground = physics.ground
         if ground.map.path is None:
             return physics
@@ -389,7 +415,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         return RobotSpec(
             hub,
             sites,
-            with_growth_of(tuple(modules.values()), physics, self.physics.based_on),
+            physics,
             **{
                 "hub_model": self.hub.model,
                 "full_order": kind.full_order,

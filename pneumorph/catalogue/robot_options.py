@@ -16,7 +16,6 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.base.shapes import table
 from pneumorph.catalogue.full_options import FullOptions, full_of
-from pneumorph.catalogue.grown_chambers import with_growth_of
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.older_names import OLDER_GROUP
 from pneumorph.catalogue.paper_leg import (
@@ -30,7 +29,7 @@ from pneumorph.catalogue.paper_leg import (
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.catalogue.part_physics import physics_of_part, refuse_other_physics
+from pneumorph.catalogue.part_physics import may_be_measured, physics_of_part, refuse_other_physics
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_order_settings import FullOrderSettings
@@ -242,6 +241,14 @@ class RobotOptions(Checked):
             brought = laid_over(brought, own_of_leg)
         if part is not None and part.is_polar:
             brought = laid_over(brought, {"physics": {"damping": "objective"}})
+        if path is None and brought:  # all of a physics, under a leg that was chosen before
+            path = below.get("part")
+        if path is not None and leg in (None, "measured"):
+            grown = part or ReducedPart.load(path)
+            if may_be_measured(grown) and name != "published":
+                usual = leg_kind("measured").physics.air.chamber_growth
+                air = {"chamber_growth": list(grown.chamber_growth or usual)}
+                brought = laid_over(brought, {"physics": {"air": air}})
         return brought
 
     def spec(self) -> RobotSpec:
@@ -273,10 +280,7 @@ class RobotOptions(Checked):
             label = None if self.part is None else str(self.part)
             part = self._part_of_this_physics()
             leg = paper_leg(self.leg, part, full.mesh, masses=self.masses, label=label)
-            physics = self.physics
-            if part is not None:
-                physics = with_growth_of([leg], physics, self.based_on)
-            spec = paper_robot(leg, physics, self.masses, **numerics)
+            spec = paper_robot(leg, self.physics, self.masses, **numerics)
             usual = pressure_map(self.leg)
         else:
             self._refuse_beside_a_description(robot)

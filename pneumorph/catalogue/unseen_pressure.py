@@ -1,4 +1,4 @@
-"""Pressures beyond those that a robot's legs were reduced from."""
+"""Pressures beyond those that a robot's legs were reduced from, or kept below the usual ones."""
 
 from __future__ import annotations
 
@@ -16,15 +16,14 @@ def ends_below_usual(seen_kPa: float) -> bool:
 
 
 def unseen_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
-    """What to say before reduced legs are inflated further than in any of their snapshots, or less
-    than usual for the snapshots' sake; None of others.
+    """What to say before reduced legs are inflated further than in any of their snapshots, or just
+    as far, which is less than usual; None of others.
 
     Args:
         spec: The robot.
         largest_kPa: Highest real pressure of what walks [kPa].
     """
     simulated_kPa = float(spec.physics.pressure_map.simulated(largest_kPa))
-    told = None
     for module in spec.modules:
         seen_kPa = module.reduced.seen_pressure_kPa
         if 0.0 < seen_kPa * _NEAR < simulated_kPa:
@@ -35,9 +34,18 @@ def unseen_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
                 "--task.maximum-pressure-kPa and --baseline.gait.amplitude-kPa), or reduce it with "
                 "a higher --largest-pressure-kPa"
             )
-        if ends_below_usual(seen_kPa):
-            told = (
-                f"legs are inflated to {simulated_kPa:.4g} kPa at most, as {module.name} has "
-                f"snapshots up to {seen_kPa:.4g}"
+    return lowered_pressure_note(spec, largest_kPa)
+
+
+def lowered_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
+    """What to say before legs are inflated as far as their snapshots went, which is less than
+    usual; None of others. Arguments as of `unseen_pressure_note`."""
+    simulated_kPa = float(spec.physics.pressure_map.simulated(largest_kPa))
+    for module in spec.modules:
+        seen_kPa = module.reduced.seen_pressure_kPa
+        if ends_below_usual(seen_kPa) and seen_kPa / _NEAR <= simulated_kPa <= seen_kPa * _NEAR:
+            return (
+                f"legs are inflated to {simulated_kPa:.4g} kPa and not to {HIGHEST_COMMAND_KPA:g}: "
+                f"{module.name} has snapshots up to {seen_kPa:.4g}"
             )
-    return told
+    return None

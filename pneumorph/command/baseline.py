@@ -16,11 +16,11 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from pneumorph.base.settings import laid_over
-from pneumorph.catalogue.lower_pressures import lower_gait
 from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.study.baseline import baseline
+from pneumorph.study.brought_gait import brought_gait
 
 
 @dataclass(frozen=True)
@@ -31,15 +31,12 @@ class BaselineOptions:
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-        """The design and the regulators that a robot's file brings with it, and lower pressures
-        for legs that were reduced for such."""
-        robot = chosen_robot(content)
-        lower = lower_gait(content, robot)
-        brought = {"sweep": {"gait": lower}} if lower else {}
-        return (
-            brought if robot is None else laid_over({"sweep": robot.baseline_settings()}, brought)
-        )
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """The design, the regulators and the pressures that the robot brings with it."""
+        robot, expert = chosen_robot(content), below["sweep"]["gait"]
+        brought = brought_gait(content, below, None, None, expert)
+        gait = {"gait": brought.pop("expert")}
+        return {"sweep": laid_over({} if robot is None else robot.baseline_settings(), gait)}
 
 
 VERB = Verb(

@@ -27,11 +27,13 @@ from typing import Annotated, Any
 import tyro
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.lower_pressures import lower_gait
 from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
 from pneumorph.command.verb import Verb, flat
+from pneumorph.hardware.bend_staircase import BendTestSettings
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
+from pneumorph.study.brought_gait import brought_gait, highest_pressure_kPa
 from pneumorph.study.deployed_gait import DeployedGait, DeploymentSettings, deploy_gait
-from pneumorph.study.gait_source import names_no_design, robot_of_source
+from pneumorph.study.gait_source import robot_of_source
 
 
 @dataclass(frozen=True)
@@ -44,15 +46,18 @@ class DeployOptions:
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-        """The design that a robot's file brings to a gait that names none, and the regulators to
-        the expert's gait."""
-        robot, source = chosen_robot(content), content.get("source")
-        lower = lower_gait(content, robot) if source is None else {}
-        if robot is None or not (source is None or names_no_design(source)):
-            return {"deployment": {"expert": lower}} if lower else {}
-        expert = {**robot.expert_settings(), **lower} if source is None else {}
-        return {"deployment": {"design": robot.usual_design, "expert": expert}}
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """The design, the regulators and the pressures that the robot brings with it, also to a
+        bend test."""
+        below_it = below["deployment"]
+        source = content.get("source")
+        brought = brought_gait(content, below, source, below["source"], below_it["expert"])
+        highest_kPa = highest_pressure_kPa(content, below, chosen_robot(content))
+        bend_test = content.get("deployment", {}).get("bend_test", below_it["bend_test"])
+        if highest_kPa is not None and bend_test:  # in as many steps as usual
+            step_kPa = highest_kPa / HIGHEST_COMMAND_KPA * BendTestSettings.step_kPa
+            brought["bends"] = {"highest_kPa": highest_kPa, "step_kPa": step_kPa}
+        return {"deployment": brought}
 
     def __post_init__(self) -> None:
         self.deployment.refuse_source_of_bend_test(self.source)

@@ -21,13 +21,13 @@ from typing import Annotated, Any
 
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.lower_pressures import lower_gait
-from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.film import FilmSettings
 from pneumorph.report.replay.live_replay import LiveSettings
 from pneumorph.report.shown_walk import simulate_and_show
-from pneumorph.study.gait_source import names_no_design, robot_of_source
+from pneumorph.study.brought_gait import brought_gait
+from pneumorph.study.gait_source import robot_of_source
 from pneumorph.study.simulated_walk import SimulatedWalk, WalkSettings
 
 
@@ -45,15 +45,10 @@ class SimulateOptions:
     live_settings: LiveSettings = field(default_factory=LiveSettings)
 
     @classmethod
-    def implied(cls, content: Mapping[str, Any], _: Mapping[str, Any]) -> dict[str, Any]:
-        """The design and the regulators that a robot's file brings with it, and lower pressures
-        for legs that were reduced for such."""
-        robot, gait = chosen_robot(content), content.get("walk", {}).get("gait")
-        lower = lower_gait(content, robot) if gait is None else {}
-        if robot is None or not (gait is None or names_no_design(gait)):
-            return {"walk": {"expert": lower}} if lower else {}
-        expert = {**robot.expert_settings(), **lower} if gait is None else {}
-        return {"walk": {"design": robot.usual_design, "expert": expert}}
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """The design, the regulators and the pressures that the robot brings with it."""
+        gait, walk = content.get("walk", {}).get("gait"), below["walk"]
+        return {"walk": brought_gait(content, below, gait, walk["gait"], walk["expert"])}
 
 
 def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:

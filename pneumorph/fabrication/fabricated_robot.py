@@ -208,13 +208,16 @@ def fabricate(
 
 
 def _remove_earlier(made: Mapping[str, FabricatedSolid], folder: RunFolder) -> None:
-    """Remove the solids of another design that were made there before: somebody would make them."""
-    if not (folder.path / SUMMARY).exists():
+    """Remove the solids of another design that a finished call made there before: somebody would
+    make them. A summary that is none tells of nothing."""
+    summary = read_summary(folder.path) if (folder.path / SUMMARY).exists() else {}
+    earlier = summary.get("solids")
+    if summary.get("verb") != "fabricate" or not isinstance(earlier, Mapping):
         return
-    earlier = read_summary(folder.path).get("solids", {})
     ours = {Path(file).name for solid in made.values() for file in (solid.step, solid.stl) if file}
-    theirs = {Path(solid[kind]).name for solid in earlier.values() for kind in ("step", "stl")
-              if solid.get(kind)}  # fmt: skip
+    named = [solid.get(kind) for solid in earlier.values() if isinstance(solid, Mapping)
+             for kind in ("step", "stl")]  # fmt: skip
+    theirs = {Path(file).name for file in named if isinstance(file, str)}
     older = sorted(name for name in theirs - ours if (folder.path / name).exists())
     for name in older:
         (folder.path / name).unlink()

@@ -26,7 +26,7 @@ def check_mesh(
 
     Args:
         mesh: The mesh.
-        surfaces: Surface regions that must be there; several cavities of other names, such as
+        surfaces: Surface regions that must be there; cavities of other names, such as
             ``cavity_left``, stand for ``cavity``.
         node_sets: Node sets that must be there.
         cavities: Regions that must be closed with their normals into the solid and hold no contact

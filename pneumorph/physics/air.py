@@ -60,8 +60,7 @@ class Air(Checked):
     """Volume of each regulator's tubes [mm^3]."""
     chamber_growth: tuple[Annotated[float, Bounds(0.0, 100.0)], ...] = (0.009, 0.00019)
     """Growth g1, g2 ... of a chamber's volume with real pressure p [kPa]: relative to rest it is 1
-    + g1 p + g2 p^2 ... Where it is left as it is, parts of one's own bring theirs in the measured
-    physics."""
+    + g1 p + g2 p^2 ... Of the measured physics it comes with a part of one's own."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

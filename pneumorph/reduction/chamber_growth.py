@@ -20,11 +20,12 @@ def fitted_growth(pressure_kPa: np.ndarray, volume_ratio: np.ndarray) -> tuple[f
         volume_ratio: Volume of all chambers over that at rest, at equilibrium, (bend,).
 
     Returns:
-        g1 [1/kPa], g2 [1/kPa^2], g3 [1/kPa^3]; empty where there is no pressure.
+        g1 [1/kPa], g2 [1/kPa^2], g3 [1/kPa^3], to three digits: a cubic misses volumes of legs by
+        0.2 to 2 %, and reductions of one leg shall agree. Empty where there is no pressure.
     """
     if len(pressure_kPa) == 0:
         return ()
     scale = float(np.max(pressure_kPa))
     powers = np.vander(pressure_kPa / scale, DEGREE + 1, increasing=True)[:, 1:]
     found, _ = nnls(powers / volume_ratio[:, None], (volume_ratio - 1.0) / volume_ratio)
-    return tuple(float(each) / scale ** (1 + order) for order, each in enumerate(found))
+    return tuple(float(f"{each / scale ** (1 + order):.3g}") for order, each in enumerate(found))

@@ -268,7 +268,6 @@ def _check(
     mount_stiffness: np.ndarray | None,
 ) -> None:
     """Refuse, before anything is computed, what the part cannot be reduced with."""
-    check_settings(part, settings, on_soft_mount=mount_stiffness is not None)
     digest = part.mesh.digest()
     if snapshots.metadata.get("mesh_digest") != digest:
         raise ValueError(
@@ -280,12 +279,13 @@ def _check(
             "snapshots must hold free-bending equilibria (source 'bend'); without them a basis "
             "can be 30 % too stiff in free air"
         )
+    check_settings(part, settings, on_soft_mount=mount_stiffness is not None)
 
 
 def check_settings(
     part: PartModel, settings: ReductionSettings, *, on_soft_mount: bool = False
 ) -> None:
-    """Refuse settings that a part cannot be reduced with, which takes no snapshots.
+    """Refuse settings that a part cannot be reduced with, before there are snapshots of it.
 
     Args:
         part: The full-order part.
@@ -294,8 +294,11 @@ def check_settings(
 
     Raises:
         ValueError: The settings ask for what the part has not.
-        MeshError: The part has no outer end face whose answers modes could learn.
+        MeshError: The part has no outer end to tell its bend by, or no face there whose answers
+            modes could learn.
     """
+    if part.cavities:
+        part.mesh.node_set("outer_end_face")
     if settings.stress_limit > 0 and part.membranes:
         scaled_strain(part.element_groups[1], part.rest_nodes)
     if settings.contact_flexibility and (on_soft_mount or not part.cavities):

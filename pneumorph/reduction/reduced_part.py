@@ -139,13 +139,11 @@ class ReducedPart(ReducedArrays):
 
     @property
     def chamber_growth(self) -> tuple[float, ...] | None:
-        """Growth g1, g2 ... of its chambers with the pressure in all of them: relative to rest
-        their volume is 1 + g1 p + g2 p^2 ...; None of a part that was not asked, as older files."""
+        """Growth g1, g2 ... of its chambers with the pressure in all of them, as it was reduced:
+        relative to rest their volume is 1 + g1 p + g2 p^2 ...; None of a part that was not asked,
+        as older files."""
         found = self.metadata.get("report", {}).get("chamber_growth")
-        if not found:
-            return None
-        stiffer = self.metadata.get("scaled", {}).get("modulus_factor", 1.0)
-        return tuple(each / stiffer ** (1 + order) for order, each in enumerate(found))
+        return tuple(found) if found else None
 
     @property
     def knows_range(self) -> bool:

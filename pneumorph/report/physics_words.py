@@ -8,6 +8,7 @@ from typing import Any, Protocol, get_args, runtime_checkable
 
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
+from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.trajectory import Trajectory
 
@@ -46,6 +47,10 @@ def physics_words(physics: Physics) -> str:
         words.append(f"pressures by {physics.pressure_rate_kPa_per_s:g} kPa/s")
     else:
         words.append(f"air through valves from {physics.air.supply_kPa:g} kPa")
+        usual = (Air().chamber_growth, leg_kind("measured").physics.air.chamber_growth)
+        if physics.air.chamber_growth not in usual:
+            growth = " ".join(f"{order:.3g}" for order in physics.air.chamber_growth)
+            words.append(f"chamber growth {growth or 'none'}")
     return ", ".join(words)
 
 

@@ -109,9 +109,9 @@ def _told(leg: PartSummary) -> dict[str, Any]:
     sizes = {name: value for name, value in vars(leg).items() if name not in left_out}
     # A whole digest is as wide as a page, and leaves no room for a second leg's numbers.
     told = {**sizes, "mesh_digest": leg.mesh_digest[:_DIGEST_DIGITS]}
-    if leg.bend:
-        told["bends (degrees)"] = leg.bend["full_deg"][-1]
-        told["at its snapshots' highest pressure (kPa)"] = leg.bend["pressure_kPa"][-1]
+    if leg.bend and leg.bend["pressure_kPa"]:
+        told["bend in its last snapshot (degrees)"] = leg.bend["full_deg"][-1]
+        told["at a pressure of (kPa)"] = leg.bend["pressure_kPa"][-1]
     return {**told, **leg.errors}
 
 

@@ -17,6 +17,8 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.unseen_pressure import lowered_pressure_note
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import write_gait
@@ -229,7 +231,7 @@ def deploy_gait(
         **spec.describe(reduced=False),
     )
     plan = _Plan(settings, rig, schedule, design, folder)
-    _say_what_is_taken(plan, robot)
+    _say_what_is_taken(plan, robot, spec)
     if settings.dry_run:
         for line in schedule.lines():
             folder.progress.say(line)
@@ -246,10 +248,12 @@ def deploy_gait(
     return replace(done, wall_s=time.monotonic() - start)
 
 
-def _say_what_is_taken(plan: _Plan, robot: RobotOptions) -> None:
+def _say_what_is_taken(plan: _Plan, robot: RobotOptions, spec: RobotSpec) -> None:
     """Which design and world a described robot has, and how long finite elements will take."""
     settings, say = plan.settings, plan.folder.progress.say
-    for note in robot.notes(None if plan.design is None else str(plan.design)):
+    lowered = lowered_pressure_note(spec, float(plan.schedule.pressure_kPa.max(initial=0.0)))
+    notes = robot.notes(None if plan.design is None else str(plan.design))
+    for note in (*notes, *([] if lowered is None else [lowered])):
         say(note)
     walks = plan.rig.driver == "virtual" and not (settings.dry_run or settings.bend_test)
     if walks and settings.model == "full":

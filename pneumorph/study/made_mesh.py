@@ -38,7 +38,7 @@ class MeshSettings(Checked):
     scale: Positive = 1.0
     """The file's unit of length [mm]: 1000 if it is in metres."""
     surfaces: tuple[str, ...] = ("cavity", "sheet")
-    """Surface regions that the file must have, or it is refused; several whose names begin with
+    """Surface regions that the file must have, or it is refused; others whose names begin with
     cavity stand for cavity."""
     node_sets: tuple[str, ...] = ("attachment", "outer_end_face")
     """Node sets that the file must have, or it is refused."""

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 
 from pneumorph.base.flags import flat
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
-from pneumorph.catalogue.lower_pressures import lower_task
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_options import USUAL, RobotOptions, described_robot
 from pneumorph.learn.objective import Objective
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.brought_gait import highest_pressure_kPa
 from pneumorph.study.finished_run import FinishedRun, TakenOver
 from pneumorph.study.search import SearchSettings
 from pneumorph.study.usual_aim import other_physics, usual_aim, usual_worlds
@@ -36,8 +36,8 @@ class SearchOptions:
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
         """Worlds, objective and reward that the physics brings, as for a training; the designs and
-        the regulators that a robot's file brings, and lower pressures for legs that were reduced
-        for such."""
+        the regulators that a robot's file brings, and the pressures of legs that were reduced
+        for lower ones."""
         robot, physics = described_robot(content), other_physics(content, below)
         of_physics = (
             {}
@@ -52,10 +52,9 @@ class SearchOptions:
                 **robot.worlds_settings(),
             }
         )
-        lower = lower_task(content, robot)
-        return laid_over(
-            laid_over(of_physics, of_robot), {"search": {"task": lower}} if lower else {}
-        )
+        highest_kPa = highest_pressure_kPa(content, below, robot)
+        task = {} if highest_kPa is None else {"maximum_pressure_kPa": highest_kPa}
+        return laid_over(laid_over(of_physics, of_robot), {"search": {"task": task}})
 
     @property
     def taken_over(self) -> TakenOver | None:

@@ -14,7 +14,6 @@ from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.idle_numbers import idle_notes
-from pneumorph.catalogue.lower_pressures import lower_gait, lower_task
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions, described_robot
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
@@ -26,6 +25,7 @@ from pneumorph.learn.settings import (
     restarting_settings,
 )
 from pneumorph.simulation.randomisation import Randomisation
+from pneumorph.study.brought_gait import highest_pressure_kPa
 from pneumorph.study.certified_candidates import (
     LEAST_WORLD_COUNT,
     CertificateSettings,
@@ -85,9 +85,11 @@ class TrainingOptions(Checked):
         are, and legs that were reduced for lower pressures are inflated to those."""
         other, robot = other_physics(content, below), described_robot(content)
         brought = laid_over({} if other is None else _of_physics(other), _of_description(robot))
-        gait, task = lower_gait(content, robot), lower_task(content, robot)
-        lower = {"coopt": {"task": task}, "baseline": {"gait": gait}}
-        return laid_over(brought, lower) if gait else brought
+        highest_kPa = highest_pressure_kPa(content, below, robot)
+        if highest_kPa is None:
+            return brought
+        task, gait = {"maximum_pressure_kPa": highest_kPa}, {"amplitude_kPa": 0.5 * highest_kPa}
+        return laid_over(brought, {"coopt": {"task": task}, "baseline": {"gait": gait}})
 
 
 # Of legs of 40 modes half the work, and means over worlds of learned robots that change by less

@@ -3,77 +3,105 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pneumorph.catalogue.grown_chambers import with_growth_of
-from pneumorph.catalogue.module import Module
+from pneumorph.base.layers import layered
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.mean_growth import mean_growth
 from pneumorph.catalogue.paper_leg import leg_kind, paper_leg
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.physics.air import Air
-from pneumorph.physics.pressure import PressureMap
-from pneumorph.reduction.reduced_part import ReducedPart
 
 MEASURED = leg_kind("measured").physics
+USUAL = MEASURED.air.chamber_growth
 GROWTH = (0.1, 0.0, 1e-5)
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture(scope="module")
-def own() -> ReducedPart:
+def own(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A leg whose chambers grow otherwise than the paper's."""
     part = paper_leg("measured").reduced
     report = {**part.metadata["report"], "chamber_growth": list(GROWTH)}
-    return replace(part, metadata={**part.metadata, "report": report})
+    part = replace(part, metadata={**part.metadata, "report": report})
+    return part.save(tmp_path_factory.mktemp("own") / "own.npz")
 
 
-def module_of(part: ReducedPart) -> Module:
-    return replace(paper_leg("measured"), make_reduced=partial(lambda each: each, part))
+def grown(*layers: dict) -> tuple[float, ...]:
+    return layered(RobotOptions(), layers).spec().physics.air.chamber_growth
 
 
-def test_a_leg_of_ones_own_brings_its_growth(own: ReducedPart, tmp_path: Path) -> None:
-    """As an option, and in a robot's file; one that does not know it keeps that of the physics."""
-    path = own.save(tmp_path / "own.npz")
-    spec = RobotOptions.of("measured", part=path).spec()
-    assert spec.physics.air.chamber_growth == GROWTH
-    assert spec.physics == replace(MEASURED, air=replace(MEASURED.air, chamber_growth=GROWTH))
-    assert RobotOptions.of("measured").spec().physics == MEASURED
+def test_a_leg_of_ones_own_brings_its_growth(own: Path, tmp_path: Path) -> None:
+    """To settings, which the run keeps, and to both models; one that does not know it keeps that of
+    the physics."""
+    options = layered(RobotOptions(), [{"part": str(own)}])
+    assert options.physics == replace(MEASURED, air=replace(MEASURED.air, chamber_growth=GROWTH))
+    spec = options.spec()
+    assert spec.physics == options.physics
+    assert spec.full("1.0.0.2.2.0.0.1").physics == spec.physics
     shipped = paper_leg("measured").reduced.save(tmp_path / "shipped.npz")
-    assert RobotOptions.of("measured", part=shipped).spec().physics == MEASURED
+    assert grown({"part": str(shipped)}) == USUAL
+    assert grown({"part": str(own)}, {"based_on": "measured"}) == GROWTH
+    assert grown({"part": str(own)}, {"part": str(shipped)}) == USUAL
 
 
-def test_growth_that_was_asked_for_stays(own: ReducedPart) -> None:
-    modules = [module_of(own)]
-    asked = replace(MEASURED, air=replace(MEASURED.air, chamber_growth=(0.02,)))
-    assert with_growth_of(modules, asked, "measured") == asked
-    limited = replace(MEASURED, air=Air())
-    assert with_growth_of(modules, limited, "measured") == limited
-    mapped = replace(MEASURED, pressure_map=PressureMap(1.2, 0.0))
-    assert with_growth_of(modules, mapped, "measured") == mapped
+def test_growth_that_is_asked_for_stays(own: Path) -> None:
+    """Also if it is the usual one; and that of a run whose settings are laid over."""
+    part = {"part": str(own)}
+    for asked in ((0.02,), USUAL):
+        said = {"physics": {"air": {"chamber_growth": list(asked)}}}
+        assert grown({**part, **said}) == asked
+        assert grown(part, said) == asked
+    kept = settings_to_dict(layered(RobotOptions(), [part]))
+    kept["physics"]["air"]["chamber_growth"] = [0.03]
+    assert grown(kept) == (0.03,)
 
 
-def test_modules_that_differ_have_their_mean_by_volume(own: ReducedPart) -> None:
-    """Together all chambers, one module of each kind, then have the sum of their volumes."""
-    shipped = paper_leg("measured").reduced
-    larger = replace(own, cavity_volume=3.0 * own.cavity_volume)
-    physics = with_growth_of([module_of(shipped), module_of(larger)], MEASURED, "measured")
+def test_a_part_in_a_robots_file_brings_it_too(own: Path) -> None:
+    """With the plate's other leg, which ships, it has the mean; unless the file says it."""
+    text = (EXAMPLES / "plate.toml").read_text()
+    own_part = text.replace('leg = "measured"\n\n', 'part = "own.npz"\n\n')
+    path = own.parent / "plate.toml"
+    path.write_text(own_part)
+    described = RobotDescription.read(path)
+    size = described.modules["short"].size_factor
+    expected = mean_growth((1.0, size**3), (GROWTH, USUAL))
+    assert described.spec().physics.air.chamber_growth == expected != GROWTH
+    assert grown({"described": str(path)}) == expected
+    said = 'based_on = "measured"\nair.chamber_growth = [0.02]\n'
+    path.write_text(own_part.replace('based_on = "measured"\n', said))
+    assert RobotDescription.read(path).spec().physics.air.chamber_growth == (0.02,)
+
+
+def test_modules_that_differ_have_their_mean_by_volume() -> None:
+    """Together all chambers then have the sum of their volumes, to the three digits of the mean."""
+    volumes, growths = (1000.0, 3000.0), (USUAL, GROWTH)
     pressure = np.linspace(0.0, 100.0, 11)
-    rest = float(shipped.cavity_volume.sum())
     each = [
-        replace(MEASURED.air, tube_mm3=1e-3, chamber_growth=growth).volume_mm3(pressure, volume)
-        for growth, volume in ((MEASURED.air.chamber_growth, rest), (GROWTH, 3.0 * rest))
+        Air(tube_mm3=1e-3, chamber_growth=growth).volume_mm3(pressure, volume)
+        for volume, growth in zip(volumes, growths, strict=True)
     ]
-    both = replace(physics.air, tube_mm3=2e-3).volume_mm3(pressure, 4.0 * rest)
-    np.testing.assert_allclose(both, sum(each), rtol=1e-12)
+    mean = Air(tube_mm3=2e-3, chamber_growth=mean_growth(volumes, growths))
+    np.testing.assert_allclose(mean.volume_mm3(pressure, 4000.0), sum(each), rtol=5e-3)
+    assert mean_growth((1.0, 0.3), (GROWTH, GROWTH)) == GROWTH
 
 
 def test_two_chambers_grow_less_than_one_of_the_papers() -> None:
     """The catalogue's leg, which with both chambers at 100 kPa has 2.62 times the volume at rest
     where the paper's has 3.63 (equilibria of the reduced legs)."""
-    path = Path(__file__).parents[2] / "examples" / "two_chambers.toml"
-    air = RobotDescription.read(path).spec().physics.air
+    air = RobotDescription.read(EXAMPLES / "two_chambers.toml").spec().physics.air
     volume = replace(air, tube_mm3=1e-3).volume_mm3(np.array(100.0), 1000.0)
     assert volume == pytest.approx(2620.0, rel=0.01)
+
+
+def test_a_damaged_part_is_named_with_its_module(tmp_path: Path) -> None:
+    text = (EXAMPLES / "plate.toml").read_text()
+    (tmp_path / "own.npz").write_text("no part")
+    path = tmp_path / "plate.toml"
+    path.write_text(text.replace('leg = "measured"\n\n', 'part = "own.npz"\n\n'))
+    with pytest.raises(ValueError, match=r"robot file .*plate\.toml: modules\.long: .*own\.npz"):
+        RobotDescription.read(path)

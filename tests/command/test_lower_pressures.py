@@ -11,7 +11,7 @@ import pytest
 
 from pneumorph.catalogue.paper_leg import paper_leg
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.catalogue.unseen_pressure import unseen_pressure_note
+from pneumorph.catalogue.unseen_pressure import lowered_pressure_note, unseen_pressure_note
 
 Asked = Callable[[str], Any]
 PLATE = Path(__file__).parents[2] / "examples" / "plate.toml"
@@ -60,10 +60,56 @@ def test_a_part_in_a_robots_file_is_such_a_leg(asked: Asked, low: Path) -> None:
     assert asked(f"simulate --robot {PLATE}").walk.expert.amplitude_kPa == 45.0
 
 
+def test_a_gait_of_ones_own_may_come_from_another_layer(
+    asked: Asked, low: Path, tmp_path: Path
+) -> None:
+    """Then nothing is said of the expert's gait, which would be ignored."""
+    gait, settings = tmp_path / "gait.csv", tmp_path / "own.toml"
+    gait.write_text(
+        "# design: 1.0.0.2.2.0.0.1\ntime_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa\n0.0,10.0,0.0,0.0\n"
+    )
+    usual = asked("simulate").walk.expert
+    settings.write_text(f'[robot]\npart = "{low}"\n')
+    command = f"simulate --settings {settings}"
+    assert asked(command).walk.expert.amplitude_kPa == 20.0
+    assert asked(f"{command} --gait {gait}").walk.expert == usual
+    assert asked(f"simulate --part {low} --gait {gait}").walk.expert == usual
+    assert asked(f"deploy {gait} --part {low}").deployment.expert == usual
+    settings.write_text(f'[walk]\ngait = "{gait}"\n')
+    assert asked(f"simulate --settings {settings} --part {low}").walk.expert == usual
+    settings.write_text(f'[robot]\ndescribed = "{PLATE}"\n')
+    assert asked(f"simulate --settings {settings} --gait {gait}").walk.expert == usual
+
+
+def test_a_usual_leg_in_the_place_of_a_low_one_has_usual_pressures(
+    asked: Asked, low: Path, tmp_path: Path
+) -> None:
+    usual, settings = tmp_path / "usual.npz", tmp_path / "own.toml"
+    paper_leg("measured").reduced.save(usual)
+    settings.write_text(f'[robot]\npart = "{low}"\n')
+    command = f"coopt --settings {settings}"
+    assert asked(command).coopt.task.maximum_pressure_kPa == 40.0
+    assert asked(f"{command} --part {usual}").coopt == asked("coopt").coopt
+    assert asked(f"{command} --part {usual}").baseline == asked("coopt").baseline
+
+
+def test_a_bend_test_climbs_as_far_as_the_snapshots(asked: Asked, low: Path) -> None:
+    """In as many steps as usual."""
+    bends = asked(f"deploy --bend-test --part {low}").deployment.bends
+    assert bends.highest_kPa == 40.0
+    usual = asked("deploy --bend-test").deployment.bends
+    assert len(bends.pressures_kPa) == len(usual.pressures_kPa)
+    further = asked(f"deploy --bend-test --part {low} --bends.highest-kPa 60").deployment.bends
+    assert further.highest_kPa == 60.0
+    assert asked(f"deploy --part {low}").deployment.bends == usual  # refused beside a gait
+
+
 def test_it_is_told(low: Path) -> None:
     spec = RobotOptions.of("measured", part=low).spec()
     note = unseen_pressure_note(spec, 40.0)
     assert note is not None
-    assert note.startswith("legs are inflated to 40 kPa at most, as ")
+    assert note.startswith("legs are inflated to 40 kPa and not to 90: ")
     assert "it extrapolates beyond" in (unseen_pressure_note(spec, 45.0) or "")
+    assert lowered_pressure_note(spec, 45.0) is None
+    assert unseen_pressure_note(spec, 10.0) is None  # for other reasons
     assert unseen_pressure_note(RobotOptions.of("measured").spec(), 90.0) is None

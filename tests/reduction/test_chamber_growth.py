@@ -12,17 +12,16 @@ from pneumorph.reduction.chamber_growth import fitted_growth
 from pneumorph.reduction.reduce import reduce_part
 from pneumorph.reduction.reduction_settings import ReductionSettings
 from pneumorph.reduction.static_snapshots import StaticSnapshotSettings, bend_snapshots
-from pneumorph.robot.scaled_part import scaled_part
 
 PRESSURE_KPA = np.linspace(5.0, 105.0, 21)
 
 
 @pytest.mark.parametrize("growth", [(0.016, 0.0, 1e-6), (0.0, 2e-4, 0.0), (0.01, 1e-5, 1e-7)])
 def test_a_polynomial_without_negative_numbers_is_found(growth: tuple[float, ...]) -> None:
-    """To what doubles leave of it."""
+    """Its numbers have no more digits than are told."""
     ratio = np.polynomial.polynomial.polyval(PRESSURE_KPA, (1.0, *growth))
     found = fitted_growth(PRESSURE_KPA, ratio)
-    np.testing.assert_allclose(found, growth, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found, growth, rtol=1e-12, atol=1e-12)
 
 
 def test_chambers_never_shrink_beyond_their_pressures() -> None:
@@ -34,8 +33,7 @@ def test_chambers_never_shrink_beyond_their_pressures() -> None:
 
 
 def test_a_reduced_part_grows_as_its_finite_elements_do() -> None:
-    """On the modes of all of its free bends, whose volumes the cubic misses by less than 1 %. A
-    part of twice the modulus needs twice the pressure."""
+    """On the modes of all of its free bends, whose volumes the cubic misses by less than 1 %."""
     model = synthetic_part((4, 4, 4))
     bent = bend_snapshots(model, StaticSnapshotSettings(bend_pressure_kPa=60.0, bend_count=6))
     settings = ReductionSettings(
@@ -48,8 +46,6 @@ def test_a_reduced_part_grows_as_its_finite_elements_do() -> None:
         volume = model.cavity_volume(model.rest_nodes + moved)
         grown = np.polynomial.polynomial.polyval(pressure, (1.0, *part.chamber_growth))
         assert grown == pytest.approx(volume / rest, rel=0.01)
-        twice = (1.0, *scaled_part(part, modulus_factor=2.0).chamber_growth)
-        assert np.polynomial.polynomial.polyval(2.0 * pressure, twice) == pytest.approx(grown)
     assert grown > 1.05
 
 

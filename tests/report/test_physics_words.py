@@ -19,6 +19,8 @@ def test_a_robot_of_ones_own_is_in_the_physics_that_it_is_based_on() -> None:
         physics = RobotDescription.read(EXAMPLES / file).spec().physics
         assert physics != MEASURED
         assert physics_name(physics) == "measured physics"
+    told = physics_words(RobotDescription.read(EXAMPLES / "two_chambers.toml").spec().physics)
+    assert told.endswith("kPa, chamber growth 0.00987 2.87e-05 3.46e-07")
     valves = replace(MEASURED.air, filling_mm3_per_s_kPa=(70.0,) * 4)
     assert physics_name(replace(MEASURED, regulator_count=4, air=valves)) == "objective damping"
 

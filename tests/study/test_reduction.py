@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.paper_leg import leg_kind, measured_leg_mesh
+from pneumorph.catalogue.paper_leg import leg_kind, measured_leg_mesh, paper_leg_mesh
 from pneumorph.geometry.mesh import MeshError
 from pneumorph.physics.air import Air
 from pneumorph.reduction.walk_snapshots import WalkPhysics
@@ -48,15 +48,20 @@ def test_published_walks_are_those_that_earlier_snapshots_are_of(tmp_path, monke
     assert acting(ReduceOptions(), tmp_path, monkeypatch).described() == {}
 
 
-def test_a_mesh_without_outer_end_is_refused_before_its_snapshots(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("preset", "own_mesh"), [(measured, measured_leg_mesh), (ReduceOptions, paper_leg_mesh)]
+)
+def test_a_mesh_without_outer_end_is_refused_before_its_snapshots(
+    preset, own_mesh, tmp_path, monkeypatch
+):
     """They take hours."""
 
     def never(*_):
         raise AssertionError("snapshots were asked for")
 
     monkeypatch.setattr(reduction, "collect_snapshots", never)
-    mesh = measured_leg_mesh()
+    mesh = own_mesh()
     sets = {name: each for name, each in mesh.node_sets.items() if name != "outer_end_face"}
     path = replace(mesh, node_sets=sets).save(tmp_path / "mesh.npz")
     with pytest.raises(MeshError, match="outer_end_face"):
-        reduce_as_asked(replace(measured(), mesh=path), RunFolder(tmp_path / "run", "reduce"))
+        reduce_as_asked(replace(preset(), mesh=path), RunFolder(tmp_path / "run", "reduce"))

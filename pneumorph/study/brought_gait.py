@@ -1,0 +1,94 @@
+"""What robots bring to the gaits that drive them: a design, regulators, and lower pressures for
+legs whose snapshots end below those of the usual gaits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pneumorph.base.settings import settings_to_dict
+from pneumorph.catalogue.part_physics import may_be_measured
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.catalogue.robot_options import chosen_part, chosen_robot, described_robot
+from pneumorph.catalogue.unseen_pressure import ends_below_usual
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.study.gait_source import names_no_design
+
+
+def highest_pressure_kPa(
+    content: Mapping[str, Any], below: Mapping[str, Any], described: RobotDescription | None
+) -> float | None:
+    """Highest pressure of gaits that legs chosen by a layer of settings bring with them [kPa].
+
+    Args:
+        content: What the layer sets, as nested dictionaries with a group ``robot``.
+        below: All settings below it.
+        described: The robot that the layer describes by a file, if it does.
+
+    Returns:
+        Where the first of the legs' snapshots ends, if that is below the usual pressures; the usual
+        one for legs in the place of such; None where nothing is to change.
+    """
+    part = chosen_part(content) if described is None else None
+    if described is None and part is None:
+        return None
+    lowest = _lowest_end_kPa(described.own_parts if described is not None else [part])
+    before = below.get("robot", {}).get("part")
+    if lowest is None and before is not None and Path(before).is_file():
+        replaced = _lowest_end_kPa([ReducedPart.load(before)])
+        return None if replaced is None else HIGHEST_COMMAND_KPA
+    return lowest
+
+
+def brought_gait(
+    content: Mapping[str, Any],
+    below: Mapping[str, Any],
+    named: Any,
+    named_below: Any,
+    expert_below: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Settings ``design`` and ``expert`` of a walk that a layer of settings brings.
+
+    Args:
+        content: What the layer sets, as nested dictionaries with a group ``robot``.
+        below: All settings below it.
+        named: The gait that the layer names, instead of the expert's; None for none.
+        named_below: The same of the settings below.
+        expert_below: The expert's gait of the settings below.
+    """
+    robot = chosen_robot(content)
+    gait = named_below if named is None else named
+    brought: dict[str, Any] = {}
+    if robot is not None and (gait is None or names_no_design(gait)):
+        brought["design"] = robot.usual_design
+    if gait is None:
+        brought["expert"] = _expert(robot, highest_pressure_kPa(content, below, robot))
+    elif named is not None:  # what a robot brought to the expert's gait was not asked for
+        brought["expert"] = _usual_again(below.get("robot", {}), expert_below)
+    return brought
+
+
+def _expert(robot: RobotDescription | None, highest_kPa: float | None) -> dict[str, Any]:
+    expert = {} if robot is None else robot.expert_settings()
+    return expert if highest_kPa is None else {**expert, "amplitude_kPa": 0.5 * highest_kPa}
+
+
+def _usual_again(robot: Mapping[str, Any], expert: Mapping[str, Any]) -> dict[str, Any]:
+    """The usual values of what a robot brought to the expert's gait."""
+    described = described_robot({"robot": robot})
+    path = robot.get("part")
+    parts: Sequence[ReducedPart] = described.own_parts if described is not None else []
+    if described is None and path is not None:
+        parts = [ReducedPart.load(path)]
+    brought, usual = _expert(described, _lowest_end_kPa(parts)), settings_to_dict(ExpertGait())
+    return {name: usual[name] for name, value in brought.items() if expert.get(name) == value}
+
+
+def _lowest_end_kPa(parts: Sequence[ReducedPart | None]) -> float | None:
+    """Where the first of parts' snapshots ends [kPa]; None where that is not below the usual
+    pressures. Those of parts of the published physics are no real ones."""
+    ends = [part.seen_pressure_kPa for part in parts if part and may_be_measured(part)]
+    return min((end for end in ends if ends_below_usual(end)), default=None)
