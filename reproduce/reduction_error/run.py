@@ -141,6 +141,9 @@ class LearnedWalk:
     """File of examples that describes it; None for the paper's robot."""
     settings: str | None = None
     """File of examples that has the ground."""
+    chamber_growth: tuple[float, ...] = ()
+    """How the chambers of a described robot grew for its finite elements, see
+    `pneumorph.physics.air.Air`; empty for as its modules say."""
     goal: Goal = FORWARD
 
     @property
@@ -151,7 +154,12 @@ class LearnedWalk:
     def spec(self) -> RobotSpec:
         """The robot, in the nominal world."""
         if self.robot is not None:
-            return RobotDescription.read(EXAMPLES / self.robot).spec()
+            described = RobotDescription.read(EXAMPLES / self.robot)
+            physics = described.acting
+            if self.chamber_growth:
+                air = replace(physics.air, chamber_growth=self.chamber_growth)
+                physics = replace(physics, air=air)
+            return described.spec(physics)
         spec = RobotOptions().spec()
         if self.settings is not None:
             said = tomllib.loads((EXAMPLES / self.settings).read_text())["physics"]
@@ -179,10 +187,10 @@ def learned_walks() -> list[LearnedWalk]:
 
 def learned_beside_full(variant: Variant, folder: RunFolder) -> dict[str, dict[str, float]]:
     """What learned robots achieve on legs of a variant, beside their finite elements."""
-    robots: dict[tuple[str | None, str | None], RobotSpec] = {}
+    robots: dict[tuple[str | None, str | None, tuple[float, ...]], RobotSpec] = {}
     found = {}
     for each in learned_walks():
-        files = each.robot, each.settings
+        files = each.robot, each.settings, each.chamber_growth
         if files not in robots:
             robots[files] = varied(each.spec(), variant, folder.path)
         found[each.name] = {"full": each.full, "reduced": each.achieved(robots[files], folder)}

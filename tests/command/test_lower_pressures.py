@@ -65,9 +65,8 @@ def test_a_gait_of_ones_own_may_come_from_another_layer(
 ) -> None:
     """Then nothing is said of the expert's gait, which would be ignored."""
     gait, settings = tmp_path / "gait.csv", tmp_path / "own.toml"
-    gait.write_text(
-        "# design: 1.0.0.2.2.0.0.1\ntime_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa\n0.0,10.0,0.0,0.0\n"
-    )
+    columns = "time_s,regulator_1_kPa,regulator_2_kPa,regulator_3_kPa"
+    gait.write_text(f"# design: 1.0.0.2.2.0.0.1\n{columns}\n0.0,10.0,0.0,0.0\n")
     usual = asked("simulate").walk.expert
     settings.write_text(f'[robot]\npart = "{low}"\n')
     command = f"simulate --settings {settings}"

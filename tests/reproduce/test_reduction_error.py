@@ -20,8 +20,11 @@ def test_every_point_are_all_points_of_the_solid() -> None:
     part, usual = spec.module.full, spec.module.reduced
     every = module.reduced(spec.module, module.Variant(every_point=True))
     assert every.tetrahedron_measure.sum() == pytest.approx(part.element_groups[0].measure.sum())
-    np.testing.assert_array_equal(
-        every.tetrahedron_mode_gradient[usual.tetrahedron_index], usual.tetrahedron_mode_gradient
+    # The file was made on another processor, which rounds sums over ten nodes otherwise.
+    every_gradient, gradient = every.tetrahedron_mode_gradient, usual.tetrahedron_mode_gradient
+    rounding = 2e-14 * np.abs(gradient).max()
+    np.testing.assert_allclose(
+        every_gradient[usual.tetrahedron_index], gradient, rtol=0.0, atol=rounding
     )
     alike = usual.tetrahedron_weight * every.tetrahedron_measure[usual.tetrahedron_index]
     np.testing.assert_allclose(usual.tetrahedron_measure, alike, rtol=1e-12)
@@ -52,7 +55,7 @@ def test_learned_robots_are_those_of_the_pages() -> None:
     """As they ship they achieve what the page and reproduce/robust say of their reduced robots;
     another processor rounds otherwise, which moves them by hundredths of a centimetre."""
     module, said = script("reduction_error"), {"robust/seed_1/gaits/L1.csv, world 116": 13.71}
-    said |= {"robots/rough_ground_0.csv": 15.25, "robots/heading_2.csv": 6.56}
+    said |= {"reduction_error/rough_ground.csv": 15.25, "robots/heading_2.csv": 6.56}
     known = {each.name: each for each in module.learned_walks()}
     assert len(known) == 11
     with TemporaryDirectory() as work:
