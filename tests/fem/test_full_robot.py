@@ -85,7 +85,7 @@ def test_rollout_records_what_it_is_asked_to():
 
 
 def test_steps_have_one_thread_of_linear_algebra_whatever_the_caller_has():
-    """Two of them take five times as long beside other work, and sum otherwise."""
+    """Two of them take longer, most of all beside other work, and sum otherwise."""
 
     def threads():
         return {p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas"}
