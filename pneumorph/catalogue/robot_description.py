@@ -193,11 +193,11 @@ class RobotDescription(Checked, ShownInNotebooks):
         they are damped: they then walk with the damping that goes with them."""
         if "damping" in self.physics.changes or self.physics.physics.damping == "objective":
             return ()
-        return tuple(name for name, part in self._own_parts.items() if part.is_polar)
+        return tuple(name for name, part in self.own_parts.items() if part.is_polar)
 
     @cached_property
-    def _own_parts(self) -> dict[str, ReducedPart]:
-        """Parts of one's own, or of a catalogue, by their modules' names."""
+    def own_parts(self) -> dict[str, ReducedPart]:
+        """Reduced parts of one's own, or of a catalogue, by their modules' names."""
         found = {}
         for name, each in self.modules.items():
             try:
@@ -216,7 +216,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         said = self.physics.changes.get("air", {})
         if self.physics.based_on == "published" or "chamber_growth" in said:
             return None
-        own, usual = self._own_parts, leg_kind("measured").physics.air.chamber_growth
+        own, usual = self.own_parts, leg_kind("measured").physics.air.chamber_growth
         if not any(part.chamber_growth for part in own.values()):
             return None
         volumes, growths = [], []
@@ -225,11 +225,6 @@ class RobotDescription(Checked, ShownInNotebooks):
             volumes.append(each.size_factor**3 * float(part.cavity_volume.sum()))
             growths.append(part.chamber_growth or usual)
         return mean_growth(volumes, growths)
-
-    @property
-    def own_parts(self) -> list[ReducedPart]:
-        """Reduced parts of one's own, or of a catalogue, that are modules of it."""
-        return list(self._own_parts.values())
 
     @property
     def _built(self) -> Path:

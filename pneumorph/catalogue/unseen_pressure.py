@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 
@@ -35,6 +37,13 @@ def unseen_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
                 "a higher --largest-pressure-kPa"
             )
     return lowered_pressure_note(spec, largest_kPa)
+
+
+def say_unseen_pressure(spec: RobotSpec, largest_kPa: float, say: Callable[[str], None]) -> None:
+    """Say it, where there is something to say; arguments as of `unseen_pressure_note`."""
+    note = unseen_pressure_note(spec, largest_kPa)
+    if note is not None:
+        say(note)
 
 
 def lowered_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:

@@ -15,8 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from pneumorph.base.settings import laid_over
-from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.study.baseline import baseline
@@ -33,10 +32,8 @@ class BaselineOptions:
     @classmethod
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
         """The design, the regulators and the pressures that the robot brings with it."""
-        robot, expert = chosen_robot(content), below["sweep"]["gait"]
-        brought = brought_gait(content, below, None, None, expert)
-        gait = {"gait": brought.pop("expert")}
-        return {"sweep": laid_over({} if robot is None else robot.baseline_settings(), gait)}
+        brought = brought_gait(content, below, None, None, below["sweep"]["gait"])
+        return {"sweep": {"gait": brought.pop("expert"), **brought}}
 
 
 VERB = Verb(

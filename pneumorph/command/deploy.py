@@ -27,11 +27,11 @@ from typing import Annotated, Any
 import tyro
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
+from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.command.verb import Verb, flat
 from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
-from pneumorph.study.brought_gait import brought_gait, highest_pressure_kPa
+from pneumorph.study.brought_gait import brought_gait
 from pneumorph.study.deployed_gait import DeployedGait, DeploymentSettings, deploy_gait
 from pneumorph.study.gait_source import robot_of_source
 
@@ -49,12 +49,12 @@ class DeployOptions:
     def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
         """The design, the regulators and the pressures that the robot brings with it, also to a
         bend test."""
-        below_it = below["deployment"]
-        source = content.get("source")
+        below_it, source = below["deployment"], content.get("source")
         brought = brought_gait(content, below, source, below["source"], below_it["expert"])
-        highest_kPa = highest_pressure_kPa(content, below, chosen_robot(content))
+        amplitude_kPa = brought.get("expert", {}).get("amplitude_kPa")
         bend_test = content.get("deployment", {}).get("bend_test", below_it["bend_test"])
-        if highest_kPa is not None and bend_test:  # in as many steps as usual
+        if amplitude_kPa is not None and bend_test:  # in as many steps as usual
+            highest_kPa = 2.0 * amplitude_kPa
             step_kPa = highest_kPa / HIGHEST_COMMAND_KPA * BendTestSettings.step_kPa
             brought["bends"] = {"highest_kPa": highest_kPa, "step_kPa": step_kPa}
         return {"deployment": brought}

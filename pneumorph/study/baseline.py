@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.unseen_pressure import unseen_pressure_note
+from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings, sweep_phases
 from pneumorph.physics.calibration import UsedCalibration
@@ -85,9 +85,7 @@ class Baseline(BestPhase):
 def baseline(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -> Baseline:
     """Walk the expert's gait at every phase; keep the sweep and the walk of its best phase."""
     start = time.monotonic()
-    unseen = unseen_pressure_note(spec, 2.0 * settings.gait.amplitude_kPa)
-    if unseen is not None:
-        folder.progress.say(unseen)
+    say_unseen_pressure(spec, 2.0 * settings.gait.amplitude_kPa, folder.progress.say)
     best = swept(spec, settings, folder)
     return Baseline(**vars(best), **spec.describe(), wall_s=time.monotonic() - start)
 

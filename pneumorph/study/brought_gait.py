@@ -35,7 +35,7 @@ def highest_pressure_kPa(
     part = chosen_part(content) if described is None else None
     if described is None and part is None:
         return None
-    lowest = _lowest_end_kPa(described.own_parts if described is not None else [part])
+    lowest = _lowest_end_kPa([part] if part is not None else _parts(described))
     before = below.get("robot", {}).get("part")
     if lowest is None and before is not None and Path(before).is_file():
         replaced = _lowest_end_kPa([ReducedPart.load(before)])
@@ -78,17 +78,18 @@ def _expert(robot: RobotDescription | None, highest_kPa: float | None) -> dict[s
 
 def _usual_again(robot: Mapping[str, Any], expert: Mapping[str, Any]) -> dict[str, Any]:
     """The usual values of what a robot brought to the expert's gait."""
-    described = described_robot({"robot": robot})
-    path = robot.get("part")
-    parts: Sequence[ReducedPart] = described.own_parts if described is not None else []
-    if described is None and path is not None:
-        parts = [ReducedPart.load(path)]
+    described, path = described_robot({"robot": robot}), robot.get("part")
+    parts = [ReducedPart.load(path)] if described is None and path else _parts(described)
     brought, usual = _expert(described, _lowest_end_kPa(parts)), settings_to_dict(ExpertGait())
     return {name: usual[name] for name, value in brought.items() if expert.get(name) == value}
 
 
-def _lowest_end_kPa(parts: Sequence[ReducedPart | None]) -> float | None:
+def _parts(described: RobotDescription | None) -> list[ReducedPart]:
+    return [] if described is None else list(described.own_parts.values())
+
+
+def _lowest_end_kPa(parts: Sequence[ReducedPart]) -> float | None:
     """Where the first of parts' snapshots ends [kPa]; None where that is not below the usual
     pressures. Those of parts of the published physics are no real ones."""
-    ends = [part.seen_pressure_kPa for part in parts if part and may_be_measured(part)]
+    ends = [part.seen_pressure_kPa for part in parts if may_be_measured(part)]
     return min((end for end in ends if ends_below_usual(end)), default=None)

@@ -17,7 +17,7 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.unseen_pressure import unseen_pressure_note
+from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs
@@ -120,9 +120,7 @@ def search(
     robot.check_space(space)
     check_equal_designs(space, task.goal)
     robot.physics.air.check_supply(task.maximum_pressure_kPa)
-    unseen = unseen_pressure_note(robot, task.maximum_pressure_kPa)
-    if unseen is not None:
-        folder.progress.say(unseen)
+    say_unseen_pressure(robot, task.maximum_pressure_kPa, folder.progress.say)
     objective, worlds = settings.objective, None
     idle: tuple[str, ...] = ()
     if objective.is_robust:

@@ -13,7 +13,7 @@ from pneumorph.base.machine import processor_count
 from pneumorph.base.result import result_from_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.unseen_pressure import lowered_pressure_note, unseen_pressure_note
+from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.fem.rollout_report import ContactReport, StepReport
 from pneumorph.gait.expert_gait import ExpertGait
@@ -129,12 +129,10 @@ def simulate(
             f"design {source.design} has {source.design.leg_count} legs, expected at least "
             f"{least}: it would lie on the floor"
         )
-    gait = source.gait
-    commands = commands_of(gait, robot.physics.time_step_s, gait.regulator_count)
-    note = unseen_pressure_note if settings.model == "reduced" else lowered_pressure_note
-    unseen = note(robot, float(commands.max(initial=0.0)))
-    if unseen is not None:
-        folder.progress.say(unseen)
+    if settings.model == "reduced":
+        gait = source.gait
+        commands = commands_of(gait, robot.physics.time_step_s, gait.regulator_count)
+        say_unseen_pressure(robot, float(commands.max(initial=0.0)), folder.progress.say)
     folder.progress.stage(f"simulating {source.design} with the {settings.model} model")
     simulation_start = time.monotonic()
     trajectory = recorded_walk(

@@ -10,7 +10,7 @@ from typing import Any
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.unseen_pressure import unseen_pressure_note
+from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs
 from pneumorph.environment.training_environment import EnvironmentFactory, TrainingEnvironment
@@ -204,9 +204,7 @@ def run_training(
     # Before the baseline of other settings is written over that of the run.
     refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
     highest_kPa = max(settings.task.maximum_pressure_kPa, 2.0 * baseline.gait.amplitude_kPa)
-    unseen = unseen_pressure_note(spec, highest_kPa)
-    if unseen is not None:
-        folder.progress.say(unseen)
+    say_unseen_pressure(spec, highest_kPa, folder.progress.say)
     expert = swept(spec, baseline, folder, settings.task.goal)
     folder.progress.stage("learning design and gait together")
     swept_s = time.monotonic() - start

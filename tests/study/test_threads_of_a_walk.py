@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -31,7 +32,11 @@ def test_threads_of_a_walk(
     monkeypatch.setattr(simulated_walk, "processor_count", lambda: 5)
     monkeypatch.setattr(simulated_walk, "recorded_walk", walk)
     robot = paper_robot("published")
-    robot = replace(robot, full_order=replace(robot.full_order, thread_count=asked))
+    # Of modules that are known as finite elements alone too.
+    module = Module.of_full("a leg", robot.module.full)
+    sites = tuple(replace(site, modules=(module,)) for site in robot.sites)
+    full_order = replace(robot.full_order, thread_count=asked)
+    robot = replace(robot, sites=sites, full_order=full_order)
     with pytest.raises(Walked):
         simulate(WalkSettings(model="full"), robot, study_folder(tmp_path, "simulate"))
 
