@@ -41,9 +41,7 @@ def unseen_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
 
 def say_unseen_pressure(spec: RobotSpec, largest_kPa: float, say: Callable[[str], None]) -> None:
     """Say it, where there is something to say; arguments as of `unseen_pressure_note`."""
-    note = unseen_pressure_note(spec, largest_kPa)
-    if note is not None:
-        say(note)
+    _say(unseen_pressure_note(spec, largest_kPa), say)
 
 
 def lowered_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
@@ -58,3 +56,13 @@ def lowered_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
                 f"{module.name} has snapshots up to {seen_kPa:.4g}"
             )
     return None
+
+
+def say_lowered_pressure(spec: RobotSpec, largest_kPa: float, say: Callable[[str], None]) -> None:
+    """Say it, where there is something to say; arguments as of `unseen_pressure_note`."""
+    _say(lowered_pressure_note(spec, largest_kPa), say)
+
+
+def _say(note: str | None, say: Callable[[str], None]) -> None:
+    if note is not None:
+        say(note)

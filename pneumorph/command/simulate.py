@@ -22,7 +22,7 @@ from typing import Annotated, Any
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.catalogue.unseen_pressure import lowered_pressure_note
+from pneumorph.catalogue.unseen_pressure import say_lowered_pressure
 from pneumorph.command.verb import Verb, flat
 from pneumorph.report.film import FilmSettings
 from pneumorph.report.replay.live_replay import LiveSettings
@@ -58,11 +58,8 @@ def run(options: SimulateOptions, folder: RunFolder) -> SimulatedWalk:
     if asked.model == "reduced":
         options.robot.refuse_full_options()
     elif asked.gait is None:
-        lowered = lowered_pressure_note(spec, 2.0 * asked.expert.amplitude_kPa)
-        if lowered is not None:
-            folder.progress.say(lowered)
-    notes = options.robot.notes(None if asked.gait else asked.design)
-    for note in notes:
+        say_lowered_pressure(spec, 2.0 * asked.expert.amplitude_kPa, folder.progress.say)
+    for note in (notes := options.robot.notes(None if asked.gait else asked.design)):
         folder.progress.say(note)
     film = options.film_settings if options.film else None
     live = options.live_settings if options.live else None

@@ -18,7 +18,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
-from pneumorph.catalogue.unseen_pressure import lowered_pressure_note
+from pneumorph.catalogue.unseen_pressure import say_lowered_pressure
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import write_gait
@@ -251,10 +251,9 @@ def deploy_gait(
 def _say_what_is_taken(plan: _Plan, robot: RobotOptions, spec: RobotSpec) -> None:
     """Which design and world a described robot has, and how long finite elements will take."""
     settings, say = plan.settings, plan.folder.progress.say
-    lowered = lowered_pressure_note(spec, float(plan.schedule.pressure_kPa.max(initial=0.0)))
-    notes = robot.notes(None if plan.design is None else str(plan.design))
-    for note in (*notes, *([] if lowered is None else [lowered])):
+    for note in robot.notes(None if plan.design is None else str(plan.design)):
         say(note)
+    say_lowered_pressure(spec, float(plan.schedule.pressure_kPa.max(initial=0.0)), say)
     walks = plan.rig.driver == "virtual" and not (settings.dry_run or settings.bend_test)
     if walks and settings.model == "full":
         measured = robot.physics_name == "measured"
