@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
+from pneumorph.catalogue.part_physics import may_be_measured
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
+from pneumorph.reduction.reduced_part import ReducedPart
 
 _NEAR = 1.05
 """Times the highest pressure of the snapshots from which on it is told."""
 
 
-def ends_below_usual(seen_kPa: float) -> bool:
-    """Whether snapshots up to a pressure, zero where that is not known, end below the pressures of
-    the usual gaits."""
+def lowest_seen_kPa(parts: Iterable[ReducedPart]) -> float | None:
+    """Where the first of reduced legs' snapshots ends, if that is below the pressures of the usual
+    gaits [kPa]; else None. Those of legs of the published physics are no real ones."""
+    ends = (part.seen_pressure_kPa for part in parts if may_be_measured(part))
+    return min(filter(_ends_below_usual, ends), default=None)
+
+
+def _ends_below_usual(seen_kPa: float) -> bool:
+    """Whether snapshots up to a pressure, zero where that is not known, end below the usual."""
     return 0.0 < seen_kPa * _NEAR < HIGHEST_COMMAND_KPA
 
 
@@ -50,7 +58,7 @@ def lowered_pressure_note(spec: RobotSpec, largest_kPa: float) -> str | None:
     simulated_kPa = float(spec.physics.pressure_map.simulated(largest_kPa))
     for module in spec.modules:
         seen_kPa = module.reduced.seen_pressure_kPa
-        if ends_below_usual(seen_kPa) and seen_kPa / _NEAR <= simulated_kPa <= seen_kPa * _NEAR:
+        if _ends_below_usual(seen_kPa) and seen_kPa / _NEAR <= simulated_kPa <= seen_kPa * _NEAR:
             return (
                 f"legs are inflated to {simulated_kPa:.4g} kPa and not to {HIGHEST_COMMAND_KPA:g}: "
                 f"{module.name} has snapshots up to {seen_kPa:.4g}"

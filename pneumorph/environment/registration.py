@@ -7,6 +7,7 @@ light: robots are imported when an environment is made.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import gymnasium
@@ -45,7 +46,8 @@ def make_env(
         num_envs: How many robots; None for as many as there are designs.
         design: The design of every robot, or one for each; None for the expert's.
         robot: What the robots are; None for the paper's.
-        task: Actions, episode and pressures; None for the paper's with the robot's regulators.
+        task: Actions, episode and pressures; None for the paper's with the robot's regulators, of
+            legs that were reduced for lower pressures with those.
 
     Raises:
         TypeError: A design or the robot is of another kind.
@@ -90,7 +92,9 @@ def make_single_env(
 
 
 def _task_of(robot: RobotSpec, task: CrawlingTask | None) -> CrawlingTask:
-    """The task, which has the robot's regulators where none is given."""
+    """The task; where none is given, one with the robot's regulators and the usual pressures, or
+    those that its legs' snapshots end with, if they are lower."""
+    from pneumorph.catalogue.unseen_pressure import lowest_seen_kPa
     from pneumorph.environment.crawling_task import CrawlingTask
 
     count = robot.physics.regulator_count
@@ -99,7 +103,11 @@ def _task_of(robot: RobotSpec, task: CrawlingTask | None) -> CrawlingTask:
             f"the task has {task.regulator_count} regulators and the robot {count}, expected the "
             f"same number: CrawlingTask(regulator_count={count})"
         )
-    return task or CrawlingTask(regulator_count=count)
+    if task is not None:
+        return task
+    usual = CrawlingTask(regulator_count=count)
+    seen_kPa = lowest_seen_kPa(module.reduced for module in robot.modules)
+    return usual if seen_kPa is None else replace(usual, maximum_pressure_kPa=seen_kPa)
 
 
 def _told(robot: RobotSpec, designs: Sequence[Design]) -> dict[str, int]:

@@ -31,7 +31,8 @@ def site_options(
         regulator.
 
     Raises:
-        ValueError: An entry is none, is given twice, or names a regulator that there is not.
+        ValueError: An entry is none or says what another one says, or it names a regulator that
+            there is not.
     """
     found: list[Fitting | None] = []
     named = False
@@ -57,12 +58,20 @@ def site_options(
             choices.append(every if number == "*" else [int(number)])
         module = ord(kind or "a") - ord("a")
         found += [Fitting(location, module, regulators) for regulators in product(*choices)]
-    if len(set(found)) < len(found) or not found:
+    if len(set(map(_driven, found))) < len(found) or not found:
         raise ValueError(
             f"options[{location}] is {text!r}, expected one or more different entries: such as "
-            '"0 *" for no leg or one on any regulator'
+            '"0 *" for no leg or one on any regulator, or "*+*" alone for two cavities on one '
+            "regulator or on two"
         )
     return tuple(sorted(found, key=_order)), named
+
+
+def _driven(option: Fitting | None) -> Fitting | None:
+    """The option, with one regulator named once where it drives every cavity."""
+    if option is None or len(set(option.regulators)) > 1:
+        return option
+    return option._replace(regulators=option.regulators[:1])
 
 
 def _order(option: Fitting | None) -> tuple[tuple[int, ...], int]:

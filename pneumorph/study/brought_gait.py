@@ -3,15 +3,14 @@ legs whose snapshots end below those of the usual gaits."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pneumorph.base.settings import settings_to_dict
-from pneumorph.catalogue.part_physics import may_be_measured
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import chosen_part, chosen_robot, described_robot
-from pneumorph.catalogue.unseen_pressure import ends_below_usual
+from pneumorph.catalogue.unseen_pressure import lowest_seen_kPa
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -35,10 +34,10 @@ def highest_pressure_kPa(
     part = chosen_part(content) if described is None else None
     if described is None and part is None:
         return None
-    lowest = _lowest_end_kPa([part] if part is not None else _parts(described))
+    lowest = lowest_seen_kPa([part] if part is not None else _parts(described))
     before = below.get("robot", {}).get("part")
     if lowest is None and before is not None and Path(before).is_file():
-        replaced = _lowest_end_kPa([ReducedPart.load(before)])
+        replaced = lowest_seen_kPa([ReducedPart.load(before)])
         return None if replaced is None else HIGHEST_COMMAND_KPA
     return lowest
 
@@ -80,16 +79,9 @@ def _usual_again(robot: Mapping[str, Any], expert: Mapping[str, Any]) -> dict[st
     """The usual values of what a robot brought to the expert's gait."""
     described, path = described_robot({"robot": robot}), robot.get("part")
     parts = [ReducedPart.load(path)] if described is None and path else _parts(described)
-    brought, usual = _expert(described, _lowest_end_kPa(parts)), settings_to_dict(ExpertGait())
+    brought, usual = _expert(described, lowest_seen_kPa(parts)), settings_to_dict(ExpertGait())
     return {name: usual[name] for name, value in brought.items() if expert.get(name) == value}
 
 
 def _parts(described: RobotDescription | None) -> list[ReducedPart]:
     return [] if described is None else list(described.own_parts.values())
-
-
-def _lowest_end_kPa(parts: Sequence[ReducedPart]) -> float | None:
-    """Where the first of parts' snapshots ends [kPa]; None where that is not below the usual
-    pressures. Those of parts of the published physics are no real ones."""
-    ends = [part.seen_pressure_kPa for part in parts if may_be_measured(part)]
-    return min((end for end in ends if ends_below_usual(end)), default=None)

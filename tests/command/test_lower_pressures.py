@@ -12,6 +12,8 @@ import pytest
 from pneumorph.catalogue.paper_leg import paper_leg
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.unseen_pressure import lowered_pressure_note, unseen_pressure_note
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.registration import make_env
 
 Asked = Callable[[str], Any]
 PLATE = Path(__file__).parents[2] / "examples" / "plate.toml"
@@ -37,6 +39,15 @@ def test_gaits_and_tasks_end_where_snapshots_do(asked: Asked, low: Path) -> None
     assert learned.coopt.task.maximum_pressure_kPa == 40.0
     assert learned.baseline.gait.amplitude_kPa == 20.0
     assert learned.coopt.task.reward == asked("coopt").coopt.task.reward
+
+
+def test_environments_of_ones_own_end_there_too(low: Path) -> None:
+    spec = RobotOptions(part=low).spec()
+    design = "1.2.0.0.3.0.0.0"
+    assert make_env(2, design, spec).task == CrawlingTask(maximum_pressure_kPa=40.0)
+    asked = CrawlingTask(maximum_pressure_kPa=60.0)
+    assert make_env(2, design, spec, asked).task == asked
+    assert make_env(2, design).task == CrawlingTask()
 
 
 def test_what_is_asked_for_stays(asked: Asked, low: Path) -> None:

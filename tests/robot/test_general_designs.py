@@ -159,6 +159,7 @@ def test_the_mirror_moves_legs_and_regulators_where_it_says() -> None:
         ({"options": ("0 *", "0 4", "0 *"), "canonical": False}, "names regulator 4"),
         ({"options": ("0 *", "0 1", "0 *")}, "canonical = false"),
         ({"options": ("0 * *", "0 *", "0 *")}, "different entries"),
+        ({"options": ("0 * *+*", "0 *", "0 *")}, r"'0 \* \*\+\*', expected one or more different"),
         ({"mirror": "0 0 1"}, "each of the 3 locations once"),
         ({"symmetries": ("0 1 3",)}, "numbers of locations from 0 to 2"),
         ({"mirror": "none", "symmetries": ("mirror",)}, 'mirror is "none"'),
