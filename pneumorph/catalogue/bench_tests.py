@@ -117,7 +117,14 @@ BENCH_TESTS = (
         10.0,
         "Command a step and log the sensed pressure: how long until it begins to follow [s].",
     ),
-    BenchTest("level of the floor", "floor_slope_deg", 0.1, False, 2.0, "A spirit level."),
+    BenchTest(
+        "level of the floor",
+        "floor_slope_deg",
+        0.1,
+        False,
+        2.0,
+        "A spirit level: how much steeper the floor is than the simulated one [degrees].",
+    ),
     BenchTest(
         "photograph from the side",
         "mounting_angle_deg",

@@ -59,7 +59,7 @@ class World:
     regulator_lag_s: float
     """Time constant of the regulators, first order [s]."""
     floor_slope_deg: float
-    """How steeply the floor rises forward [degrees]."""
+    """How much more steeply the floor rises forward than that of the physics [degrees]."""
     filling_factor: float = 1.0
     """The regulators' filling conductances relative to the model's."""
     venting_factor: float = 1.0
@@ -80,7 +80,7 @@ class World:
     @classmethod
     def nominal(cls, physics: Physics) -> World:
         """The world as physics have it, with regulators that do not lag."""
-        return cls(physics.friction, 1.0, 1.0, 0.0, physics.floor_slope_deg)
+        return cls(physics.friction, 1.0, 1.0, 0.0, 0.0)
 
     def applied_to(self, physics: Physics) -> Physics:
         """Physics of this world; what is said of the legs is the robots', the lag the command's."""
@@ -95,7 +95,7 @@ class World:
             physics,
             ground=ground,
             friction=self.friction,
-            floor_slope_deg=self.floor_slope_deg,
+            floor_slope_deg=physics.floor_slope_deg + self.floor_slope_deg,
             friction_by_surface=tuple(by_surface.items()),
             air=physics.air.scaled(self.filling_factor, self.venting_factor),
             stiffness_damping_s=self.damping_factor * physics.stiffness_damping_s,
@@ -132,7 +132,7 @@ class Randomisation(Checked):
     regulator_lag_s: str = "U(0, 0.2)"
     """Time constant of the regulators, first order [s]."""
     floor_slope_deg: str = "N(0, 0.5)"
-    """How steeply the floor rises forward [degrees]."""
+    """How much more steeply the floor rises forward than that of the physics [degrees]."""
     filling_factor: str = "1"
     """Conductances through which regulators fill, relative to the model's, where air flows through
     valves."""

@@ -137,6 +137,16 @@ def test_every_quantity_of_a_world_matters(change: dict[str, float]) -> None:
     assert abs(other[0] - plain[0]) > 0.01
 
 
+def test_a_hill_stays_one_in_every_world() -> None:
+    """Climbing is asked for by the physics; worlds differ by how a floor was levelled."""
+    hill = Physics(floor_slope_deg=10.0)
+    assert World.nominal(hill).applied_to(hill).floor_slope_deg == 10.0
+    rng = np.random.default_rng(0)
+    drawn = [Randomisation(floor_slope_deg="N(0, 0.5)").draw(rng) for _ in range(20)]
+    slopes = [world.applied_to(hill).floor_slope_deg for world in drawn]
+    assert 8.0 < min(slopes) < 10.0 < max(slopes) < 12.0
+
+
 def test_what_a_seed_drew_before_there_was_air_it_draws_still() -> None:
     """The air's factors come from a generator of their own, whatever they are drawn from."""
     usual = {"friction": "U(0.9, 1.5)", "modulus_factor": "2", "floor_slope_deg": "N(0, 0.5)"}
