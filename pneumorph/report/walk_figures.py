@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
     from pneumorph.trajectory import Trajectory
 
+_ROBOT_CM = 16.0
+"""How far the paper's robot reaches from its middle [cm]."""
+
 
 @figure_style()
 def distance_figure(trajectories: Mapping[str, Trajectory], goal: Goal = FORWARD) -> Figure:
@@ -66,10 +69,13 @@ def path_figure(trajectories: Mapping[str, Trajectory]) -> Figure:
         trajectories: Trajectories by label.
     """
     figure = new_figure(5.2, 2.6)
-    panels = figure.subplots(1, len(trajectories), squeeze=False, sharey=True)[0]
+    panels = figure.subplots(1, len(trajectories), squeeze=False, sharex=True, sharey=True)[0]
+    paths = [(each.tracked_point_mm - each.tracked_point_mm[0])[:, :2] / 10
+             for each in trajectories.values()]  # fmt: skip
+    least, most = _seen_cm(paths)
     for number, (label, trajectory) in enumerate(trajectories.items()):
         axes, colour = panels[number], PATH_COLOURS[number % len(PATH_COLOURS)]
-        path_cm = (trajectory.tracked_point_mm - trajectory.tracked_point_mm[0])[:, :2] / 10
+        path_cm = paths[number]
         rotation = trajectory.hub_rotation[-1]
         heading = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
         x, y = path_cm[-1].tolist()
@@ -77,9 +83,18 @@ def path_figure(trajectories: Mapping[str, Trajectory]) -> Figure:
         axes.plot(*path_cm.T, color=colour, linewidth=2.0, zorder=3)
         axes.plot(0, 0, "o", color=colour, markersize=4, zorder=3)
         axes.set_title(label)
-        axes.set(xlabel="forward (cm)", xlim=(-18, 32), ylim=(-18, 18), aspect="equal")
-    panels[0].set_ylabel("sideways (cm)")
+        axes.set(xlabel="forward (cm)", aspect="equal")
+    panels[0].set(xlim=(least[0], most[0]), ylim=(least[1], most[1]), ylabel="sideways (cm)")
     return figure
+
+
+def _seen_cm(paths: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Least and most x and y of a picture that has robots of the paper's size about all points of
+    paths, and is not smaller for short ones [cm]."""
+    points = np.concatenate(paths)
+    least = np.minimum(points.min(axis=0) - _ROBOT_CM, (-18.0, -18.0))
+    most = np.maximum(points.max(axis=0) + _ROBOT_CM, (32.0, 18.0))
+    return least, most
 
 
 @figure_style()

@@ -103,6 +103,7 @@ class TrainingResult(BestPhase):
     """What the best pair of each beginning scored [cm], where there were several; None where no
     simulation came to its end."""
     notes: tuple[str, ...] = ()
+    """What learning and the certificate remark."""
     damping: str
     calibration: UsedCalibration | None = None
     leg: PartsSummary | None = None
@@ -250,6 +251,7 @@ def run_training(
         ranked_by=_ranked_by(settings, name),
         own_task=name,
         certificate=certified,
+        notes=(*learned.remarks, *(() if certified is None else certified.notes)),
     )
 
 
@@ -330,7 +332,6 @@ def _of_learned(learned: CooptResult) -> dict[str, Any]:
         "best_gait": None if best is None else f"{TRAINING_FOLDER}/{best.gait}",
         "pairs": tuple(_learned(each, f"{TRAINING_FOLDER}/{each.gait}") for each in learned.pairs),
         "seen_pairs": tuple(_learned(each) for each in learned.seen_pairs),
-        "notes": learned.remarks,
         "training_wall_s": learned.wall_s,
     }
 

@@ -134,6 +134,10 @@ def test_a_training_ends_with_its_certificate(
     assert "How far, and how sure" in page
     assert "The best pairs, by mean over the worst 25 % of 4 worlds" in page
     assert f"Replay: {summary['certificate']['best']} in two worlds" in page
+    remarks = summary["certificate"]["notes"]
+    assert 0 < len(remarks) <= len(summary["notes"])
+    assert summary["notes"][-len(remarks) :] == remarks
+    assert all(note in page for note in summary["notes"])
 
 
 def test_a_median_and_a_bad_world_are_recorded(learned: Path, certified: Path) -> None:

@@ -57,6 +57,16 @@ def test_path_and_bend(make_trajectory, tmp_path: Path) -> None:
     assert len(bend_figure([0, 100], [0, 30], [0, 31]).axes[0].lines) == 2
 
 
+def test_a_robot_that_went_far_is_in_the_picture_of_its_path(make_trajectory) -> None:
+    slow = make_trajectory()
+    figure = path_figure({"slow": slow, "fast": make_trajectory(speed_mm_per_s=200.0)})
+    for axes in figure.axes:
+        legs = [patch.get_xy()[:, 0].max() for patch in axes.patches if hasattr(patch, "get_xy")]
+        assert max(legs) < axes.get_xlim()[1]
+    assert figure.axes[0].get_xlim()[1] > 40.0
+    assert path_figure({"slow": slow}).axes[0].get_xlim() == (-18.0, 32.0)
+
+
 def test_figures_are_saved_in_each_format_and_alike_each_time(tmp_path: Path) -> None:
     figure = bend_figure([0, 100], [0, 30], [0, 31])
     first = save_figure(figure, tmp_path / "one" / "bend", ("png", "pdf", "svg"))
