@@ -316,3 +316,16 @@ def test_a_verb_says_what_it_takes_over_and_what_flags_change(
     assert "leg and physics" not in capsys.readouterr().err
     asked(f"search --run {folder}")
     assert "leg, physics, worlds, task and designs of" in capsys.readouterr().err
+
+
+def test_periodic_walks_are_compared_where_finite_elements_have_walked(
+    asked: Callable[[str], Any],
+) -> None:
+    def count(flags: str) -> int:
+        found: int = asked(f"compare {flags}").comparison.periodic_count
+        return found
+
+    assert count("") == 5
+    assert count("--preset quick") == 0
+    assert count("--physics published") == 0
+    assert count("--physics published --periodic-count 2") == 2
