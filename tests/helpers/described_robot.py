@@ -56,7 +56,7 @@ modules = ["long"]
 [designs]
 mirror = false
 usual = "{DESIGN}"
-options = ["0 *+* b*+*", "0 * *+*", "0 *+* b*+*", "0 * *+*"]
+options = ["0 *+* b*+*", "0 *", "0 *+* b*+*", "0 *"]
 """
 
 
