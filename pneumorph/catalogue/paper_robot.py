@@ -5,6 +5,7 @@ Everything that this file imports is general; here the numbers of one robot come
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any, get_args
 
@@ -111,29 +112,32 @@ def paper_robot(
         leg: A leg that ships, or a module of your own for every place. By default the robot is as
             its materials were measured; ``"published"`` is as the paper simulated it.
         physics: What acts on the robot, with the leg's own map of real to simulated pressure; None
-            for those of the leg's name, or for the published physics with your module's map.
+            for those of the leg's name. A module stands for the measured leg where real pressures
+            inflate it (its map is 1:1), with that one's `Air.chamber_growth`, else for the
+            published one, with its own map.
         masses: What the hub weighs, and a leg that ships; None for what is the leg's own: published
             masses or, of legs of the silicone's own stiffness, those that are cast and printed. A
             module of your own has its own mass.
-        **rest: Other fields of `RobotSpec`, such as ``thread_count``.
+        **rest: Other fields of `RobotSpec`, such as ``thread_count``; the hub's model and the
+            finite elements' numerics are those of the leg where they are not given.
 
     Raises:
         TypeError: The leg is neither a name nor a module.
         ValueError: No such leg, or physics with the published leg's pressure map for another leg.
     """
     if isinstance(leg, str):
-        kind = leg_kind(leg)
-        own = kind.physics
-        rest = {
-            "hub_model": kind.hub_model,
-            "full_order": kind.full_order,
-            **rest,
-        }
+        kind = leg
     elif isinstance(leg, Module):
-        own = Physics(pressure_map=leg.pressure_map or PressureMap())
+        inflated_as_measured = leg.pressure_map == pressure_map("measured")
+        kind = "measured" if inflated_as_measured else "published"
     else:
         names = ", ".join(get_args(LegName))
         raise TypeError(f"leg is {leg!r:.60}, expected a Module, or the name of a leg: {names}")
+    about = leg_kind(kind)
+    own = about.physics
+    if isinstance(leg, Module):
+        own = replace(own, pressure_map=leg.pressure_map or PressureMap())
+    rest = {"hub_model": about.hub_model, "full_order": about.full_order, **rest}
     if physics is None:
         physics = own
     elif physics.pressure_map == PressureMap() != own.pressure_map:
@@ -151,7 +155,7 @@ def paper_robot(
             'paper_robot("published")'
         )
     if masses is None:
-        masses = masses_of(leg) if isinstance(leg, str) else Masses()
+        masses = masses_of(kind)
     module = paper_leg(leg, masses=masses) if isinstance(leg, str) else leg
     mounting = RadialMounting()
     sites = ring_of_sites(mounting, (module,))

@@ -16,6 +16,7 @@ from pneumorph.environment.crawling_simulator import RobotBuilder, SimulatorFact
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.walk import Progress, walk
+from pneumorph.reduction.snapshot_range import furthest_ratio
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 
 PHASE_SWEEP_VERSION = 1
@@ -68,6 +69,8 @@ class PhaseSweep:
         settings: What made it, as nested dictionaries.
         achieved: What of a goal was achieved at each phase [its unit], shape (phase,); NaN where
             the simulation failed. None for the distance.
+        range_ratio: How far any leg went relative to the furthest snapshot it was reduced from,
+            shape (phase,); NaN where that is not known.
     """
 
     phase_deg: np.ndarray
@@ -77,6 +80,7 @@ class PhaseSweep:
     forward_cm: np.ndarray
     settings: dict[str, Any]
     achieved: np.ndarray | None = None
+    range_ratio: np.ndarray | None = None
 
     @property
     def counted(self) -> np.ndarray:
@@ -87,6 +91,11 @@ class PhaseSweep:
     def best(self) -> int:
         """Place of the phase that achieves most."""
         return int(np.nanargmax(self.counted))
+
+    @property
+    def furthest_ratio(self) -> float | None:
+        """The largest of the range ratios; None where none is known."""
+        return furthest_ratio(self.range_ratio)
 
     @property
     def best_phase_deg(self) -> float:
@@ -104,8 +113,9 @@ class PhaseSweep:
             name: getattr(self, name)
             for name in ("phase_deg", "distance_cm", "backsliding_cm", "time_s", "forward_cm")
         }
-        if self.achieved is not None:
-            arrays["achieved"] = self.achieved
+        for name in ("achieved", "range_ratio"):
+            if getattr(self, name) is not None:
+                arrays[name] = getattr(self, name)
         metadata = {"settings": self.settings}
         return save_artefact(path, "PhaseSweep", PHASE_SWEEP_VERSION, arrays, metadata)
 
@@ -168,4 +178,5 @@ def sweep_phases(
         forward_cm=result.forward_cm,
         settings=settings_to_dict(settings),
         achieved=None if goal.is_forward else result.achieved(goal),
+        range_ratio=result.range_ratio,
     )

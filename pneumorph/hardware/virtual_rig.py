@@ -210,6 +210,10 @@ class VirtualRig:
         time_step_s: The robot's time step [s].
         trial: Number of the trial, which seeds the noise.
         air: The true regulators where air flows through valves; None where the rig's rate tells.
+
+    Attributes:
+        range_ratio: How far any leg of a reduced robot has gone relative to the furthest snapshot
+            it was reduced from; None where that is not known.
     """
 
     def __init__(
@@ -229,6 +233,7 @@ class VirtualRig:
         self.regulators = VirtualRegulators(
             len(rig.channels), air or RateLimited(rig.rate_kPa_per_s), lag_s, time_step_s
         )
+        self.range_ratio: float | None = None
         self._state: Any = None
         self._steps = 0
         self._places: list[np.ndarray] = []
@@ -307,6 +312,9 @@ class VirtualRig:
         self._state, trajectory = self.robot.rollout(
             state, pressure_kPa, record_every=record_every, record_nodes=False
         )
+        ratio = trajectory.metadata.get("range_ratio")
+        if ratio is not None:
+            self.range_ratio = max(ratio, self.range_ratio or 0.0)
         if trajectory.status != "completed":
             raise DriverError(f"the virtual robot's simulation {trajectory.status}")
         return trajectory

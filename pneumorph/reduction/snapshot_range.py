@@ -62,6 +62,12 @@ def known_ratio(ratio: float) -> float | None:
     return None if math.isnan(ratio) else float(ratio)
 
 
+def furthest_ratio(ratios: np.ndarray | None) -> float | None:
+    """The largest of several, of any shape; None where none is known."""
+    known = np.zeros(0) if ratios is None else ratios[~np.isnan(ratios)]
+    return None if known.size == 0 else float(known.max())
+
+
 def range_note(name: str, ratio: float | None) -> str | None:
     """What to tell of a robot that left the range of its legs' snapshots; None of others."""
     if ratio is None or ratio <= RANGE_TOLERANCE:

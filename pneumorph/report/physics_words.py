@@ -12,13 +12,27 @@ from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.trajectory import Trajectory
 
+_SURFACE = {
+    "friction": "friction",
+    "friction_by_surface": "friction",
+    "friction_pressure": "friction",
+    "floor_slope_deg": "slope",
+    "ground": "ground",
+}
+"""Settings that tell where a robot walks rather than how it is simulated, as they are called."""
+
 
 def physics_name(physics: Physics) -> str:
-    """What a physics is called, such as ``measured physics``; its damping where it is none that has
-    a name. How many regulators there are and how chambers grow is of the robot."""
+    """What a physics is called, such as ``measured physics``, or ``measured physics but for
+    friction`` where only surfaces differ; its damping where it is none that has a name. How many
+    regulators there are and how chambers grow is of the robot."""
+    own = _whatever_the_robot(physics)
     for name in get_args(PhysicsName):
-        if _whatever_the_robot(leg_kind(name).physics) == _whatever_the_robot(physics):
-            return f"{name} physics"
+        usual = _whatever_the_robot(leg_kind(name).physics)
+        other = [field for field in usual if usual[field] != own[field]]
+        if set(other) <= _SURFACE.keys():
+            differ = " and ".join(dict.fromkeys(_SURFACE[field] for field in other))
+            return f"{name} physics" + (f" but for {differ}" if differ else "")
     return f"{physics.damping} damping"
 
 

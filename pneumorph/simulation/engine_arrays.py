@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import pneumorph._engine as _engine
+from pneumorph.fem.law_registry import make_law
 from pneumorph.physics.floor import HeightField
 from pneumorph.physics.height_grid import HeightGrid
 from pneumorph.physics.physics import Physics
@@ -37,20 +38,22 @@ def part_arrays(part: ReducedPart, physics: Physics) -> dict[str, object]:
         physics: What acts on it.
 
     Raises:
-        ValueError: A law that the engine does not know, or a part that relaxes under published
-            damping.
+        ValueError: A law that the engine does not know, constants that the law refuses, or a part
+            that relaxes under published damping.
     """
     arrays: dict[str, object] = {
         name: np.ascontiguousarray(getattr(part, name), dtype=float) for name in _PART_ARRAYS
     }
     arrays["mass"] = float(part.mass)
-    for name, elements in (("tetrahedron", part.tetrahedra), ("membrane", part.membrane)):
+    sampled = (("tetrahedron", part.tetrahedra, 3), ("membrane", part.membrane, 2))
+    for name, elements, dimension in sampled:
         law = elements.material.law
         if law not in _engine.LAWS:
             raise ValueError(
                 f"a reduced part's law must be one of {', '.join(_engine.LAWS)} to be stepped, got "
                 f"{law!r}; a robot of your own law walks as finite elements"
             )
+        make_law(elements.material, dimension)
         arrays[f"{name}_law"] = _engine.LAWS.index(law)
         arrays[f"{name}_lambda"], arrays[f"{name}_mu"] = elements.weighted_lame_constants
     return arrays | _rubber_arrays(part, physics)

@@ -13,6 +13,7 @@ from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings, sweep_pha
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
+from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.study.recorded_walk import recorded_walk
 
@@ -39,6 +40,9 @@ class BestPhase:
     """What of it the best phase achieves [its unit]; None in runs of an earlier version."""
     phases_achieved: tuple[float, ...] = ()
     """Of each phase; empty likewise."""
+    baseline_range_ratio: float | None = None
+    """How far a leg went at any phase, relative to its furthest snapshot; None where that is not
+    known."""
 
     @property
     def best_achieved_by_expert(self) -> float:
@@ -67,6 +71,7 @@ class BestPhase:
             goal=goal,
             baseline_best_achieved=float(sweep.counted[sweep.best]),
             phases_achieved=tuple(sweep.counted.tolist()),
+            baseline_range_ratio=sweep.furthest_ratio,
         )
 
 
@@ -80,6 +85,7 @@ class Baseline(BestPhase):
     wall_s: float
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    notes: tuple[str, ...] = ()
 
 
 def baseline(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -> Baseline:
@@ -87,7 +93,13 @@ def baseline(spec: RobotSpec, settings: PhaseSweepSettings, folder: RunFolder) -
     start = time.monotonic()
     say_unseen_pressure(spec, 2.0 * settings.gait.amplitude_kPa, folder.progress.say)
     best = swept(spec, settings, folder)
-    return Baseline(**vars(best), **spec.describe(), wall_s=time.monotonic() - start)
+    note = range_note("The expert's robot", best.baseline_range_ratio)
+    return Baseline(
+        **vars(best),
+        **spec.describe(),
+        wall_s=time.monotonic() - start,
+        notes=() if note is None else (note,),
+    )
 
 
 def swept(

@@ -18,6 +18,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
+from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.study.animations import Animation, animations
 from pneumorph.study.bend_error import BendComparison, bend_of_report, compare_bend
 from pneumorph.study.full_benchmark import FullBenchmark, bench_full
@@ -140,6 +141,7 @@ class Comparison:
     reduced_s_per_step: float | None = None
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    notes: tuple[str, ...] = ()
 
     @property
     def animations_mean_node_error_mm(self) -> float | None:
@@ -215,6 +217,12 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
         full_s_per_step=full_s,
         reduced_s_per_step=reduced_s,
         full_hub=robot.hub_model,
+        notes=tuple(
+            note
+            for kind in errors.values()
+            for name, error in kind.items()
+            if (note := range_note(name, error.range_ratio)) is not None
+        ),
         **robot.describe(),
         duration_s=settings.duration_s,
         wall_s=time.monotonic() - start,

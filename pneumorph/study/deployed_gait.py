@@ -38,6 +38,7 @@ from pneumorph.hardware.watch import PressureWatch
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
+from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import Design
 from pneumorph.study.gait_source import find_gait
 from pneumorph.study.recorded_walk import Model
@@ -111,6 +112,9 @@ class TrialOutcome(DeploymentReport):
     """Its turn to the left, whole circles counted; None likewise."""
     achieved: float | None = None
     """What of the gait's goal was achieved [its unit]; None likewise."""
+    range_ratio: float | None = None
+    """How far a leg of the virtual rig's reduced robot went relative to its furthest snapshot; None
+    where that is not known."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +156,7 @@ class DeployedGait:
     """Mean over trials of what of the goal was achieved [its unit]."""
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,6 +319,7 @@ def _virtual_trials(planned: DeployedGait, plan: _Plan, robot: RobotOptions) -> 
             distance_cm=track.achieved(FORWARD, end_s),
             turned_deg=track.achieved(Goal("turn_left"), end_s),
             achieved=track.achieved(planned.goal or FORWARD, end_s),
+            range_ratio=driver.range_ratio,
         )
 
     return _each_trial(planned, plan, trial)
@@ -371,6 +377,11 @@ def _each_trial(
         mean_distance_cm=float(np.mean(known)) if known else None,
         spread_cm=float(np.std(known, ddof=1)) if len(known) > 1 else None,
         mean_achieved=float(np.mean(achieved)) if achieved else None,
+        notes=tuple(
+            note
+            for each in trials
+            if (note := range_note(f"the robot of {each.trial}", each.range_ratio)) is not None
+        ),
     )
 
 

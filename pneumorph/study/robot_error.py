@@ -40,6 +40,8 @@ class RobotError:
         slipping_points_overlap_percent: Points that slip in both models, in percent of those that
             slip in either; NaN where none does.
         contact_count: Mean number of the full robot's contact points.
+        range_ratio: How far any leg of the reduced robot went relative to the furthest snapshot it
+            was reduced from; None where that is not known.
     """
 
     mean_node_error_mm: float
@@ -54,6 +56,7 @@ class RobotError:
     slip_agreement_percent: float
     slipping_points_overlap_percent: float
     contact_count: float
+    range_ratio: float | None = None
 
     @property
     def distance_error_cm(self) -> float:
@@ -92,6 +95,7 @@ def robot_error(full: Trajectory, reduced: Trajectory) -> RobotError:
         forward_reduced_cm=reduced.forward_distance_cm,
         **_contact_errors(full, reduced),
         contact_count=float(full.contact_count.mean()),
+        range_ratio=reduced.metadata.get("range_ratio"),
     )
 
 

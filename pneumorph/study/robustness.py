@@ -14,7 +14,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.walk import walk
 from pneumorph.physics.open_loop_gait import OpenLoopGait
-from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE
+from pneumorph.reduction.snapshot_range import RANGE_TOLERANCE, furthest_ratio
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.study.sensitivity import weighted_quantiles
@@ -155,6 +155,6 @@ def robustness(
         worlds=tuple(worlds),
         achieved=achieved,
         left_range_share=None if known.size == 0 else float(np.mean(known > RANGE_TOLERANCE)),
-        range_ratio=None if known.size == 0 else float(known.max()),
+        range_ratio=furthest_ratio(range_ratios),
         goal=goal,
     )

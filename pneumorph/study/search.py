@@ -23,6 +23,7 @@ from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.gait_file import write_gait
+from pneumorph.gait.walk import walk
 from pneumorph.learn.cooptimise import POLICY_FILE
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.evaluation import evaluate_policy
@@ -34,6 +35,7 @@ from pneumorph.learn.random_search import RandomSearch, RandomSearchSettings
 from pneumorph.learn.sac import Sac
 from pneumorph.learn.search_run import CURVE_FILE, SearchResult, run_search
 from pneumorph.learn.searcher import Searcher
+from pneumorph.reduction.snapshot_range import known_ratio, range_note
 from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.randomisation import Randomisation
@@ -157,11 +159,12 @@ def search(
     pairs: tuple[FoundPair, ...] | None = None
     rows: tuple[DesignsBestGait, ...] | None = None
     if gaits:
+        walked = [pair for design in designs if (pair := found.best.get(design)) is not None]
         rows = _rows(designs, found, gait_files, by_policy, learned)
         best: FoundPair | None = max(rows, key=_score)
     else:
-        ranked = found.ranked(space, task.reward.is_symmetric)[: settings.kept_pair_count]
-        pairs = tuple(gait_files.write(pair.design, pair) for pair in ranked)
+        walked = found.ranked(space, task.reward.is_symmetric)[: settings.kept_pair_count]
+        pairs = tuple(gait_files.write(pair.design, pair) for pair in walked)
         best = pairs[0] if pairs else None
     resumed = found.resumed_timesteps
     return SearchFindings(
@@ -176,6 +179,7 @@ def search(
         notes=(
             *idle,
             *_notes(resumed, int(found.timesteps[-1]), _timesteps(settings, len(designs))),
+            *_range_notes(robot, space, task, walked),
         ),
         seed=settings.seed,
         goal=task.goal,
@@ -194,6 +198,27 @@ def _notes(resumed: int, made: int, asked: int) -> tuple[str, ...]:
             "for; a smaller population makes shorter generations"
         )
     return tuple(notes)
+
+
+def _range_notes(
+    robot: RobotSpec, space: DesignSpace, task: CrawlingTask, pairs: Sequence[DesignGaitPair]
+) -> list[str]:
+    """What to tell of found pairs that leave the range of their legs in the world as it stands."""
+    if not pairs:
+        return []
+    action_s = task.action_step_count * robot.physics.time_step_s
+    gaits = [pair.gait(action_s, task) for pair in pairs]
+    designs = [space[pair.design] for pair in pairs]
+    ratios = walk(
+        robot.simulator(designs),
+        gaits,
+        duration_s=gaits[0].duration_s,
+        time_step_s=robot.physics.time_step_s,
+        settling_step_count=task.settling_step_count,
+        record_step_count=task.action_step_count,
+    ).range_ratio
+    told = map(range_note, map(str, designs), map(known_ratio, ratios))
+    return [note for note in told if note is not None]
 
 
 def _timesteps(settings: SearchSettings, design_count: int) -> int:

@@ -371,3 +371,12 @@ def test_a_robot_may_have_fewer_modes_for_all_its_modules() -> None:
     # Nothing changes where nothing is left out.
     assert whole.with_fewer_modes(0) is whole
     assert whole.with_fewer_modes(40) is whole
+
+
+def test_a_module_that_is_inflated_as_measured_has_the_measured_legs_robot() -> None:
+    """With the printed hub of 30 g, rigid, and finite elements that step as those of its name."""
+    named, own = paper_robot("measured"), paper_robot(paper_leg("measured"))
+    assert own.physics == named.physics
+    assert own.hub.mass_kg == named.hub.mass_kg == pytest.approx(0.030, abs=0.001)
+    assert (own.hub_model, own.full_order) == (named.hub_model, named.full_order)
+    assert own.hub_model == "rigid" != paper_robot(paper_leg("published")).hub_model

@@ -28,4 +28,9 @@ def test_a_robot_of_ones_own_is_in_the_physics_that_it_is_based_on() -> None:
 def test_other_numbers_are_none_that_has_a_name() -> None:
     assert physics_name(leg_kind("published").physics) == "published physics"
     slippery = physics_words(replace(MEASURED, friction=0.3))
-    assert slippery.startswith("objective damping, friction 0.3, of hub 0.22, air through valves")
+    assert slippery.startswith(
+        "measured physics but for friction, objective damping, friction 0.3, of hub 0.22, air"
+    )
+    hill = replace(MEASURED, friction=0.3, friction_by_surface=(), floor_slope_deg=5.0)
+    assert physics_name(hill) == "measured physics but for slope and friction"
+    assert physics_name(replace(MEASURED, time_step_s=0.005)) == "objective damping"

@@ -30,6 +30,19 @@ def test_a_law_that_the_engine_does_not_know_is_refused():
         BatchedSimulator([Robot(HUB, (Mount(other, POSE, (1,)),))], PHYSICS, STEPPER, 1)
 
 
+def test_constants_whose_stress_falls_are_refused():
+    rubber = rubber_reduced_part()
+    falling = replace(rubber.tetrahedron_material, yeoh_c2_over_c1=-0.5)
+    part = replace(rubber, tetrahedron_material=falling)
+    with pytest.raises(ValueError, match="make a stress that falls from"):
+        BatchedSimulator(
+            [Robot(HUB, (Mount(part, POSE, (0,)),))],
+            replace(PHYSICS, damping="objective"),
+            STEPPER,
+            1,
+        )
+
+
 def test_refused_robots_leave_the_old_ones_running():
     simulator = BatchedSimulator(crawlers(), PHYSICS, STEPPER, 1)
     with pytest.raises(ValueError, match="unknown regulator 3, expected 1 to 2"):

@@ -12,10 +12,19 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.expert_gait import ExpertGait
+from pneumorph.gait.phase_sweep import PhaseSweep, PhaseSweepSettings
+from pneumorph.hardware.rig import RigSettings
+from pneumorph.hardware.virtual_rig import VirtualRigSettings
+from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.study.analysis import AnalysisSettings, analyse
+from pneumorph.study.baseline import baseline
 from pneumorph.study.evaluation import EvaluationSettings, evaluate
 from pneumorph.study.robustness import robustness
+from pneumorph.study.search import SearchSettings, search
 from pneumorph.study.simulated_walk import WalkSettings, simulate
+from pneumorph.study.virtual_reality import VirtualReality
 
 RUN = Path(__file__).parents[2] / "reproduce" / "paper_scale"
 NEAR, FAR = 1e-3, 1.0
@@ -66,6 +75,32 @@ def test_an_analysis_names_the_robots_that_left(tmp_path):
     settings = AnalysisSettings(pair_count=1, lowest_friction=1.0, highest_friction=1.0)
     found = analyse(RUN, settings, robot(FAR), folder(tmp_path))
     assert [note.split()[0] for note in found.notes] == ["B", "L1"]
+
+
+@pytest.mark.parametrize(("scale", "left"), [(NEAR, False), (FAR, True)])
+def test_the_experts_phases_and_a_search_tell_that_they_left(tmp_path, scale, left):
+    gait = ExpertGait(duration_s=4.0)
+    sweep = PhaseSweepSettings(first_phase_deg=60.0, last_phase_deg=60.0, gait=gait)
+    best = baseline(robot(scale), sweep, folder(tmp_path))
+    assert (best.baseline_range_ratio > 1.2) is left
+    assert [note.split(" left")[0] for note in best.notes] == ["The expert's robot"] * left
+    kept = PhaseSweep.load(tmp_path / "out" / "phase_sweep.npz")
+    assert kept.furthest_ratio == best.baseline_range_ratio
+    task = CrawlingTask(action_count=2)
+    asked = SearchSettings(method="random", timesteps=8, environment_count=2, task=task)
+    found = search(asked, robot(scale), RunFolder(tmp_path / "search", "test"))
+    told = [note for note in found.notes if "left the range of its legs' snapshots" in note]
+    assert len(told) == (len(found.pairs) if left else 0)
+
+
+@pytest.mark.parametrize(("scale", "left"), [(NEAR, False), (FAR, True)])
+def test_a_virtual_rigs_reduced_robot_tells_that_it_left(scale, left):
+    reality = VirtualReality(robot(scale), VirtualRigSettings(), "reduced")
+    rig = reality.rig(Design.parse(BASELINE_DESIGN), RigSettings(), 1)
+    rig.open()
+    rig.command(np.array([60.0, 60.0, 60.0]))
+    rig.clock.wait_until(1.0)
+    assert (rig.range_ratio > 1.2) is left
 
 
 def test_legs_that_do_not_know_are_not_flagged(tmp_path):
