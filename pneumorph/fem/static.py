@@ -200,7 +200,9 @@ def _equilibria(
         iterations, step, arrived = 0, settings.load_step_kPa, False
         while not arrived and step >= smallest:
             target = current + float(np.clip(pressure - current, -step, step))
-            tried = _newton(part, x, keeping, target, external, kept, solver, rotation, settings)
+            tried = _newton(
+                part, x, keeping, current, target, external, kept, solver, rotation, settings
+            )
             iterations += tried.iterations
             if tried.converged:
                 x, keeping, residual = tried.positions, tried.keeping_mN, tried.relative_residual
@@ -217,6 +219,7 @@ def _newton(
     part: PartModel,
     start: np.ndarray,
     keeping: float,
+    before: float,
     pressure: float,
     external: np.ndarray,
     kept: np.ndarray | None,
@@ -224,7 +227,11 @@ def _newton(
     rotation: Rotation,
     settings: StaticSettings,
 ) -> StaticResult:
-    """One load step, from positions and the force along `kept`."""
+    """One load step, from positions and the force along `kept`.
+
+    The first Newton step has the tangent at the pressure `before`, whose equilibrium they are: with
+    the pressure to come it may be of a leg that snaps, where the leg has yet to bend by that much.
+    """
 
     def unbalanced(x: np.ndarray, keeping: float) -> tuple[np.ndarray, float]:
         load = external + (part.pressure_force(x, pressure) if pressure != 0.0 else 0.0)
@@ -245,7 +252,8 @@ def _newton(
         best, since = (relative, 0) if relative < best else (best, since + 1)
         if iteration == settings.iteration_limit or since == settings.patience:
             break
-        step, more = _step(solver, x, pressure, residual, step, kept, mean(x))
+        known = before if iteration == 0 else pressure
+        step, more = _step(solver, x, known, residual, step, kept, mean(x))
         longest = float(np.linalg.norm(step, axis=1).max())
         shorter = min(1.0, settings.largest_move_mm / max(longest, 1e-300))
         step, more = shorter * step, shorter * more
