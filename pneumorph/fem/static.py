@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -201,7 +201,7 @@ def _equilibria(
         while not arrived and step >= smallest:
             target = current + float(np.clip(pressure - current, -step, step))
             tried = _newton(
-                part, x, keeping, current, target, external, kept, solver, rotation, settings
+                part, x, keeping, target, current, external, kept, solver, rotation, settings
             )
             iterations += tried.iterations
             if tried.converged:
@@ -219,8 +219,8 @@ def _newton(
     part: PartModel,
     start: np.ndarray,
     keeping: float,
-    before: float,
     pressure: float,
+    before: float,
     external: np.ndarray,
     kept: np.ndarray | None,
     solver: _Tangent,
@@ -229,9 +229,36 @@ def _newton(
 ) -> StaticResult:
     """One load step, from positions and the force along `kept`.
 
+    A search that fails and had indefinite tangents on its way is made once more, with the other way
+    about them.
+
     The first Newton step has the tangent at the pressure `before`, whose equilibrium they are: with
     the pressure to come it may be of a leg that snaps, where the leg has yet to bend by that much.
     """
+
+    given = start, keeping, pressure, before, external, kept, solver, rotation, settings
+    solver.met_indefinite, solver.raises = False, False
+    found = _search(part, *given)
+    if found.converged or not solver.met_indefinite:
+        return found
+    solver.raises = True
+    again = _search(part, *given)
+    return replace(again, iterations=found.iterations + again.iterations)
+
+
+def _search(
+    part: PartModel,
+    start: np.ndarray,
+    keeping: float,
+    pressure: float,
+    before: float,
+    external: np.ndarray,
+    kept: np.ndarray | None,
+    solver: _Tangent,
+    rotation: Rotation,
+    settings: StaticSettings,
+) -> StaticResult:
+    """Newton's method; arguments as of `_newton`."""
 
     def unbalanced(x: np.ndarray, keeping: float) -> tuple[np.ndarray, float]:
         load = external + (part.pressure_force(x, pressure) if pressure != 0.0 else 0.0)
@@ -293,7 +320,14 @@ def _step(
 
 
 class _Tangent:
-    """Solves for the free unknowns with the whole tangent of a part."""
+    """Solves for the free unknowns with the whole tangent of a part.
+
+    Attributes:
+        met_indefinite: Whether a tangent was not definite where it has to be.
+        raises: Whether such a tangent's diagonal is raised.
+    """
+
+    met_indefinite = raises = False
 
     def __init__(self, part: PartModel, held: np.ndarray, rotation: Rotation) -> None:
         self._part, self._rotation = part, rotation
@@ -322,11 +356,18 @@ class _Tangent:
         return change
 
 
+_RAISED = (1e-3, 4e-3, 1.6e-2, 6.4e-2, 0.25)
+"""By which shares of itself a tangent's diagonal is raised until the tangent is definite."""
+
+
 class _SymmetricTangent(_Tangent):
     """The same by frontal Cholesky factors, many times as fast.
 
-    Where the tangent is not definite, away from stable equilibria, the nearest definite matrix of
-    its elements leads down the energy instead: Newton's method would go on to a saddle.
+    Where the tangent is not definite, away from stable equilibria, another leads down the energy:
+    Newton's method would go on to a saddle. The nearest definite matrix of the elements, without
+    the pressure's, carries a part that buckles as a whole. Where a few elements snap, as at sharp
+    inner edges of fine meshes, it creeps, and the tangent whose diagonal is raised until it is
+    definite (Nocedal and Wright, Numerical Optimization, algorithm 3.3) needs a few steps.
     """
 
     def __init__(self, part: PartModel, held: np.ndarray, rotation: Rotation) -> None:
@@ -342,10 +383,15 @@ class _SymmetricTangent(_Tangent):
             numpy.linalg.LinAlgError: The held nodes leave the part free to move.
         """
         part, rotation = self._part, self._rotation
-        try:
-            return self._by(part.tangent_data(x, pressure, rotation, change=before), forces)
-        except np.linalg.LinAlgError:
-            return self._by(part.tangent_data(x, pressure, rotation, definite=True), forces)
+        data = part.tangent_data(x, pressure, rotation, change=before)
+        diagonal = data[part.assembly.diagonal]
+        for share in (0.0, *(_RAISED if self.raises else ())):
+            data[part.assembly.diagonal] = diagonal + share * np.abs(diagonal)
+            try:
+                return self._by(data, forces)
+            except np.linalg.LinAlgError:
+                self.met_indefinite = True
+        return self._by(part.tangent_data(x, pressure, rotation, definite=True), forces)
 
     def answers(self, x: np.ndarray, pressure: Pressure, forces: np.ndarray) -> np.ndarray:
         """As `_Tangent.answers`.

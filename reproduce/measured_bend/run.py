@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tyro
+from meshes import limit
 from scipy.interpolate import PchipInterpolator
 
 from pneumorph.base.artefact import load_artefact, read_json, save_artefact, write_json
@@ -41,6 +42,10 @@ PRESSURES = tuple(_REAL["pressure_kPa"])
 REAL_BEND_DEG = tuple(_REAL["bend_deg"])
 """What the paper's ten pairs of real and simulated pressure imply of the real leg, read through the
 bend of the published simulation [degrees]."""
+LIMIT_SIZES_MM = (3.0, 2.4, 2.0)
+"""Largest edges of the meshes that Richardson's limit goes through [mm]."""
+ORDERS = {"limit, error as the edge": 1, "limit, error as its square": 2}
+"""Orders of the error: sharp inner edges make it nearly the first."""
 BEYOND = (110, 120)
 """Pressures that a factor below 1 on the modulus asks for [kPa]."""
 FITTED = PRESSURES[::2]
@@ -64,6 +69,7 @@ CASES = {
     "sheet twice as stiff": Case(sheet_kPa_mm=4e5, pressures_kPa=(20, 60, 100)),
     "bulk modulus doubled": Case(bulk_over_shear=400.0, pressures_kPa=(20, 60, 100)),
     "finer mesh": Case(size_mm=4.0, pressures_kPa=PRESSURES),
+    **{f"edges of {size:g} mm": Case(size_mm=size) for size in LIMIT_SIZES_MM},
 }
 """The prediction first; each of the others changes one thing."""
 
@@ -176,6 +182,19 @@ def fitted_factor(bends: np.ndarray) -> dict[str, Any]:
     }
 
 
+def limits(found: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """What the finest meshes tend to, pressure by pressure, and how it meets the real leg."""
+    meshes = [found[f"edges of {size:g} mm"] for size in LIMIT_SIZES_MM]
+    nodes = np.array([each["nodes"] for each in meshes], dtype=float)
+    columns = np.array([each["bend_deg"] for each in meshes]).T
+    content = {}
+    for name, order in ORDERS.items():
+        bends = np.array([limit(nodes, column, order) for column in columns])
+        at_ten = bends[: len(PRESSURES)]
+        content[name] = {"bend_deg": bends.tolist(), **judged(at_ten), "fit": fitted_factor(bends)}
+    return content
+
+
 @figure_style()
 def bend_figure(found: dict[str, dict[str, Any]]) -> Figure:
     """Bend against pressure: predicted, and the real leg's."""
@@ -211,6 +230,7 @@ def main(out: Path = Path("runs/measured_bend")) -> None:
         "held": {"bend_deg": held(bends).tolist(), **judged(held(bends))},
         "prediction_finer_mesh": judged(np.array(found["finer mesh"]["bend_deg"])),
         "fit": fitted_factor(bends),
+        "limits": limits(found),
     }
     write_json(out / "bend.json", content)
     save_figure(bend_figure(found), out / "bend.png", ("png",))

@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+from helpers.box_mesh import box_mesh
 from helpers.small_robot import small_leg
 from helpers.synthetic_part import synthetic_part
 
 from pneumorph.fem import static
+from pneumorph.fem.material import Material
+from pneumorph.fem.part_model import PartModel
 from pneumorph.fem.static import StaticResult, StaticSettings, static_equilibrium
+from pneumorph.geometry.quadratic import quadratic_mesh
 
 
 def test_a_load_that_no_state_bears_is_halved_so_often_and_no_more(monkeypatch):
@@ -40,6 +44,21 @@ def test_a_search_ends_at_its_limit_or_when_its_patience_ends(settings):
     assert not found.converged
     assert found.iterations <= 30
     assert (found.iterations == 3) == (settings.iteration_limit == 3)
+
+
+@pytest.mark.parametrize("raises", [False, True])
+def test_where_a_tangent_is_not_definite_a_step_leads_down_the_energy(raises):
+    """A column pressed straight beyond Euler's load: Newton's own step would lead to the saddle."""
+    mesh = quadratic_mesh(box_mesh((40.0, 1.0, 1.0), (20, 1, 1)))
+    part = PartModel(mesh, Material(1000.0, 0.0, "stable_neo_hookean"), 0.1)
+    solver = static._SymmetricTangent(part, mesh.node_set("left"), "polar")
+    pressed = mesh.nodes * np.array([0.98, 1.0, 1.0])  # Euler: a strain of 1.3e-4 would do
+    down = np.zeros_like(pressed)
+    down[mesh.node_set("right"), 2] = 1.0
+    solver.raises = raises
+    step = solver.solve(pressed, 0.0, down.ravel()[solver.free][:, None], np.zeros_like(pressed))
+    assert solver.met_indefinite
+    assert np.sum(step.reshape(-1, 3) * down) > 0.0
 
 
 def test_a_part_is_empty_where_no_pressure_is_named():
