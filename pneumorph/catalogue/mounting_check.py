@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations, product
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from pneumorph.catalogue.site import Site
 from pneumorph.geometry.contact_surfaces import distance_to
 from pneumorph.geometry.surface import boundary_triangles, winding_number
 from pneumorph.physics.physics import Physics
+from pneumorph.robot.design_space import DesignSpace
 
 
 def check_module(module: Module, name: str, physics: Physics, weighed: bool) -> None:
@@ -56,7 +58,7 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
     """
     nodes, skin = hub.mesh.nodes, boundary_triangles(hub.mesh.tetrahedra)
     for number, site in enumerate(sites):
-        where = f"sites[{number}]" + (f" ({site.name})" if site.name else "")
+        where = _where(sites, number)
         for module in site.modules:
             if module.face is None:
                 raise ValueError(
@@ -73,15 +75,12 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
                     f"most {tolerance_mm:g}: move the site to the hub's surface, or allow it by "
                     "mounting_tolerance_mm"
                 )
-            points = pose.apply(module.reduced.rest_nodes)
-            within = points[winding_number(points, nodes, skin) > 0.5]
-            depths = [distance_to(point, nodes[skin]) for point in within]
-            depth = max(depths, default=0.0)
+            depth, place = _deepest(pose.apply(module.reduced.rest_nodes), nodes, skin)
             if depth > tolerance_mm:
-                deepest = np.round(within[int(np.argmax(depths))], 1).tolist()
+                deepest = np.round(place, 1).tolist()
                 bottom, top = nodes[:, 2].min(), nodes[:, 2].max()
                 outwards = pose.rotation @ module.face.rotation[:, 0]
-                behind = float((face - deepest) @ outwards)
+                behind = float((face - place) @ outwards)
                 cause = (
                     "does the site's x axis point away from the hub, whose height is from "
                     f"{bottom:g} to {top:g} mm? Turn or move the site"
@@ -94,3 +93,56 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
                     f"{deepest} mm, expected at most {tolerance_mm:g}: {cause}, or allow it by "
                     "mounting_tolerance_mm"
                 )
+
+
+def check_apart(sites: Sequence[Site], space: DesignSpace, tolerance_mm: float) -> None:
+    """Refuse modules that reach into each other at two sites of one design, at rest.
+
+    Args:
+        sites: The sites with their modules.
+        space: The robot's designs.
+        tolerance_mm: Deepest overlap [mm].
+
+    Raises:
+        ValueError: Two do.
+    """
+    for first, second in combinations(range(len(sites)), 2):
+        for (kind, module), (other_kind, neighbour) in product(
+            enumerate(sites[first].modules), enumerate(sites[second].modules)
+        ):
+            legs = {
+                first: [leg for leg in space.fittings[first] if leg.module == kind],
+                second: [leg for leg in space.fittings[second] if leg.module == other_kind],
+            }
+            if not space.allows_together(legs):
+                continue
+            mine = sites[first].pose_of(module).apply(module.reduced.rest_nodes)
+            theirs = sites[second].pose_of(neighbour).apply(neighbour.reduced.rest_nodes)
+            depth, place = max(
+                _deepest(mine, theirs, neighbour.reduced.skin),
+                _deepest(theirs, mine, module.reduced.skin),
+                key=lambda found: found[0],
+            )
+            if depth > tolerance_mm:
+                raise ValueError(
+                    f"module {module.name} at {_where(sites, first)} and {neighbour.name} at "
+                    f"{_where(sites, second)} are up to {depth:.1f} mm inside each other, at "
+                    f"{np.round(place, 1).tolist()} mm, expected at most {tolerance_mm:g}: move "
+                    "the sites apart, forbid both at once by designs.exclusions, or allow it by "
+                    "mounting_tolerance_mm"
+                )
+
+
+def _where(sites: Sequence[Site], number: int) -> str:
+    name = sites[number].name
+    return f"sites[{number}]" + (f" ({name})" if name else "")
+
+
+def _deepest(points: np.ndarray, nodes: np.ndarray, skin: np.ndarray) -> tuple[float, np.ndarray]:
+    """How deep the deepest of points is inside a closed surface [mm], 0 if none is, and where."""
+    within = points[winding_number(points, nodes, skin) > 0.5]
+    depths = [distance_to(point, nodes[skin]) for point in within]
+    if not depths:
+        return 0.0, points[0]
+    deepest = int(np.argmax(depths))
+    return depths[deepest], within[deepest]

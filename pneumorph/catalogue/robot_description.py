@@ -28,7 +28,7 @@ from pneumorph.catalogue.hub_spec import HUB_SURFACE
 from pneumorph.catalogue.mean_growth import mean_growth
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module_description import ModuleDescription
-from pneumorph.catalogue.mounting_check import check_module, check_mounted
+from pneumorph.catalogue.mounting_check import check_apart, check_module, check_mounted
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind, load_default_leg
 from pneumorph.catalogue.paper_robot import ring_of_sites
 from pneumorph.catalogue.part_physics import refuse_other_physics
@@ -407,6 +407,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         for name, module in modules.items():
             check_module(module, name, physics, weighed=self.modules[name].mass_g is not None)
         check_mounted(hub, sites, self.mounting_tolerance_mm)
+        check_apart(sites, self.space, self.mounting_tolerance_mm)
         return RobotSpec(
             hub,
             sites,

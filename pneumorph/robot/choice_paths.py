@@ -9,7 +9,7 @@ that are sums over places this is the forward-backward recursion of hidden Marko
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -79,6 +79,14 @@ class ChoicePaths:
             if node == NONE:
                 return False
         return True
+
+    def allows_any(self, wanted: Mapping[int, Collection[int]]) -> bool:
+        """Whether a path has one of the wanted options at each place that is named."""
+        nodes = {0}
+        for place, table in enumerate(self.following):
+            options = list(wanted.get(place, range(table.shape[1])))
+            nodes = {*table[sorted(nodes)][:, options].ravel().tolist()} - {NONE}
+        return bool(nodes)
 
     def __iter__(self) -> Iterator[tuple[int, ...]]:
         """Every path, in lexicographic order of its options."""

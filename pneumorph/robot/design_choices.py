@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -231,6 +231,16 @@ class DesignChoices(Checked):
             lambda known: (
                 known[0] >= self.minimum_legs and len(known[1]) >= self.minimum_regulators
             ),
+        )
+
+    def allows_together(self, wanted: Mapping[int, Collection[Fitting]]) -> bool:
+        """Whether a design has at each location that is named one of the legs that are named."""
+        options = self._options[0]
+        return self.paths.allows_any(
+            {
+                location: [n for n, option in enumerate(options[location]) if option in legs]
+                for location, legs in wanted.items()
+            }
         )
 
     def of_options(self, numbers: Sequence[int] | np.ndarray) -> Design:
