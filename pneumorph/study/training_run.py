@@ -270,8 +270,8 @@ def _check(
             "expected as many; without --randomize there is one"
         )
     spec.check_space(settings.space)
-    if settings.mirror_transitions and settings.space.is_listed:
-        _ = settings.space.mirror_index  # raises where a design has no mirror image in the space
+    if settings.mirror_transitions:
+        settings.space.check_images()
     _ = spec.assembly(baseline.design)
     Design.parse(baseline.design).check_regulators(baseline.gait.regulator_count)
     ours, theirs = settings.task.regulator_count, spec.physics.regulator_count

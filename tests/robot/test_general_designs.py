@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -190,6 +191,13 @@ def test_nothing_is_learned_from_an_image_that_there_is_not() -> None:
     unlike = DesignSpace(location_count=2, minimum_legs=1, maximum_legs=2, options=("0 *", "0 b*"))
     with pytest.raises(ValueError, match="is not one of the space"):
         _ = unlike.mirror_index
+    with pytest.raises(ValueError, match="is not one of the space"):
+        unlike.check_images()
+    many = DesignSpace(location_count=12, regulator_count=4, maximum_legs=8)
+    many.check_images()
+    with pytest.raises(ValueError, match="is not one of the space"):
+        replace(many, exclusions=("0 1",)).check_images()
+    replace(many, exclusions=("0 1", "10 11")).check_images()
 
 
 def test_a_regulator_that_nothing_uses_is_refused() -> None:
