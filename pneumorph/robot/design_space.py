@@ -240,7 +240,7 @@ class DesignSpace(DesignChoices):
         return np.array([index for index, _ in found]), np.array([order for _, order in found])
 
     def check_images(self) -> None:
-        """Refuse a space that lacks a design's mirror image: of any design that is listed, else of a
+        """Refuse a space that lacks a design's mirror image: of any that is listed, else of a
         thousand that are drawn, in which rules that are not each other's images show.
 
         Raises:
