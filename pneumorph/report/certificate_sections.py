@@ -79,6 +79,7 @@ def certificate_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> 
         ),
         *_world_sections(found, run, sheet),
         Section(f"What the {found.goal.label} depends on", _sensitivity_table(found)),
+        Section("How much of their friction legs use", _friction_table(found)),
     ]
     if found.rounds:
         sections.append(Section("As finite elements", _full_order_table(found)))
@@ -111,10 +112,11 @@ def _band_table(found: Certificate) -> str:
     header = [
         "robot", "design", *map(unit, ("10th percentile", "median", "90th percentile")),
         "further than the expert", *map(unit, ("promised", "optimism")), "weight on the hub",
+        "worlds in which a leg left its snapshots' range",
     ]  # fmt: skip
     expert = found.expert
     rows = [["expert", expert.design, *_numbers(expert.band.low, expert.band.median,
-                                                expert.band.high), "", "", "", ""]]  # fmt: skip
+                                                expert.band.high), "", "", "", "", ""]]  # fmt: skip
     rows += [
         [
             pair.label,
@@ -123,10 +125,25 @@ def _band_table(found: Certificate) -> str:
             f"{100.0 * pair.share_beyond_expert:.0f} %",
             *_numbers(pair.promised, pair.optimism),
             f"{100.0 * pair.hub_load_share:z.0f} %",
+            "" if (left := pair.left_range_share) is None else f"{100.0 * left:.0f} %",
         ]
         for pair in found.pairs
     ]
     return page.table(header, rows)
+
+
+def _friction_table(found: Certificate) -> str:
+    rows = [
+        [pair.label, leg.location, f"{leg.mean_load_mN:.0f}",
+         *(f"{100.0 * share:.0f} %" for share in (leg.used_share, leg.slipping_share,
+                                                  leg.at_limit_share, leg.in_air_share))]
+        for pair in found.pairs
+        for leg in pair.legs
+    ]  # fmt: skip
+    header = ["robot", "leg", "mean load (mN)", "friction used", "of its load slips",
+              "is at the limit", "of the time in the air"]  # fmt: skip
+    said = "In the world as it stands. A leg that uses little of its friction keeps its grip on a "
+    return page.paragraph(f"{said}smoother floor.") + page.table(header, rows)
 
 
 def _sensitivity_table(found: Certificate) -> str:
