@@ -27,6 +27,20 @@ def script() -> Iterator[Any]:
     del sys.modules["released_beam"]
 
 
+def test_the_kept_numbers_meet_their_marks_but_for_one_sag() -> None:
+    """Sags within 5 %, frequencies 4 %, damping ratios 20 %, of one modulus for three loads: the
+    sag under the heaviest load is 6.3 % off, as the page says."""
+    loads = read_json(HERE / "beam.json", "JSON")["loads"]
+    errors = {
+        name: [abs(each[name]["error_percent"]) for each in loads]
+        for name in ("mean_sag_mm", "frequency_Hz", "damping_ratio")
+    }
+    assert max(errors["frequency_Hz"]) < 4.0
+    assert max(errors["damping_ratio"]) < 20.0
+    assert max(errors["mean_sag_mm"][:2]) < 5.0
+    assert 5.0 < errors["mean_sag_mm"][2] < 6.5
+
+
 def test_frequency_and_decay_under_the_beams_own_weight(script: Any) -> None:
     """The first four swings on a coarse mesh, beside 1.3 s on that of the kept numbers.
 
