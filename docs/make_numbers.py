@@ -71,7 +71,7 @@ def demo_table() -> str:
         f"| `pneumorph demo --seed {seed['seed']}`, `{seed['design']}` "
         f"| {seed['median_cm']:.1f} cm | {seed['tenth_percentile_cm']:.1f} to "
         f"{seed['ninetieth_percentile_cm']:.1f} cm "
-        f"| in {100.0 * seed['share_beyond_expert']:.0f} % |"
+        f"| in {seed['share_beyond_expert'] * seed['world_count']:.0f} |"
         for seed in seeds
     ]
     return "\n".join(lines) + "\n"
