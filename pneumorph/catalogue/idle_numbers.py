@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.physics.physics import Physics
+from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation
 
 _VALVES = ("filling_factor", "venting_factor")
+_KINDS: tuple[PhysicsName, ...] = get_args(PhysicsName)
 _OF_SURFACE = "friction "
 
 
@@ -31,7 +37,7 @@ def idle_numbers(spec: RobotSpec, drawn: Randomisation) -> frozenset[str]:
 
 
 def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
-    """What to tell of numbers that were asked for and change nothing.
+    """What to tell of numbers that were asked for and change nothing, or nothing in drawn worlds.
 
     Args:
         spec: The robot.
@@ -44,10 +50,23 @@ def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
     names = ", ".join(sorted(_surfaces(spec)))
     why = {"friction": f"every surface ({names}) has a coefficient of its own"}
     why |= dict.fromkeys(_VALVES, "the robot's air has no valves")
-    return tuple(
+    nothing = tuple(
         f"randomisation.{name} changes nothing: {why.get(name, 'no contact point lies on it')}"
         for name in asked
     )
+    return nothing + tuple(
+        f"{name} {value:g} of the physics holds in the world as it stands alone: drawn worlds have "
+        "the frictions of [randomisation]"
+        for name, value in _frictions(spec.physics).items()
+        if name in laws and laws[name] != Distribution.parse(repr(value))
+        if all(value != _frictions(leg_kind(kind).physics).get(name) for kind in _KINDS)
+    )
+
+
+def _frictions(physics: Physics) -> dict[str, float]:
+    """Coefficients by the names that numbers of worlds have."""
+    named = {_OF_SURFACE + name: value for name, value in physics.friction_by_surface}
+    return {"friction": physics.friction} | named
 
 
 def _surfaces(spec: RobotSpec) -> set[str]:

@@ -79,3 +79,15 @@ def test_friction_that_was_asked_for_and_changes_nothing_is_told() -> None:
         "randomisation.friction changes nothing: every surface (hub, sheet, skin)"
     )
     assert idle_notes(ROBOT, replace(asked, friction_by_surface=())) == ()
+
+
+def test_friction_of_the_physics_that_drawn_worlds_do_not_have_is_told() -> None:
+    given = replace(ROBOT.physics, friction=0.3, friction_by_surface=(("hub", 0.4),))
+    spec = replace(ROBOT, physics=given)
+    told = idle_notes(spec, measured_worlds())
+    assert [note.split(" of the physics")[0] for note in told] == [
+        "friction 0.3",
+        "friction hub 0.4",
+    ]
+    known = replace(measured_worlds(), friction="0.3", friction_by_surface=(("hub", "0.4"),))
+    assert idle_notes(spec, known) == ()
