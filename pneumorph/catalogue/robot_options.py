@@ -88,6 +88,22 @@ def chosen_robot(content: Mapping[str, Any]) -> RobotDescription | None:
     return None if _is_complete(content.get("robot", {})) else described_robot(content)
 
 
+def asked_regulators(content: Mapping[str, Any], below: Mapping[str, Any]) -> int | None:
+    """Regulators that settings ask the paper's robot for, so that gaits, designs and tasks have as
+    many; None where they do not, and for a robot of a file, which says it.
+
+    Args:
+        content: Settings as nested dictionaries, with a group ``robot``.
+        below: All settings below them.
+    """
+    robot = content.get("robot", {})
+    described = robot.get("described") or below.get("robot", {}).get("described")
+    if described is not None or _is_complete(robot):
+        return None
+    count: int | None = robot.get("physics", {}).get("regulator_count")
+    return count
+
+
 def chosen_part(content: Mapping[str, Any]) -> ReducedPart | None:
     """The reduced leg of a file that the settings choose; None as of `chosen_robot`.
 

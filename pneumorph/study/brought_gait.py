@@ -9,7 +9,12 @@ from typing import Any
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_description import RobotDescription
-from pneumorph.catalogue.robot_options import chosen_part, chosen_robot, described_robot
+from pneumorph.catalogue.robot_options import (
+    asked_regulators,
+    chosen_part,
+    chosen_robot,
+    described_robot,
+)
 from pneumorph.catalogue.unseen_pressure import lowest_seen_kPa
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA
@@ -65,6 +70,8 @@ def brought_gait(
         brought["design"] = robot.usual_design
     if gait is None:
         brought["expert"] = _expert(robot, highest_pressure_kPa(content, below, robot))
+        if (count := asked_regulators(content, below)) is not None:
+            brought["expert"]["regulator_count"] = count
     elif named is not None:  # what a robot brought to the expert's gait was not asked for
         brought["expert"] = _usual_again(below.get("robot", {}), expert_below)
     return brought

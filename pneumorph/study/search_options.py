@@ -10,7 +10,12 @@ from typing import Annotated, Any
 from pneumorph.base.flags import flat
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.robot_options import USUAL, RobotOptions, described_robot
+from pneumorph.catalogue.robot_options import (
+    USUAL,
+    RobotOptions,
+    asked_regulators,
+    described_robot,
+)
 from pneumorph.learn.objective import Objective
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import Randomisation
@@ -52,6 +57,9 @@ class SearchOptions:
                 **robot.worlds_settings(),
             }
         )
+        if (count := asked_regulators(content, below)) is not None:
+            counted = {"space": {"regulator_count": count}, "task": {"regulator_count": count}}
+            of_robot = laid_over(of_robot, {"search": counted})
         highest_kPa = highest_pressure_kPa(content, below, robot)
         task = {} if highest_kPa is None else {"maximum_pressure_kPa": highest_kPa}
         return laid_over(laid_over(of_physics, of_robot), {"search": {"task": task}})

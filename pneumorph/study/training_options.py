@@ -15,7 +15,7 @@ from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_description import RobotDescription
-from pneumorph.catalogue.robot_options import RobotOptions, described_robot
+from pneumorph.catalogue.robot_options import RobotOptions, asked_regulators, described_robot
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.settings import (
@@ -85,11 +85,15 @@ class TrainingOptions(Checked):
         are, and legs that were reduced for lower pressures are inflated to those."""
         other, robot = other_physics(content, below), described_robot(content)
         brought = laid_over({} if other is None else _of_physics(other), _of_description(robot))
+        if (count := asked_regulators(content, below)) is not None:
+            of_paper = {"space": {"regulator_count": count}, "task": {"regulator_count": count}}
+            gait = {"regulator_count": count}
+            brought = laid_over(brought, {"coopt": of_paper, "baseline": {"gait": gait}})
         highest_kPa = highest_pressure_kPa(content, below, robot)
         if highest_kPa is None:
             return brought
-        task, gait = {"maximum_pressure_kPa": highest_kPa}, {"amplitude_kPa": 0.5 * highest_kPa}
-        return laid_over(brought, {"coopt": {"task": task}, "baseline": {"gait": gait}})
+        task, expert = {"maximum_pressure_kPa": highest_kPa}, {"amplitude_kPa": 0.5 * highest_kPa}
+        return laid_over(brought, {"coopt": {"task": task}, "baseline": {"gait": expert}})
 
 
 # Of legs of 40 modes half the work, and means over worlds of learned robots that change by less

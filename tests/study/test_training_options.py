@@ -15,6 +15,7 @@ from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import ROBUST_OBJECTIVE, CooptSettings, fast_settings, quick_settings
+from pneumorph.study.search_options import SearchOptions
 from pneumorph.study.training_options import (
     PRESETS,
     TrainingOptions,
@@ -99,3 +100,20 @@ def test_robots_learn_on_fewer_modes_where_no_gait_counts_as_it_is_seen() -> Non
         assert learning_and_judged(make, spec, learners)[1] is None
         assert made == [40]
         assert leg_digests(spec, learners) == {"leg": spec.reduction_digest()}
+
+
+def test_the_number_of_regulators_is_asked_for_in_one_place() -> None:
+    """The robot's; designs, task, expert's gait and searches have as many."""
+    four = {"robot": {"physics": {"regulator_count": 4}}}
+    training = layered(PRESETS["quick"](), [four])
+    counts = {
+        training.coopt.space.regulator_count,
+        training.coopt.task.regulator_count,
+        training.baseline.gait.regulator_count,
+    }
+    assert counts == {4}
+    found = layered(SearchOptions(), [four]).search
+    assert (found.space.regulator_count, found.task.regulator_count) == (4, 4)
+    own = {**four, "coopt": {"space": {"regulator_count": 2}}}
+    with pytest.raises(ValueError, match="space has 2 regulators and the task 4"):
+        layered(PRESETS["quick"](), [own])
