@@ -1,13 +1,16 @@
-"""Each command of the table of tasks in docs/own_robot.md runs, at a size that shows no result."""
+"""Each command of the table of tasks in docs/own_robot.md, and each robot's file of the examples,
+trains as it is, at a size that shows no result."""
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import shlex
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pneumorph.cli import run
@@ -51,6 +54,33 @@ def test_a_task_of_the_table_runs(
     monkeypatch.chdir(ROOT)
     words = shlex.split(TASKS[task])[1:]
     words[words.index("--out") + 1] = str(tmp_path / "run")
-    assert run([*words, *TINY.split()]) == 0
+    assert run([*words, *TINY.split(), "--no-page"]) == 0
     assert _asked(json.loads((tmp_path / "run/settings.json").read_text()), task)
     assert json.loads((tmp_path / "run/summary.json").read_text())["pairs"]
+
+
+def test_the_page_of_the_plate_shows_the_plate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its hub of 150 x 90 x 10 mm, where the paper's is a disk."""
+    monkeypatch.chdir(ROOT)
+    asked = f"coopt --preset quick --robot examples/plate.toml --out {tmp_path / 'run'}"
+    assert run([*asked.split(), *TINY.split()]) == 0
+    page = (tmp_path / "run/report/page.html").read_text()
+    shown = re.findall(r'"hub_nodes_mm":"([^"]+)"', page)
+    assert shown
+    for hub in shown:
+        nodes = np.frombuffer(base64.b64decode(hub), dtype="<f4").reshape(-1, 3)
+        np.testing.assert_allclose(np.ptp(nodes, axis=0), [150.0, 90.0, 10.0], rtol=1e-6)
+
+
+def test_two_chambers_train_as_their_file_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    asked = "coopt --preset quick --robot examples/two_chambers.toml --task.reward.goal turn_left"
+    words = [*asked.split(), "--out", str(tmp_path / "run"), *TINY.split(), "--no-page"]
+    assert run(words) == 0
+    found = json.loads((tmp_path / "run/summary.json").read_text())
+    assert found["unit"] == "degrees"
+    assert "+" in found["best_design"]
