@@ -85,11 +85,6 @@ class DesignRules(Checked):
         )
         for location, kinds in enumerate(space.kinds):
             names = modules[location]
-            if not kinds:
-                raise ValueError(
-                    f"designs.options[{location}] is {space.options[location]!r}, expected a "
-                    "module besides: a site without one is none; leave it out"
-                )
             if max(kinds, default=0) >= len(names):
                 allowed = (f"{chr(ord('a') + place)} ({each})" for place, each in enumerate(names))
                 raise ValueError(
@@ -102,25 +97,17 @@ class DesignRules(Checked):
                 f"designs.maximum_regulators is {most}, expected at most {regulator_count}, as "
                 "many regulators as there are"
             )
+        used = min(space.maximum_legs * space.cavity_count, most)
+        if used < regulator_count:
+            raise ValueError(
+                f"physics.regulator_count is {regulator_count} and no design uses more than {used} "
+                "of them, expected as many regulators as are used; see designs.maximum_legs and "
+                "designs.maximum_regulators"
+            )
         try:
             _ = space.first
         except ValueError as error:
             raise ValueError(f"designs: {error}") from error
-        idle = [
-            number
-            for number in range(1, regulator_count + 1)
-            if not any(
-                space.allows_together({location: [leg for leg in legs if number in leg.regulators]})
-                for location, legs in enumerate(space.fittings)
-            )
-        ]
-        if idle:
-            raise ValueError(
-                f"physics.regulator_count is {regulator_count} and no design uses regulator "
-                f"{', '.join(map(str, idle))}, expected as many regulators as "
-                "are used; see options, exclusions, maximum_legs and maximum_regulators of "
-                "[designs]"
-            )
         if self.usual is not None:
             design = Design.parse(self.usual)
             space.check(design)
@@ -130,6 +117,38 @@ class DesignRules(Checked):
                     "and counts of [designs] allow"
                 )
         return space
+
+    def refuse_unused(self, space: DesignSpace, is_ring: bool) -> None:
+        """Refuse sites and regulators that no design uses.
+
+        Args:
+            space: The designs, as `space` made them.
+            is_ring: Whether the sites are those of a ring, of which some may have to stay empty.
+
+        Raises:
+            ValueError: There is one.
+        """
+        for location, legs in enumerate(space.fittings):
+            if not legs and not is_ring:
+                raise ValueError(
+                    f"designs.options[{location}] is {space.options[location]!r}, expected a "
+                    "module besides: a site without one is none; leave it out"
+                )
+        idle = [
+            number
+            for number in range(1, space.regulator_count + 1)
+            if not any(
+                space.allows_together({location: [leg for leg in legs if number in leg.regulators]})
+                for location, legs in enumerate(space.fittings)
+            )
+        ]
+        if idle:
+            raise ValueError(
+                f"physics.regulator_count is {space.regulator_count} and no design uses regulator "
+                f"{', '.join(map(str, idle))}, expected as many regulators as "
+                "are used; see options, exclusions, maximum_legs and maximum_regulators of "
+                "[designs]"
+            )
 
 
 def _usual_options(modules: Sequence[tuple[str, ...]]) -> tuple[str, ...]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import get_args
-
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -12,7 +10,6 @@ from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation
 
 _VALVES = ("filling_factor", "venting_factor")
-_KINDS: tuple[PhysicsName, ...] = get_args(PhysicsName)
 _OF_SURFACE = "friction "
 
 
@@ -54,13 +51,23 @@ def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
         f"randomisation.{name} changes nothing: {why.get(name, 'no contact point lies on it')}"
         for name in asked
     )
+    usual_physics = leg_kind(_kind(spec.physics)).physics
+    named = dict(spec.physics.friction_by_surface)
+    felt = {_OF_SURFACE + name for name in _surfaces(spec)}
+    if not _surfaces(spec) <= named.keys():
+        felt.add("friction")
     return nothing + tuple(
         f"{name} {value:g} of the physics holds in the world as it stands alone: drawn worlds have "
         "the frictions of [randomisation]"
         for name, value in _frictions(spec.physics).items()
-        if name in laws and laws[name] != Distribution.parse(repr(value))
-        if all(value != _frictions(leg_kind(kind).physics).get(name) for kind in _KINDS)
+        if name in laws and name in felt and laws[name] != Distribution.parse(repr(value))
+        if value != _frictions(usual_physics).get(name)
     )
+
+
+def _kind(physics: Physics) -> PhysicsName:
+    """The physics that one is a change of."""
+    return "published" if physics.damping == "published" else "measured"
 
 
 def _frictions(physics: Physics) -> dict[str, float]:

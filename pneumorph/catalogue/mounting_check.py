@@ -106,18 +106,23 @@ def check_apart(sites: Sequence[Site], space: DesignSpace, tolerance_mm: float) 
     Raises:
         ValueError: Two do.
     """
+    placed = [
+        [(module, site.pose_of(module).apply(module.reduced.rest_nodes)) for module in site.modules]
+        for site in sites
+    ]
     for first, second in combinations(range(len(sites)), 2):
-        for (kind, module), (other_kind, neighbour) in product(
-            enumerate(sites[first].modules), enumerate(sites[second].modules)
+        for (kind, (module, mine)), (other_kind, (neighbour, theirs)) in product(
+            enumerate(placed[first]), enumerate(placed[second])
         ):
+            low = np.maximum(mine.min(axis=0), theirs.min(axis=0))
+            if (low >= np.minimum(mine.max(axis=0), theirs.max(axis=0))).any():
+                continue
             legs = {
                 first: [leg for leg in space.fittings[first] if leg.module == kind],
                 second: [leg for leg in space.fittings[second] if leg.module == other_kind],
             }
             if not space.allows_together(legs):
                 continue
-            mine = sites[first].pose_of(module).apply(module.reduced.rest_nodes)
-            theirs = sites[second].pose_of(neighbour).apply(neighbour.reduced.rest_nodes)
             depth, place = max(
                 _deepest(mine, theirs, neighbour.reduced.skin),
                 _deepest(theirs, mine, module.reduced.skin),
@@ -139,8 +144,9 @@ def _where(sites: Sequence[Site], number: int) -> str:
 
 
 def _deepest(points: np.ndarray, nodes: np.ndarray, skin: np.ndarray) -> tuple[float, np.ndarray]:
-    """How deep the deepest of points is inside a closed surface [mm], 0 if none is, and where."""
-    within = points[winding_number(points, nodes, skin) > 0.5]
+    """How deep the deepest of points is inside a closed surface [mm], 0 if none is, and where; 0
+    too of a part of another program without a skin."""
+    within = points[winding_number(points, nodes, skin) > 0.5] if len(skin) else points[:0]
     depths = [distance_to(point, nodes[skin]) for point in within]
     if not depths:
         return 0.0, points[0]

@@ -112,9 +112,9 @@ def paper_robot(
         leg: A leg that ships, or a module of your own for every place. By default the robot is as
             its materials were measured; ``"published"`` is as the paper simulated it.
         physics: What acts on the robot, with the leg's own map of real to simulated pressure; None
-            for those of the leg's name. A module stands for the measured leg where real pressures
-            inflate it (its map is 1:1), with that one's `Air.chamber_growth`, else for the
-            published one, with its own map.
+            for those of the leg's name. A module has those of the leg whose map of pressures it
+            has, such as the measured one's, 1:1, with `Air.chamber_growth`; of none, those of the
+            published leg with its own map.
         masses: What the hub weighs, and a leg that ships; None for what is the leg's own: published
             masses or, of legs of the silicone's own stiffness, those that are cast and printed. A
             module of your own has its own mass.
@@ -128,8 +128,8 @@ def paper_robot(
     if isinstance(leg, str):
         kind = leg
     elif isinstance(leg, Module):
-        inflated_as_measured = leg.pressure_map == pressure_map("measured")
-        kind = "measured" if inflated_as_measured else "published"
+        names = [each for each in get_args(LegName) if pressure_map(each) == leg.pressure_map]
+        kind = names[0] if names else "published"
     else:
         names = ", ".join(get_args(LegName))
         raise TypeError(f"leg is {leg!r:.60}, expected a Module, or the name of a leg: {names}")

@@ -88,7 +88,8 @@ class RobotDescription(Checked, ShownInNotebooks):
     designs: DesignRules = field(default_factory=DesignRules)
     """Which designs may be built, and which walks where none is named."""
     mounting_tolerance_mm: Positive = 3.0
-    """Widest gap between hub and attachment face, and deepest overlap of hub and module [mm]."""
+    """Widest gap between hub and attachment face, and deepest overlap of hub and module, and of
+    modules at two sites [mm]."""
     catalogue_folder: Path | None = None
     """Where modules of a catalogue were built; by default runs/catalogue, from where the program
     runs, as `pneumorph catalogue build` has it."""
@@ -138,7 +139,26 @@ class RobotDescription(Checked, ShownInNotebooks):
             FileNotFoundError: No such file.
             ValueError: It is no description; names the file, the field and the cause.
         """
-        return cls.of_text(read_text(path, "robot"), path)
+        return cls.chosen(path)
+
+    @classmethod
+    def chosen(cls, path: Path | str, usual_physics: PhysicsName = "measured") -> RobotDescription:
+        """The description in a file as it is now; more is refused than of one that a run kept.
+
+        Args:
+            path: The file.
+            usual_physics: What it is based on where it does not say.
+
+        Raises:
+            FileNotFoundError: No such file.
+            ValueError: As of `of_text`, or no design uses a site or a regulator.
+        """
+        found = cls.of_text(read_text(path, "robot"), path, usual_physics)
+        try:
+            found.designs.refuse_unused(found.space, found.ring is not None)
+        except ValueError as error:
+            raise ArtefactError(f"robot file {path}: {error}") from error
+        return found
 
     @classmethod
     def of_text(

@@ -43,10 +43,12 @@ from pneumorph.simulation.stepper_settings import StepperSettings
 def _all_of(name: PhysicsName) -> dict[str, Any]:
     """The settings that a physics is, but for numerics that all share."""
     kind = leg_kind(name)
+    physics = settings_to_dict(kind.physics)
+    del physics["regulator_count"]  # which is the robot's
     return {
         "based_on": name,
         "leg": name,
-        "physics": settings_to_dict(kind.physics),
+        "physics": physics,
         "full": full_of(kind),
         "masses": {"model": kind.mass_model},
     }
@@ -74,8 +76,10 @@ def described_robot(content: Mapping[str, Any]) -> RobotDescription | None:
     path, text = robot.get("described"), robot.get("file_text")
     if path is None:
         return None
-    text = read_text(path, "robot") if text is None else text
-    return RobotDescription.of_text(text, path, robot.get("based_on", USUAL))
+    usual = robot.get("based_on", USUAL)
+    if text is None:
+        return RobotDescription.chosen(path, usual)
+    return RobotDescription.of_text(text, path, usual)
 
 
 def chosen_robot(content: Mapping[str, Any]) -> RobotDescription | None:
@@ -232,8 +236,12 @@ class RobotOptions(Checked):
             # The physics of a file that was named before, which may leave that open.
             path, text = below.get("described"), below.get("file_text")
         if path is not None:
-            text = read_text(path, "robot") if text is None else text
-            robot = RobotDescription.of_text(text, path, content.get("based_on", USUAL))
+            usual_physics = content.get("based_on", USUAL)
+            if text is None:
+                robot = RobotDescription.chosen(path, usual_physics)
+                text = read_text(path, "robot")
+            else:
+                robot = RobotDescription.of_text(text, path, usual_physics)
             brought = {**_all_of(robot.physics.based_on), "file_text": text}
             brought["physics"] = settings_to_dict(robot.acting)
             brought["full"]["hub"] = robot.hub.model

@@ -87,6 +87,8 @@ def _usual_again(robot: Mapping[str, Any], expert: Mapping[str, Any]) -> dict[st
     described, path = described_robot({"robot": robot}), robot.get("part")
     parts = [ReducedPart.load(path)] if described is None and path else _parts(described)
     brought, usual = _expert(described, lowest_seen_kPa(parts)), settings_to_dict(ExpertGait())
+    if described is None and "physics" in robot:
+        brought = {"regulator_count": robot["physics"]["regulator_count"], **brought}
     return {name: usual[name] for name, value in brought.items() if expert.get(name) == value}
 
 

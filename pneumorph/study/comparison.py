@@ -219,9 +219,9 @@ def compare(settings: ComparisonSettings, robot: RobotSpec, folder: RunFolder) -
         full_hub=robot.hub_model,
         notes=tuple(
             note
-            for kind in errors.values()
-            for name, error in kind.items()
-            if (note := range_note(name, error.range_ratio)) is not None
+            for kind, each in errors.items()
+            for name, error in each.items()
+            if (note := range_note(f"{kind} {name}", error.range_ratio)) is not None
         ),
         **robot.describe(),
         duration_s=settings.duration_s,

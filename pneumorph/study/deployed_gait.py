@@ -371,17 +371,15 @@ def _each_trial(
             raise DriverError(message)
     known = [each.distance_cm for each in trials if each.distance_cm is not None]
     achieved = [each.achieved for each in trials if each.achieved is not None]
+    ratios = [each.range_ratio for each in trials if each.range_ratio is not None]
+    note = range_note("the virtual rig's robot", max(ratios, default=None))
     return replace(
         planned,
         trials=tuple(trials),
         mean_distance_cm=float(np.mean(known)) if known else None,
         spread_cm=float(np.std(known, ddof=1)) if len(known) > 1 else None,
         mean_achieved=float(np.mean(achieved)) if achieved else None,
-        notes=tuple(
-            note
-            for each in trials
-            if (note := range_note(f"the robot of {each.trial}", each.range_ratio)) is not None
-        ),
+        notes=() if note is None else (note,),
     )
 
 

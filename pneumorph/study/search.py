@@ -204,13 +204,13 @@ def _range_notes(
     robot: RobotSpec, space: DesignSpace, task: CrawlingTask, pairs: Sequence[DesignGaitPair]
 ) -> list[str]:
     """What to tell of found pairs that leave the range of their legs in the world as it stands."""
-    if not pairs:
+    if not pairs or not any(module.reduced.knows_range for module in robot.modules):
         return []
     action_s = task.action_step_count * robot.physics.time_step_s
     gaits = [pair.gait(action_s, task) for pair in pairs]
     designs = [space[pair.design] for pair in pairs]
     ratios = walk(
-        robot.simulator(designs),
+        robot.simulator_in_worlds([robot.assembly(design) for design in designs], None),
         gaits,
         duration_s=gaits[0].duration_s,
         time_step_s=robot.physics.time_step_s,

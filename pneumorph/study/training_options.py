@@ -293,4 +293,5 @@ def train_as_asked(
         wandb_project=options.wandb_project,
         own_task=own_task,
     )
-    return replace(found, notes=(*found.notes, *notes)) if notes else found
+    new = tuple(note for note in notes if note not in found.notes)
+    return replace(found, notes=(*found.notes, *new)) if new else found

@@ -25,6 +25,7 @@ from pneumorph.learn.training import STAGES
 from pneumorph.physics.calibration import UsedCalibration
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.part_summary import PartsSummary
+from pneumorph.reduction.snapshot_range import range_note
 from pneumorph.robot.design import Design
 from pneumorph.study.baseline import BestPhase, swept
 from pneumorph.study.certified_candidates import Candidates, CertificateSettings
@@ -251,8 +252,22 @@ def run_training(
         ranked_by=_ranked_by(settings, name),
         own_task=name,
         certificate=certified,
-        notes=(*learned.remarks, *(() if certified is None else certified.notes)),
+        notes=(
+            *learned.remarks,
+            *_range_notes(expert, replayed),
+            *(() if certified is None else certified.notes),
+        ),
     )
+
+
+def _range_notes(expert: BestPhase, replayed: Trajectory | None) -> list[str]:
+    """What to tell of the expert's robot and of the best pair's, in the world as it stands."""
+    ratio = None if replayed is None else replayed.metadata.get("range_ratio")
+    told = (
+        range_note("The expert's robot", expert.baseline_range_ratio),
+        range_note("The best pair's robot", ratio),
+    )
+    return [note for note in told if note is not None]
 
 
 def _check(

@@ -89,5 +89,10 @@ def test_friction_of_the_physics_that_drawn_worlds_do_not_have_is_told() -> None
         "friction 0.3",
         "friction hub 0.4",
     ]
+    every = (*given.friction_by_surface, ("sheet", 0.5), ("skin", 0.5))
+    named = replace(ROBOT, physics=replace(given, friction_by_surface=every))
+    assert not any(note.startswith("friction 0.3") for note in idle_notes(named, measured_worlds()))
+    asked = replace(ROBOT, physics=replace(ROBOT.physics, friction=1.2))
+    assert idle_notes(asked, measured_worlds())[0].startswith("friction 1.2 of the physics")
     known = replace(measured_worlds(), friction="0.3", friction_by_surface=(("hub", "0.4"),))
     assert idle_notes(spec, known) == ()

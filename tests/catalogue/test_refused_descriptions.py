@@ -39,14 +39,14 @@ Edited = Callable[[str, str], Path]
             "minimum_regulators = 5\nminimum",
             "regulators is 5, .* most 4",
         ),
-        (f"{USUAL}minimum_legs = 4", "maximum_legs = 3", "regulator_count is 4 and .*regulator 4,"),
+        (f"{USUAL}minimum_legs = 4", "maximum_legs = 3", "regulator_count is 4 and .* more than 3"),
         (
             f"{USUAL}minimum_legs = 4",
             'exclusions = ["0 1 2", "3 4"]',
             "regulator_count is 4 and .*regulator 4,",
         ),
         (
-            "minimum_legs = 4",
+            f"{USUAL}minimum_legs = 4",
             f"options = {['0 *'] * 5 + ['0']}".replace("'", '"'),
             r"designs.options\[5\] is '0', expected a module besides",
         ),
@@ -63,7 +63,7 @@ Edited = Callable[[str, str], Path]
         (
             "minimum_legs = 4",
             "maximum_regulators = 2",
-            "regulator_count is 4 and .*regulator 3, 4,",
+            "regulator_count is 4 and .* more than 2",
         ),
         (
             'modules = ["long"]',

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from helpers.synthetic_part import synthetic_part, vibration_modes
 
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
-from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, paper_leg
+from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, LegName, paper_leg
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -375,6 +376,10 @@ def test_a_robot_may_have_fewer_modes_for_all_its_modules() -> None:
 
 def test_a_module_that_is_inflated_as_measured_has_the_measured_legs_robot() -> None:
     """With the printed hub of 30 g, rigid, and finite elements that step as those of its name."""
+    for name in get_args(LegName):
+        leg_by_name, module = paper_robot(name), paper_robot(paper_leg(name))
+        assert module.physics == leg_by_name.physics
+        assert module.hub.mass_kg == leg_by_name.hub.mass_kg
     named, own = paper_robot("measured"), paper_robot(paper_leg("measured"))
     assert own.physics == named.physics
     assert own.hub.mass_kg == named.hub.mass_kg == pytest.approx(0.030, abs=0.001)

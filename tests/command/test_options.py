@@ -21,6 +21,8 @@ from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, leg_kind, l
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.cli import VERBS, run
+from pneumorph.command.simulate import SimulateOptions
+from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
@@ -329,3 +331,10 @@ def test_periodic_walks_are_compared_where_finite_elements_have_walked(
     assert count("--preset quick") == 0
     assert count("--physics published") == 0
     assert count("--physics published --periodic-count 2") == 2
+
+
+def test_a_gait_of_ones_own_beside_a_number_of_regulators_is_no_experts() -> None:
+    four = {"robot": {"physics": {"regulator_count": 4}}}
+    walk = layered(SimulateOptions(), [four, {"walk": {"gait": "g.csv"}}]).walk
+    assert walk.expert.regulator_count == ExpertGait().regulator_count
+    assert layered(SimulateOptions(), [four]).walk.expert.regulator_count == 4

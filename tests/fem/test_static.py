@@ -55,10 +55,47 @@ def test_where_a_tangent_is_not_definite_a_step_leads_down_the_energy(raises):
     pressed = mesh.nodes * np.array([0.98, 1.0, 1.0])  # Euler: a strain of 1.3e-4 would do
     down = np.zeros_like(pressed)
     down[mesh.node_set("right"), 2] = 1.0
+    still = np.zeros_like(pressed)
+    forces = down.ravel()[solver.free][:, None]
     solver.raises = raises
-    step = solver.solve(pressed, 0.0, down.ravel()[solver.free][:, None], np.zeros_like(pressed))
+    step = solver.solve(pressed, 0.0, forces, still)
     assert solver.met_indefinite
     assert np.sum(step.reshape(-1, 3) * down) > 0.0
+    nearest = solver._by(part.tangent_data(pressed, 0.0, "polar", definite=True), forces)
+    assert np.array_equal(step, nearest) is not raises
+
+
+def test_a_search_that_fails_on_indefinite_tangents_is_made_again_with_raised_ones(monkeypatch):
+    part, seen = small_leg(), []
+
+    def never(_part, x, keeping, pressure, before, external, kept, solver, *_):
+        seen.append((solver.raises, before, pressure))
+        solver.met_indefinite = True
+        return StaticResult(x, solver.raises, 0.0, 7, pressure)
+
+    monkeypatch.setattr(static, "_search", never)
+    settings = StaticSettings(load_step_kPa=8.0)
+    found = static_equilibrium(part, 16.0, part.mesh.node_set("attachment"), settings=settings)
+    assert found.converged
+    assert found.iterations == 28
+    assert seen == [(False, 0.0, 8.0), (True, 0.0, 8.0), (False, 8.0, 16.0), (True, 8.0, 16.0)]
+
+
+def test_a_load_step_begins_with_the_tangent_of_the_equilibrium_that_it_leaves(monkeypatch):
+    part, seen, usual = small_leg(), [], static._step
+
+    def step(solver, x, pressure, *rest):
+        seen.append(pressure)
+        return usual(solver, x, pressure, *rest)
+
+    monkeypatch.setattr(static, "_step", step)
+    settings = StaticSettings(load_step_kPa=1.0)
+    static_equilibrium(part, 2.0, part.mesh.node_set("attachment"), settings=settings)
+    second = seen.index(2.0)
+    assert seen[0] == 0.0
+    assert seen[second - 1] == 1.0
+    assert set(seen[1 : second - 1]) == {1.0}
+    assert set(seen[second:]) == {2.0}
 
 
 def test_a_part_is_empty_where_no_pressure_is_named():

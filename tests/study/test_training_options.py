@@ -117,3 +117,12 @@ def test_the_number_of_regulators_is_asked_for_in_one_place() -> None:
     own = {**four, "coopt": {"space": {"regulator_count": 2}}}
     with pytest.raises(ValueError, match="space has 2 regulators and the task 4"):
         layered(PRESETS["quick"](), [own])
+
+
+@pytest.mark.parametrize("physics", ["published", "measured"])
+def test_a_choice_of_physics_asks_for_no_number_of_regulators(physics: str) -> None:
+    """That of a settings file below stays."""
+    two = {"regulator_count": 2}
+    below = {"robot": {"physics": two}, "coopt": {"space": two, "task": two}}
+    training = layered(PRESETS["quick"](), [below, {"robot": {"based_on": physics}}])
+    assert training.robot.physics.regulator_count == training.coopt.space.regulator_count == 2
