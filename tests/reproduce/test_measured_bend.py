@@ -42,3 +42,12 @@ def test_the_prediction_is_that_of_its_bends() -> None:
         == pytest.approx(19.9, abs=0.05)
     )
     assert told["bend_slope"] == pytest.approx(np.polyfit(real, bends, 1)[0])
+
+
+def test_finer_meshes_and_the_leg_that_ships_come_nearer() -> None:
+    """Within 10 % on average and 18 % at worst; the slope of 0.88 is met by none."""
+    finer = KEPT["finer meshes"]
+    for found in (*finer.values(), KEPT["leg that ships"]):
+        assert found["bend_mean_error_percent"] < 10.0
+        assert found["bend_worst_error_percent"] < 18.0
+        assert 0.79 < found["bend_slope"] < 0.88
