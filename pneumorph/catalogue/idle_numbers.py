@@ -44,7 +44,8 @@ def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
     usual = [each.distributions for each in (Randomisation(), measured_worlds())]
     idle = idle_numbers(spec, drawn)
     asked = [name for name in sorted(idle) if all(laws[name] != each.get(name) for each in usual)]
-    names = ", ".join(sorted(_surfaces(spec)))
+    surfaces = _surfaces(spec)
+    names = ", ".join(sorted(surfaces))
     why = {"friction": f"every surface ({names}) has a coefficient of its own"}
     why |= dict.fromkeys(_VALVES, "the robot's air has no valves")
     nothing = tuple(
@@ -53,8 +54,8 @@ def idle_notes(spec: RobotSpec, drawn: Randomisation) -> tuple[str, ...]:
     )
     usual_physics = leg_kind(_kind(spec.physics)).physics
     named = dict(spec.physics.friction_by_surface)
-    felt = {_OF_SURFACE + name for name in _surfaces(spec)}
-    if not _surfaces(spec) <= named.keys():
+    felt = {_OF_SURFACE + name for name in surfaces}
+    if not surfaces <= named.keys():
         felt.add("friction")
     return nothing + tuple(
         f"{name} {value:g} of the physics holds in the world as it stands alone: drawn worlds have "

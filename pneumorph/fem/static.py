@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -200,10 +200,15 @@ def _equilibria(
         iterations, step, arrived = 0, settings.load_step_kPa, False
         while not arrived and step >= smallest:
             target = current + float(np.clip(pressure - current, -step, step))
-            tried = _newton(
-                part, x, keeping, target, current, external, kept, solver, rotation, settings
-            )
-            iterations += tried.iterations
+            solver.met_indefinite = False
+            # A search that met indefinite tangents and failed is made again the other way.
+            for solver.raises in (False, True):
+                tried = _newton(
+                    part, x, keeping, target, current, external, kept, solver, rotation, settings
+                )
+                iterations += tried.iterations
+                if tried.converged or not solver.met_indefinite:
+                    break
             if tried.converged:
                 x, keeping, residual = tried.positions, tried.keeping_mN, tried.relative_residual
                 current = target
@@ -229,36 +234,9 @@ def _newton(
 ) -> StaticResult:
     """One load step, from positions and the force along `kept`.
 
-    A search that fails and had indefinite tangents on its way is made once more, with the other way
-    about them.
-
     The first Newton step has the tangent at the pressure `before`, whose equilibrium they are: with
     the pressure to come it may be of a leg that snaps, where the leg has yet to bend by that much.
     """
-
-    given = start, keeping, pressure, before, external, kept, solver, rotation, settings
-    solver.met_indefinite, solver.raises = False, False
-    found = _search(part, *given)
-    if found.converged or not solver.met_indefinite:
-        return found
-    solver.raises = True
-    again = _search(part, *given)
-    return replace(again, iterations=found.iterations + again.iterations)
-
-
-def _search(
-    part: PartModel,
-    start: np.ndarray,
-    keeping: float,
-    pressure: float,
-    before: float,
-    external: np.ndarray,
-    kept: np.ndarray | None,
-    solver: _Tangent,
-    rotation: Rotation,
-    settings: StaticSettings,
-) -> StaticResult:
-    """Newton's method; arguments as of `_newton`."""
 
     def unbalanced(x: np.ndarray, keeping: float) -> tuple[np.ndarray, float]:
         load = external + (part.pressure_force(x, pressure) if pressure != 0.0 else 0.0)

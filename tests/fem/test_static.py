@@ -73,7 +73,7 @@ def test_a_search_that_fails_on_indefinite_tangents_is_made_again_with_raised_on
         solver.met_indefinite = True
         return StaticResult(x, solver.raises, 0.0, 7, pressure)
 
-    monkeypatch.setattr(static, "_search", never)
+    monkeypatch.setattr(static, "_newton", never)
     settings = StaticSettings(load_step_kPa=8.0)
     found = static_equilibrium(part, 16.0, part.mesh.node_set("attachment"), settings=settings)
     assert found.converged
