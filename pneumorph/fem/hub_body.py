@@ -9,6 +9,7 @@ import numpy as np
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 
 Body = tuple[PartModel, np.ndarray, np.ndarray]
@@ -52,8 +53,8 @@ class HubBody(Protocol[HubState]):
     def identity(self) -> list[np.ndarray]:
         """Numbers that tell this hub from others."""
 
-    def initial_state(self) -> HubState:
-        """At rest in the initial pose."""
+    def initial_state(self, start: Pose | None = None) -> HubState:
+        """At rest in its own frame, or in that of a pose."""
 
     def frame(self, state: HubState) -> tuple[np.ndarray, np.ndarray]:
         """Rotation (3, 3) and position (3,) of the hub's frame, x_world = R x_robot + t."""

@@ -10,6 +10,7 @@ from pneumorph.fem.hub_body import Body
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
 from pneumorph.geometry.mass_properties import MassProperties
 from pneumorph.geometry.mesh import Mesh
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 
 
@@ -66,9 +67,10 @@ class RigidHub:
         """Numbers that tell this hub from others: mass, centre, inertia, contacts."""
         return [np.array([self.mass_kg]), self.rest_centre, self.inertia, self.contact_points]
 
-    def initial_state(self) -> RigidHubState:
-        """At rest in the initial pose."""
-        return RigidHubState(self.rest_centre.copy(), np.eye(3), np.zeros(6))
+    def initial_state(self, start: Pose | None = None) -> RigidHubState:
+        """At rest in its own frame, or in that of a pose."""
+        start = start or Pose()
+        return RigidHubState(start.apply(self.rest_centre), start.rotation.copy(), np.zeros(6))
 
     def frame(self, state: RigidHubState) -> tuple[np.ndarray, np.ndarray]:
         """Rotation (3, 3) and position (3,) of the hub's frame, x_world = R x_robot + t."""

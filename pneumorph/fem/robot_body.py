@@ -110,16 +110,21 @@ class RobotBody(Generic[HubState]):
         return int(self._contact_starts[-1]) + len(self.hub.contact_points)
 
     def initial_state(self) -> FullRobotState[HubState]:
-        """At rest in the initial pose, no pressure."""
+        """At rest in the pose that the physics start in, no pressure."""
+        start = self.physics.start
+        placed = tuple(start.standing(leg.initial_positions()) for leg in self.legs)
         return FullRobotState(
-            hub=self.hub.initial_state(),
-            positions=tuple(leg.initial_positions() for leg in self.legs),
+            hub=self.hub.initial_state(start.pose),
+            positions=placed,
             velocities=tuple(np.zeros_like(leg.part.rest_nodes) for leg in self.legs),
             regulated_kPa=np.zeros(self.physics.regulator_count),
             impulses=np.zeros((self.contact_point_count, 3)),
             contact_velocities=np.zeros((self.contact_point_count, 3)),
             pressure_work_mJ=np.zeros(len(self.legs)),
-            memories=tuple(leg.part.relaxed(leg.initial_positions()) for leg in self.legs),
+            memories=tuple(
+                leg.part.relaxed(positions)
+                for leg, positions in zip(self.legs, placed, strict=True)
+            ),
         )
 
     def tracked_point_mm(self, state: FullRobotState[HubState]) -> np.ndarray:

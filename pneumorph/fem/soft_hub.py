@@ -17,6 +17,7 @@ from pneumorph.fem.hub_body import Body
 from pneumorph.fem.interpolation import interpolation_matrix
 from pneumorph.fem.part_model import PartModel
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 
 
@@ -61,9 +62,10 @@ class SoftHub:
         stiffness = part.stiffness_data(part.rest_nodes)
         return [part.rest_nodes, part.node_mass, stiffness, self.contact_points]
 
-    def initial_state(self) -> SoftHubState:
-        """At rest in the initial pose."""
-        return SoftHubState(self.part.rest_nodes.copy(), np.zeros(self.unknown_count))
+    def initial_state(self, start: Pose | None = None) -> SoftHubState:
+        """At rest in its own frame, or in that of a pose."""
+        placed = (start or Pose()).apply(self.part.rest_nodes)
+        return SoftHubState(placed, np.zeros(self.unknown_count))
 
     def frame(self, state: SoftHubState) -> tuple[np.ndarray, np.ndarray]:
         """Best rigid fit to the nodes by mass: R (3, 3) and t (3,) of x_world = R x_robot + t."""

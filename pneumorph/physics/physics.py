@@ -19,9 +19,10 @@ from pneumorph.physics.friction import FrictionCoefficient, FrictionPressure, ch
 from pneumorph.physics.ground import Ground
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.regulators import RateLimited, Regulators, air_regulators
+from pneumorph.physics.start_pose import StartPose
 from pneumorph.physics.surfaces import SURFACE_NAMES
 
-_LATER_CHOICES = ("air", "friction_by_surface", "friction_pressure", "ground")
+_LATER_CHOICES = ("air", "friction_by_surface", "friction_pressure", "ground", "start")
 """What physics could not be asked for when the first runs and walks were kept."""
 
 UNLIMITED_KPA_PER_S = 1e9
@@ -88,6 +89,8 @@ class Physics(Checked):
     """Height where contact points rest [mm] on a level floor."""
     ground: Ground = field(default_factory=Ground)
     """Shape of the floor where it is not a plane."""
+    start: StartPose = field(default_factory=StartPose)
+    """How the robot is put on the floor."""
     regulator_count: RegulatorCount = 3
     """Number of pressure regulators."""
     pressure_rate_kPa_per_s: Positive = 150.0
@@ -187,12 +190,19 @@ class Physics(Checked):
         return scaled
 
     def floor(self, standing: np.ndarray) -> Floor:
-        """What a robot stands on; raises as `Ground.floor`.
+        """What a robot stands on.
 
         Args:
-            standing: Where its contact points are at the start [mm], (point, 3).
+            standing: Its contact points in its own frame, undeformed [mm], (point, 3).
+
+        Raises:
+            FileNotFoundError: As of `Ground.floor`.
+            ValueError: Likewise, or the robot would start inside the floor.
         """
-        return self.ground.floor(self.floor_height_mm, standing)
+        placed = self.start.standing(standing)
+        if self.ground.is_plane:
+            self.start.check_above(placed, self.floor_height_mm)
+        return self.ground.floor(self.floor_height_mm, placed)
 
     @property
     def gravity_vector(self) -> np.ndarray:

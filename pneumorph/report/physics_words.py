@@ -18,6 +18,7 @@ _SURFACE = {
     "friction_pressure": "friction",
     "floor_slope_deg": "slope",
     "ground": "ground",
+    "start": "start",
 }
 """Settings that tell where a robot walks rather than how it is simulated, as they are called."""
 
@@ -44,8 +45,8 @@ def _whatever_the_robot(physics: Physics) -> dict[str, Any]:
 
 
 def physics_words(physics: Physics) -> str:
-    """Name, damping, friction of each surface, slope, ground and air, such as ``published physics,
-    published damping, friction 1.2, pressures by 150 kPa/s``."""
+    """Name, damping, friction of each surface, slope, ground, start and air, such as ``published
+    physics, published damping, friction 1.2, pressures by 150 kPa/s``."""
     words = [physics_name(physics)]
     if words[0] != f"{physics.damping} damping":
         words.append(f"{physics.damping} damping")
@@ -57,6 +58,8 @@ def physics_words(physics: Physics) -> str:
         words.append(f"floor of {physics.floor_slope_deg:g} degrees")
     if not physics.ground.is_plane:
         words.append(physics.ground.description)
+    if not physics.start.is_usual:
+        words.append(physics.start.description)
     if physics.air.law == "rate_limit":
         words.append(f"pressures by {physics.pressure_rate_kPa_per_s:g} kPa/s")
     else:

@@ -57,7 +57,7 @@ class BatchedSimulator:
         thread_count: int = 0,
         worlds: Sequence[World] | None = None,
     ) -> None:
-        """Put robots at rest in their initial pose, with no pressure.
+        """Put robots at rest in the pose that the physics start in, with no pressure.
 
         Args:
             robots: The robots; parts may be shared between them.
@@ -70,7 +70,8 @@ class BatchedSimulator:
             FileNotFoundError: No file of a ground.
             ValueError: No robot, another number of worlds, a ground whose file is no grid of
                 heights, an unknown regulator, or a part of too many modes, of a law that the
-                compiled stepper does not know, or that relaxes under published damping.
+                compiled stepper does not know, or that relaxes under published damping; or a robot
+                would start inside the floor.
         """
         self.physics = physics or Physics()
         self.stepper = stepper or StepperSettings()
@@ -156,6 +157,8 @@ class BatchedSimulator:
         self._batch, self._parts = batch, parts
         self.robots = tuple(robots)
         self._tracked = np.array([robot.hub.tracked_point for robot in robots])
+        for number in range(len(robots)):
+            self._place(number)
 
     def set_friction(self, robot: int, physics: Physics) -> None:
         """Let one robot stand on a floor of its own: worlds may differ in one batch.
@@ -176,13 +179,21 @@ class BatchedSimulator:
         self._batch.set_friction(robot, contact_friction(self.robots[robot], physics))
 
     def reset(self, active: np.ndarray | None = None) -> None:
-        """Put robots back to rest in their initial pose.
+        """Put robots back to rest in the pose that the physics start in.
 
         Args:
             active: Which robots, (robot,) bool; None for all.
         """
         for robot in np.flatnonzero(self._mask(active)):
             self._batch.reset(int(robot))
+            self._place(int(robot))
+
+    def _place(self, robot: int) -> None:
+        # The engine resets robots to the frame of their file.
+        if not self.physics.start.is_usual:
+            pose = self.physics.start.pose
+            self.write(robot, "position", pose.translation)
+            self.write(robot, "rotation", pose.rotation)
 
     def advance(
         self,

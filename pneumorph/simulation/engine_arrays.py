@@ -102,11 +102,10 @@ def pressure_rates(robot: Robot, physics: Physics) -> np.ndarray:
 
 def floor_height(robot: Robot, physics: Physics) -> float:
     """What a robot's floor is counted from [mm]."""
-    if physics.ground.is_plane:
+    if physics.ground.is_plane and physics.start.is_usual:
         return physics.floor_height_mm
     floor = physics.floor(robot.standing_points)
-    assert isinstance(floor, HeightField)
-    return floor.base_mm
+    return floor.base_mm if isinstance(floor, HeightField) else physics.floor_height_mm
 
 
 def ground_arrays(grid: HeightGrid) -> tuple[Any, ...]:

@@ -46,7 +46,7 @@ class ReducedRobot:
         self.floor = self.physics.floor(robot.standing_points)
 
     def initial_state(self) -> ReducedState:
-        """At rest in the initial pose, no pressure."""
+        """At rest in the pose that the physics start in, no pressure."""
         self._simulator.reset()
         return self._simulator.state(0)
 

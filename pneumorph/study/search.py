@@ -120,7 +120,7 @@ def search(
     start = time.monotonic()
     task, space = settings.task, settings.space
     robot.check_space(space)
-    check_equal_designs(space, task.goal)
+    check_equal_designs(space, task.goal, robot.physics.start)
     robot.physics.air.check_supply(task.maximum_pressure_kPa)
     say_unseen_pressure(robot, task.maximum_pressure_kPa, folder.progress.say)
     objective, worlds = settings.objective, None

@@ -12,7 +12,7 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
-from pneumorph.base.settings import laid_over
+from pneumorph.base.settings import laid_over, settings_from_dict
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions, asked_regulators, described_robot
@@ -24,6 +24,7 @@ from pneumorph.learn.settings import (
     quick_settings,
     restarting_settings,
 )
+from pneumorph.physics.start_pose import StartPose
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.brought_gait import highest_pressure_kPa
 from pneumorph.study.certified_candidates import (
@@ -82,13 +83,16 @@ class TrainingOptions(Checked):
         """Settings that the robots bring with them where they are not set: those as their materials
         were measured are trained in the worlds that they may turn out to live in, those of the
         published physics in one, a robot's file says what its designs, regulators and baseline
-        are, and legs that were reduced for lower pressures are inflated to those."""
+        are, robots that start turned to a side learn nothing of their mirror images, and legs that
+        were reduced for lower pressures are inflated to those."""
         other, robot = other_physics(content, below), described_robot(content)
         brought = laid_over({} if other is None else _of_physics(other), _of_description(robot))
         if (count := asked_regulators(content, below)) is not None:
             of_paper = {"space": {"regulator_count": count}, "task": {"regulator_count": count}}
             gait = {"regulator_count": count}
             brought = laid_over(brought, {"coopt": of_paper, "baseline": {"gait": gait}})
+        if _starts_to_a_side(content):
+            brought = laid_over(brought, {"coopt": {"mirror_transitions": False}})
         highest_kPa = highest_pressure_kPa(content, below, robot)
         if highest_kPa is None:
             return brought
@@ -148,10 +152,18 @@ def fast_training() -> TrainingOptions:
     return measured_training(restarting_settings(), {"coopt": learner})
 
 
+def _starts_to_a_side(content: Mapping[str, Any]) -> bool:
+    """Whether settings turn the robots' start so that it is not its own mirror image."""
+    start = content.get("robot", {}).get("physics", {}).get("start", {})
+    turned = {name: start[name] for name in ("heading_deg", "roll_deg") if name in start}
+    return not settings_from_dict(StartPose, turned).has_mirror
+
+
 def _of_description(robot: RobotDescription | None) -> dict[str, Any]:
     if robot is None:
         return {}
-    mirrored = {} if robot.space.has_mirror else {"mirror_transitions": False}
+    mirrors = robot.space.has_mirror and robot.physics.physics.start.has_mirror
+    mirrored = {} if mirrors else {"mirror_transitions": False}
     worlds = robot.worlds_settings()
     return {
         "coopt": {**robot.training_settings(), **mirrored},

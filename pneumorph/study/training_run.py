@@ -183,7 +183,7 @@ def run_training(
     start = time.monotonic()
     _check(settings, spec, folder, resume, worlds, baseline)
     if own_task is None:
-        check_equal_designs(settings.space, settings.task.goal)
+        check_equal_designs(settings.space, settings.task.goal, spec.physics.start)
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     name = None if own_task is None else task_name(own_task)
     if name is not None and settings.mirrored_scores:
@@ -287,6 +287,13 @@ def _check(
     spec.check_space(settings.space)
     if settings.mirror_transitions:
         settings.space.check_images()
+        start = spec.physics.start
+        if not start.has_mirror:
+            raise ValueError(
+                f"mirror_transitions is true and robots start turned by {start.heading_deg:g} and "
+                f"rolled by {start.roll_deg:g} degrees, expected it false: a robot's mirror image "
+                "would start turned to the other side"
+            )
     _ = spec.assembly(baseline.design)
     Design.parse(baseline.design).check_regulators(baseline.gait.regulator_count)
     ours, theirs = settings.task.regulator_count, spec.physics.regulator_count

@@ -266,6 +266,18 @@ def test_switches_win_over_the_file_and_the_run(tmp_path: Path, asked: Ask) -> N
     file = tmp_path / "file.json"
     file.write_text('{"coopt": {"mirror_transitions": true}, "resume": true}')
     assert asked(f"coopt --preset paper --settings {file}").coopt.mirror_transitions
+    (tmp_path / "turned.toml").write_text("[physics.start]\nheading_deg = 90\n")
+    example = Path(__file__).parents[2] / "examples/plate.toml"
+    (tmp_path / "plate.toml").write_text(f"{example.read_text()}\n[physics.start]\nroll_deg = 30\n")
+    for start, mirrored in (
+        (f"--robot {tmp_path / 'plate.toml'}", False),
+        (f"--robot {example}", True),
+        ("--physics.start.heading-deg 90", False),
+        ("--physics.start.roll-deg 90", False),
+        (f"--settings {tmp_path / 'turned.toml'}", False),
+        ("--physics.start.pitch-deg 90", True),
+    ):
+        assert asked(f"coopt --preset quick {start}").coopt.mirror_transitions == mirrored
     off = asked(f"coopt --preset paper --settings {file} --no-mirror-transitions --no-resume")
     assert (off.coopt.mirror_transitions, off.resume) == (False, False)
     options = replace(

@@ -17,6 +17,7 @@ from pneumorph.learn.factored_distribution import FactoredDistribution
 from pneumorph.learn.genetic_algorithm import GeneticSettings
 from pneumorph.learn.sac import SacSettings
 from pneumorph.learn.settings import quick_settings
+from pneumorph.physics.start_pose import StartPose
 from pneumorph.robot.design import Design
 from pneumorph.study.search import SearchSettings, search
 from pneumorph.study.training_run import run_training
@@ -78,6 +79,16 @@ def test_a_lopsided_space_is_refused_before_anything_walks(tmp_path: Path) -> No
     )
     with pytest.raises(ValueError, match=r"the mirror image .* no mirror"):
         run_training(settings, RunFolder(tmp_path, "coopt"), small.spec(), baseline=baseline)
+    spec = small.spec()
+    turned = replace(spec.physics, start=StartPose(heading_deg=20.0))
+    symmetric = replace(settings, space=small.space)
+    with pytest.raises(ValueError, match=r"robots start turned by 20 and rolled by 0 degrees"):
+        run_training(
+            symmetric,
+            RunFolder(tmp_path, "coopt"),
+            replace(spec, physics=turned),
+            baseline=baseline,
+        )
     assert not list(tmp_path.iterdir())
 
 
