@@ -59,15 +59,23 @@ def reference_of(default: StepperSettings) -> StepperSettings:
     )
 
 
+def rubbing(physics: Physics, factor: float) -> Physics:
+    """The same physics with every coefficient of friction times `factor`."""
+    by_surface = tuple((name, value * factor) for name, value in physics.friction_by_surface)
+    return replace(physics, friction=physics.friction * factor, friction_by_surface=by_surface)
+
+
 def hairs(physics: Physics, reference: StepperSettings) -> list[tuple[Physics, StepperSettings]]:
     """Physics other by a thousandth at most, or other rounding, or another tolerance."""
-    numbers = ("friction", "mass_damping_per_s", "time_step_s")
+    factors = tuple(1.0 + change for change in (-1e-3, -1e-4, 1e-4, 1e-3))
+    numbers = ("mass_damping_per_s", "time_step_s")
     return [
+        *((rubbing(physics, factor), reference) for factor in factors),
         *(
-            (replace(physics, **{name: getattr(physics, name) * (1.0 + change)}), reference)
+            (replace(physics, **{name: getattr(physics, name) * factor}), reference)
             for name in numbers
             if getattr(physics, name) > 0.0  # measured silicone is damped by its own relaxation
-            for change in (-1e-3, -1e-4, 1e-4, 1e-3)
+            for factor in factors
         ),
         *(
             (physics, replace(reference, contact_tolerance_mm_per_s=tolerance))
