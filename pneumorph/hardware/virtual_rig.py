@@ -17,6 +17,7 @@ from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.regulators import AirRegulators, RateLimited, Regulators
+from pneumorph.physics.surfaces import SURFACE_NAMES
 from pneumorph.simulation.distribution import Distribution
 from pneumorph.simulation.randomisation import Randomisation, World
 from pneumorph.simulation.rollout import RobotModel
@@ -41,6 +42,9 @@ class VirtualRigSettings(Checked):
     )
     """Distributions of the virtual robot's own friction, modulus, masses, regulator lag and floor
     slope, drawn once from the seed."""
+    surface_friction_factor: str = "N(1, 0.1)"
+    """Friction of each surface relative to the simulation's, drawn for each, where the simulation
+    has friction by surface and the reality does not say the surface's."""
     pressure_slope_factor: str = "N(1, 0.05)"
     """Slope of the virtual robot's pressure map, relative to the simulation's."""
     pressure_intercept_kPa: str = "N(-20, 3)"
@@ -77,7 +81,7 @@ class VirtualRigSettings(Checked):
         super().__post_init__()
         for name in ("pressure_slope_factor", "pressure_intercept_kPa"):
             Distribution.parse(getattr(self, name), name)
-        for name in ("filling_factor", "venting_factor"):
+        for name in ("surface_friction_factor", "filling_factor", "venting_factor"):
             if not Distribution.parse(getattr(self, name), name).lowest > 0.0:
                 raise ValueError(
                     f"{name} is {getattr(self, name)!r}, expected every draw to be positive"
@@ -124,6 +128,37 @@ def trial_reality(reality: Reality, settings: VirtualRigSettings, trial: int) ->
     by_surface = tuple((name, mu * factor) for name, mu in usual.friction_by_surface)
     world = replace(usual, friction=usual.friction * factor, friction_by_surface=by_surface)
     return replace(reality, world=world)
+
+
+def true_surfaces(
+    settings: VirtualRigSettings, world: World, simulated: Physics
+) -> tuple[tuple[str, float], ...]:
+    """Coefficients of a seed's floor by surface: the world's own, and where the simulation has
+    friction by surface those that it says and the world does not, each off by a draw of its own.
+
+    Args:
+        settings: What is off.
+        world: The reality's.
+        simulated: The physics that the reality is off from.
+
+    Raises:
+        ValueError: A friction of all surfaces is asked for where it would be that of none.
+    """
+    named, own = dict(simulated.friction_by_surface), dict(world.friction_by_surface)
+    usual = VirtualRigSettings().reality.friction
+    if named and not own and settings.reality.friction != usual:
+        raise ValueError(
+            f"virtual.reality.friction is {settings.reality.friction!r} and the simulation has "
+            f"friction by surface, expected {usual!r}, the usual, with "
+            "virtual.surface_friction_factor or virtual.reality.friction_by_surface: it would be "
+            "ignored"
+        )
+    if not named.keys().isdisjoint(SURFACE_NAMES):  # what such robots have besides
+        named = dict.fromkeys(SURFACE_NAMES, simulated.friction) | named
+    rng = np.random.default_rng([settings.seed, 7])
+    factor = Distribution.parse(settings.surface_friction_factor)
+    off = {name: named[name] * factor.draw(rng) for name in sorted(named)}
+    return tuple({**off, **own}.items())
 
 
 def true_air(

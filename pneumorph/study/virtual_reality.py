@@ -19,6 +19,7 @@ from pneumorph.hardware.virtual_rig import (
     draw_reality,
     trial_reality,
     true_air,
+    true_surfaces,
 )
 from pneumorph.physics.regulators import AirRegulators, air_regulators
 from pneumorph.robot.design import Design
@@ -40,8 +41,7 @@ class VirtualReality:
     def __init__(self, spec: RobotSpec, settings: VirtualRigSettings, model: Model) -> None:
         self._spec, self._settings, self._model = spec, settings, model
         drawn = draw_reality(settings, spec.physics.pressure_map)
-        # Surfaces that only the simulation names differ from trial to trial as all others.
-        named = drawn.world.applied_to(spec.physics).friction_by_surface
+        named = true_surfaces(settings, drawn.world, spec.physics)
         world = replace(drawn.world, friction_by_surface=named)
         self.reality: Reality = replace(drawn, world=world)
 

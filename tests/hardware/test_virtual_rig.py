@@ -69,11 +69,30 @@ def test_every_floor_of_a_trial_is_off_by_the_same_share() -> None:
     spec = paper_robot(
         "published", physics=Physics(friction_by_surface=(("skin", 0.9), ("hub", 0.4)))
     )
+    settings = replace(settings, surface_friction_factor="0.8")
     reality = VirtualReality(spec, settings, "reduced").reality
     world = trial_reality(reality, settings, 1).world
     share = world.friction / 1.1
-    expected = {"skin": 0.9 * share, "sheet": 0.6 * share, "hub": 0.2 * share}
+    expected = {"skin": 0.8 * 0.9 * share, "sheet": 0.6 * share, "hub": 0.2 * share}
     assert dict(world.friction_by_surface) == pytest.approx(expected)
+
+
+def test_surfaces_of_the_measured_physics_are_hidden_one_by_one() -> None:
+    """Draws of N(1, 0.1), cut off at three deviations; those of a seed stay."""
+    spec = paper_robot("measured")
+    simulated = {"sheet": 0.55, "skin": 0.55, "hub": 0.22}
+    settings = VirtualRigSettings(seed=3)
+    found = dict(VirtualReality(spec, settings, "reduced").reality.world.friction_by_surface)
+    factors = {name: found[name] / simulated[name] for name in simulated}
+    assert len(set(factors.values())) == 3
+    assert all(0.0 < abs(factor - 1.0) < 0.31 for factor in factors.values())
+    again = VirtualReality(spec, settings, "reduced").reality
+    assert dict(again.world.friction_by_surface) == found
+    smooth = replace(settings, reality=Randomisation(friction="0.4"))
+    with pytest.raises(ValueError, match=r"virtual\.reality\.friction is '0\.4' and the"):
+        VirtualReality(spec, smooth, "reduced")
+    with pytest.raises(ValueError, match=r"surface_friction_factor is 'U\(-1, 2\)', expected"):
+        VirtualRigSettings(surface_friction_factor="U(-1, 2)")
 
 
 class _Bursting(Pusher):
