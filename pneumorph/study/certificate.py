@@ -273,8 +273,14 @@ def _with_full_order(
     folder: RunFolder,
     goal: Goal,
 ) -> list[CertifiedPair]:
-    """The pairs with their walks as finite elements."""
+    """The pairs with their walks as finite elements, beside those on the robot's own legs: finite
+    elements know nothing of the other reductions that worlds may have."""
     worst = worst_worlds(by_pairs[:, best], settings.worst_world_count)
+    others = [number for number in worst if worlds[number].reduction]
+    if others:
+        own = [replace(worlds[number], reduction="") for number in others]
+        by_pairs = by_pairs.copy()
+        by_pairs[others, best] = _walked(spec, [walkers[best]], own, folder, goal)[0][:, 0]
     # The best pair's first: who stops here has learned most.
     asked: list[tuple[int, int | None]] = [(best, number) for number in (None, *worst)]
     asked += [(place, None) for place in range(len(pairs)) if place != best]

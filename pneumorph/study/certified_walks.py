@@ -286,6 +286,8 @@ def _made_of(spec: RobotSpec, walker: Walker, world: World | None) -> dict[str, 
     del full_order["thread_count"]
     if spec.physics.ground == Ground():  # as walks were kept before there were others
         del physics["ground"]
+    if spec.physics.start.is_usual:  # likewise
+        del physics["start"]
     return {
         "design": str(walker.design),
         "physics": physics,

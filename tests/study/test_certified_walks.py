@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
+from pneumorph.environment.goal import FORWARD
 from pneumorph.fem.material import Material
 from pneumorph.fem.time_integration import StepError
 from pneumorph.gait.held_gait import HeldGait
@@ -24,8 +27,10 @@ from pneumorph.geometry.pose import Pose, rotation_about
 from pneumorph.physics.physics import Physics
 from pneumorph.robot.design import Design
 from pneumorph.simulation.randomisation import World
-from pneumorph.study import certified_walks
+from pneumorph.study import certificate, certified_walks
 from pneumorph.study.analysis import Walker
+from pneumorph.study.certified_candidates import CertificateSettings
+from pneumorph.study.certified_pairs import Band, CertifiedPair
 from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, LaggingGait, full_order_walks
 
 WORLD = World(0.7, 1.1, 0.9, 0.05, 1.0, mounting_angle_deg=1.0)
@@ -59,6 +64,8 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
         return full_order_walks(robot, [(walker, world)], folder)[0]
 
     nominal, drawn = walked(None), walked(WORLD)
+    for file in (tmp_path / "run/full_order").glob("*.json"):  # as earlier versions kept them
+        assert {"ground", "start"}.isdisjoint(json.loads(file.read_text())["made_of"]["physics"])
     assert (nominal.status, drawn.status) == ("completed", "completed")
     assert nominal.achieved != pytest.approx(drawn.achieved, abs=1e-6)
     # As the robot in that world walks the lagging commands.
@@ -150,3 +157,40 @@ def test_agreement_is_by_share_or_by_length(
     walk = FullOrderWalk.of(None, KeptWalk(full, "completed", 1.0), reduced)
     assert walk.agrees is agrees
     assert walk.parts is (not agrees and full is not None)
+
+
+def test_finite_elements_stand_beside_the_robots_own_legs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also in a world that has another reduction of them, where the pair achieves least."""
+    asked: list[list[World]] = []
+
+    def walked(spec: object, walkers: Sequence[Walker], worlds: list[World], *_: object) -> Any:
+        asked.append(worlds)
+        return np.full((len(worlds), len(walkers)), 3.0), None
+
+    kept = KeptWalk(3.1, "completed", 1.0)
+    monkeypatch.setattr(certificate, "_walked", walked)
+    monkeypatch.setattr(
+        certificate, "full_order_walks", lambda spec, asked, *_: [kept for _ in asked]
+    )
+    band = Band.of(np.zeros(10))
+    pair = CertifiedPair(
+        "L1", "1.2", "gait.csv", 5.0, band, 1.0, None, None, 0.0, None, (), 0.0, ()
+    )
+    worlds = [WORLD, replace(WORLD, reduction="other.npz"), replace(WORLD, friction=0.4)]
+    settings = CertificateSettings(worst_world_count=2)
+    (found,) = certificate._with_full_order(
+        spec(),
+        settings,
+        [Walker("L1", Design.parse("1.2"), GAIT, 2)],
+        [pair],
+        0,
+        worlds,
+        np.array([[4.0], [1.0], [2.0]]),
+        RunFolder(tmp_path, "certify"),
+        FORWARD,
+    )
+    assert asked == [[WORLD]]  # the second, on the robot's own legs
+    reduced = [(each.world, each.reduced) for each in found.full_order]
+    assert reduced == [(None, 5.0), (1, 3.0), (2, 2.0)]
