@@ -165,12 +165,18 @@ def _joined(count: int | None, address: str | None) -> Any:
     if not ray.is_initialized():
         # Workers of this machine find every module that this process finds.
         modules = {} if address else {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        ray.init(
-            address=address,
-            num_cpus=None if address else count,
-            include_dashboard=None if address else False,
-            log_to_driver=False,
-            logging_level=logging.WARNING,
-            runtime_env={"env_vars": _ONE_THREAD | modules},
-        )
+        try:
+            ray.init(
+                address=address or "local",  # not a cluster that happens to run here
+                num_cpus=None if address else count,
+                include_dashboard=None if address else False,
+                log_to_driver=False,
+                logging_level=logging.WARNING,
+                runtime_env={"env_vars": _ONE_THREAD | modules},
+            )
+        except ConnectionError as error:
+            raise ConnectionError(
+                f"no Ray cluster lets this program in at {address}; it may not run there, or ask "
+                "for its token, which is sent where the environment has RAY_AUTH_MODE=token"
+            ) from error
     return ray

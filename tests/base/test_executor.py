@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -191,6 +192,55 @@ def wait_for(condition: Callable[[], bool], longest_s: float) -> None:
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.05)
+
+
+def test_a_cluster_that_runs_already_is_joined(tmp_path: Path) -> None:
+    """By a program of its own, which leaves it running; one that does not ask for it starts its
+    own."""
+    pytest.importorskip("ray")
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        address = f"127.0.0.1:{found.getsockname()[1]}"
+    own = Path(sys.executable).parent
+    quiet = os.environ | {"RAY_USAGE_STATS_ENABLED": "0", "RAY_AUTH_MODE": "disabled"}
+    asked = "start --head --block --num-cpus 2 --include-dashboard false --port"
+    head = [str(own / "ray"), *asked.split(), address.partition(":")[2]]
+    program = (
+        "import operator, sys\n"
+        "from pneumorph.base.executor import ExecutorSettings, run_tasks\n"
+        "there = ExecutorSettings('ray', address=sys.argv[1])\n"
+        "here = ExecutorSettings('ray', 1)\n"
+        "asked = there if sys.argv[1] else here\n"
+        "print(sorted(run_tasks(operator.mul, 3.0, [1.0, 2.0, 5.0], asked)))\n"
+    )
+    with subprocess.Popen(
+        head,
+        env=quiet,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as cluster:
+        try:
+            wait_for(lambda: _answers(address) or cluster.poll() is not None, 60.0)
+            for joined in (address, address, ""):
+                told = subprocess.run(
+                    [sys.executable, "-c", program, joined],
+                    env=quiet,
+                    capture_output=True,
+                    text=True,
+                )
+                assert told.returncode == 0, told.stderr
+                assert told.stdout.splitlines()[-1] == "[(0, 3.0), (1, 6.0), (2, 15.0)]"
+        finally:
+            cluster.terminate()
+
+
+def _answers(address: str) -> bool:
+    host, _, port = address.partition(":")
+    try:
+        socket.create_connection((host, int(port)), 1.0).close()
+    except OSError:
+        return False
+    return True
 
 
 def test_impossible_settings_are_refused() -> None:

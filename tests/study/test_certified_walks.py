@@ -13,7 +13,7 @@ import pytest
 from helpers.box_mesh import box_mesh
 from helpers.small_robot import small_leg
 
-from pneumorph.base.executor import ExecutorSettings
+from pneumorph.base.executor import Backend, ExecutorSettings
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
@@ -128,14 +128,17 @@ def test_a_walk_that_an_earlier_version_gave_up_is_walked_again(tmp_path: Path) 
     assert replace(again, wall_s=0.0) == replace(found, wall_s=0.0)
 
 
-def test_walks_of_two_processes_are_those_of_one(tmp_path: Path) -> None:
+@pytest.mark.parametrize("backend", ["processes", "ray"])
+def test_walks_of_two_workers_are_those_of_one(tmp_path: Path, backend: Backend) -> None:
     """To the last digit, states included; one that is there is not made again."""
+    if backend == "ray":
+        pytest.importorskip("ray")
     robot, walker = spec(), Walker("L1", Design.parse("1.2"), GAIT, 2)
     asked = [(walker, None), (walker, WORLD), (replace(walker, design=Design.parse("2.1")), None)]
     alone, shared = RunFolder(tmp_path / "alone", "certify"), RunFolder(tmp_path / "two", "certify")
     in_turn = full_order_walks(robot, asked, alone, ExecutorSettings(process_count=1))
     full_order_walks(robot, asked[:1], shared)
-    made = full_order_walks(robot, asked, shared, ExecutorSettings(process_count=2))
+    made = full_order_walks(robot, asked, shared, ExecutorSettings(backend, 2))
     assert [replace(each, wall_s=0.0) for each in made] == [
         replace(each, wall_s=0.0) for each in in_turn
     ]
