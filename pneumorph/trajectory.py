@@ -182,7 +182,8 @@ class Trajectory(ShownInNotebooks):
     def tilt_deg(self) -> tuple[np.ndarray, np.ndarray]:
         """Roll (left side up) and pitch (front down) of the hub [degrees], (frame,) each.
 
-        Its own left and forward axes against the horizontal, so heading does not count.
+        Its own left and forward axes against the horizontal, so heading does not count; both are 0
+        of one on its back.
         """
         left, forward = self.hub_rotation[:, 2, 1], -self.hub_rotation[:, 2, 0]
         roll, pitch = (np.degrees(np.arcsin(np.clip(up, -1.0, 1.0))) for up in (left, forward))

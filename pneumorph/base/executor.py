@@ -40,7 +40,7 @@ class ExecutorSettings(Checked):
     be given up."""
     address: str | None = None
     """Ray cluster to join, such as auto or ray://head:10001, with pneumorph installed on every
-    machine; without it Ray starts on this machine only."""
+    machine; without it that of RAY_ADDRESS, or else Ray starts on this machine only."""
     attempt_limit: Count = 3
     """How often a task is tried in all if its worker dies."""
 

@@ -121,6 +121,7 @@ def remote_objects(kind: type, count: int | None, address: str | None) -> Remote
     has processors.
 
     Raises:
+        ConnectionError: No cluster at the address, or it does not let this program in.
         ModuleNotFoundError: Ray is not installed.
     """
     ray = _joined(count, address)
@@ -143,6 +144,7 @@ def connected(count: int | None, address: str | None) -> Iterator[Any]:
     One that runs in this process already is used, and goes on running.
 
     Raises:
+        ConnectionError: No cluster at the address, or it does not let this program in.
         ModuleNotFoundError: Ray is not installed.
     """
     here = "ray" in sys.modules and sys.modules["ray"].is_initialized()
@@ -156,6 +158,7 @@ def connected(count: int | None, address: str | None) -> Iterator[Any]:
 
 def _joined(count: int | None, address: str | None) -> Any:
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+    address = address or os.environ.get("RAY_ADDRESS")  # as in a job that a cluster runs
     try:
         import ray
     except ModuleNotFoundError as error:
@@ -176,7 +179,8 @@ def _joined(count: int | None, address: str | None) -> Any:
             )
         except ConnectionError as error:
             raise ConnectionError(
-                f"no Ray cluster lets this program in at {address}; it may not run there, or ask "
-                "for its token, which is sent where the environment has RAY_AUTH_MODE=token"
+                f"no Ray lets this program in at {address or 'this machine'}; it may not run "
+                "there, or ask for its token, which is sent where the environment has "
+                "RAY_AUTH_MODE=token"
             ) from error
     return ray

@@ -1,7 +1,8 @@
 """What of a robot's motion counts, and in which unit.
 
-Travel forward or along a heading is in cm, turning in degrees. Both are told from how the robot
-stood at the start, the turn summed over its way, so that it does not end at half a circle.
+Travel forward or along a heading is in cm, turning in degrees. Both are told from where the robot
+stood at the start, travel along the axes of the floor, the turn summed over its way, so that it
+does not end at half a circle.
 """
 
 from __future__ import annotations

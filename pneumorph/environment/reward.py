@@ -47,9 +47,9 @@ class RewardWeights(Checked):
     """Lean that is not penalised [degrees]; a robot on its side leans by 50 and more, the paper's
     expert by 10 at most."""
     goal: GoalName = "forward"
-    """What is rewarded; directions are those of the robot at the start. `forward`: travel along the
-    robot's forward axis at the start. `heading`: travel in the direction `heading_deg`.
-    `turn_left`, `turn_right`: turning."""
+    """What is rewarded; directions are those of the floor, along whose forward axis a robot faces
+    at the start unless `--physics.start` turns it. `forward`: travel along that axis. `heading`:
+    travel in the direction `heading_deg`. `turn_left`, `turn_right`: turning."""
     heading_deg: float = 0.0
     """Direction of the goal `heading`, counted from forward to the left [degrees]: 90 is to the
     left, 180 back."""

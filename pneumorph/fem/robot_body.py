@@ -63,7 +63,9 @@ class RobotBody(Generic[HubState]):
         self.sites = tuple(range(len(mounts)) if sites is None else sites)
         standing = [leg.contact_weights @ leg.initial_positions() for leg in self.legs]
         standing.append(hub.point_positions(hub.initial_state(), hub.contact_points))
-        self.floor = floor or self.physics.floor(np.concatenate(standing))
+        points = np.concatenate(standing)
+        self.floor = floor or self.physics.floor(points)
+        self._start = self.physics.start_pose(points)
         for leg in self.legs:
             for regulator in leg.regulators:
                 if not 0 <= regulator < self.physics.regulator_count:
@@ -111,10 +113,9 @@ class RobotBody(Generic[HubState]):
 
     def initial_state(self) -> FullRobotState[HubState]:
         """At rest in the pose that the physics start in, no pressure."""
-        start = self.physics.start
-        placed = tuple(start.standing(leg.initial_positions()) for leg in self.legs)
+        placed = tuple(self._start.apply(leg.initial_positions()) for leg in self.legs)
         return FullRobotState(
-            hub=self.hub.initial_state(start.pose),
+            hub=self.hub.initial_state(self._start),
             positions=placed,
             velocities=tuple(np.zeros_like(leg.part.rest_nodes) for leg in self.legs),
             regulated_kPa=np.zeros(self.physics.regulator_count),

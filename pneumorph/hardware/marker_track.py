@@ -39,8 +39,8 @@ class VideoSettings(Checked):
     start_s: float = 0.0
     """Time in the video at which the gait starts [s]."""
     heading_deg: float = 0.0
-    """Direction in which the robot faces at the start, counter-clockwise from the picture's x axis
-    [degrees]."""
+    """Direction that is forward, in which a robot faces at the start unless `--physics.start` turns
+    it, counter-clockwise from the picture's x axis [degrees]."""
     y_down: bool = True
     """Whether the picture's y axis points down, as in pixels; in Tracker's tables it points up."""
     marker: str = ""

@@ -146,14 +146,15 @@ def true_surfaces(
     """
     named, own = dict(simulated.friction_by_surface), dict(world.friction_by_surface)
     usual = VirtualRigSettings().reality.friction
-    if named and not own and settings.reality.friction != usual:
+    of_legs = not named.keys().isdisjoint(SURFACE_NAMES)  # which have all of these then
+    if of_legs and settings.reality.friction != usual and not own.keys() >= set(SURFACE_NAMES):
         raise ValueError(
             f"virtual.reality.friction is {settings.reality.friction!r} and the simulation has "
             f"friction by surface, expected {usual!r}, the usual, with "
             "virtual.surface_friction_factor or virtual.reality.friction_by_surface: it would be "
             "ignored"
         )
-    if not named.keys().isdisjoint(SURFACE_NAMES):  # what such robots have besides
+    if of_legs:
         named = dict.fromkeys(SURFACE_NAMES, simulated.friction) | named
     rng = np.random.default_rng([settings.seed, 7])
     factor = Distribution.parse(settings.surface_friction_factor)

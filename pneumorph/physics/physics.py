@@ -12,6 +12,7 @@ import numpy as np
 from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
 from pneumorph.base.settings import settings_known_before
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.air import Air
 from pneumorph.physics.commands import RegulatorCount
 from pneumorph.physics.floor import Floor
@@ -189,20 +190,24 @@ class Physics(Checked):
         scaled: np.ndarray = coefficients * law.factor(law.pressure_kPa * relative)
         return scaled
 
-    def floor(self, standing: np.ndarray) -> Floor:
-        """What a robot stands on.
+    def start_pose(self, points: np.ndarray) -> Pose:
+        """How a robot is put on the floor, x_floor = R x_robot + t.
 
         Args:
-            standing: Its contact points in its own frame, undeformed [mm], (point, 3).
-
-        Raises:
-            FileNotFoundError: As of `Ground.floor`.
-            ValueError: Likewise, or the robot would start inside the floor.
+            points: Its contact points in its own frame, undeformed [mm], (point, 3).
         """
-        placed = self.start.standing(standing)
-        if self.ground.is_plane:
-            self.start.check_above(placed, self.floor_height_mm)
-        return self.ground.floor(self.floor_height_mm, placed)
+        if self.start.is_usual:
+            return Pose()
+        return self.start.pose(points, self.floor_height_mm if self.ground.is_plane else None)
+
+    def floor(self, points: np.ndarray) -> Floor:
+        """What a robot stands on; raises as `Ground.floor`.
+
+        Args:
+            points: Its contact points in its own frame, undeformed [mm], (point, 3).
+        """
+        standing = points if self.start.is_usual else self.start_pose(points).apply(points)
+        return self.ground.floor(self.floor_height_mm, standing)
 
     @property
     def gravity_vector(self) -> np.ndarray:

@@ -6,11 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneumorph.base.checked import Checked
+from pneumorph.base.checked import Checked, NotNegative
 from pneumorph.geometry.pose import Pose, rotation_about
-
-_INSIDE_MM = 0.1
-"""How far into the floor a point may start that was lifted to it by a rounded number [mm]."""
 
 
 @dataclass(frozen=True)
@@ -19,15 +16,18 @@ class StartPose(Checked):
     origin, facing forward.
 
     The floor stays: forward is its x axis whichever way the robot faces. Turns are about the axes
-    of the floor through the robot's origin, roll first, then pitch, then heading.
+    of the floor through the robot's origin, roll first, then pitch, then heading. A robot that is
+    pitched or rolled starts where it touches the floor, and topples unless it stands so: episodes
+    that are to begin after that settle for longer.
     """
 
     x_mm: float = 0.0
     """How much further forward [mm]."""
     y_mm: float = 0.0
     """How far to the left [mm]."""
-    lift_mm: float = 0.0
-    """How much higher [mm]; what starts above the floor falls."""
+    lift_mm: NotNegative = 0.0
+    """How much higher [mm], one that is turned than where it touches the floor. What starts above
+    the floor falls."""
     heading_deg: float = 0.0
     """Turn to the left [degrees]."""
     pitch_deg: float = 0.0
@@ -51,38 +51,25 @@ class StartPose(Checked):
         this pose as well, but for its place to the left."""
         return self.heading_deg % 180.0 == 0.0 and self.roll_deg % 180.0 == 0.0
 
-    @property
-    def pose(self) -> Pose:
-        """x_floor = R x_robot + t."""
-        turned = [
+    def pose(self, points: np.ndarray, height_mm: float | None = None) -> Pose:
+        """x_floor = R x_robot + t of a robot.
+
+        Args:
+            points: Its contact points in its own frame, undeformed [mm], (point, 3).
+            height_mm: Height of a level floor, out of which a robot is raised that would start
+                inside it; None for a floor that is put below it.
+        """
+        turns = [
             rotation_about("z", self.heading_deg),
             rotation_about("y", self.pitch_deg),
             rotation_about("x", self.roll_deg),
         ]
-        return Pose(np.linalg.multi_dot(turned), np.array([self.x_mm, self.y_mm, self.lift_mm]))
-
-    def standing(self, points: np.ndarray) -> np.ndarray:
-        """Where points of the robot are at the start [mm], (point, 3), of the same in its frame."""
-        return points if self.is_usual else self.pose.apply(points)
-
-    def check_above(self, standing: np.ndarray, height_mm: float) -> None:
-        """Refuse a robot that starts inside a level floor.
-
-        Args:
-            standing: Where its contact points are at the start [mm], (point, 3).
-            height_mm: Height of the floor [mm].
-
-        Raises:
-            ValueError: A turned robot was not lifted enough.
-        """
-        inside = height_mm - float(np.min(standing[:, 2], initial=np.inf))
-        if (self.is_upright and self.lift_mm >= 0.0) or inside <= _INSIDE_MM:
-            return
-        raise ValueError(
-            f"start.lift_mm is {self.lift_mm:g}, expected at least {self.lift_mm + inside:.1f} for "
-            f"this robot turned by pitch_deg {self.pitch_deg:g} and roll_deg {self.roll_deg:g}: a "
-            f"contact point would start {inside:.1f} mm inside the floor"
-        )
+        rotation = np.linalg.multi_dot(turns)
+        lowest = float(np.min(points @ rotation[2], initial=np.inf))
+        raised = 0.0
+        if height_mm is not None and not self.is_upright and np.isfinite(lowest):
+            raised = max(height_mm - lowest, 0.0)
+        return Pose(rotation, np.array([self.x_mm, self.y_mm, self.lift_mm + raised]))
 
     @property
     def description(self) -> str:

@@ -144,7 +144,7 @@ class Robot(ShownInNotebooks):
 
     @cached_property
     def standing_points(self) -> np.ndarray:
-        """Where all contact points are at the start [mm], the hub's first, (point, 3)."""
+        """All contact points at rest in the robot's frame [mm], the hub's first, (point, 3)."""
         legs = (mount.pose.apply(mount.part.contact_points) for mount in self.mounts)
         return np.concatenate([self.hub.contact_points, *legs])
 

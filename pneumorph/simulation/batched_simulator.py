@@ -70,8 +70,7 @@ class BatchedSimulator:
             FileNotFoundError: No file of a ground.
             ValueError: No robot, another number of worlds, a ground whose file is no grid of
                 heights, an unknown regulator, or a part of too many modes, of a law that the
-                compiled stepper does not know, or that relaxes under published damping; or a robot
-                would start inside the floor.
+                compiled stepper does not know, or that relaxes under published damping.
         """
         self.physics = physics or Physics()
         self.stepper = stepper or StepperSettings()
@@ -191,7 +190,7 @@ class BatchedSimulator:
     def _place(self, robot: int) -> None:
         # The engine resets robots to the frame of their file.
         if not self.physics.start.is_usual:
-            pose = self.physics.start.pose
+            pose = self.physics.start_pose(self.robots[robot].standing_points)
             self.write(robot, "position", pose.translation)
             self.write(robot, "rotation", pose.rotation)
 

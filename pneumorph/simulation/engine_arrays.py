@@ -102,10 +102,11 @@ def pressure_rates(robot: Robot, physics: Physics) -> np.ndarray:
 
 def floor_height(robot: Robot, physics: Physics) -> float:
     """What a robot's floor is counted from [mm]."""
-    if physics.ground.is_plane and physics.start.is_usual:
+    if physics.ground.is_plane:
         return physics.floor_height_mm
     floor = physics.floor(robot.standing_points)
-    return floor.base_mm if isinstance(floor, HeightField) else physics.floor_height_mm
+    assert isinstance(floor, HeightField)
+    return floor.base_mm
 
 
 def ground_arrays(grid: HeightGrid) -> tuple[Any, ...]:

@@ -23,7 +23,7 @@ class RobotModel(Protocol[State]):
         """What acts on the robot."""
 
     def initial_state(self) -> State:
-        """At rest in the initial pose, no pressure."""
+        """At rest in the pose that the physics start in, no pressure."""
 
     def rollout(
         self,
@@ -49,7 +49,7 @@ def rollout(
     progress: bool = False,
     highest_kPa: float = HIGHEST_COMMAND_KPA,
 ) -> tuple[State, Trajectory]:
-    """Run a robot under commands, from a state or from its settled initial pose.
+    """Run a robot under commands, from a state or from the pose that the physics start in, settled.
 
     Args:
         model: A full-order or a reduced robot.

@@ -65,6 +65,8 @@ class FullOrderWalk:
     full: float | None = field(metadata=in_cm("full_cm"))
     """What of the goal it achieved [its unit]; None where it did not come to its end."""
     reduced: float | None = field(metadata=in_cm("reduced_cm"))
+    """The same of the reduced robot on its own legs, also in a world that has another reduction of
+    them."""
     error: float | None = field(metadata=in_cm("error_cm"))
     """Reduced less full; None where one of them is not known."""
     agrees: bool

@@ -14,6 +14,7 @@ from pneumorph.fem.soft_hub import SoftHub
 from pneumorph.physics.air import Air
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
+from pneumorph.physics.start_pose import StartPose
 from pneumorph.reduction.collect import SnapshotSettings, collect_snapshots, short_bend_note
 from pneumorph.reduction.mount_stiffness import leg_mount_stiffness
 from pneumorph.reduction.part_summary import PartSummary
@@ -126,12 +127,13 @@ def reduce(
 
 
 def _protocol(physics: Physics, settings: SnapshotSettings) -> Physics:
-    """A robot's physics with what is the protocol's: regulators, and the friction of the loads. A
-    leg for any floor is pushed sideways as hard by walks as it is by loads."""
+    """A robot's physics with what is the protocol's: regulators, start and the friction of loads.
+    A leg for any floor is pushed sideways as hard by walks as it is by loads."""
     return replace(
         physics,
         pressure_map=PressureMap(),
         air=Air(),
         friction=settings.static.friction,
         friction_by_surface=(),
+        start=StartPose(),
     )

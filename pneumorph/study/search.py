@@ -20,7 +20,7 @@ from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.equal_designs import check_equal_designs
+from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import walk
@@ -115,12 +115,13 @@ def search(
         ArtefactError: The run is damaged.
         FileNotFoundError: The run has lost its policy.
         ValueError: The folder holds a search of other settings, or designs count as one that the
-            goal tells apart.
+            goal or the start tells apart.
     """
     start = time.monotonic()
     task, space = settings.task, settings.space
     robot.check_space(space)
-    check_equal_designs(space, task.goal, robot.physics.start)
+    check_equal_designs(space, task.goal)
+    check_equal_starts(space, robot.physics.start)
     robot.physics.air.check_supply(task.maximum_pressure_kPa)
     say_unseen_pressure(robot, task.maximum_pressure_kPa, folder.progress.say)
     objective, worlds = settings.objective, None

@@ -22,7 +22,7 @@ from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.brought_gait import highest_pressure_kPa
 from pneumorph.study.finished_run import FinishedRun, TakenOver
 from pneumorph.study.search import SearchSettings
-from pneumorph.study.usual_aim import other_physics, usual_aim, usual_worlds
+from pneumorph.study.usual_aim import other_physics, starts_to_a_side, usual_aim, usual_worlds
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,8 @@ class SearchOptions:
         if (count := asked_regulators(content, below)) is not None:
             counted = {"space": {"regulator_count": count}, "task": {"regulator_count": count}}
             of_robot = laid_over(of_robot, {"search": counted})
+        if starts_to_a_side(content, robot):
+            of_robot = laid_over(of_robot, {"search": {"space": {"mirror": "none"}}})
         highest_kPa = highest_pressure_kPa(content, below, robot)
         task = {} if highest_kPa is None else {"maximum_pressure_kPa": highest_kPa}
         return laid_over(laid_over(of_physics, of_robot), {"search": {"task": task}})

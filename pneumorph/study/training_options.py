@@ -12,7 +12,7 @@ from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
-from pneumorph.base.settings import laid_over, settings_from_dict
+from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions, asked_regulators, described_robot
@@ -24,7 +24,6 @@ from pneumorph.learn.settings import (
     quick_settings,
     restarting_settings,
 )
-from pneumorph.physics.start_pose import StartPose
 from pneumorph.simulation.randomisation import Randomisation
 from pneumorph.study.brought_gait import highest_pressure_kPa
 from pneumorph.study.certified_candidates import (
@@ -36,7 +35,7 @@ from pneumorph.study.reduce_settings import from_walks
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_run import OwnTask, TrainingResult, run_training, task_name
 from pneumorph.study.training_worlds import TrainingWorlds
-from pneumorph.study.usual_aim import other_physics, usual_aim, usual_worlds
+from pneumorph.study.usual_aim import other_physics, starts_to_a_side, usual_aim, usual_worlds
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class TrainingOptions(Checked):
         """Settings that the robots bring with them where they are not set: those as their materials
         were measured are trained in the worlds that they may turn out to live in, those of the
         published physics in one, a robot's file says what its designs, regulators and baseline
-        are, robots that start turned to a side learn nothing of their mirror images, and legs that
+        are, robots that start turned to a side have no mirror images, and legs that
         were reduced for lower pressures are inflated to those."""
         other, robot = other_physics(content, below), described_robot(content)
         brought = laid_over({} if other is None else _of_physics(other), _of_description(robot))
@@ -91,8 +90,9 @@ class TrainingOptions(Checked):
             of_paper = {"space": {"regulator_count": count}, "task": {"regulator_count": count}}
             gait = {"regulator_count": count}
             brought = laid_over(brought, {"coopt": of_paper, "baseline": {"gait": gait}})
-        if _starts_to_a_side(content):
-            brought = laid_over(brought, {"coopt": {"mirror_transitions": False}})
+        if starts_to_a_side(content, robot):
+            images = {"space": {"mirror": "none"}, "mirror_transitions": False}
+            brought = laid_over(brought, {"coopt": images})
         highest_kPa = highest_pressure_kPa(content, below, robot)
         if highest_kPa is None:
             return brought
@@ -152,18 +152,10 @@ def fast_training() -> TrainingOptions:
     return measured_training(restarting_settings(), {"coopt": learner})
 
 
-def _starts_to_a_side(content: Mapping[str, Any]) -> bool:
-    """Whether settings turn the robots' start so that it is not its own mirror image."""
-    start = content.get("robot", {}).get("physics", {}).get("start", {})
-    turned = {name: start[name] for name in ("heading_deg", "roll_deg") if name in start}
-    return not settings_from_dict(StartPose, turned).has_mirror
-
-
 def _of_description(robot: RobotDescription | None) -> dict[str, Any]:
     if robot is None:
         return {}
-    mirrors = robot.space.has_mirror and robot.physics.physics.start.has_mirror
-    mirrored = {} if mirrors else {"mirror_transitions": False}
+    mirrored = {} if robot.space.has_mirror else {"mirror_transitions": False}
     worlds = robot.worlds_settings()
     return {
         "coopt": {**robot.training_settings(), **mirrored},

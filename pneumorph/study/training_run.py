@@ -12,7 +12,7 @@ from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.equal_designs import check_equal_designs
+from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
 from pneumorph.environment.training_environment import EnvironmentFactory, TrainingEnvironment
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
@@ -176,14 +176,14 @@ def run_training(
             `TaskWrapper`; None for the task of the settings.
 
     Raises:
-        ValueError: The folder holds a training already, designs count as one that the goal tells
-            apart, task and robot have different numbers of regulators, designs walk in another
-            number of worlds than are drawn, or the environment is none for these settings.
+        ValueError: The folder holds a training already, designs count as one that the goal or the
+            start tells apart, task and robot have different numbers of regulators, designs walk in
+            another number of worlds than are drawn, or the environment is none for these settings.
     """
     start = time.monotonic()
     _check(settings, spec, folder, resume, worlds, baseline)
     if own_task is None:
-        check_equal_designs(settings.space, settings.task.goal, spec.physics.start)
+        check_equal_designs(settings.space, settings.task.goal)
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     name = None if own_task is None else task_name(own_task)
     if name is not None and settings.mirrored_scores:
@@ -287,13 +287,7 @@ def _check(
     spec.check_space(settings.space)
     if settings.mirror_transitions:
         settings.space.check_images()
-        start = spec.physics.start
-        if not start.has_mirror:
-            raise ValueError(
-                f"mirror_transitions is true and robots start turned by {start.heading_deg:g} and "
-                f"rolled by {start.roll_deg:g} degrees, expected it false: a robot's mirror image "
-                "would start turned to the other side"
-            )
+    check_equal_starts(settings.space, spec.physics.start)
     _ = spec.assembly(baseline.design)
     Design.parse(baseline.design).check_regulators(baseline.gait.regulator_count)
     ours, theirs = settings.task.regulator_count, spec.physics.regulator_count

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pneumorph.base.settings import settings_to_dict
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import described_robot
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import ROBUST_OBJECTIVE
+from pneumorph.physics.start_pose import StartPose
 from pneumorph.simulation.randomisation import Randomisation
 
 TILT_CM_PER_DEGREE = 0.05
@@ -38,6 +40,25 @@ def usual_aim(physics: Any) -> dict[str, Any]:
         "objective": settings_to_dict(ROBUST_OBJECTIVE if measured else Objective()),
         "task": {"reward": {"tilt": TILT_CM_PER_DEGREE if measured else 0.0}},
     }
+
+
+def starts_to_a_side(content: Mapping[str, Any], robot: RobotDescription | None) -> bool:
+    """Whether settings, or the robot's file that they name, turn the start so that it is not its
+    own mirror image: a design and its image are two then, unless the file says that they count as
+    one, which is refused.
+
+    Args:
+        content: Settings as nested dictionaries, with a group ``robot``.
+        robot: What the file says; None without one.
+    """
+    if robot is not None and "mirror" in robot.space.symmetries:
+        return False
+    own = {} if robot is None else settings_to_dict(robot.physics.physics.start)
+    asked = content.get("robot", {}).get("physics", {})
+    start = asked.get("start", {}) if isinstance(asked, Mapping) else {}
+    if not isinstance(start, Mapping):
+        return False  # refused where it is read
+    return not settings_from_dict(StartPose, {**own, **start}).has_mirror
 
 
 def _asked_physics(content: Mapping[str, Any]) -> Any:

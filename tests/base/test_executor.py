@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -227,11 +228,15 @@ def test_a_cluster_that_runs_already_is_joined(tmp_path: Path) -> None:
                     env=quiet,
                     capture_output=True,
                     text=True,
+                    timeout=240.0,
                 )
                 assert told.returncode == 0, told.stderr
                 assert told.stdout.splitlines()[-1] == "[(0, 3.0), (1, 6.0), (2, 15.0)]"
         finally:
             cluster.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                cluster.wait(30.0)
+            cluster.kill()
 
 
 def _answers(address: str) -> bool:

@@ -15,7 +15,6 @@ from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.environment.equal_designs import check_equal_designs
 from pneumorph.environment.goal import Goal
-from pneumorph.physics.start_pose import StartPose
 from pneumorph.robot.design_space import DesignSpace
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -97,7 +96,7 @@ def test_robots_are_mirrored_only_where_their_modules_are() -> None:
 def test_designs_are_one_only_where_the_goal_is(symmetry: str, goal: Goal, refused: bool) -> None:
     space = DesignSpace(location_count=4, maximum_legs=4, symmetries=(symmetry,))
     if not refused:
-        check_equal_designs(space, goal, StartPose())
+        check_equal_designs(space, goal)
         return
     with pytest.raises(ValueError, match=rf"count as one, and the goal '{goal.name}' tells them"):
-        check_equal_designs(space, goal, StartPose())
+        check_equal_designs(space, goal)

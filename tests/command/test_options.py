@@ -277,7 +277,9 @@ def test_switches_win_over_the_file_and_the_run(tmp_path: Path, asked: Ask) -> N
         (f"--settings {tmp_path / 'turned.toml'}", False),
         ("--physics.start.pitch-deg 90", True),
     ):
-        assert asked(f"coopt --preset quick {start}").coopt.mirror_transitions == mirrored
+        found = asked(f"coopt --preset quick {start}").coopt
+        assert (found.mirror_transitions, found.space.has_mirror) == (mirrored, mirrored)
+        assert asked(f"search {start}").search.space.has_mirror == mirrored
     off = asked(f"coopt --preset paper --settings {file} --no-mirror-transitions --no-resume")
     assert (off.coopt.mirror_transitions, off.resume) == (False, False)
     options = replace(

@@ -38,6 +38,7 @@ from pneumorph.hardware.virtual_rig import (
     draw_reality,
     trial_reality,
     true_air,
+    true_surfaces,
 )
 from pneumorph.physics.air import Air
 from pneumorph.physics.calibration import Calibration
@@ -69,10 +70,11 @@ def test_every_floor_of_a_trial_is_off_by_the_same_share() -> None:
     spec = paper_robot(
         "published", physics=Physics(friction_by_surface=(("skin", 0.9), ("hub", 0.4)))
     )
-    settings = replace(settings, surface_friction_factor="0.8")
+    usual = replace(drawn, friction=VirtualRigSettings().reality.friction)
+    settings = replace(settings, reality=usual, surface_friction_factor="0.8")
     reality = VirtualReality(spec, settings, "reduced").reality
     world = trial_reality(reality, settings, 1).world
-    share = world.friction / 1.1
+    share = world.friction / reality.world.friction
     expected = {"skin": 0.8 * 0.9 * share, "sheet": 0.6 * share, "hub": 0.2 * share}
     assert dict(world.friction_by_surface) == pytest.approx(expected)
 
@@ -91,6 +93,13 @@ def test_surfaces_of_the_measured_physics_are_hidden_one_by_one() -> None:
     smooth = replace(settings, reality=Randomisation(friction="0.4"))
     with pytest.raises(ValueError, match=r"virtual\.reality\.friction is '0\.4' and the"):
         VirtualReality(spec, smooth, "reduced")
+    named = Randomisation(friction="0.4", friction_by_surface=(("hub", "0.3"),))
+    with pytest.raises(ValueError, match=r"virtual\.reality\.friction is '0\.4' and the"):
+        VirtualReality(spec, replace(settings, reality=named), "reduced")
+    # Of surfaces of one's own there may be others, whose friction it is.
+    own = replace(spec.physics, friction_by_surface=(("rubber", 0.8),))
+    world = smooth.reality.draw(np.random.default_rng(0))
+    assert [name for name, _ in true_surfaces(smooth, world, own)] == ["rubber"]
     with pytest.raises(ValueError, match=r"surface_friction_factor is 'U\(-1, 2\)', expected"):
         VirtualRigSettings(surface_friction_factor="U(-1, 2)")
 

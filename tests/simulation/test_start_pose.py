@@ -9,8 +9,8 @@ import pytest
 from helpers.crawlers import GAIT, PHYSICS, crawlers
 from helpers.small_robot import small_robot
 
-from pneumorph.environment.equal_designs import check_equal_designs
-from pneumorph.environment.goal import FORWARD, Goal
+from pneumorph.environment.equal_designs import check_equal_starts
+from pneumorph.geometry.pose import Pose
 from pneumorph.physics.ground import Ground, Steps
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.start_pose import StartPose
@@ -20,6 +20,7 @@ from pneumorph.simulation.batched_simulator import BatchedSimulator
 from pneumorph.simulation.stepper_settings import StepperSettings
 
 ELSEWHERE = StartPose(x_mm=130.0, y_mm=-70.0, heading_deg=50.0)
+PLACED = ELSEWHERE.pose(np.zeros((0, 3)))
 TIGHT = StepperSettings(
     element_precision="double",
     tangent_tolerance_mm_per_s=0.0,
@@ -48,7 +49,7 @@ def test_a_plane_has_no_place_and_no_direction() -> None:
         for start in (dropped, elsewhere)
     )
     assert np.linalg.norm(usual.position[:2]) > 1.0
-    pose = ELSEWHERE.pose
+    pose = PLACED
     np.testing.assert_allclose(turned.position, pose.apply(usual.position), atol=1e-5)
     np.testing.assert_allclose(turned.rotation, pose.rotation @ usual.rotation, atol=1e-6)
     np.testing.assert_allclose(turned.modes, usual.modes, atol=1e-4)
@@ -65,7 +66,7 @@ def test_finite_elements_start_there_as_well(soft: bool) -> None:
     usual, turned = ends
     assert turned.active_contacts > 0
     for x, y in zip(usual.positions, turned.positions, strict=True):
-        np.testing.assert_allclose(y, ELSEWHERE.pose.apply(x), atol=1e-6)
+        np.testing.assert_allclose(y, PLACED.apply(x), atol=1e-6)
 
 
 def test_a_start_further_forward_meets_a_step_earlier() -> None:
@@ -99,19 +100,25 @@ def test_every_reset_puts_them_back() -> None:
     assert simulator.heading_deg[0] == pytest.approx(50.0, abs=1e-9)
 
 
-def test_a_start_inside_the_floor_is_refused_with_the_lift_that_it_takes() -> None:
-    rolled = replace(SMALL, start=StartPose(roll_deg=180.0))
-    with pytest.raises(
-        ValueError, match=r"start\.lift_mm is 0, expected at least 1\.0 for"
-    ) as told:
-        small_robot(rolled)
-    assert "pitch_deg 0 and roll_deg 180: a contact point would start 1.0 mm inside" in str(
-        told.value
-    )
-    small_robot(replace(SMALL, start=StartPose(roll_deg=180.0, lift_mm=1.0)))
-    on_its_side = replace(PHYSICS, start=StartPose(pitch_deg=90.0))
-    with pytest.raises(ValueError, match=r"start\.lift_mm is 0, expected at least"):
-        BatchedSimulator(crawlers(), on_its_side)
+@pytest.mark.parametrize(
+    "start", [StartPose(roll_deg=180.0), StartPose(pitch_deg=70.0, lift_mm=5.0)]
+)
+def test_a_turned_robot_starts_where_it_touches_a_level_floor(start: StartPose) -> None:
+    """Whatever its legs; a lift is above that. On other grounds these are put below it."""
+    physics = replace(PHYSICS, start=start)
+    simulator = BatchedSimulator(crawlers(), physics)
+    heights = []
+    for number, robot in enumerate(crawlers()):
+        pose = Pose(simulator.read("rotation")[number], simulator.read("position")[number])
+        heights.append(pose.apply(robot.standing_points)[:, 2].min() - physics.floor_height_mm)
+    np.testing.assert_allclose(heights, start.lift_mm, atol=1e-9)
+    robot = small_robot(replace(SMALL, start=start))
+    points = np.concatenate(robot.contact_positions(robot.initial_state()))
+    assert robot.floor.gap(points).min() == pytest.approx(start.lift_mm, abs=1e-9)
+    uneven = replace(physics, ground=Ground(steps=Steps(rise_mm=4.0)))
+    points = crawlers()[0].standing_points
+    gaps = uneven.floor(points).gap(uneven.start_pose(points).apply(points))
+    assert gaps.min() == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -128,19 +135,25 @@ def test_a_start_inside_the_floor_is_refused_with_the_lift_that_it_takes() -> No
 def test_designs_are_one_only_where_they_start_alike(
     start: StartPose, mirror: bool, turned: bool
 ) -> None:
-    for symmetry, goal, alike in (
-        ("mirror", FORWARD, mirror),
-        ("1 2 3 0", Goal("turn_left"), turned),
-    ):
-        space = DesignSpace(location_count=4, maximum_legs=4, symmetries=(symmetry,))
+    for symmetry, alike in (("mirror", mirror), ("1 2 3 0", turned)):
+        space = DesignSpace(
+            location_count=4,
+            maximum_legs=4,
+            symmetries=(symmetry,),
+            mirror="radial" if symmetry == "mirror" else "none",
+        )
         if alike:
-            check_equal_designs(space, goal, start)
+            check_equal_starts(space, start)
             continue
-        with pytest.raises(ValueError, match=f"under '{symmetry}' count as one, and robots start"):
-            check_equal_designs(space, goal, start)
-    reflection = np.diag([1.0, -1.0, 1.0])
-    image = reflection @ start.pose.rotation @ reflection
-    assert np.allclose(image, start.pose.rotation) == start.has_mirror
+        with pytest.raises(ValueError, match=f"count as one under '{symmetry}', and robots start"):
+            check_equal_starts(space, start)
+    if mirror:
+        check_equal_starts(DesignSpace(), start)
+    else:
+        with pytest.raises(ValueError, match=r"have mirror images, and robots start with heading"):
+            check_equal_starts(DesignSpace(), start)
+    reflection, turn = np.diag([1.0, -1.0, 1.0]), start.pose(np.zeros((0, 3))).rotation
+    assert np.allclose(reflection @ turn @ reflection, turn) == start.has_mirror
 
 
 def test_it_is_told_and_kept_apart() -> None:

@@ -82,7 +82,7 @@ def test_a_lopsided_space_is_refused_before_anything_walks(tmp_path: Path) -> No
     spec = small.spec()
     turned = replace(spec.physics, start=StartPose(heading_deg=20.0))
     symmetric = replace(settings, space=small.space)
-    with pytest.raises(ValueError, match=r"robots start turned by 20 and rolled by 0 degrees"):
+    with pytest.raises(ValueError, match=r"designs have mirror images, and robots start"):
         run_training(
             symmetric,
             RunFolder(tmp_path, "coopt"),
