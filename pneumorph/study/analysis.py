@@ -70,7 +70,7 @@ class AnalysedLeg:
     regulator: int
     """Of its first chamber."""
     angle_deg: float
-    """Where it points, from forward to the left [degrees]."""
+    """Where it points on the robot, from its front to its left [degrees]."""
     mean_load_mN: float
     used_share: float
     slipping_share: float

@@ -44,6 +44,7 @@ def refusal(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Refusal:
         ("--physics.time-step-s 1", "time_step_s must be above 0 and at most 0.1, got 1.0"),
         ("--simulation.time-step-s 1", "time_step_s must be above 0 and at most 0.1, got 1.0"),
         ("--physics.floor-slope-deg 95", "floor_slope_deg must be above -90 and below 90"),
+        ("--physics.start.lift-mm -2", "lift_mm must be at least 0, got -2"),
         ("--threads -3", "threads must be at least 0, got -3"),
         ("--stepper.contact-sweeps 99999999999", "contact_sweeps must be at most 2147483647"),
     ],
@@ -92,6 +93,10 @@ def test_files_that_are_damaged_are_named(tmp_path: Path, refusal: Refusal) -> N
     settings = tmp_path / "settings.toml"
     settings.write_bytes(noise.read_bytes())
     assert f"settings file {settings} is not text" in refusal(f"simulate --settings {settings}")
+    for verb in ("coopt", "search"):
+        settings.write_text("[physics]\nstart = 5\n")
+        said = refusal(f"{verb} --settings {settings}")
+        assert "robot.physics.start: expected a table of x_mm, y_mm" in said
     folder = write_run(tmp_path / "run", "coopt", TrainingOptions())
     summary = folder / "summary.json"
     summary.write_text(summary.read_text()[:-20])
