@@ -151,8 +151,8 @@ class CountedState(RigidHubState):
 class CountedHub(RigidHub):
     """A hub of one's own, which counts its steps."""
 
-    def initial_state(self):
-        return CountedState(**vars(super().initial_state()), steps=np.zeros(1))
+    def initial_state(self, start=None):
+        return CountedState(**vars(super().initial_state(start)), steps=np.zeros(1))
 
     def advance(self, state, velocity, step):
         moved = super().advance(state, velocity, step)

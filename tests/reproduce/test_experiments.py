@@ -77,7 +77,7 @@ def test_the_published_physics_is_named_in_full() -> None:
     not_of_it = {"part", "threads", "executor", "calibration", "described", "file_text"}
     assert set(named) == {each.name for each in fields(RobotOptions)} - not_of_it
     for group, settings, left_out in (
-        (named["physics"], Physics, {"ground"}),  # a plane
+        (named["physics"], Physics, {"ground", "start"}),  # a plane, upright on it
         # Nothing else of them counts beside this law and this exponent.
         (named["physics"]["air"], Air, {each.name for each in fields(Air)} - {"law"}),
         (
