@@ -341,7 +341,7 @@ def test_periodic_walks_are_compared_where_finite_elements_have_walked(
         found: int = asked(f"compare {flags}").comparison.periodic_count
         return found
 
-    assert count("") == 6
+    assert count("") == 8
     assert count("--preset quick") == 0
     assert count("--physics published") == 0
     assert count("--physics published --periodic-count 2") == 2
