@@ -14,27 +14,39 @@ from pneumorph.catalogue.site import Site
 from pneumorph.geometry.contact_surfaces import distance_to
 from pneumorph.geometry.surface import boundary_triangles, winding_number
 from pneumorph.physics.physics import Physics
+from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.robot.design_space import DesignSpace
 
+USUAL_TOLERANCE_MM = 3.0
+"""Widest gap between hub and attachment face, and deepest overlap, where none is asked for [mm]."""
 
-def check_module(module: Module, name: str, physics: Physics, weighed: bool) -> None:
-    """Refuse a module whose mass does not go with its volume, or that the physics would inflate
-    otherwise than the real one.
+
+def check_cast_mass(part: ReducedPart, what: str, setting: str) -> None:
+    """Refuse a part that was not weighed and whose mass does not go with its volume.
+
+    Args:
+        part: The part.
+        what: What it is, for the error.
+        setting: By which its mass is given where it was weighed.
+
+    Raises:
+        ValueError: No leg that is cast has such a density.
+    """
+    cause = f"its mass may be that of another leg; weigh it and give {setting}"
+    check_density(what, part.mass, material_volume(part), CAST_G_PER_ML, cause)
+
+
+def check_inflation(module: Module, name: str, physics: Physics) -> None:
+    """Refuse a module that the physics would inflate otherwise than the real one.
 
     Args:
         module: The module.
         name: What its description calls it.
         physics: What acts on the robot.
-        weighed: Whether its description says its mass, which is taken as it is.
 
     Raises:
-        ValueError: Either is the case.
+        ValueError: Its map of pressures is another one.
     """
-    part = module.reduced
-    if not weighed:
-        cause = f"its mass may be that of another leg; weigh it and give modules.{name}.mass_g"
-        volume = material_volume(part)
-        check_density(f"modules.{name}", part.mass, volume, CAST_G_PER_ML, cause)
     own = module.pressure_map
     if own is not None and own != physics.pressure_map:
         raise ValueError(

@@ -28,7 +28,13 @@ from pneumorph.catalogue.hub_spec import HUB_SURFACE
 from pneumorph.catalogue.mean_growth import mean_growth
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module_description import ModuleDescription
-from pneumorph.catalogue.mounting_check import check_apart, check_module, check_mounted
+from pneumorph.catalogue.mounting_check import (
+    USUAL_TOLERANCE_MM,
+    check_apart,
+    check_cast_mass,
+    check_inflation,
+    check_mounted,
+)
 from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind, load_default_leg
 from pneumorph.catalogue.paper_robot import ring_of_sites
 from pneumorph.catalogue.part_physics import refuse_other_physics
@@ -87,7 +93,7 @@ class RobotDescription(Checked, ShownInNotebooks):
     for trainings, searches and certificates."""
     designs: DesignRules = field(default_factory=DesignRules)
     """Which designs may be built, and which walks where none is named."""
-    mounting_tolerance_mm: Positive = 3.0
+    mounting_tolerance_mm: Positive = USUAL_TOLERANCE_MM
     """Widest gap between hub and attachment face, and deepest overlap of hub and module, and of
     modules at two sites [mm]."""
     catalogue_folder: Path | None = None
@@ -425,7 +431,9 @@ class RobotDescription(Checked, ShownInNotebooks):
                 for site, names in zip(self.sites, self._allowed(), strict=True)
             )
         for name, module in modules.items():
-            check_module(module, name, physics, weighed=self.modules[name].mass_g is not None)
+            if self.modules[name].mass_g is None:
+                check_cast_mass(module.reduced, f"modules.{name}", f"modules.{name}.mass_g")
+            check_inflation(module, name, physics)
         check_mounted(hub, sites, self.mounting_tolerance_mm)
         check_apart(sites, self.space, self.mounting_tolerance_mm)
         return RobotSpec(

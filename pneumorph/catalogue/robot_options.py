@@ -17,6 +17,12 @@ from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_d
 from pneumorph.base.shapes import table
 from pneumorph.catalogue.full_options import FullOptions, full_of
 from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.mounting_check import (
+    USUAL_TOLERANCE_MM,
+    check_apart,
+    check_cast_mass,
+    check_mounted,
+)
 from pneumorph.catalogue.older_names import OLDER_GROUP
 from pneumorph.catalogue.paper_leg import (
     LegName,
@@ -37,6 +43,7 @@ from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.stepper_settings import StepperSettings
 
 
@@ -305,6 +312,8 @@ class RobotOptions(Checked):
             part = self._part_of_this_physics()
             leg = paper_leg(self.leg, part, full.mesh, masses=self.masses, label=label)
             spec = paper_robot(leg, self.physics, self.masses, **numerics)
+            if self.part is not None:
+                self._check_own_leg(spec)
             usual = pressure_map(self.leg)
         else:
             self._refuse_beside_a_description(robot)
@@ -353,6 +362,20 @@ class RobotOptions(Checked):
         remedy = "leave out --physics and --leg, which the leg then brings itself"
         refuse_other_physics(part, self.based_on, f"the reduced leg {self.part}", remedy)
         return part
+
+    def _check_own_leg(self, spec: RobotSpec) -> None:
+        """Refuse a reduced leg that weighs what no cast leg does, or that reaches into the disk or
+        into its neighbour.
+
+        Raises:
+            ValueError: It does.
+        """
+        if self.masses.leg_mass_g is None:
+            what = f"the reduced leg {self.part}"
+            check_cast_mass(spec.module.reduced, what, "masses.leg_mass_g")
+        if spec.module.face is not None:  # without its mesh it is put where its origin is
+            check_mounted(spec.hub, spec.sites[:1], USUAL_TOLERANCE_MM)  # all are alike
+        check_apart(spec.sites, DesignSpace(), USUAL_TOLERANCE_MM)
 
     def _refuse_beside_a_description(self, robot: RobotDescription) -> None:
         """Refuse what would be ignored: the description says it.

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pneumorph.base.layers import layered
+from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.older_names import current_arguments
 from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg, paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
@@ -20,6 +21,7 @@ from pneumorph.physics.physics import Physics
 from pneumorph.report.plan import paper_plan, plans_of
 from pneumorph.robot.design import Design
 from pneumorph.robot.resized_part import resized_part
+from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.study.reduction_options import ReduceOptions
 
 
@@ -120,3 +122,28 @@ def test_a_leg_that_relaxes_is_refused_in_the_published_physics(tmp_path: Path) 
     assert RobotOptions(part=part).spec().module.reduced.relaxation is not None
     with pytest.raises(ValueError, match=r"leg\.npz is of the measured physics .it relaxes., and"):
         RobotOptions.of("published", part=part).spec()
+
+
+def test_a_leg_that_weighs_what_nothing_does_is_refused(tmp_path: Path) -> None:
+    """Grams where kilograms are expected; a mass that was weighed is taken as it is."""
+    heavy = scaled_part(load_default_leg("published"), 1.0, 1000.0).save(tmp_path / "leg.npz")
+    with pytest.raises(ValueError, match=r"reduced leg .*leg\.npz weighs 1\.05e\+05 g"):
+        RobotOptions.of("published", part=heavy).spec()
+    assert RobotOptions.of("published", part=heavy, masses=Masses(leg_mass_g=105.0)).spec()
+
+
+@pytest.mark.parametrize(
+    ("size", "expected"),
+    [(1.0, None), (2.0, "inside each other"), (0.7, None)],
+)
+def test_a_leg_that_reaches_into_its_neighbour_is_refused(
+    size: float, expected: str | None, tmp_path: Path
+) -> None:
+    """The sites are as far apart as the paper's leg needs; twice as wide, two legs overlap."""
+    path = resized_part(load_default_leg("measured"), size).save(tmp_path / "leg.npz")
+    options = RobotOptions.of("measured", part=path, masses=Masses("cast", leg_mass_g=40.0))
+    if expected is None:
+        options.spec()
+        return
+    with pytest.raises(ValueError, match=expected):
+        options.spec()
