@@ -1,7 +1,8 @@
 """The expert's robot over all phases, in worlds of what nobody has measured, beside the real one.
 
 The paper says of its real robot: 4 to 5 cm in 20 s, best at 110 degrees, 1.2 cm back in a cycle.
-Each physics makes a band of each, from its 10th to its 90th percentile over the worlds.
+Each physics makes a band of each, from its 10th to its 90th percentile over the worlds; of the best
+phase, which is an angle, the shortest arc that holds as many.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ import numpy as np
 
 from pneumorph.base.run_folder import made_once
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.paper_leg import PhysicsName
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.walk import walk
 from pneumorph.report.style import figure_style, new_figure
@@ -71,9 +72,30 @@ def walks(physics: PhysicsName, world: World) -> dict[str, list[float]]:
     }
 
 
+def shortest_arc(angles_deg: np.ndarray, share: float) -> list[float]:
+    """Where the shortest arc that holds a share of angles begins and ends [deg], in the sense of
+    growing angles; it may cross 360.
+
+    Args:
+        angles_deg: The angles, (angle,) [deg].
+        share: How many of them it holds.
+    """
+    angles = np.sort(np.mod(angles_deg, 360.0))
+    held = int(np.ceil(share * len(angles) - 1e-9))
+    ends = np.concatenate([angles, angles + 360.0])[held - 1 : held - 1 + len(angles)]
+    first = int(np.argmin(ends - angles))
+    return [float(angles[first]), float(np.mod(ends[first], 360.0))]
+
+
+def on_arc(angle_deg: float, arc_deg: list[float]) -> bool:
+    """Whether an angle lies on an arc, as `shortest_arc` gives it [deg]."""
+    start, end = arc_deg
+    return bool(np.mod(angle_deg - start, 360.0) <= np.mod(end - start, 360.0))
+
+
 def bands(made: list[dict[str, list[float]]], worlds: list[World]) -> dict[str, Any]:
-    """Percentiles over worlds of what the paper states, and at every phase, and what the distance
-    depends on; failed walks are left out and counted."""
+    """Percentiles over worlds of what the paper states, and at every phase, what the distance
+    depends on, and each world; failed walks are left out and counted."""
     distance, slide, ratio = (
         np.array([each[name] for each in made], dtype=float)
         for name in ("distance_cm", "backsliding_cm", "range_ratio")
@@ -86,19 +108,33 @@ def bands(made: list[dict[str, list[float]]], worlds: list[World]) -> dict[str, 
     best = np.array(PHASES_DEG)[np.nanargmax(distance, axis=1)]
     found = {
         "distance_cm": percentiles(distance[:, at]),
-        "best_phase_deg": percentiles(best.astype(float)),
+        "best_phase_deg": shortest_arc(best, (PERCENTILES[-1] - PERCENTILES[0]) / 100.0),
         "backsliding_cm": percentiles(slide[:, at]),
     }
     return {
         "bands": found,
         "contained": {
-            name: found[name][0] <= stated.most and found[name][-1] >= stated.least
+            name: on_arc(stated.least, found[name])
+            if name == "best_phase_deg"
+            else found[name][0] <= stated.most and found[name][-1] >= stated.least
             for name, stated in STATED.items()
         },
         "best_distance_cm": percentiles(np.nanmax(distance, axis=1)),
         "by_phase_cm": np.nanpercentile(distance, PERCENTILES, axis=0).tolist(),
         "depends_on": [asdict(each) for each in _depends_on(distance[:, at], worlds)],
         "worlds": len(distance),
+        "in_world": [
+            {
+                "around_110_cm": np.round(distance[k, at - 1 : at + 2], 2).tolist(),
+                "backsliding_cm": round(float(slide[k, at]), 2),
+                "best_phase_deg": int(best[k]),
+                "best_distance_cm": round(float(np.nanmax(distance[k])), 2),
+                "surface_friction": {n: round(v, 2) for n, v in world.friction_by_surface},
+                "friction": round(world.friction, 2),
+                "floor_slope_deg": round(world.floor_slope_deg, 2),
+            }
+            for k, world in enumerate(worlds)
+        ],
         "failed_walks": int(np.isnan(distance).sum()),
         "left_range_share": float(np.mean(ratio > 1.2)),
     }
