@@ -22,7 +22,7 @@ from pneumorph.environment.crawling_simulator import (
     TurningSimulator,
 )
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.goal import turn_between
+from pneumorph.environment.place import Move, Place
 from pneumorph.environment.reward import GOAL_TERMS, SAMPLE_STEPS, reward_terms
 from pneumorph.robot.design import Design
 
@@ -136,9 +136,11 @@ class CrawlingEnvironment(VectorEnv):
         Args:
             seed: Given to a simulator that draws its physics (`RedrawingSimulator`); the task
                 itself draws no random numbers.
-            options: ``{"designs": [...]}`` gives every robot a new design, else it keeps its own.
+            options: ``{"designs": [...]}`` gives every robot a new design, or its text, else it
+                keeps its own.
 
         Raises:
+            TypeError: A design is neither that nor text.
             ValueError: An unknown option, or designs of the wrong number or kind.
         """
         super().reset(seed=seed)
@@ -183,23 +185,22 @@ class CrawlingEnvironment(VectorEnv):
         command_kPa = self.task.pressure_kPa(actions)
         self._settle()
 
-        start_mm = np.array(self._simulator.forward_position_mm, dtype=np.float64)
-        aside = self._aside()
-        samples = self._advance(command_kPa, start_mm)
+        before = self._place()
+        samples, slides_mm = self._advance(command_kPa, before)
         status = np.array(self._simulator.status, dtype=np.uint8)
         failed = status != RUNNING
         span = self.task.maximum_pressure_kPa - self.task.minimum_pressure_kPa
-        travel_mm = self._simulator.forward_position_mm - start_mm
+        moved = before.to(self._place())
         terms_of = partial(
             reward_terms,
-            travel_mm,
+            moved.forward_mm,
             failed,
             self.task.reward,
             pressure_change=np.abs(command_kPa - self._last_command_kPa).sum(axis=1) / span,
             **samples,
         )
-        terms, told = self._terms(terms_of, aside)
-        told |= reward_terms(travel_mm, failed)  # whatever the goal is
+        terms, told = self._terms(terms_of, moved, slides_mm)
+        told |= reward_terms(moved.forward_mm, failed)  # whatever the goal is
         self._last_command_kPa = command_kPa
         reward = np.sum(list(terms.values()), axis=0)
 
@@ -226,54 +227,66 @@ class CrawlingEnvironment(VectorEnv):
             self._begin(ended)
         return self._observation(), reward, terminated, truncated, info
 
-    def _advance(self, command_kPa: np.ndarray, start_mm: np.ndarray) -> dict[str, np.ndarray]:
+    def _advance(
+        self, command_kPa: np.ndarray, place: Place
+    ) -> tuple[dict[str, np.ndarray], np.ndarray]:
         """Hold an action; of what `reward_terms` takes, each (robot,), what the reward asks to be
-        looked at within it: furthest slide back, mean share of the weight on the hub, mean
-        tilt beyond what is free."""
+        looked at within it: mean share of the weight on the hub, mean tilt beyond what is free; and
+        the furthest slide back from the goal, of the robots and of their mirror images [mm],
+        (2, robot)."""
         steps, weights = self.task.action_step_count, self.task.reward
+        gone = np.zeros((2, self.num_envs))
+        furthest, slide = gone, gone
         if not weights.needs_samples:
             self._simulator.advance(command_kPa, steps)
-            return {}
-        furthest, slide = start_mm, np.zeros(self.num_envs)
+            return {}, slide
         means: dict[str, list[np.ndarray]] = {}
         for begin in range(0, steps, SAMPLE_STEPS):
             self._simulator.advance(command_kPa, min(SAMPLE_STEPS, steps - begin))
-            now = np.nan_to_num(self._simulator.forward_position_mm)
-            furthest = np.maximum(furthest, now)
-            slide = np.maximum(slide, furthest - now)
+            if weights.backsliding > 0.0:
+                last, place = place, self._place()
+                moved = last.to(place)
+                gone = gone + np.nan_to_num(
+                    [each.towards(weights.direction) for each in (moved, moved.mirrored())]
+                )
+                furthest = np.maximum(furthest, gone)
+                slide = np.maximum(slide, furthest - gone)
             if weights.hub_load > 0.0:
                 means.setdefault("hub_load_share", []).append(self._loaded.hub_load_share)
             if weights.tilt > 0.0:
                 beyond = np.maximum(self._leaning.tilt_deg - weights.free_tilt_deg, 0.0)
                 means.setdefault("tilt_deg", []).append(beyond)
-        return {"slide_mm": slide} | {name: np.mean(at, axis=0) for name, at in means.items()}
+        return {name: np.mean(at, axis=0) for name, at in means.items()}, slide
 
-    def _aside(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Places to the left [mm] and headings [degrees], both (robot,), where they count."""
+    def _place(self) -> Place:
+        """Where the robots are now; to the left and turned where it counts, 0 elsewhere."""
+        forward_mm = np.array(self._simulator.forward_position_mm, dtype=np.float64)
         if self.task.reward.goal == "forward":
-            return None
+            return Place(forward_mm, np.zeros(self.num_envs), np.zeros(self.num_envs))
         if not isinstance(self._simulator, TurningSimulator):
             raise ValueError(
                 f"reward.goal is {self.task.reward.goal!r}, expected 'forward' for a simulator "
                 f"that does not know where its robots turn, {type(self._simulator).__name__}"
             )
-        return np.array(self._simulator.left_position_mm), np.array(self._simulator.heading_deg)
+        return Place(
+            forward_mm,
+            np.array(self._simulator.left_position_mm, dtype=np.float64),
+            np.array(self._simulator.heading_deg, dtype=np.float64),
+        )
 
     def _terms(
-        self,
-        terms_of: Callable[..., dict[str, np.ndarray]],
-        before: tuple[np.ndarray, np.ndarray] | None,
+        self, terms_of: Callable[..., dict[str, np.ndarray]], moved: Move, slides_mm: np.ndarray
     ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Terms of the reward, and where forward is no goal what was achieved of it and what the
         robots' mirror images get."""
-        after = self._aside()
-        if before is None or after is None:
-            return terms_of(), {}
-        left_mm = after[0] - before[0]
-        turn_deg = turn_between(before[1], after[1])
-        image = terms_of(left_mm=-left_mm, turn_deg=-turn_deg)
+        goal = self.task.goal
+        if goal.is_forward:
+            return terms_of(slide_mm=slides_mm[0]), {}
+        terms, image = (
+            terms_of(left_mm=each.left_mm, turn_deg=each.turn_deg, slide_mm=slide_mm)
+            for each, slide_mm in zip((moved, moved.mirrored()), slides_mm, strict=True)
+        )
         mirrored = np.sum(list(image.values()), axis=0)
-        terms, goal = terms_of(left_mm=left_mm, turn_deg=turn_deg), self.task.goal
         own = np.sum(list(terms.values()), axis=0)
         told = {
             "mirrored_reward_cm": mirrored,
@@ -342,8 +355,10 @@ class CrawlingEnvironment(VectorEnv):
     def _observation(self) -> np.ndarray:
         return np.concatenate([self._memory, self._one_hot], axis=1)
 
-    def _accept(self, designs: Sequence[Design]) -> None:
-        designs = tuple(designs)
+    def _accept(self, asked: Sequence[Design | str]) -> None:
+        if isinstance(asked, str):
+            raise TypeError(f"designs is {asked!r:.60}, expected one for each robot, in a list")
+        designs = tuple(each if isinstance(each, Design) else Design.parse(each) for each in asked)
         if len(designs) != self.num_envs:
             raise ValueError(
                 f"got {len(designs)} designs, expected {self.num_envs}: one per robot of the batch"

@@ -30,10 +30,11 @@ SAMPLE_STEPS = 10
 @dataclass(frozen=True)
 class RewardWeights(Checked):
     """The reward: the goal's travel, minus penalties. By default forward travel alone, as in the
-    paper."""
+    paper; in the measured physics trainings and searches set `tilt` as well."""
 
     backsliding: NotNegative = 0.0
-    """Penalty for the furthest slide back within an action [cm per cm]."""
+    """Penalty for the furthest slide back within an action [cm per cm], away from the goal: of
+    turning, what the degrees that are turned back were worth."""
     hub_load: NotNegative = 0.0
     """Penalty for the share of the weight that the floor bears through the hub, averaged over an
     action [cm for all of the weight]: against robots that drag their hub like a sled."""
@@ -126,7 +127,8 @@ def reward_terms(
         travel_mm: Forward travel over the action [mm], shape (robot,).
         failed: Robots whose simulation failed during the action, shape (robot,) bool.
         weights: What is taken off; None for nothing.
-        slide_mm: Furthest slide back within the action [mm], shape (robot,), where it counts.
+        slide_mm: Furthest slide back from the goal within the action [mm], shape (robot,), where
+            it counts.
         hub_load_share: Mean share of the weight on the hub, shape (robot,), where it counts.
         pressure_change: Change of commands over the range of pressure, summed over regulators,
             shape (robot,), where it counts.

@@ -167,6 +167,10 @@ def test_reset_gives_new_designs() -> None:
     environment.step(random_actions(1)[0])
     observation, _ = environment.reset(options={"designs": DESIGNS[::-1]})
     assert environment.designs == tuple(DESIGNS[::-1])
+    environment.reset(options={"designs": [str(design) for design in DESIGNS[::-1]]})
+    with pytest.raises(TypeError, match=r"designs is '1.* expected one for each robot, in a list"):
+        environment.reset(options={"designs": "1.0.0.2.2.0.0.1"})
+    assert environment.designs == tuple(DESIGNS[::-1])
     np.testing.assert_array_equal(observation[0, 12:], DESIGNS[-1].one_hot(3))
     rewards = [environment.step(action)[1] for action in random_actions(5)]
     alone = make(DESIGNS[-1:])

@@ -95,6 +95,48 @@ def test_what_is_taken_off_has_a_weight_and_a_name() -> None:
     assert _stepped(RewardWeights())[0] == pytest.approx(travel)
 
 
+class _Winding(_Scripted):
+    """Goes back and to the left as it goes forward elsewhere, and turns there and back."""
+
+    @property
+    def left_position_mm(self) -> np.ndarray:
+        return -self.forward_position_mm
+
+    @property
+    def heading_deg(self) -> np.ndarray:
+        # Across half a circle, where headings jump.
+        turned = 175.0 + 10.0 * self.forward_position_mm
+        return (turned + 180.0) % 360.0 - 180.0
+
+
+@pytest.mark.parametrize(
+    ("weights", "slid_cm", "images_cm"),
+    [
+        (RewardWeights(1.0, goal="heading", heading_deg=0.0), 0.3, 0.3),
+        (RewardWeights(1.0, goal="heading", heading_deg=180.0), 0.6, 0.6),
+        (RewardWeights(1.0, goal="heading", heading_deg=90.0), 0.6, 0.3),
+        (RewardWeights(1.0, goal="turn_left"), 3.0, 6.0),
+        (RewardWeights(2.0, goal="turn_right", turn_cm_per_degree=0.01), 1.2, 0.6),
+    ],
+)
+def test_sliding_back_is_away_from_the_goal(
+    weights: RewardWeights, slid_cm: float, images_cm: float
+) -> None:
+    """Places of 0, 4, 1 and 6 mm in the first action: the furthest way back is 3 mm of going
+    forward, from 4 to 1, and 6 of the opposite. Mirrored, left and right change places."""
+    task = CrawlingTask(
+        regulator_count=2, action_step_count=30, settling_step_count=0, reward=weights
+    )
+    environment = CrawlingEnvironment([Design.parse("1.2.0.0")], lambda d: d, _Winding, task)
+    environment.reset()
+    _, _, _, _, info = environment.step(np.array([[1.0, -1.0]]))
+    np.testing.assert_allclose(info["backsliding_cm"], [-slid_cm], atol=1e-9)
+    image = info["mirrored_reward_cm"] - info["rewarded_cm"]
+    gained = info["achieved"] * weights.counted.cm_per_unit
+    mirrored = gained if weights.is_symmetric else -gained
+    np.testing.assert_allclose(image, mirrored - gained - images_cm + slid_cm, atol=1e-9)
+
+
 def test_a_failure_costs_nothing_either() -> None:
     found = reward_terms(
         np.array([np.nan]), np.array([True]), RewardWeights(1.0, 1.0), np.ones(1), np.ones(1)
