@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from other_leg import MESH_FILE
@@ -46,14 +47,15 @@ def rig_distance_cm(
     rig: VirtualRigSettings,
     folder: RunFolder,
     model: Model = "reduced",
-) -> float:
-    """How far the rig's robot goes in one trial [cm]; 0 where its simulation fails."""
+) -> tuple[float | None, str]:
+    """How far the rig's robot goes in one trial [cm], and an empty word; None and why where its
+    simulation fails or its guard stops it."""
     settings = DeploymentSettings(rig=RIG, trials=1, model=model, virtual=rig)
     try:
         found = deploy_gait(gait, settings, robot, folder).mean_distance_cm
-    except DriverError:
-        found = None
-    return 0.0 if found is None else found
+    except DriverError as error:
+        return None, str(error)
+    return found, "" if found is not None else "no trial came to its end"
 
 
 @dataclass(frozen=True)
@@ -64,15 +66,19 @@ class Coverage:
     share_within: float
     """From the 10th to the 90th percentile."""
     share_below: float
+    """With those that failed."""
     share_above: float
-    distances_cm: tuple[float, ...]
+    failed: int
+    distances_cm: tuple[float | None, ...]
+    """None of those that failed."""
 
     @classmethod
-    def of(cls, band: Band, distances_cm: list[float]) -> Coverage:
+    def of(cls, band: Band, distances_cm: list[float | None]) -> Coverage:
         """That of distances beside a band."""
-        far = np.array(distances_cm)
+        failed = sum(each is None for each in distances_cm)
+        far = np.array([-np.inf if each is None else each for each in distances_cm])
         below, above = float(np.mean(far < band.low)), float(np.mean(far > band.high))
-        return cls(len(far), 1.0 - below - above, below, above, tuple(distances_cm))
+        return cls(len(far), 1.0 - below - above, below, above, failed, tuple(distances_cm))
 
 
 def covered(
@@ -96,15 +102,17 @@ def covered(
         model: Of the robots behind the rig.
     """
 
-    def walked(seed: int) -> dict[str, float]:
+    def walked(seed: int) -> dict[str, Any]:
         rig, folder = hidden_rig(worlds, seed), RunFolder(work / model / str(seed), "deploy")
-        return {"distance_cm": rig_distance_cm(gait, robot, rig, folder, model)}
+        distance_cm, why = rig_distance_cm(gait, robot, rig, folder, model)
+        return {"distance_cm": distance_cm, "failed": why}
 
     far = []
     for seed in range(FIRST_SEED, FIRST_SEED + count):
         file, made_of = work / f"{model}_{seed}.json", {"gait": str(gait), "part": str(robot.part)}
         far.append(made_once(file, partial(walked, seed), **made_of)["distance_cm"])
-        print(f"hidden world {seed}: {far[-1]:.2f} cm", flush=True)
+        said = "failed" if far[-1] is None else f"{far[-1]:.2f} cm"
+        print(f"hidden world {seed}: {said}", flush=True)
     return Coverage.of(band, far)
 
 

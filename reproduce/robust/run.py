@@ -7,7 +7,8 @@ the leg of the hidden worlds. After `pneumorph certify RUN --full` has reduced t
 of that leg: --certified certificate.json --part round_1/leg.npz. Every step keeps what it made in
 --work, so the same call goes on where it was stopped. summary.json and the figures are of all steps
 that have been made, now or earlier: what --work does not have is taken from the summary.json of the
-same training that is there, and what was never made is null.
+same training and leg that is there, and what was never made is null. Finite elements know of no
+reduction: their walks stay when a leg is reduced otherwise, and stand beside its distances.
 """
 
 from __future__ import annotations
@@ -29,7 +30,6 @@ from pneumorph.base.result import finite, result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.robot_options import RobotOptions
-from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.report.style import save_figure
 from pneumorph.study.analysis import walkers
 from pneumorph.study.certificate import worst_worlds
@@ -81,37 +81,40 @@ def main(
         part: The leg of its last round; by default the training's.
     """
     source = FinishedRun.read(run)
-    work = work / source.digest()
+    digest = source.digest()
+    work = work / digest
     if part is not None:
         settings = laid_over(dict(source.settings), {"robot": {"part": str(part)}})
         source = replace(source, settings=settings)
-        work = work / ReducedPart.load(part).digest()[:12]
+    spec = source.robot.spec()
+    work = work / spec.reduction_digest()[:12]
     worlds = worlds_of(source)
     if certified is None:
         certificate = _certificate(source, work, "full" in steps)
     else:
         certificate = result_from_dict(Certificate, read_json(certified, "certificate"))
     best = certificate.pairs[int(certificate.best.removeprefix("L")) - 1]
-    earlier = _earlier(out / "summary.json", source.digest(), best.design)
+    earlier = _earlier(out / "summary.json", digest, best.design)
+    of_leg = earlier if earlier.get("leg_digest") == spec.reduction_digest() else {}
     gait = run / best.gait
     reality = of_other_leg(source.robot, other_leg)
     made: dict[str, Any] = {}
-    keep = partial(_kept, made, work, steps, earlier)
+    keep = partial(_kept, made, work, steps, of_leg)
     runs = [source, *(FinishedRun.read(each) for each in seeds)]
     # The expert's come first.
     expert_cm = np.array(certificate.achieved, dtype=float)[:, 0]
     keep("seeds", lambda: _seeds(runs, work, expert_cm))
     keep("damping", lambda: _damping(source, certificate, work))
-    walks = _read(work / WALKS_FILE, earlier.get("walks", []))
     if certified is not None:
         walks = [{**result_to_dict(walk), "states": None} for walk in best.full_order]
-    elif "walks" in steps:
-        walks = _walk_best(source, certificate, work, walks)
+    else:
+        known = _read(work / WALKS_FILE, earlier.get("walks", []))
+        walks = _walk_best(source, certificate, work, known, made="walks" in steps)
     of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
     keep("hidden", lambda: result_to_dict(of_rig(hidden_count)))
     keep("hidden_full", lambda: result_to_dict(of_rig(10, model="full")))
     if made["hidden"] is not None:
-        first = made["hidden"]["distances_cm"][0]
+        first = made["hidden"]["distances_cm"][0] or 0.0  # failed, it goes nowhere
         rig = hidden_rig(worlds, FIRST_SEED)
         keep(
             "bench",
@@ -122,8 +125,10 @@ def main(
     rivals = [FinishedRun.read(each) for each in rivals_of] or runs
     keep("rivals", lambda: _rivals(rivals, work, expert_cm))
     summary = {
-        "digest": source.digest(),
+        "digest": digest,
         "run": source.summary.get("made_by"),
+        "leg_digest": spec.reduction_digest(),
+        "leg_mode_count": spec.module.reduced.mode_count,
         "best_design": best.design,
         "median_cm": best.band.median,
         "tenth_percentile_cm": best.band.low,
@@ -203,10 +208,15 @@ def _found(
 
 
 def _walk_best(
-    run: FinishedRun, certificate: Certificate, work: Path, earlier: list[dict[str, Any]]
+    run: FinishedRun,
+    certificate: Certificate,
+    work: Path,
+    earlier: list[dict[str, Any]],
+    made: bool,
 ) -> list[dict[str, Any]]:
-    """The best pair as finite elements in the nominal world and in its two worst, each kept once it
-    is made; those of a certificate with finite elements are read, and earlier ones taken."""
+    """The best pair as finite elements beside its reduced robot of this leg, in the worlds of the
+    earlier walks; where walks are made, in the nominal world and in its two worst, each kept once
+    it is made."""
     place = int(certificate.best.removeprefix("L")) - 1
     walker, pair = walkers(run, place + 1)[-1], certificate.pairs[place]
     # The expert's come first.
@@ -218,14 +228,15 @@ def _walk_best(
         walk["world"]: KeptWalk(walk["full_cm"], walk["status"], walk["wall_s"], walk["states"])
         for walk in earlier
     }
-    for number in (None, *worst):
+    for number in (None, *worst) if made else there:
         world = None if number is None else worlds[number]
         kept = there.get(number)
         if kept is None:
             (kept,) = full_order_walks(run.robot.spec(), [(walker, world)], folder)
         reduced = pair.nominal if number is None else float(reduced_cm[number])
         walks.append(result_to_dict(FullOrderWalk.of(number, kept, reduced)))
-        write_json(work / WALKS_FILE, finite(walks))
+        if made:
+            write_json(work / WALKS_FILE, finite(walks))
     return walks
 
 

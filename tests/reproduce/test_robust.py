@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -15,7 +16,6 @@ from helpers.synthetic_part import synthetic_reduced_part
 from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.cli import run
 from pneumorph.robot.scaled_part import scaled_part
-from pneumorph.study.certified_pairs import Band
 from pneumorph.study.certified_walks import KeptWalk
 
 HERE = Path(__file__).parent.parent.parent / "reproduce" / "robust"
@@ -62,9 +62,10 @@ def test_all_steps_end_in_one_summary(
     script, learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of few worlds; what was made is not made again, and what was not made is null."""
-    stiffer = tmp_path / "other.npz"
-    scaled_part(synthetic_reduced_part(mode_count=5, cells=(4, 4, 4)), 1.05, 1.0).save(stiffer)
-    paper_leg_mesh().save(tmp_path / "mesh.npz")  # beside it, as other_leg.py writes it
+    stiffer, mesh = tmp_path / "other.npz", paper_leg_mesh()
+    part = scaled_part(synthetic_reduced_part(mode_count=5, cells=(4, 4, 4)), 1.05, 1.0)
+    replace(part, metadata={**part.metadata, "mesh_digest": mesh.digest()}).save(stiffer)
+    mesh.save(tmp_path / "mesh.npz")  # beside it, as other_leg.py writes it
     robust: ModuleType = script("run")
 
     def made(*steps: str, work: str = "work") -> dict:
@@ -101,9 +102,22 @@ def test_all_steps_end_in_one_summary(
     (seed,) = again["seeds"]
     assert seed["band"]["median_cm"] == pytest.approx(usual)
     assert seed["share_beyond_expert"] == found["share_beyond_expert"]
-    # Where the work is lost, what the summary has is taken.
+    # Where the work is lost, what the summary of this leg has is taken.
     elsewhere = made("walks", work="elsewhere")
     assert elsewhere == walked
+    assert len(asked) == 3
+    # Of another leg nothing is, but for the walks of finite elements, beside its own distances.
+    softer = scaled_part(synthetic_reduced_part(mode_count=4, cells=(4, 4, 4)), 0.97, 1.0)
+    robust.main(
+        learned, (), stiffer, tmp_path / "out", tmp_path / "work", (), 3,
+        part=softer.save(tmp_path / "softer.npz"),
+    )  # fmt: skip
+    other = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert other["leg_digest"] != walked["leg_digest"]
+    assert other["hidden"] is other["damping"] is None
+    assert other["best_design"] == walked["best_design"]
+    assert other["full_order_cm"] == [10.0, 20.0, 30.0]
+    assert other["reduced_cm"] != walked["reduced_cm"]
     assert len(asked) == 3
 
 
@@ -117,8 +131,12 @@ def test_the_tests_that_a_certificate_names_narrow_its_band(
     certificate = bench.certify(source, settings)
     rig = worlds.hidden_rig(source.worlds, 7)
     found = bench.narrowed(source, certificate, source.robot, rig, 1.5, tmp_path)
-    assert set(found.measured) <= {"mass_factor", "floor_slope_deg"} | set(found.true)
+    assert (
+        found.measured.keys() == found.true.keys() <= {"friction", "mass_factor", "floor_slope_deg"}
+    )
+    assert found.measured
     for name, (value, spread) in found.measured.items():
         assert abs(value - found.true[name]) < 4.0 * spread
-    assert isinstance(found.after, Band)
+    before = certificate.pairs[int(certificate.best.removeprefix("L")) - 1].band
+    assert found.after.high - found.after.low < before.high - before.low
     assert found.rig_cm == 1.5
