@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ from pneumorph.report.style import (
 )
 from pneumorph.report.walk_sections import can_be_drawn, replay_section
 from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.certified_rounds import CERTIFICATE_FOLDER
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.shown_worlds import SHOWN_WORLDS
 from pneumorph.study.training_run import TrainingResult
@@ -65,8 +67,17 @@ def _title(found: Certificate) -> str:
     return "How far, and how sure" if found.goal.unit == "cm" else "How much it turns, and how sure"
 
 
-def certificate_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> list[Section]:
-    """Return the bands, what they depend on, finite elements, and what to measure."""
+def certificate_sections(
+    found: Certificate, run: FinishedRun, sheet: Sheet, walks: Path | None = None
+) -> list[Section]:
+    """Return the bands, what they depend on, finite elements, and what to measure.
+
+    Args:
+        found: The certificate.
+        run: The run that it is of.
+        sheet: Draws.
+        walks: Folder of the walks that it recorded; None for that of the run.
+    """
     caption = (
         f"{found.goal.title} in {found.world_count} worlds that training never saw. "
         "The expert's robot has "
@@ -77,7 +88,7 @@ def certificate_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> 
             _title(found),
             sheet.drawn("bands", band_figure(found), caption) + _band_table(found),
         ),
-        *_world_sections(found, run, sheet),
+        *_world_sections(found, run.folder if walks is None else walks, sheet),
         Section(f"What the {found.goal.label} depends on", _sensitivity_table(found)),
         Section("How much of their friction legs use", _friction_table(found)),
     ]
@@ -91,15 +102,19 @@ def trained_certificate_sections(
 ) -> list[Section]:
     """Return the same of a training that was certified at its end."""
     certificate = found.certificate
-    return [] if certificate is None else certificate_sections(certificate, run, sheet)
+    if certificate is None:
+        return []
+    # With finite elements it has a folder of its own.
+    walks = run.folder / CERTIFICATE_FOLDER if certificate.rounds else run.folder
+    return certificate_sections(certificate, run, sheet, walks)
 
 
-def _world_sections(found: Certificate, run: FinishedRun, sheet: Sheet) -> list[Section]:
+def _world_sections(found: Certificate, walks_in: Path, sheet: Sheet) -> list[Section]:
     """Return the best pair in its median and in a bad world, side by side."""
     walks = {
-        name: Trajectory.load(run.folder / file)
+        name: Trajectory.load(walks_in / file)
         for name, (file, _) in SHOWN_WORLDS.items()
-        if (run.folder / file).is_file()
+        if (walks_in / file).is_file()
     }
     drawn = {name: each for name, each in walks.items() if can_be_drawn(each)}
     return (

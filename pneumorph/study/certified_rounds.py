@@ -111,7 +111,10 @@ def certify_candidates(
             return found
         rounds.append(_round_of(found, made_s))
         ending = _ending(rounds, settings, spec)
-        notes = found.notes if ending is None else (*found.notes, ending)
+        notes = found.notes
+        if ending is not None:
+            is_file = spec.name is not None
+            notes = (*notes, *_of_rounds(rounds, found.best, candidates.run, is_file), ending)
         if ending is not None and len(rounds) > 1 and again.trained is None:
             notes = (*notes, GAITS_STAYED)
         found = replace(found, rounds=tuple(rounds), notes=notes, wall_s=wall_s)
@@ -134,6 +137,32 @@ def _round_of(found: Certificate, made_s: float) -> CertifiedRound:
     )
     walks = [walk for pair in pairs for walk in pair.full_order]
     return CertifiedRound(found.leg, pairs, all(walk.agrees for walk in walks), made_s)
+
+
+def _of_rounds(
+    rounds: Sequence[CertifiedRound], best: str, run: Path, is_file: bool
+) -> tuple[str, ...]:
+    """How to walk what was certified, where that is not of the run's leg.
+
+    Args:
+        rounds: All of them.
+        best: Label of the best pair.
+        run: What files of gaits that were not learned again start from.
+        is_file: Whether the robot is one of a file.
+    """
+    first, last = rounds[0], rounds[-1]
+    if len(rounds) == 1:
+        return ()
+    (pair,) = [each for each in last.pairs if each.label == best]
+    stayed = pair.gait in [each.gait for each in first.pairs]
+    gait = str(run / pair.gait) if stayed else pair.gait
+    leg = f"--part {last.leg.part}"
+    if is_file:
+        leg = f"part = {last.leg.part!r} of its module in the robot's file,"
+    return (
+        f"the bands are of the last round's leg: simulate and deploy {best} with {leg} "
+        f"--design {pair.design} --gait {gait}",
+    )
 
 
 def _ending(
