@@ -61,8 +61,8 @@ class DesignRules(Checked):
             regulator_count: How many regulators there are.
 
         Raises:
-            ValueError: A rule asks for what there is not, a symmetry maps a site to none, a
-                regulator is used by no design, or no design is left.
+            ValueError: A rule asks for what there is not, a symmetry maps a site to none, or no
+                design is left.
         """
         count = len(poses)
         if self.options and len(self.options) != count:
@@ -70,19 +70,24 @@ class DesignRules(Checked):
                 f"designs.options has {len(self.options)} entries, expected one for each of the "
                 f"{count} sites"
             )
-        space = DesignSpace(
-            location_count=count,
-            regulator_count=regulator_count,
-            minimum_legs=self.minimum_legs,
-            maximum_legs=count if self.maximum_legs is None else self.maximum_legs,
-            canonical=self.canonical,
-            options=self.options or _usual_options(modules),
-            minimum_regulators=self.minimum_regulators,
-            maximum_regulators=self.maximum_regulators,
-            exclusions=self.exclusions,
-            mirror=_mirror(poses, modules) if self.mirror else "none",
-            symmetries=tuple(_symmetry(text, poses, modules) for text in self.same),
-        )
+        mirror = _mirror(poses, modules) if self.mirror else "none"
+        symmetries = tuple(_symmetry(text, poses, modules) for text in self.same)
+        try:
+            space = DesignSpace(
+                location_count=count,
+                regulator_count=regulator_count,
+                minimum_legs=self.minimum_legs,
+                maximum_legs=count if self.maximum_legs is None else self.maximum_legs,
+                canonical=self.canonical,
+                options=self.options or _usual_options(modules),
+                minimum_regulators=self.minimum_regulators,
+                maximum_regulators=self.maximum_regulators,
+                exclusions=self.exclusions,
+                mirror=mirror,
+                symmetries=symmetries,
+            )
+        except ValueError as error:
+            raise ValueError(f"designs: {error}") from error
         for location, kinds in enumerate(space.kinds):
             names = modules[location]
             if max(kinds, default=0) >= len(names):
@@ -97,25 +102,11 @@ class DesignRules(Checked):
                 f"designs.maximum_regulators is {most}, expected at most {regulator_count}, as "
                 "many regulators as there are"
             )
-        used = min(space.maximum_legs * space.cavity_count, most)
-        if used < regulator_count:
-            raise ValueError(
-                f"physics.regulator_count is {regulator_count} and no design uses more than {used} "
-                "of them, expected as many regulators as are used; see designs.maximum_legs and "
-                "designs.maximum_regulators"
-            )
         try:
             _ = space.first
         except ValueError as error:
             raise ValueError(f"designs: {error}") from error
-        if self.usual is not None:
-            design = Design.parse(self.usual)
-            space.check(design)
-            if not space.holds(design):
-                raise ValueError(
-                    f"designs.usual is {self.usual}, expected a design that options, exclusions "
-                    "and counts of [designs] allow"
-                )
+        self._check_usual(space)
         return space
 
     def refuse_unused(self, space: DesignSpace, is_ring: bool) -> None:
@@ -134,20 +125,23 @@ class DesignRules(Checked):
                     f"designs.options[{location}] is {space.options[location]!r}, expected a "
                     "module besides: a site without one is none; leave it out"
                 )
-        idle = [
-            number
-            for number in range(1, space.regulator_count + 1)
-            if not any(
-                space.allows_together({location: [leg for leg in legs if number in leg.regulators]})
-                for location, legs in enumerate(space.fittings)
-            )
-        ]
-        if idle:
+        space.refuse_idle_regulators(
+            "physics.regulator_count",
+            "see options, exclusions, maximum_legs and maximum_regulators of [designs]",
+        )
+
+    def _check_usual(self, space: DesignSpace) -> None:
+        if self.usual is None:
+            return
+        try:
+            design = Design.parse(self.usual)
+            space.check(design)
+        except ValueError as error:
+            raise ValueError(f"designs.usual: {error}") from error
+        if not space.holds(design):
             raise ValueError(
-                f"physics.regulator_count is {space.regulator_count} and no design uses regulator "
-                f"{', '.join(map(str, idle))}, expected as many regulators as "
-                "are used; see options, exclusions, maximum_legs and maximum_regulators of "
-                "[designs]"
+                f"designs.usual is {self.usual}, expected a design that options, exclusions "
+                "and counts of [designs] allow"
             )
 
 

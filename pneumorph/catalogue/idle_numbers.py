@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind
+from pneumorph.catalogue.paper_leg import leg_kind
+from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.physics.physics import Physics
 from pneumorph.simulation.distribution import Distribution

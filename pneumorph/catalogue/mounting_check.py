@@ -1,4 +1,5 @@
-"""Refuse modules that are not where a robot has its sites, or that weigh what nothing weighs."""
+"""Refuse modules that are not where a robot has its sites, that weigh what nothing weighs or that
+are inflated otherwise than the real ones."""
 
 from __future__ import annotations
 
@@ -19,6 +20,7 @@ from pneumorph.robot.design_space import DesignSpace
 
 USUAL_TOLERANCE_MM = 3.0
 """Widest gap between hub and attachment face, and deepest overlap, where none is asked for [mm]."""
+ALLOWED_BY = "allow it by mounting_tolerance_mm"
 
 
 def check_cast_mass(part: ReducedPart, what: str, setting: str) -> None:
@@ -32,6 +34,8 @@ def check_cast_mass(part: ReducedPart, what: str, setting: str) -> None:
     Raises:
         ValueError: No leg that is cast has such a density.
     """
+    if not len(part.skin):  # of another program, without its volume
+        return
     cause = f"its mass may be that of another leg; weigh it and give {setting}"
     check_density(what, part.mass, material_volume(part), CAST_G_PER_ML, cause)
 
@@ -57,13 +61,16 @@ def check_inflation(module: Module, name: str, physics: Physics) -> None:
         )
 
 
-def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> None:
+def check_mounted(
+    hub: HubSpec, sites: Sequence[Site], tolerance_mm: float, allowed_by: str = ALLOWED_BY
+) -> None:
     """Refuse a gap between the hub and a module's attachment face, and a module inside the hub.
 
     Args:
         hub: The hub.
         sites: The sites with their modules.
         tolerance_mm: Widest gap and deepest overlap [mm].
+        allowed_by: What else an error says to do.
 
     Raises:
         ValueError: A module's attachment face is not known, or it is too far away or too deep.
@@ -84,8 +91,7 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
                 raise ValueError(
                     f"the attachment face of module {module.name} at {where} is {gap:.1f} mm away "
                     f"from the hub, its middle at {np.round(face, 1).tolist()} mm, expected at "
-                    f"most {tolerance_mm:g}: move the site to the hub's surface, or allow it by "
-                    "mounting_tolerance_mm"
+                    f"most {tolerance_mm:g}: move the site to the hub's surface, or {allowed_by}"
                 )
             depth, place = _deepest(pose.apply(module.reduced.rest_nodes), nodes, skin)
             if depth > tolerance_mm:
@@ -102,18 +108,20 @@ def check_mounted(hub: HubSpec, sites: Sequence[Site], tolerance_mm: float) -> N
                 )
                 raise ValueError(
                     f"module {module.name} at {where} is up to {depth:.1f} mm inside the hub, at "
-                    f"{deepest} mm, expected at most {tolerance_mm:g}: {cause}, or allow it by "
-                    "mounting_tolerance_mm"
+                    f"{deepest} mm, expected at most {tolerance_mm:g}: {cause}, or {allowed_by}"
                 )
 
 
-def check_apart(sites: Sequence[Site], space: DesignSpace, tolerance_mm: float) -> None:
+def check_apart(
+    sites: Sequence[Site], space: DesignSpace, tolerance_mm: float, allowed_by: str = ALLOWED_BY
+) -> None:
     """Refuse modules that reach into each other at two sites of one design, at rest.
 
     Args:
         sites: The sites with their modules.
         space: The robot's designs.
         tolerance_mm: Deepest overlap [mm].
+        allowed_by: What else an error says to do.
 
     Raises:
         ValueError: Two do.
@@ -145,8 +153,7 @@ def check_apart(sites: Sequence[Site], space: DesignSpace, tolerance_mm: float) 
                     f"module {module.name} at {_where(sites, first)} and {neighbour.name} at "
                     f"{_where(sites, second)} are up to {depth:.1f} mm inside each other, at "
                     f"{np.round(place, 1).tolist()} mm, expected at most {tolerance_mm:g}: move "
-                    "the sites apart, forbid both at once by designs.exclusions, or allow it by "
-                    "mounting_tolerance_mm"
+                    f"the sites apart, forbid both at once by designs.exclusions, or {allowed_by}"
                 )
 
 

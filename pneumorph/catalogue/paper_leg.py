@@ -21,6 +21,7 @@ from pneumorph.catalogue.density_check import (
 from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel
 from pneumorph.catalogue.masses import CastDensities, Masses, MassModel, cast_leg_mass_kg
 from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.part_physics import PhysicsName, refuse_other_physics
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.fem.full_order_settings import FullOrderSettings
 from pneumorph.fem.leg_model import leg_model
@@ -43,9 +44,6 @@ from pneumorph.robot.scaled_part import scaled_part
 
 LegName = Literal["published", "hyperelastic", "measured"]
 """The published leg, one of the silicone's own stiffness, or one of all that was measured of it."""
-
-PhysicsName = Literal["published", "measured"]
-"""As the paper simulated its robots, or as their materials were measured; each has its leg."""
 
 _OLDER_LEGS = {"paper": "published"}
 
@@ -243,7 +241,8 @@ def paper_leg(
             of any other.
 
     Raises:
-        ValueError: No such leg.
+        ValueError: No such leg; of `Module.reduced`, that the reduction is of another physics than
+            the name, or that materials were given without one that was made of them.
     """
     if shape is None and part is None and mesh is None:
         shape = PneuNetShape()
@@ -275,6 +274,15 @@ class _Leg:
 
     def reduced(self) -> ReducedPart:
         made, weight = self._reduced_as_made, self._mass_kg()
+        usual = leg_kind(self.name).materials
+        if self.part is None and self.materials not in (None, usual):
+            raise ValueError(
+                "materials were given without a reduced part, expected one that was made of them: "
+                f"the {self.name} leg that ships is of others; reduce the leg and give its part"
+            )
+        if self.part is not None:
+            remedy = f"ask for a leg of the other physics in place of {self.name!r}"
+            refuse_other_physics(made, physics_of(self.name), "the reduced leg", remedy)
         if weight is not None:
             made = scaled_part(made, 1.0, weight / made.mass)
         if self.size_factor == 1.0:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from pneumorph.catalogue.paper_leg import PhysicsName
+from typing import Literal
+
 from pneumorph.reduction.reduced_part import ReducedPart
+
+PhysicsName = Literal["published", "measured"]
+"""As the paper simulated its robots, or as their materials were measured; each has its leg."""
 
 _PUBLISHED_LAWS = ("corotational", "st_venant_kirchhoff", "stable_neo_hookean")
 """Laws of a solid that are none of a silicone as it was measured."""

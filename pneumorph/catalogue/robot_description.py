@@ -35,9 +35,9 @@ from pneumorph.catalogue.mounting_check import (
     check_inflation,
     check_mounted,
 )
-from pneumorph.catalogue.paper_leg import PhysicsName, leg_kind, load_default_leg
+from pneumorph.catalogue.paper_leg import leg_kind, load_default_leg
 from pneumorph.catalogue.paper_robot import ring_of_sites
-from pneumorph.catalogue.part_physics import refuse_other_physics
+from pneumorph.catalogue.part_physics import PhysicsName, refuse_other_physics
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
 from pneumorph.catalogue.site_description import SiteDescription, refuse_doubled_sites
@@ -190,28 +190,13 @@ class RobotDescription(Checked, ShownInNotebooks):
             place = {"folder": str(path.parent), "file": str(path)}
             found = settings_from_dict(cls, {**content, **place})
             _ = found.space, found.worlds
-            found._check_ground()
+            if not found.acting.ground.is_plane:
+                _ = found.acting.ground.grid()
+        except FileNotFoundError as error:
+            raise FileNotFoundError(f"robot file {path}: {error}") from error
         except ValueError as error:
             raise ArtefactError(f"robot file {path}: {error}") from error
         return found
-
-    def _check_ground(self) -> None:
-        """Read the map of its ground, which is kept for its walks.
-
-        Raises:
-            FileNotFoundError: There is no such file.
-            ValueError: It is no grid of heights.
-        """
-        ground = self.acting.ground
-        if ground.map.path is None:
-            return
-        where = "physics.ground.map.path"
-        try:
-            _ = ground.grid()
-        except FileNotFoundError as error:
-            raise FileNotFoundError(f"robot file {self.file}: {where}: {error}") from error
-        except ValueError as error:
-            raise ValueError(f"{where}: {error}") from error
 
     @cached_property
     def polar_modules(self) -> tuple[str, ...]:
@@ -407,6 +392,8 @@ class RobotDescription(Checked, ShownInNotebooks):
 
     def _spec(self, physics: Physics, rest: Mapping[str, Any]) -> RobotSpec:
         built = self._built
+        if self.file is None:  # of Python; a file's was refused when it was chosen
+            self.designs.refuse_unused(self.space, self.ring is not None)
         _ = self.space  # refuses a usual design that its rules do not allow
         modules = {}
         for name, each in self.modules.items():
@@ -416,7 +403,7 @@ class RobotDescription(Checked, ShownInNotebooks):
                 raise FileNotFoundError(f"modules.{name}: {error}") from error
             if each.part is not None:
                 refuse_other_physics(
-                    modules[name].reduced,
+                    self.own_parts.get(name) or modules[name].reduced,  # tells that it is gone
                     self.physics.based_on,
                     f"the part of modules.{name} ({each.part})",
                     "say by based_on in [physics] which it is of",

@@ -26,7 +26,6 @@ from pneumorph.catalogue.mounting_check import (
 from pneumorph.catalogue.older_names import OLDER_GROUP
 from pneumorph.catalogue.paper_leg import (
     LegName,
-    PhysicsName,
     leg_kind,
     masses_of,
     paper_leg,
@@ -35,10 +34,16 @@ from pneumorph.catalogue.paper_leg import (
     with_current_leg,
 )
 from pneumorph.catalogue.paper_robot import paper_robot
-from pneumorph.catalogue.part_physics import may_be_measured, physics_of_part, refuse_other_physics
+from pneumorph.catalogue.part_physics import (
+    PhysicsName,
+    may_be_measured,
+    physics_of_part,
+    refuse_other_physics,
+)
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.fem.full_order_settings import FullOrderSettings
+from pneumorph.geometry.leg_mesh import load_leg_mesh
 from pneumorph.physics.calibration import Calibration
 from pneumorph.physics.physics import Physics
 from pneumorph.physics.pressure import PressureMap
@@ -287,9 +292,11 @@ class RobotOptions(Checked):
 
         Raises:
             FileNotFoundError: The calibration file is missing.
-            ArtefactError: It cannot be read.
+            ArtefactError: It cannot be read, or the reduced leg is of another mesh than the one
+                that is given.
             ValueError: It is given together with a pressure map, the physics have the published
-                leg's pressure map for another leg, or the reduced leg is of another physics.
+                leg's pressure map for another leg, the leg or its reduction is of another physics,
+                or the reduced leg weighs what none does or is not apart from disk and neighbours.
         """
         full = self.full
         numerics: dict[str, Any] = {
@@ -309,11 +316,11 @@ class RobotOptions(Checked):
         robot = self.description
         if robot is None:
             label = None if self.part is None else str(self.part)
+            self._refuse_other_leg()
             part = self._part_of_this_physics()
             leg = paper_leg(self.leg, part, full.mesh, masses=self.masses, label=label)
             spec = paper_robot(leg, self.physics, self.masses, **numerics)
-            if self.part is not None:
-                self._check_own_leg(spec)
+            _ = self.part is None or self._own_leg_fits
             usual = pressure_map(self.leg)
         else:
             self._refuse_beside_a_description(robot)
@@ -350,32 +357,53 @@ class RobotOptions(Checked):
         robot = self.description
         return () if robot is None else robot.notes(design, self.physics)
 
-    def _part_of_this_physics(self) -> ReducedPart | Path | None:
+    def _refuse_other_leg(self) -> None:
+        """Refuse a leg by its name of another physics than the one that was asked for.
+
+        Raises:
+            ValueError: It is.
+        """
+        own = physics_of(self.leg)
+        if own != self.based_on:
+            raise ValueError(
+                f"the {self.leg} leg is of the {own} physics, and the {self.based_on} one was asked"
+                " for, expected a leg of that: leave out --physics, which the leg then brings "
+                f"itself, or --leg; in Python all of it is RobotOptions.of({own!r})"
+            )
+
+    def _part_of_this_physics(self) -> ReducedPart | None:
         """The reduced leg, read where what is in it is checked.
 
         Raises:
             ValueError: It is a leg of the other physics; names it and what was asked for.
         """
-        if self.part is None or self.leg == "hyperelastic":
-            return self.part
+        if self.part is None:
+            return None
         part = ReducedPart.load(self.part)
         remedy = "leave out --physics and --leg, which the leg then brings itself"
         refuse_other_physics(part, self.based_on, f"the reduced leg {self.part}", remedy)
         return part
 
-    def _check_own_leg(self, spec: RobotSpec) -> None:
-        """Refuse a reduced leg that weighs what no cast leg does, or that reaches into the disk or
-        into its neighbour.
+    @cached_property
+    def _own_leg_fits(self) -> bool:
+        """That a reduced leg may be one, looked at once.
 
         Raises:
-            ValueError: It does.
+            ArtefactError: It is of another mesh than its finite elements.
+            ValueError: It weighs what no cast leg does, or reaches into the disk or its neighbour.
         """
+        leg = paper_leg(self.leg, self.part, self.full.mesh, masses=self.masses)
+        spec = paper_robot(leg, self.physics, self.masses)
+        if self.full.mesh is not None:
+            leg.reduced.check_mesh(load_leg_mesh(self.full.mesh))
         if self.masses.leg_mass_g is None:
             what = f"the reduced leg {self.part}"
-            check_cast_mass(spec.module.reduced, what, "masses.leg_mass_g")
-        if spec.module.face is not None:  # without its mesh it is put where its origin is
-            check_mounted(spec.hub, spec.sites[:1], USUAL_TOLERANCE_MM)  # all are alike
-        check_apart(spec.sites, DesignSpace(), USUAL_TOLERANCE_MM)
+            check_cast_mass(leg.reduced, what, "masses.leg_mass_g")
+        remedy = "describe a robot for it in a file (--robot)"
+        if leg.face is not None:  # without its mesh it is put where its origin is
+            check_mounted(spec.hub, spec.sites[:1], USUAL_TOLERANCE_MM, remedy)  # all are alike
+        check_apart(spec.sites, DesignSpace(), USUAL_TOLERANCE_MM, remedy)
+        return True
 
     def _refuse_beside_a_description(self, robot: RobotDescription) -> None:
         """Refuse what would be ignored: the description says it.

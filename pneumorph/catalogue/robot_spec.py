@@ -349,8 +349,8 @@ class RobotSpec(ShownInNotebooks):
 
         Raises:
             ValueError: It has other locations than the robot has sites, modules that a site does
-                not allow, other regulators for a module than it has cavities, or mirror images
-                where a module is not its own.
+                not allow, other regulators for a module than it has cavities, mirror images
+                where a module is not its own, or a regulator that no design uses.
         """
         if space.location_count != len(self.sites):
             raise ValueError(
@@ -367,6 +367,11 @@ class RobotSpec(ShownInNotebooks):
             for each in fittings:
                 module = site.modules[each.module]
                 module.driven_by(each.regulators, f"space.options[{number}]", at)
+        space.refuse_idle_regulators(
+            "space.regulator_count",
+            "ask for fewer by physics.regulator_count, which changes designs, task and the "
+            "expert's gait together, or see maximum_legs and maximum_regulators of space",
+        )
         if space.has_mirror:
             for module in self.modules:
                 check_mirror(module, apart=space.cavity_count > 1)

@@ -5,7 +5,7 @@ The robot is the paper's, or that of --robot (docs/own_robot.md), with measured 
 run (its best pair), a policy (RUN/training/policy.npz with --design), or by default the expert's at
 --expert.phase-deg. The design is --design, or the gait file's, or the expert's.
 
-A full robot (--model full) takes half an hour for 20 s, or ten minutes with --physics published.
+A full robot (--model full) takes half an hour to an hour for 20 s (published physics: ten minutes).
 Its state is saved every minute, and the same command resumes it. Presets: paper, the paper's robot
 in either physics; hyperelastic, a full robot with legs of the silicone's own stiffness. --live
 shows the robot in the browser. Writes trajectory.npz, replay.html and with --film film.mp4.

@@ -43,8 +43,8 @@ class RoughGround(Checked):
 
         if 2.0 * self.correlation_mm > spacing_mm * min(shape):
             raise ValueError(
-                f"rough.correlation_mm is {self.correlation_mm:g}, expected at most half of the "
-                f"ground's shorter side, {spacing_mm * min(shape):g} mm"
+                f"physics.ground.rough.correlation_mm is {self.correlation_mm:g}, expected at most "
+                f"half of the ground's shorter side, {spacing_mm * min(shape):g} mm"
             )
         # White noise through a Gaussian of deviation s is correlated as one of s sqrt(2).
         deviation = 0.5 * self.correlation_mm / spacing_mm
@@ -159,7 +159,8 @@ class Ground(Checked):
 
         Raises:
             FileNotFoundError: No such map.
-            ValueError: The map is no grey image, or no grid of heights; names the file.
+            ValueError: The map is no grey image, or no grid of heights; names the setting and the
+                file.
         """
         path = self.map.path
         changed_ns = Path(path).stat().st_mtime_ns if path and Path(path).exists() else 0
@@ -187,7 +188,14 @@ class Ground(Checked):
 def _grid_of(ground: Ground, changed_ns: int) -> HeightGrid:
     """The grid of a ground whose file was changed then [ns]."""
     if ground.map.path is not None:
-        heights, spacing = ground.map.smoothed_mm(), ground.map.mm_per_pixel
+        where = "physics.ground.map.path"
+        try:
+            heights = ground.map.smoothed_mm()
+        except FileNotFoundError as error:
+            raise FileNotFoundError(f"{where}: {error}") from error
+        except ValueError as error:
+            raise ValueError(f"{where}: {error}") from error
+        spacing = ground.map.mm_per_pixel
         centre = ground.map.centre_x_mm, ground.map.centre_y_mm
     else:
         spacing, centre = ground.spacing_mm, (0.0, 0.0)

@@ -56,11 +56,17 @@ class HeightMap(Checked):
         if self.path is None:
             raise ValueError("path of the height map is None, expected an image or a .npy file")
         path = Path(self.path)
-        if not path.exists():
-            raise FileNotFoundError(f"height map {path} does not exist")
+        if not path.is_file():
+            what = "is no file" if path.exists() else "does not exist"
+            raise FileNotFoundError(f"height map {path} {what}")
         if path.suffix == ".npy":
             with reading(path, "height map"):
-                return np.asarray(np.load(path, allow_pickle=False), dtype=float)
+                heights = np.load(path, allow_pickle=False)
+                if heights.dtype.kind not in "fiub":
+                    raise ValueError(
+                        f"height map {path} holds {heights.dtype}, expected heights in mm"
+                    )
+                return np.asarray(heights, dtype=float)
         from matplotlib.image import imread
 
         try:

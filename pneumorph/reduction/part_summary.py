@@ -31,6 +31,12 @@ class PartSummary:
     silicone: str | None = None
     """The supplier's name of what it is of; None of what is not in the table of silicones."""
 
+    @property
+    def sizes(self) -> str:
+        """Numbers of modes and samples, and the mesh, which tell most reductions apart."""
+        counts = self.mode_count, self.tetrahedron_count, self.membrane_count, self.stress_count
+        return f"{' '.join(map(str, counts))} {self.mesh_digest[:12]}"
+
 
 @dataclass(frozen=True)
 class PartsSummary(PartSummary):
@@ -38,3 +44,8 @@ class PartsSummary(PartSummary):
 
     others: dict[str, PartSummary] = field(default_factory=dict)
     """By what they are called."""
+
+    @property
+    def sizes(self) -> str:
+        """Those of all of them."""
+        return ", ".join([super().sizes, *(each.sizes for each in self.others.values())])

@@ -243,6 +243,34 @@ class DesignChoices(Checked):
             }
         )
 
+    @property
+    def idle_regulators(self) -> tuple[int, ...]:
+        """Regulators that no design uses, from 1."""
+        return tuple(
+            number
+            for number in range(1, self.regulator_count + 1)
+            if not any(
+                self.allows_together({location: [leg for leg in legs if number in leg.regulators]})
+                for location, legs in enumerate(self.fittings)
+            )
+        )
+
+    def refuse_idle_regulators(self, setting: str, remedy: str) -> None:
+        """Refuse regulators that no design uses.
+
+        Args:
+            setting: Says how many there are, for the error.
+            remedy: What else the error says to do.
+
+        Raises:
+            ValueError: There is one.
+        """
+        if idle := self.idle_regulators:
+            raise ValueError(
+                f"{setting} is {self.regulator_count} and no design uses regulator "
+                f"{', '.join(map(str, idle))}, expected as many regulators as are used; {remedy}"
+            )
+
     def of_options(self, numbers: Sequence[int] | np.ndarray) -> Design:
         """The design of an option's number for each location."""
         chosen = (options[at] for options, at in zip(self._options[0], numbers, strict=True))

@@ -13,6 +13,9 @@ _KINDS = ("U", "N", "LogU")
 
 MOST_REJECTIONS = 100_000
 """Draws that are tried until one agrees with a measurement."""
+_FEWEST = 20.0
+"""Of as many draws so many must agree with a measurement on average: nothing is found in one of
+half a billion cases."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +88,8 @@ class Distribution:
             deviation: Its standard deviation.
 
         Raises:
-            ValueError: The deviation is not positive, the number is no distribution, or the value
-                is further than three deviations from all that it may be.
+            ValueError: The deviation is not positive or too small to draw from, the number is no
+                distribution, or the value is further than three deviations from all that it may be.
         """
         if not (math.isfinite(value) and 0.0 < deviation < math.inf):
             raise ValueError(
@@ -104,6 +107,30 @@ class Distribution:
                 f"or take three standard deviations, {3.0 * deviation:g}; the test, its unit or "
                 "the distribution is wrong"
             )
+        if self._agreeing(value, deviation) * MOST_REJECTIONS < _FEWEST:
+            raise ValueError(
+                f"measured {name} is {value:g} with a standard deviation of {deviation:g}, "
+                f"expected a wider one: too little of what is drawn from {self.lowest:g} to "
+                f"{self.highest:g} agrees with so narrow a result, or one so far off; give the "
+                "number itself in place of a distribution"
+            )
+
+    def _agreeing(self, value: float, deviation: float) -> float:
+        """Share of draws that a measurement accepts, by the trapezium rule."""
+        low, high = max(self.lowest, value - 5.0 * deviation), value + 5.0 * deviation
+        drawn = np.linspace(low, max(low, min(self.highest, high)), 401)
+        likelihood = np.exp(-0.5 * ((drawn - value) / deviation) ** 2)
+        return float(np.trapezoid(self._density(drawn) * likelihood, drawn))
+
+    def _density(self, drawn: np.ndarray) -> np.ndarray:
+        """Probability density of numbers within the range, (number,) each."""
+        if self.kind == "N":
+            spread = self.second * math.sqrt(2.0 * math.pi)
+            found: np.ndarray = np.exp(-0.5 * ((drawn - self.first) / self.second) ** 2) / spread
+            return found
+        if self.kind == "LogU":
+            return 1.0 / (drawn * math.log(self.second / self.first))
+        return np.full(len(drawn), 1.0 / (self.second - self.first))
 
     def drawn_given(self, drawn: float, value: float, deviation: float) -> float:
         """A draw from the distribution times the likelihood of a measurement, by rejection.

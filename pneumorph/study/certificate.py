@@ -12,6 +12,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.idle_numbers import idle_notes, idle_numbers
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.goal import Goal
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.gait.walk import walk
@@ -50,9 +51,11 @@ def certify_once(
         folder: Keeps walks of finite elements and is told how far it is.
 
     Raises:
-        ArtefactError: The leg was reduced from other finite elements than are asked for.
-        ValueError: A surface of the worlds is none of the robot's, or a gait asks for more than
-            its supply has.
+        FileNotFoundError: A reduction that worlds may have is missing.
+        ArtefactError: The leg was reduced from other finite elements than are asked for, or a
+            reduction that worlds may have is none.
+        ValueError: The robot cannot be in the worlds (as of `check_worlds`), or a gait asks for
+            more than its supply has.
     """
     start = time.monotonic()
     if settings.full:
@@ -63,6 +66,7 @@ def certify_once(
         for rank, pair in enumerate(candidates.pairs, start=1)
     ]
     spec.check_supply(walker.gait for walker in walkers)
+    check_worlds(spec, settings.randomisation)
     folder.progress.stage("tuning the expert's phase")
     tuning = seen[: settings.tuning_world_count]
     expert, phase_deg = _tuned_expert(candidates.baseline, spec, tuning, folder, goal)

@@ -15,6 +15,7 @@ from pneumorph.base.run_folder import RunFolder
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.walk import walk
@@ -143,7 +144,8 @@ def evaluate(
 
     Raises:
         ArtefactError: The run holds no pairs, or is damaged.
-        ValueError: A gait asks for more than the robot's supply has.
+        ValueError: A gait asks for more than the robot's supply has, or worlds are drawn that the
+            robot cannot be in.
     """
     start = time.monotonic()
     settings = settings or EvaluationSettings()
@@ -152,6 +154,8 @@ def evaluate(
     folder = folder or RunFolder(run.folder / "evaluation", "evaluate")
     pairs, task = run.pairs(settings.pair_count), run.task
     spec.check_supply(pair.gait for pair in pairs)
+    if settings.randomize:
+        check_worlds(spec, settings.randomisation)
     if settings.model == "full":
         spec.check_reduction()
     folder.progress.stage(f"walking {len(pairs)} pairs with the {settings.model} model")

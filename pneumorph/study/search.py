@@ -18,6 +18,7 @@ from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
+from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
@@ -114,8 +115,9 @@ def search(
     Raises:
         ArtefactError: The run is damaged.
         FileNotFoundError: The run has lost its policy.
-        ValueError: The folder holds a search of other settings, or designs count as one that the
-            goal or the start tells apart.
+        ValueError: The folder holds a search of other settings, designs count as one that the
+            goal or the start tells apart, no design uses one of the regulators, or the robot cannot
+            be in the worlds (as of `check_worlds`).
     """
     start = time.monotonic()
     task, space = settings.task, settings.space
@@ -128,6 +130,7 @@ def search(
     idle: tuple[str, ...] = ()
     if objective.is_robust:
         drawn = measured_worlds() if randomisation is None else randomisation
+        check_worlds(robot, drawn)
         idle = idle_notes(robot, drawn)
         worlds = TrainingWorlds(robot.agreeing_worlds(drawn), objective.worlds_per_design)
     environment = CrawlingEnvironment(

@@ -44,7 +44,7 @@ class WalkSettings(Checked):
     """Gait file (CSV or sorotraj YAML), coopt run (its best pair) or policy (npz, with --design);
     by default the expert's gait."""
     model: Model = "reduced"
-    """The reduced robot, or finite elements (half an hour instead of a second; ten minutes with
+    """The reduced robot, or finite elements (up to an hour instead of a second; ten minutes with
     --physics published)."""
     record_every: Count = 10
     """Time steps between recorded frames."""

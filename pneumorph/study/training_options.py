@@ -233,8 +233,8 @@ def train_once(
         own_task: As `train` takes it.
 
     Raises:
-        ValueError: The folder holds another run or one of another task, or another process writes
-            into it.
+        ValueError: The folder holds another run, one of another task or of other legs, or another
+            process writes into it.
         ArtefactError: The folder is damaged.
     """
     options = replace(options, resume=True)
@@ -254,6 +254,13 @@ def train_once(
         raise ValueError(
             f"{folder.path} holds a training with own_task {found.own_task}, expected {wanted}; "
             "choose another folder"
+        )
+    theirs, ours = found.leg, robot.spec().describe()["leg"]
+    if theirs is not None and theirs.sizes != ours.sizes:
+        raise ValueError(
+            f"{folder.path} holds a training on another reduction of its legs ({theirs.sizes}, "
+            f"and {ours.sizes} now: modes, sampled points, mesh), expected the same; choose another"
+            " folder"
         )
     return found
 

@@ -11,6 +11,7 @@ from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
+from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
 from pneumorph.environment.training_environment import EnvironmentFactory, TrainingEnvironment
@@ -177,11 +178,13 @@ def run_training(
 
     Raises:
         ValueError: The folder holds a training already, designs count as one that the goal or the
-            start tells apart, task and robot have different numbers of regulators, designs walk in
-            another number of worlds than are drawn, or the environment is none for these settings.
+            start tells apart, no design uses one of the regulators, task and robot have different
+            numbers of them, designs walk in another number of worlds than are drawn, the robot
+            cannot be in these worlds (as of `check_worlds`), or the environment is none for these
+            settings.
     """
     start = time.monotonic()
-    _check(settings, spec, folder, resume, worlds, baseline)
+    _check(settings, spec, folder, resume, worlds, baseline, certificate)
     if own_task is None:
         check_equal_designs(settings.space, settings.task.goal)
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
@@ -277,6 +280,7 @@ def _check(
     resume: bool,
     worlds: TrainingWorlds | None,
     baseline: PhaseSweepSettings,
+    certificate: CertificateSettings | None,
 ) -> None:
     wanted, drawn = settings.objective.worlds_per_design, worlds.world_count if worlds else 1
     if wanted > 1 and wanted != drawn:
@@ -285,6 +289,9 @@ def _check(
             "expected as many; without --randomize there is one"
         )
     spec.check_space(settings.space)
+    for each in (worlds, certificate):
+        if each is not None:
+            check_worlds(spec, each.randomisation)
     if settings.mirror_transitions:
         settings.space.check_images()
     check_equal_starts(settings.space, spec.physics.start)

@@ -23,7 +23,7 @@ import tyro
 
 from pneumorph.base.artefact import write_json
 from pneumorph.base.settings import load_settings
-from pneumorph.catalogue.paper_leg import PhysicsName
+from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.expert_gait import ExpertGait

@@ -8,18 +8,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
 from pneumorph.catalogue.masses import Masses
+from pneumorph.catalogue.mounting_check import check_cast_mass
 from pneumorph.catalogue.older_names import current_arguments
-from pneumorph.catalogue.paper_leg import load_default_leg, paper_leg, paper_leg_mesh
+from pneumorph.catalogue.paper_leg import (
+    MEASURED_MATERIALS,
+    LegName,
+    load_default_leg,
+    paper_leg,
+    paper_leg_mesh,
+    scaled_materials,
+)
 from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.unseen_pressure import unseen_pressure_note
-from pneumorph.physics.ground import Ground
+from pneumorph.physics.ground import Ground, RoughGround
 from pneumorph.physics.height_map import HeightMap
 from pneumorph.physics.physics import Physics
 from pneumorph.report.plan import paper_plan, plans_of
-from pneumorph.robot.design import Design
+from pneumorph.robot.design import BASELINE_DESIGN, Design
 from pneumorph.robot.resized_part import resized_part
 from pneumorph.robot.scaled_part import scaled_part
 from pneumorph.study.reduction_options import ReduceOptions
@@ -132,18 +141,108 @@ def test_a_leg_that_weighs_what_nothing_does_is_refused(tmp_path: Path) -> None:
     assert RobotOptions.of("published", part=heavy, masses=Masses(leg_mass_g=105.0)).spec()
 
 
-@pytest.mark.parametrize(
-    ("size", "expected"),
-    [(1.0, None), (2.0, "inside each other"), (0.7, None)],
-)
-def test_a_leg_that_reaches_into_its_neighbour_is_refused(
-    size: float, expected: str | None, tmp_path: Path
-) -> None:
+def own(size: float, folder: Path) -> RobotOptions:
+    """The measured leg that ships in another size."""
+    path = resized_part(load_default_leg("measured"), size).save(folder / "leg.npz")
+    return RobotOptions.of("measured", part=path, masses=Masses("cast", leg_mass_g=40.0))
+
+
+def test_a_leg_that_reaches_into_its_neighbour_is_refused(tmp_path: Path) -> None:
     """The sites are as far apart as the paper's leg needs; twice as wide, two legs overlap."""
-    path = resized_part(load_default_leg("measured"), size).save(tmp_path / "leg.npz")
-    options = RobotOptions.of("measured", part=path, masses=Masses("cast", leg_mass_g=40.0))
-    if expected is None:
+    for size in (0.7, 1.0):
+        own(size, tmp_path).spec()
+    with pytest.raises(ValueError, match=r"inside each other, .* describe a robot for it in a fi"):
+        own(2.0, tmp_path).spec()
+
+
+def test_a_leg_that_reaches_into_the_disk_is_refused(tmp_path: Path) -> None:
+    """Its attachment face is half way along it, so half of it is behind that."""
+    part = load_default_leg("measured")
+    behind = np.argsort(np.abs(part.rest_nodes[:, 0] - part.rest_nodes[:, 0].mean()))[:40]
+    metadata = {**part.metadata, "attachment_nodes": behind.tolist(), "mesh_digest": "another"}
+    path = replace(part, metadata=metadata).save(tmp_path / "leg.npz")
+    options = RobotOptions.of("measured", part=path, masses=Masses("cast", leg_mass_g=46.8))
+    with pytest.raises(ValueError, match=r"up to .* mm inside the hub, .* describe a robot for it"):
         options.spec()
-        return
-    with pytest.raises(ValueError, match=expected):
+
+
+def test_a_part_without_a_skin_is_not_weighed(tmp_path: Path) -> None:
+    """One of another program may have none, hence no volume."""
+    part = replace(load_default_leg("measured"), skin=np.zeros((0, 3), dtype=np.int32))
+    part.save(tmp_path / "leg.npz")
+    check_cast_mass(part, "the reduced leg", "masses.leg_mass_g")
+
+
+def test_the_mesh_of_another_leg_is_refused(tmp_path: Path) -> None:
+    """Beside a reduced leg; both models would be told of one leg."""
+    part = load_default_leg("measured").save(tmp_path / "leg.npz")
+    mesh = paper_leg_mesh().save(tmp_path / "mesh.npz")
+    options = layered(RobotOptions(), [{"part": str(part), "full": {"mesh": str(mesh)}}])
+    with pytest.raises(ArtefactError, match="this reduction was made from the mesh"):
         options.spec()
+
+
+@pytest.mark.parametrize(
+    ("heights", "why"),
+    [
+        (np.full((8, 8), np.nan), "must be finite"),
+        (np.zeros((8, 8), dtype=complex), "holds complex128, expected heights in mm"),
+        (np.zeros(8), "row"),
+    ],
+)
+def test_a_map_that_is_none_is_refused_by_its_setting(
+    heights: np.ndarray, why: str, tmp_path: Path
+) -> None:
+    """Before anything walks."""
+    np.save(tmp_path / "map.npy", heights)
+    ground = {"ground": {"map": {"path": str(tmp_path / "map.npy")}}}
+    spec = layered(RobotOptions(), [{"physics": ground}]).spec()
+    with pytest.raises(ValueError, match=rf"physics\.ground\.map\.path: .*map\.npy.*{why}"):
+        spec.simulator([BASELINE_DESIGN])
+
+
+def test_a_map_that_is_gone_is_told_and_breaks_nothing_that_does_not_walk(tmp_path: Path) -> None:
+    """Pages and pictures of a finished run know its robot."""
+    path = tmp_path / "folder.npy"
+    path.mkdir()
+    spec = layered(RobotOptions(), [{"physics": {"ground": {"map": {"path": str(path)}}}}]).spec()
+    assert spec.assembly(BASELINE_DESIGN).mounts
+    with pytest.raises(FileNotFoundError, match=r"ground\.map\.path: .*folder\.npy is no file"):
+        spec.simulator([BASELINE_DESIGN])
+
+
+def test_roughness_that_the_ground_is_too_small_for_is_told_by_its_name() -> None:
+    rough = RoughGround(2.0, correlation_mm=400.0)
+    physics = replace(paper_robot().physics, ground=Ground(rough=rough, width_mm=300.0))
+    with pytest.raises(ValueError, match=r"^physics\.ground\.rough\.correlation_mm is 400, exp"):
+        paper_robot(physics=physics).simulator([BASELINE_DESIGN])
+
+
+@pytest.mark.parametrize(
+    ("named", "made", "of"),
+    [
+        ("measured", "published", "published"),
+        ("measured", "hyperelastic", "published"),
+        ("published", "measured", "measured"),
+        ("hyperelastic", "measured", "measured"),
+    ],
+)
+def test_a_reduction_of_another_physics_is_refused(named: LegName, made: LegName, of: str) -> None:
+    """From Python too, where nobody else says which physics was meant."""
+    with pytest.raises(ValueError, match=f"the reduced leg is of the {of} physics"):
+        _ = paper_leg(named, load_default_leg(made)).reduced
+
+
+@pytest.mark.parametrize("leg", ["published", "hyperelastic"])
+def test_a_leg_of_another_physics_than_that_asked_for_is_refused(leg: LegName) -> None:
+    with pytest.raises(ValueError, match=f"the {leg} leg is of the published physics, and the mea"):
+        layered(RobotOptions(), [{"based_on": "measured", "leg": leg}]).spec()
+    assert layered(RobotOptions(), [{"leg": leg}]).spec().physics.damping != "objective"
+
+
+def test_the_reduction_that_ships_is_of_no_other_material() -> None:
+    """Finite elements may be of any; a reduction has what it was made of."""
+    stiffer = paper_leg("measured", materials=scaled_materials(MEASURED_MATERIALS, 2.0))
+    with pytest.raises(ValueError, match="materials were given without a reduced part"):
+        _ = stiffer.reduced
+    assert stiffer.full.material == MEASURED_MATERIALS.silicone.stiffer(2.0)

@@ -13,6 +13,7 @@ from helpers.box_mesh import box_mesh
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.paper_robot import PAPER_FACE, paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
@@ -218,6 +219,21 @@ def test_a_space_of_another_robot_is_refused() -> None:
         spec.check_space(apart)
     with pytest.raises(ValueError, match=r"design b1.b1.0.0.0.1 has a module b at site left"):
         spec.assembly("b1.b1.0.0.0.1")
+
+
+def test_a_regulator_that_no_design_uses_is_refused_from_anywhere(edited: Edited) -> None:
+    """By flags over a file or the paper's robot, and by a description that Python made."""
+    plate = RobotDescription.read(edited("", ""))
+    spec, space = plate.spec(), plate.space
+    few = replace(space, minimum_legs=3, maximum_legs=3)
+    with pytest.raises(ValueError, match=r"regulator_count is 4 and no design uses regulator 4, e"):
+        spec.check_space(few)
+    with pytest.raises(ValueError, match=r"is 8 and no design uses regulator 5, 6, 7, 8, expected"):
+        paper_robot().check_space(replace(DesignSpace(), regulator_count=8, maximum_legs=4))
+    with pytest.raises(
+        ValueError, match=r"is 4 and no design uses regulator 3, 4, expected as man"
+    ):
+        replace(plate, file=None, designs=DesignRules(maximum_regulators=2)).spec()
 
 
 def test_a_payload_is_a_point_on_the_hub(edited: Edited) -> None:

@@ -11,7 +11,7 @@ from pneumorph.reduction.held_bend import held_bends
 SHAPE = PneuNetShape()
 HIGHEST_KPA = 100.0
 REST_ERROR_MM = 0.3
-"""The nodes of a reduced leg are within 0.26 mm of those of held-out snapshots at worst, 0.06 on
+"""The nodes of a reduced leg are within 0.11 mm of those of held-out snapshots at worst, 0.04 on
 average (docs/physics.md): a gap that is wider than this is one of the finite elements as well."""
 
 

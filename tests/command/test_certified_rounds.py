@@ -132,6 +132,10 @@ def test_gaits_are_learned_again_on_the_new_leg(learned: Path, certified: Certif
     content = json.loads((learned / "certificate" / "certificate.json").read_text())
     assert len(content["rounds"]) == 2
     assert content["median_cm"] == certified.median
+    (best,) = [pair for pair in second.pairs if pair.label == certified.best]
+    assert f"--part {second.leg.part} --design {best.design} --gait {best.gait}" in str(
+        certified.notes[-2]
+    )
     # Whether so short a fine-tuning changes a gait is chance; if it does, its walk is a new one.
     old, new = (
         {walk.states for pair in each.pairs for walk in pair.full_order} for each in (first, second)
@@ -214,6 +218,10 @@ def test_no_leg_is_made_again_from_the_same_walks(
     found = certify(learned, settings, folder=RunFolder(tmp_path, "certify"), reduction=REDUCTION)
     assert [each.agrees for each in found.rounds] == [False, False]
     assert "walks that the leg was made from" in found.notes[-2]
+    command = str(found.notes[-3]).split()
+    part, gait = (Path(command[command.index(name) + 1]) for name in ("--part", "--gait"))
+    assert part.is_file()
+    assert gait.is_file()
     assert "gaits stayed as they were" in found.notes[-1]
 
 
@@ -261,3 +269,5 @@ def test_a_training_ends_with_its_certificate_of_finite_elements(
     kept = json.loads((learned / "certificate" / "certificate.json").read_text())["rounds"][0]
     assert nominal(found["rounds"][0]["pairs"]) == pytest.approx(nominal(kept["pairs"]), abs=1e-9)
     assert (again / "certificate" / "certificate.json").is_file()
+    # Its page shows the best pair's walks in a median and in a bad world, which lie there too.
+    assert " in two worlds<" in (again / "report" / "page.html").read_text()

@@ -90,6 +90,18 @@ def test_a_run_from_python_is_a_run_of_coopt(plate: Path, trained: Path) -> None
         pm.train(trained, plate, changes=TINY)
 
 
+def test_a_run_of_another_leg_is_not_read_as_one_of_this(
+    plate: Path, trained: Path, tmp_path: Path
+) -> None:
+    """What ships may have changed since it was made."""
+    copy = shutil.copytree(trained, tmp_path / "run")
+    summary = json.loads((copy / "summary.json").read_text())
+    summary["leg"]["mode_count"] += 8
+    (copy / "summary.json").write_text(json.dumps(summary))
+    with pytest.raises(ValueError, match="training on another reduction of its legs"):
+        own_task.main(["--robot", str(plate), "--out", str(copy)], **TINY)
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -9,8 +9,9 @@ import pytest
 from helpers.synthetic_part import synthetic_reduced_part
 
 from pneumorph.catalogue.masses import Masses
-from pneumorph.catalogue.paper_leg import PhysicsName, paper_leg
+from pneumorph.catalogue.paper_leg import paper_leg
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.part_physics import PhysicsName
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.shipped_data import data_folder

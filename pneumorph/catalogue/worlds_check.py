@@ -1,0 +1,69 @@
+"""Refuse worlds that a robot cannot be in, before anything walks in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pneumorph.catalogue.module import Module
+from pneumorph.catalogue.part_physics import may_be_measured
+from pneumorph.catalogue.robot_spec import RobotSpec
+from pneumorph.geometry.contact_surfaces import ContactSurfaces
+from pneumorph.physics.surfaces import SURFACE_NAMES
+from pneumorph.reduction.reduced_part import ReducedPart
+from pneumorph.simulation.randomisation import Randomisation
+
+
+def check_worlds(spec: RobotSpec, drawn: Randomisation) -> None:
+    """Refuse friction of surfaces that the robot has not, and other reductions that cannot stand
+    for its modules.
+
+    Args:
+        spec: The robot.
+        drawn: What worlds are drawn from.
+
+    Raises:
+        FileNotFoundError: There is no such reduction.
+        ArtefactError: It is none.
+        ValueError: It is of another physics or has other cavities than a module, or friction is
+            drawn for a surface that neither modules nor hub have.
+    """
+    hub = spec.hub.rigid.contact_surfaces
+    _check_surfaces(drawn, [hub, *(each.reduced.contact_surfaces for each in spec.modules)])
+    for file in drawn.reductions:
+        other, what = ReducedPart.load(file), f"the reduced leg {file} of randomisation.reductions"
+        for module in spec.modules:
+            _check_alike(other, module, what)
+        _check_surfaces(drawn, [hub, other.contact_surfaces], f" with {file}")
+
+
+def _check_alike(other: ReducedPart, module: Module, what: str) -> None:
+    own = module.reduced
+    for same, is_theirs, is_ours in (
+        ("of the published physics", not may_be_measured(other), not may_be_measured(own)),
+        ("of silicone that relaxes", other.relaxation is not None, own.relaxation is not None),
+    ):
+        if is_theirs != is_ours:
+            raise ValueError(
+                f"{what} is {'' if is_theirs else 'not '}{same}, and {module.name} is "
+                f"{'' if is_ours else 'not'}, expected another reduction of that leg"
+            )
+    if other.cavity_count != own.cavity_count:
+        raise ValueError(
+            f"{what} has {other.cavity_count} cavities, expected {own.cavity_count} as "
+            f"{module.name} has: it stands for the robot's own legs in some worlds"
+        )
+
+
+def _check_surfaces(
+    drawn: Randomisation, surfaces: Iterable[ContactSurfaces | None], of: str = ""
+) -> None:
+    known = {name for each in surfaces if each is not None for name in each.known_names()}
+    named = ", ".join(sorted(known)) or "none, its meshes name no regions"
+    # A robot that names its surfaces as others do may not touch the floor with all of them.
+    usual = set(SURFACE_NAMES) if known & set(SURFACE_NAMES) else set()
+    for name, text in drawn.friction_by_surface:
+        if name not in known | usual:
+            raise ValueError(
+                f"randomisation.friction_by_surface has {name!r} ({text}), expected one of the "
+                f"surfaces of the robot{of}: {named}"
+            )
