@@ -19,7 +19,8 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from pneumorph.base.run_folder import RunFolder
-from pneumorph.catalogue.robot_options import RobotOptions, chosen_robot
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_settings import chosen_robot
 from pneumorph.command.verb import Verb, flat
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.physics.open_loop_gait import commands_of

@@ -23,7 +23,7 @@ import tyro
 
 from pneumorph.base.checked import Checked, CountOrNone
 from pneumorph.base.run_folder import RunFolder, default_folder
-from pneumorph.catalogue.robot_options import described_robot
+from pneumorph.catalogue.robot_settings import described_robot
 from pneumorph.command.verb import Verb
 from pneumorph.report.explorer.explored_run import Explorer, explore
 from pneumorph.report.replay.replay_data import ReplaySettings

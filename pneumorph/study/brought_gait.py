@@ -9,7 +9,7 @@ from typing import Any
 
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.robot_description import RobotDescription
-from pneumorph.catalogue.robot_options import (
+from pneumorph.catalogue.robot_settings import (
     asked_regulators,
     chosen_part,
     chosen_robot,

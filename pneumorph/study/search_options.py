@@ -10,12 +10,8 @@ from typing import Annotated, Any
 from pneumorph.base.flags import flat
 from pneumorph.base.settings import laid_over, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
-from pneumorph.catalogue.robot_options import (
-    USUAL,
-    RobotOptions,
-    asked_regulators,
-    described_robot,
-)
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_settings import USUAL, asked_regulators, described_robot
 from pneumorph.learn.objective import Objective
 from pneumorph.robot.design import BASELINE_DESIGN
 from pneumorph.simulation.randomisation import Randomisation

@@ -15,7 +15,8 @@ from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import laid_over
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_description import RobotDescription
-from pneumorph.catalogue.robot_options import RobotOptions, asked_regulators, described_robot
+from pneumorph.catalogue.robot_options import RobotOptions
+from pneumorph.catalogue.robot_settings import asked_regulators, described_robot
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.settings import (

@@ -8,7 +8,7 @@ from typing import Any
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_description import RobotDescription
-from pneumorph.catalogue.robot_options import described_robot
+from pneumorph.catalogue.robot_settings import described_robot
 from pneumorph.learn.objective import Objective
 from pneumorph.learn.settings import ROBUST_OBJECTIVE
 from pneumorph.physics.start_pose import StartPose
