@@ -68,6 +68,16 @@ class CertificateSettings(Checked):
     these walks among its snapshots, and the pairs are fine-tuned on it and walk again."""
     randomisation: Randomisation = field(default_factory=measured_worlds)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        usual = {"rounds": RoundSettings(), "worst_world_count": type(self).worst_world_count}
+        for name, value in usual.items():
+            if not self.full and getattr(self, name) != value:
+                raise ValueError(
+                    f"{name} is {getattr(self, name)}, expected it to be left out without --full "
+                    "(--certify of coopt): it is of finite elements and would be ignored"
+                )
+
 
 @dataclass(frozen=True, eq=False)
 class Candidates:

@@ -263,3 +263,22 @@ def test_valves_that_a_robot_has_not_are_not_to_be_measured(tmp_path: Path) -> N
     found = json.loads((out / "summary.json").read_text())
     assert "modulus_factor" in found["numbers"]
     assert not {"filling_factor", "venting_factor"} & set(found["numbers"])
+
+
+@pytest.mark.parametrize(
+    ("asked", "name"),
+    [
+        ("certify {run} --rounds.limit 1", "rounds"),
+        ("certify {run} --worst-world-count 7", "worst_world_count"),
+        ("coopt --preset quick --rounds.budget-s 60", "rounds"),
+    ],
+)
+def test_what_is_of_finite_elements_is_refused_without_them(
+    asked: str, name: str, learned: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Before anything walks; it would be ignored."""
+    assert run([*asked.format(run=learned).split(), "--out", str(tmp_path / "run")]) == 1
+    said = capsys.readouterr().err
+    assert f"{name} is " in said
+    assert "left out without --full (--certify of coopt)" in said
+    assert "walking" not in said
