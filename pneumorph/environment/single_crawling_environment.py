@@ -16,7 +16,7 @@ from pneumorph.robot.design import Design
 class SingleCrawlingEnvironment(gymnasium.Env):
     """A `CrawlingEnvironment` of one robot, for tools that know only `gymnasium.Env`.
 
-    ``reset(options={"design": design})`` changes the design. ``info`` holds the entries of
+    ``reset(options={"design": design})``, or its text, changes it. ``info`` holds the entries of
     `CrawlingEnvironment` as numbers.
     """
 
