@@ -17,30 +17,14 @@ import numpy as np
 
 import pneumorph as pm
 
-COST_CM_PER_DEGREE = 0.1
-
 
 class Straight(pm.TaskWrapper):
-    """Forward travel, less what turning costs. A left and a right turn cost the same, so
-    `is_symmetric` is that of the environment, and mirrored transitions are learned as they are."""
+    """Forward travel, less what turning costs. A left and a right turn cost the same, so a robot
+    and its mirror image are rewarded alike."""
 
-    def reset(
-        self, *, seed: Any = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
-        self._before_deg = np.zeros(self.num_envs)
-        return self.env.reset(seed=seed, options=options)
-
-    def step(
-        self, actions: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        observation, reward, terminated, truncated, info = self.env.step(actions)
-        sound = info["status"] == 0  # where the robot is means nothing once its simulation failed
-        heading_deg = np.where(sound, self.simulator.heading_deg, 0.0)
-        # Of two directions the turn that is less than half a circle.
-        turned_deg = np.abs((heading_deg - self._before_deg + 180.0) % 360.0 - 180.0)
-        cost_cm = np.where(sound, COST_CM_PER_DEGREE * turned_deg, 0.0)
-        self._before_deg = np.where(terminated | truncated, 0.0, heading_deg)
-        return observation, reward - cost_cm, terminated, truncated, info
+    terms = (
+        pm.RewardTerm("turning", "degrees", -0.1, lambda motion: np.abs(motion.moved.turn_deg)),
+    )
 
 
 def main(arguments: Sequence[str] | None = None, **changes: Any) -> Any:

@@ -25,6 +25,7 @@ _HOMES = {
     "Mesh": "pneumorph.geometry.mesh",
     "Physics": "pneumorph.physics.physics",
     "ReducedPart": "pneumorph.reduction.reduced_part",
+    "RewardTerm": "pneumorph.environment.reward_term",
     "RobotDescription": "pneumorph.catalogue.robot_description",
     "RobotSpec": "pneumorph.catalogue.robot_spec",
     "Trajectory": "pneumorph.trajectory",
@@ -50,6 +51,7 @@ __all__ = [
     "Mesh",
     "Physics",
     "ReducedPart",
+    "RewardTerm",
     "RobotDescription",
     "RobotSpec",
     "TaskWrapper",
@@ -70,6 +72,7 @@ if TYPE_CHECKING:
     from pneumorph.catalogue.robot_spec import RobotSpec
     from pneumorph.environment.crawling_task import CrawlingTask
     from pneumorph.environment.registration import make_env
+    from pneumorph.environment.reward_term import RewardTerm
     from pneumorph.environment.training_environment import TaskWrapper, TrainingEnvironment
     from pneumorph.gait.expert_gait import ExpertGait
     from pneumorph.gait.held_gait import HeldGait

@@ -24,6 +24,7 @@ from pneumorph.environment.crawling_simulator import (
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.place import Move, Place
 from pneumorph.environment.reward import GOAL_TERMS, SAMPLE_STEPS, reward_terms
+from pneumorph.environment.reward_term import ActionMotion
 from pneumorph.robot.design import Design
 
 _KEPT_ROBOTS = 10_000
@@ -112,6 +113,7 @@ class CrawlingEnvironment(VectorEnv):
         self._last_command_kPa = np.zeros((self.num_envs, self.task.regulator_count))
         self._awaits_reset = np.ones(self.num_envs, dtype=bool)
         self._was_reset = False
+        self._motion: ActionMotion | None = None
 
     @property
     def is_symmetric(self) -> bool:
@@ -122,6 +124,18 @@ class CrawlingEnvironment(VectorEnv):
     def simulator(self) -> CrawlingSimulator:
         """What the robots are simulated by; after a step at the step's end, also of an episode."""
         return self._simulator
+
+    @property
+    def motion(self) -> ActionMotion:
+        """What the robots did in the last step; to the sides nothing, where the simulator does not
+        know it.
+
+        Raises:
+            ResetNeeded: There was none.
+        """
+        if self._motion is None:
+            raise gymnasium.error.ResetNeeded("call reset and step before asking for the motion")
+        return self._motion
 
     @property
     def designs(self) -> tuple[Design, ...]:
@@ -190,7 +204,8 @@ class CrawlingEnvironment(VectorEnv):
         status = np.array(self._simulator.status, dtype=np.uint8)
         failed = status != RUNNING
         span = self.task.maximum_pressure_kPa - self.task.minimum_pressure_kPa
-        moved = before.to(self._place())
+        self._motion = ActionMotion(before, self._place(), failed, self._simulator)
+        moved = self._motion.moved
         terms_of = partial(
             reward_terms,
             moved.forward_mm,
@@ -259,15 +274,15 @@ class CrawlingEnvironment(VectorEnv):
         return {name: np.mean(at, axis=0) for name, at in means.items()}, slide
 
     def _place(self) -> Place:
-        """Where the robots are now; to the left and turned where it counts, 0 elsewhere."""
+        """Where the robots are now; to the left and turned 0 where the simulator knows of none."""
         forward_mm = np.array(self._simulator.forward_position_mm, dtype=np.float64)
-        if self.task.reward.goal == "forward":
-            return Place(forward_mm, np.zeros(self.num_envs), np.zeros(self.num_envs))
         if not isinstance(self._simulator, TurningSimulator):
-            raise ValueError(
-                f"reward.goal is {self.task.reward.goal!r}, expected 'forward' for a simulator "
-                f"that does not know where its robots turn, {type(self._simulator).__name__}"
-            )
+            if self.task.reward.goal != "forward":
+                raise ValueError(
+                    f"reward.goal is {self.task.reward.goal!r}, expected 'forward' for a simulator "
+                    f"that does not know where its robots turn, {type(self._simulator).__name__}"
+                )
+            return Place(forward_mm, np.zeros(self.num_envs), np.zeros(self.num_envs))
         return Place(
             forward_mm,
             np.array(self._simulator.left_position_mm, dtype=np.float64),

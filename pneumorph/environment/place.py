@@ -24,6 +24,10 @@ class Place:
     left_mm: np.ndarray
     heading_deg: np.ndarray
 
+    def mirrored(self) -> Place:
+        """Where their mirror images about the forward axis are."""
+        return replace(self, left_mm=-self.left_mm, heading_deg=-self.heading_deg)
+
     def to(self, later: Place) -> Move:
         """How they moved from here to a later place, turning by less than half a circle."""
         return Move(

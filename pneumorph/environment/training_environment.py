@@ -12,6 +12,7 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 
 from pneumorph.environment.crawling_simulator import RUNNING
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.environment.reward_term import ActionMotion, RewardTerm, with_terms
 from pneumorph.robot.design import Design
 
 
@@ -71,7 +72,13 @@ EnvironmentFactory = Callable[[Sequence[Design]], TrainingEnvironment]
 
 
 class TaskWrapper(VectorWrapper):
-    """A `CrawlingEnvironment` with another reward or other observations: override `step`."""
+    """A `CrawlingEnvironment` with a reward of one's own, which is the usual one and `terms`.
+
+    Where terms do not say it, or robots are to observe something else, override `step`.
+    """
+
+    terms: tuple[RewardTerm, ...] = ()
+    """What is added to the reward of the environment."""
 
     def __init__(self, environment: TrainingEnvironment) -> None:
         """Take the robots and their task from an environment."""
@@ -90,8 +97,24 @@ class TaskWrapper(VectorWrapper):
     @property
     def is_symmetric(self) -> bool:
         """Whether a robot and its mirror image, doing the same, are rewarded alike; override it
-        where a reward depends on the side."""
-        return bool(self.env.is_symmetric)  # type: ignore[attr-defined]
+        where a `step` of your own depends on the side."""
+        sided = any(term.depends_on_side for term in self.terms)
+        return bool(self.env.is_symmetric) and not sided  # type: ignore[attr-defined]
+
+    @property
+    def motion(self) -> ActionMotion:
+        """What the robots did in the last step."""
+        motion: ActionMotion = self.env.motion  # type: ignore[attr-defined]
+        return motion
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Hold an action (robot, regulator), and add `terms` to its reward."""
+        observation, reward, terminated, truncated, info = self.env.step(actions)
+        if self.terms:
+            reward = with_terms(self.terms, self.motion, reward, info)
+        return observation, reward, terminated, truncated, info
 
     @property
     def simulator(self) -> Any:

@@ -74,11 +74,11 @@ def state_size(environment: TrainingEnvironment, settings: CooptSettings) -> int
             f"{features} numbers of a design of the space, see Design.one_hot"
         )
     size = observed[0] - features
-    if settings.mirror_transitions and environment.is_symmetric != task.reward.is_symmetric:
+    if settings.mirror_transitions and environment.is_symmetric != settings.is_symmetric:
         raise ValueError(
             f"mirror_transitions is true and is_symmetric of {name} is {environment.is_symmetric}, "
-            "expected mirror_transitions = false: its rewards of mirror images are not those of "
-            "task.reward"
+            f"expected {settings.is_symmetric} as task.reward and its terms have it, or "
+            "mirror_transitions = false"
         )
     if settings.mirror_transitions and size != task.state_size:
         raise ValueError(

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+import tyro
 
 from pneumorph.base.checked import Checked, Count, CountOrNone
 from pneumorph.base.settings import settings_to_dict
@@ -91,6 +93,9 @@ class CooptSettings(Checked):
     """Also learn from the mirror image of each transition and return, since a mirrored design walks
     the mirrored path (not in the paper). If the goal lies to one side, the image's transitions get
     the reward that it would earn, and returns count only for the design itself."""
+    sided_reward: Annotated[bool, tyro.conf.Fixed, tyro.conf.Suppress] = False
+    """Whether a task of one's own rewards a robot and its mirror image differently, so that what a
+    design gets does not count for the image; `pneumorph.train` sees it by the task."""
     expected_scores: bool = False
     """Once the entropy falls, score a design at no less than the critic expects of it (not in the
     paper). The published score is the newest return, which says nothing about designs that never
@@ -142,7 +147,12 @@ class CooptSettings(Checked):
     @property
     def mirrored_scores(self) -> bool:
         """Whether what a design gets counts for its mirror image as well."""
-        return self.mirror_transitions and self.task.reward.is_symmetric
+        return self.mirror_transitions and self.is_symmetric
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether a robot and its mirror image, doing the same, are rewarded alike."""
+        return self.task.reward.is_symmetric and not self.sided_reward
 
     @property
     def designs_per_round(self) -> int:

@@ -76,9 +76,7 @@ def _pairs(folder: Path, settings: CooptSettings) -> tuple[list[DesignGaitPair],
         except ArtefactError as error:
             failure = error
             continue
-        best = BestPairs(
-            settings.space, settings.kept_pair_count, settings.task.reward.is_symmetric
-        )
+        best = BestPairs(settings.space, settings.kept_pair_count, settings.is_symmetric)
         held = checkpoint.arrays.items()
         with reading(checkpoint.path, KIND):
             best.restore({key.removeprefix("best/"): v for key, v in held if "best/" in key})

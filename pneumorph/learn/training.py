@@ -232,6 +232,12 @@ class Training:
             terminal=terminated,
         )
         if self._mirror is not None:
+            if not self.environment.is_symmetric and "mirrored_reward_cm" not in info:
+                raise ValueError(
+                    "mirror_transitions is true, and the environment is not symmetric but does not "
+                    'tell info["mirrored_reward_cm"], what the mirror image gets: expected it, or '
+                    "mirror_transitions = false"
+                )
             if told.mirror_is_stale:
                 raise ValueError(
                     "mirror_transitions is true, and the environment changes the reward but "

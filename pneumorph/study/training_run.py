@@ -14,7 +14,12 @@ from pneumorph.catalogue.unseen_pressure import say_unseen_pressure
 from pneumorph.catalogue.worlds_check import check_worlds
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
-from pneumorph.environment.training_environment import EnvironmentFactory, TrainingEnvironment
+from pneumorph.environment.reward_term import RewardTerm
+from pneumorph.environment.training_environment import (
+    EnvironmentFactory,
+    TaskWrapper,
+    TrainingEnvironment,
+)
 from pneumorph.gait.gait_file import read_gait
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
@@ -189,11 +194,6 @@ def run_training(
         check_equal_designs(settings.space, settings.task.goal)
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     name = None if own_task is None else task_name(own_task)
-    if name is not None and settings.mirrored_scores:
-        folder.progress.say(
-            f"{name} is taken to reward a robot and its mirror image alike; where it rewards a "
-            "side, set is_symmetric = False in it, and mirror_transitions to false"
-        )
     learning = learning_robots(spec, settings)
     provenance = {
         "simulation": spec.settings,
@@ -204,8 +204,10 @@ def run_training(
     make_environments, make_judged = learning_and_judged(
         lambda robots: _environments(settings, robots, worlds, own_task), spec, learning
     )
+    terms: tuple[RewardTerm, ...] = ()
     if own_task is not None:  # what does not fit is told before the baseline walks
-        state_size(make_environments(settings.space.some(settings.environment_count)), settings)
+        made = make_environments(settings.space.some(settings.environment_count))
+        settings, terms = _of_own_task(settings, made, task_name(own_task), folder.progress.say)
     # Before the baseline of other settings is written over that of the run.
     refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
     highest_kPa = max(settings.task.maximum_pressure_kPa, 2.0 * baseline.gait.amplitude_kPa)
@@ -252,7 +254,7 @@ def run_training(
         seed=settings.seed,
         wall_s=swept_s + learned_s + time.monotonic() - start,
         randomisation=drawn.get("randomisation"),
-        ranked_by=_ranked_by(settings, name),
+        ranked_by=_ranked_by(settings, name, terms),
         own_task=name,
         certificate=certified,
         notes=(
@@ -315,6 +317,26 @@ def task_name(own_task: OwnTask) -> str:
     return str(getattr(own_task, "__qualname__", type(own_task).__qualname__))
 
 
+def _of_own_task(
+    settings: CooptSettings, made: TrainingEnvironment, name: str, say: Callable[[str], None]
+) -> tuple[CooptSettings, tuple[RewardTerm, ...]]:
+    """The settings as a task of one's own asks for them, and its terms.
+
+    Raises:
+        ValueError: Its environment is none for these settings.
+    """
+    terms = made.terms if isinstance(made, TaskWrapper) else ()
+    sided = any(term.depends_on_side for term in terms)
+    settings = replace(settings, sided_reward=sided)
+    if settings.mirrored_scores and not terms:
+        say(
+            f"{name} is taken to reward a robot and its mirror image alike; where it rewards a "
+            "side, set is_symmetric = False in it, and mirror_transitions to false"
+        )
+    state_size(made, settings)
+    return settings, terms
+
+
 def _environments(
     settings: CooptSettings,
     spec: RobotSpec,
@@ -359,10 +381,14 @@ def _of_learned(learned: CooptResult) -> dict[str, Any]:
     }
 
 
-def _ranked_by(settings: CooptSettings, own_task: str | None = None) -> str | None:
+def _ranked_by(
+    settings: CooptSettings, own_task: str | None = None, terms: Sequence[RewardTerm] = ()
+) -> str | None:
     said = [settings.objective.said] if settings.objective.is_robust else []
     if own_task is not None:
-        said.append(f"reward of {own_task}")
+        of_terms = " and ".join(term.said for term in terms)
+        usual = settings.task.reward.said or settings.task.goal.label
+        said.append(f"reward of {own_task}" + (f" ({usual} and {of_terms})" if terms else ""))
     elif settings.task.reward.said:
         said.append(settings.task.reward.said)
     return ", ".join(said) or None

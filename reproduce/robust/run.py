@@ -73,7 +73,7 @@ def main(
         out: Folder of summary.json and the figures.
         work: Where the steps are made.
         steps: Which of them; walks and full walk finite elements, hours, and so does hidden_full.
-            walks are of the best pair alone, one after another, and no leg is reduced again.
+            walks are one after another, and no leg is reduced again.
         hidden_count: Hidden worlds.
         rivals_of: Trainings whose time the searches get; none for all seeds.
         certified: A certificate with finite elements, as `pneumorph certify --full` writes it: it
@@ -106,10 +106,14 @@ def main(
     keep("seeds", lambda: _seeds(runs, work, expert_cm))
     keep("damping", lambda: _damping(source, certificate, work))
     if certified is not None:
-        walks = [{**result_to_dict(walk), "states": None} for walk in best.full_order]
+        walks = [
+            {"pair": pair.label, **result_to_dict(walk), "states": None}
+            for pair in certificate.pairs
+            for walk in pair.full_order
+        ]
     else:
         known = _read(work / WALKS_FILE, earlier.get("walks", []))
-        walks = _walk_best(source, certificate, work, known, made="walks" in steps)
+        walks = _walked(source, certificate, work, known, made="walks" in steps)
     of_rig = partial(covered, gait, reality, worlds, best.band, work=work / "hidden")
     keep("hidden", lambda: result_to_dict(of_rig(hidden_count)))
     keep("hidden_full", lambda: result_to_dict(of_rig(10, model="full")))
@@ -124,6 +128,7 @@ def main(
         )
     rivals = [FinishedRun.read(each) for each in rivals_of] or runs
     keep("rivals", lambda: _rivals(rivals, work, expert_cm))
+    of_best = [walk for walk in walks if walk["pair"] == certificate.best]
     summary = {
         "digest": digest,
         "run": source.summary.get("made_by"),
@@ -137,8 +142,8 @@ def main(
         "share_beyond_expert": best.share_beyond_expert,
         "optimism_cm": best.optimism,
         "world_count": certificate.world_count,
-        "full_order_cm": [walk["full_cm"] for walk in walks],
-        "reduced_cm": [walk["reduced_cm"] for walk in walks],
+        "full_order_cm": [walk["full_cm"] for walk in of_best],
+        "reduced_cm": [walk["reduced_cm"] for walk in of_best],
         "walks": walks,
         "wall_s": source.of_summary("wall_s", float),
         "band_coverage": None if made["hidden"] is None else made["hidden"]["share_within"],
@@ -207,34 +212,39 @@ def _found(
     return result_to_dict(Found.of(contender, far_cm, expert_cm))
 
 
-def _walk_best(
+def _walked(
     run: FinishedRun,
     certificate: Certificate,
     work: Path,
     earlier: list[dict[str, Any]],
     made: bool,
 ) -> list[dict[str, Any]]:
-    """The best pair as finite elements beside its reduced robot of this leg, in the worlds of the
-    earlier walks; where walks are made, in the nominal world and in its two worst, each kept once
-    it is made."""
-    place = int(certificate.best.removeprefix("L")) - 1
-    walker, pair = walkers(run, place + 1)[-1], certificate.pairs[place]
+    """Pairs as finite elements beside their reduced robots of this leg, where they walked earlier;
+    where walks are made, the best pair in the nominal world and in its two worst, and the others in
+    the nominal one, each kept once it is made."""
+    best = int(certificate.best.removeprefix("L"))
     # The expert's come first.
-    reduced_cm = np.array(certificate.achieved, dtype=float)[:, place + 1]
-    worst = worst_worlds(reduced_cm, CertificateSettings().worst_world_count)
+    reduced_cm = np.array(certificate.achieved, dtype=float)
+    worst = worst_worlds(reduced_cm[:, best], CertificateSettings().worst_world_count)
+    others = [place for place in range(1, len(certificate.pairs) + 1) if place != best]
+    asked = [*((best, world) for world in (None, *worst)), *((other, None) for other in others)]
     worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
     folder, walks = RunFolder(work / "certificate_full", "certify"), []
     there = {
-        walk["world"]: KeptWalk(walk["full_cm"], walk["status"], walk["wall_s"], walk["states"])
+        (int(walk["pair"].removeprefix("L")), walk["world"]): KeptWalk(
+            walk["full_cm"], walk["status"], walk["wall_s"], walk["states"]
+        )
         for walk in earlier
     }
-    for number in (None, *worst) if made else there:
-        world = None if number is None else worlds[number]
-        kept = there.get(number)
+    for place, number in asked if made else there:
+        kept = there.get((place, number))
         if kept is None:
+            walker, world = walkers(run, place)[-1], None if number is None else worlds[number]
             (kept,) = full_order_walks(run.robot.spec(), [(walker, world)], folder)
-        reduced = pair.nominal if number is None else float(reduced_cm[number])
-        walks.append(result_to_dict(FullOrderWalk.of(number, kept, reduced)))
+        pair = certificate.pairs[place - 1]
+        reduced = pair.nominal if number is None else float(reduced_cm[number, place])
+        walk = FullOrderWalk.of(number, kept, reduced)
+        walks.append({"pair": pair.label, **result_to_dict(walk)})
         if made:
             write_json(work / WALKS_FILE, finite(walks))
     return walks

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.lopsided import Lopsided
 from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, toy_settings
 from helpers.turner import Turner
 
@@ -84,21 +85,6 @@ def test_a_mirror_image_gets_what_is_said_of_it() -> None:
         _, own, *_ = walkers[1].step(mirror.actions(designs, action))
         np.testing.assert_allclose(info["mirrored_reward_cm"], own, atol=2e-3)
         assert np.abs(reward - own).max() > 0.2
-
-
-class Lopsided(ViscousCrawler):
-    """Turns to the side whose legs are inflated: an odd function of left and right."""
-
-    @property
-    def left_position_mm(self) -> np.ndarray:
-        return np.zeros(len(self._status))
-
-    @property
-    def heading_deg(self) -> np.ndarray:
-        if self._pressure_kPa is None:
-            return np.zeros(len(self._status))
-        inflation = np.take_along_axis(self._pressure_kPa, self._regulator, axis=1)
-        return (self._has_leg * inflation * [1.0, 1.0, -1.0, -1.0]).sum(axis=1) / 10.0
 
 
 def test_what_turns_to_a_side_is_not_what_its_image_does() -> None:

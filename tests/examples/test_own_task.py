@@ -58,8 +58,8 @@ def trained(plate: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_turning_costs_what_it_says() -> None:
-    """The same commands with and without the task: rewards differ by a tenth of the headings'
-    changes, which the simulator tells. A robot with two legs on one side turns."""
+    """The same commands with and without the task: rewards differ by a tenth of what the robot
+    turns, and the turns add up to its heading. A robot with two legs on one side turns."""
     task = pm.CrawlingTask(**TASK)
     robot = pm.paper_robot("published")
     usual, own = (make_env(design="1.1.2.0.0.0.0.0", robot=robot, task=task) for _ in range(2))
@@ -67,21 +67,26 @@ def test_turning_costs_what_it_says() -> None:
     actions = [np.full((1, 3), value, np.float32) for value in (0.8, -0.5, 0.9)]
     usual.reset()
     wrapped.reset()
-    heading = 0.0
+    turned_deg, began_deg = [], []
     for action in actions:
         plain, straight = usual.step(action), wrapped.step(action)
-        now = float(usual.simulator.heading_deg[0])
-        assert plain[1] - straight[1] == pytest.approx(0.1 * abs(now - heading), abs=1e-12)
+        turned_deg.append(float(usual.motion.moved.turn_deg[0]))
+        began_deg.append(float(usual.motion.before.heading_deg[0]))  # it turns as it settles, too
+        cost_cm = 0.1 * abs(turned_deg[-1])
+        assert plain[1] - straight[1] == pytest.approx(cost_cm, abs=1e-12)
+        assert straight[4]["turning_cm"] == pytest.approx(-cost_cm, abs=1e-12)
         np.testing.assert_array_equal(plain[0], straight[0])
-        heading = now
-    assert abs(heading) > 0.1  # it turned
+    now_deg = usual.simulator.heading_deg[0]
+    assert now_deg == pytest.approx(began_deg[0] + sum(turned_deg), abs=1e-9)
+    assert abs(sum(turned_deg)) > 0.1  # it turned
 
 
 def test_a_run_from_python_is_a_run_of_coopt(plate: Path, trained: Path) -> None:
     summary = json.loads((trained / "summary.json").read_text())
     assert summary["verb"] == "coopt"
     assert summary["own_task"] == "Straight"
-    assert summary["ranked_by"] == "reward of Straight"
+    told = "reward of Straight (distance and -0.1 cm for each of turning (degrees))"
+    assert summary["ranked_by"] == told
     assert any(pair["score_cm"] < pair["distance_cm"] for pair in summary["pairs"])
     # A finished run is read, and is of one task alone.
     again = own_task.main(["--robot", str(plate), "--out", str(trained)], **TINY)

@@ -210,6 +210,6 @@ def test_mirror_images_are_made_of_what_is_known_alone() -> None:
         is_symmetric = False  # type: ignore[assignment]
 
     usual = crawling(viscous_crawler_robot, make_simulator, mirrored)
-    with pytest.raises(ValueError, match="is_symmetric of OneSided is False, expected mirror"):
+    with pytest.raises(ValueError, match="is_symmetric of OneSided is False, expected True"):
         Training(lambda designs: OneSided(usual(designs)), mirrored)
     assert isinstance(usual(SPACE.some(2)), CrawlingEnvironment)

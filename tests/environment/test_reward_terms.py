@@ -1,0 +1,177 @@
+"""Terms of a reward of one's own: what they pay a robot and its mirror image, and what is none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.lopsided import Lopsided
+from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, toy_settings
+
+import pneumorph as pm
+from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.environment.crawling_environment import CrawlingEnvironment
+from pneumorph.environment.place import Place
+from pneumorph.environment.reward_term import ActionMotion
+from pneumorph.environment.training_environment import EnvironmentFactory, TaskWrapper
+from pneumorph.environment.viscous_crawler import viscous_crawler_robot
+from pneumorph.learn.environments import crawling, state_size
+from pneumorph.learn.mirror import MirrorImage
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.learn.training import Training
+from pneumorph.robot.design_space import DesignSpace
+
+LEFT = pm.RewardTerm("left", "degrees", 0.1, lambda motion: motion.moved.turn_deg, True)
+EITHER = pm.RewardTerm("turning", "degrees", -0.1, lambda motion: abs(motion.moved.turn_deg))
+
+
+class ToTheLeft(TaskWrapper):
+    """Forward, and to the left."""
+
+    terms = (LEFT,)
+
+
+class Straight(TaskWrapper):
+    """Forward, and to no side."""
+
+    terms = (EITHER,)
+
+
+class Sideways(TaskWrapper):
+    """Forward, and what it goes to the left."""
+
+    terms = (
+        pm.RewardTerm("left", "mm", 0.1, lambda motion: motion.moved.left_mm, depends_on_side=True),
+    )
+
+
+def motion(failed: Sequence[bool] = (False, False)) -> ActionMotion:
+    """One robot stays, the other goes 10 mm forward, 20 to the left and turns 30 degrees left, over
+    half a circle; where one that failed is means nothing."""
+    at = np.array([0.0, 170.0])
+    before = Place(np.array([1.0, 2.0]), np.array([3.0, 4.0]), at)
+    gone = np.where(failed, np.nan, [0.0, 1.0])
+    after = Place(before.forward_mm + 10 * gone, before.left_mm + 20 * gone, at - 330 * gone)
+    return ActionMotion(before, after, np.array(failed), None)
+
+
+def test_a_term_is_worth_its_amount_and_of_an_image_the_images() -> None:
+    for term, own, image in ((LEFT, 3.0, -3.0), (EITHER, -3.0, -3.0)):
+        ours, theirs = term.worth_cm(motion())
+        np.testing.assert_allclose(ours, [0.0, own])
+        np.testing.assert_allclose(theirs, [0.0, image])
+
+
+def test_a_robot_whose_simulation_failed_gets_nothing() -> None:
+    for term in (LEFT, EITHER):
+        ours, theirs = term.worth_cm(motion([False, True]))
+        assert ours.tolist() == theirs.tolist() == [0.0, 0.0]
+
+
+def test_the_image_gets_what_it_would_earn() -> None:
+    """Reduced robots beside their images, each in its own episode."""
+    space, spec, rng = DesignSpace(), paper_robot(), np.random.default_rng(1)
+    mirror, designs = MirrorImage(space), rng.integers(len(space), size=4)
+    task = pm.CrawlingTask(action_step_count=50)
+    walkers = [
+        Sideways(
+            CrawlingEnvironment(
+                [space[int(index)] for index in chosen], spec.assembly, spec.simulator, task
+            )
+        )
+        for chosen in (designs, mirror.designs(designs))
+    ]
+    for each in walkers:
+        assert not each.is_symmetric
+        each.reset()
+    for _ in range(2):
+        action = rng.uniform(-1, 1, (4, 3)).astype(np.float32)
+        _, reward, _, _, info = walkers[0].step(action)
+        _, own, *_ = walkers[1].step(mirror.actions(designs, action))
+        np.testing.assert_allclose(info["mirrored_reward_cm"], own, atol=2e-3)
+        assert np.abs(info["left_cm"]).max() > 0.05  # far more than they may differ by
+        np.testing.assert_array_equal(reward, info["rewarded_cm"])
+        np.testing.assert_allclose(reward, info["forward_travel_cm"] + info["left_cm"])
+
+
+def made_of(wrapper: type[TaskWrapper], settings: CooptSettings) -> EnvironmentFactory:
+    """Makes robots that turn to the side whose legs are inflated."""
+    usual = crawling(
+        viscous_crawler_robot, lambda robots: Lopsided(robots, time_step_s=TIME_STEP_S), settings
+    )
+    return lambda designs: wrapper(usual(designs))
+
+
+@pytest.mark.parametrize("wrapper", [ToTheLeft, Straight])
+def test_scores_count_for_the_image_too_unless_a_term_depends_on_the_side(
+    wrapper: type[TaskWrapper],
+) -> None:
+    sided = wrapper is ToTheLeft
+    settings = replace(toy_settings(round_count=4), kept_pair_count=40, sided_reward=sided)
+    assert settings.mirrored_scores is not sided
+    training = Training(made_of(wrapper, settings), settings)
+    chosen = int(np.flatnonzero(SPACE.mirror_index != np.arange(len(SPACE)))[0])
+    image = int(SPACE.mirror_index[chosen])
+    training.walk_and_learn(np.full(16, chosen), 0)
+    stored = training.learned.buffer.arrays()
+    own, mirrored = (stored["reward"][stored["design"] == each] for each in (chosen, image))
+    assert len(own) == len(mirrored) == 16 * TASK.action_count
+    assert (np.abs(own - mirrored).max() > 0.1) == sided
+    training._update_distribution(np.array([chosen]), np.array([3.0]), np.array([False]))
+    scores = training.learned.distribution.scores
+    assert scores[chosen] == 3.0
+    assert scores[image] == (0.0 if sided else 3.0)
+
+
+def test_settings_that_take_a_side_for_none_are_refused() -> None:
+    settings = toy_settings(round_count=4)
+    environment = made_of(ToTheLeft, settings)(SPACE.some(settings.environment_count))
+    with pytest.raises(ValueError, match="is_symmetric of ToTheLeft is False, expected True"):
+        state_size(environment, settings)
+    assert state_size(environment, replace(settings, sided_reward=True)) == TASK.state_size
+    assert state_size(environment, replace(settings, mirror_transitions=False)) == TASK.state_size
+
+
+class Unsaid(TaskWrapper):
+    """Rewards a side and does not tell what an image gets."""
+
+    is_symmetric = False  # type: ignore[assignment]
+
+
+def test_an_image_that_nobody_tells_of_is_not_learned() -> None:
+    settings = replace(toy_settings(round_count=4), sided_reward=True)
+    training = Training(made_of(Unsaid, settings), settings)
+    with pytest.raises(ValueError, match=r'does not tell info\["mirrored_reward_cm"\]'):
+        training.walk_and_learn(np.zeros(16, dtype=int), 0)
+
+
+def test_terms_stand_in_the_last_info_of_an_episode() -> None:
+    settings = toy_settings(round_count=4)
+    environment = made_of(Straight, settings)(SPACE.some(settings.environment_count))
+    environment.reset()
+    for _ in range(TASK.action_count):
+        _, _, ended, _, info = environment.step(np.full((16, 2), 0.5, np.float32))
+    assert ended.all()
+    np.testing.assert_array_equal(info["final_info"]["turning_cm"], info["turning_cm"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"depends_on_side": False}, "'left' is 30 degrees of a robot and -30 of its mirror image"),
+        ({"amount": lambda motion: np.zeros(3)}, r"amounts of shape \(3,\), expected \(2,\)"),
+        ({"amount": lambda motion: 0.0}, r"amounts of shape \(\), expected \(2,\)"),
+        (
+            {"amount": lambda motion: np.array([0.0, np.nan])},
+            "'left' is nan degrees of robot 1, whose simulation is sound",
+        ),
+        ({"cm_per_unit": np.inf}, "cm_per_unit of the term 'left' is inf"),
+        ({"name": "to the left"}, "the name of a term is 'to the left', expected one word"),
+    ],
+)
+def test_what_is_no_term_is_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        replace(LEFT, **changes).worth_cm(motion())
