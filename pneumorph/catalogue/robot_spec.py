@@ -427,7 +427,7 @@ class RobotSpec(ShownInNotebooks):
         return robot
 
     def _known(self, design: Design | str) -> Design:
-        design = design if isinstance(design, Design) else Design.parse(design)
+        design = Design.parse(design)
         if design.location_count != len(self.sites):
             robot = self.name or "the paper's robot"
             raise ValueError(

@@ -8,7 +8,7 @@ from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.part_physics import may_be_measured
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.geometry.contact_surfaces import ContactSurfaces
-from pneumorph.physics.surfaces import SURFACE_NAMES
+from pneumorph.physics.surfaces import names_of_friction
 from pneumorph.reduction.reduced_part import ReducedPart
 from pneumorph.simulation.randomisation import Randomisation
 
@@ -59,10 +59,8 @@ def _check_surfaces(
 ) -> None:
     known = {name for each in surfaces if each is not None for name in each.known_names()}
     named = ", ".join(sorted(known)) or "none, its meshes name no regions"
-    # A robot that names its surfaces as others do may not touch the floor with all of them.
-    usual = set(SURFACE_NAMES) if known & set(SURFACE_NAMES) else set()
     for name, text in drawn.friction_by_surface:
-        if name not in known | usual:
+        if name not in names_of_friction(known):
             raise ValueError(
                 f"randomisation.friction_by_surface has {name!r} ({text}), expected one of the "
                 f"surfaces of the robot{of}: {named}"

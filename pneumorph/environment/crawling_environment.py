@@ -373,7 +373,7 @@ class CrawlingEnvironment(VectorEnv):
     def _accept(self, asked: Sequence[Design | str]) -> None:
         if isinstance(asked, str):
             raise TypeError(f"designs is {asked!r:.60}, expected one for each robot, in a list")
-        designs = tuple(each if isinstance(each, Design) else Design.parse(each) for each in asked)
+        designs = tuple(map(Design.parse, asked))
         if len(designs) != self.num_envs:
             raise ValueError(
                 f"got {len(designs)} designs, expected {self.num_envs}: one per robot of the batch"

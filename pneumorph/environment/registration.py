@@ -123,8 +123,7 @@ def _told(robot: RobotSpec, designs: Sequence[Design]) -> dict[str, int]:
 def _parsed(design: Design | str | None) -> Design:
     from pneumorph.robot.design import BASELINE_DESIGN, Design
 
-    design = BASELINE_DESIGN if design is None else design
-    return design if isinstance(design, Design) else Design.parse(design)
+    return Design.parse(BASELINE_DESIGN if design is None else design)
 
 
 def _robot(asked: RobotSpec | None) -> RobotSpec:

@@ -21,7 +21,7 @@ from pneumorph.physics.ground import Ground
 from pneumorph.physics.pressure import PressureMap
 from pneumorph.physics.regulators import RateLimited, Regulators, air_regulators
 from pneumorph.physics.start_pose import StartPose
-from pneumorph.physics.surfaces import SURFACE_NAMES
+from pneumorph.physics.surfaces import names_of_friction
 
 _LATER_CHOICES = ("air", "friction_by_surface", "friction_pressure", "ground", "start")
 """What physics could not be asked for when the first runs and walks were kept."""
@@ -142,16 +142,15 @@ class Physics(Checked):
                 may be of legs that its design has not.
         """
         coefficients = np.full(len(surfaces.names), self.friction)
+        known = surfaces.known_names()
+        allowed = names_of_friction(known) | set(surfaces.elsewhere)
         for name, value in self.friction_by_surface:
-            chosen = surfaces.names == name
-            known = surfaces.known_names()
-            usual = name in SURFACE_NAMES and any(each in SURFACE_NAMES for each in known)
-            if not chosen.any() and not usual and name not in surfaces.elsewhere:
+            if name not in allowed:
                 raise ValueError(
                     f"friction_by_surface names {name!r}, expected one of the robot's surfaces: "
                     f"{', '.join(known) or 'none, its meshes name no regions'}"
                 )
-            coefficients[chosen] = value
+            coefficients[surfaces.names == name] = value
         return coefficients
 
     def reference_impulses(self, surfaces: ContactSurfaces) -> np.ndarray:

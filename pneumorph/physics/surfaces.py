@@ -7,11 +7,22 @@ it but the width of not knowing: draw from them rather than take a middle for a 
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 SURFACE_NAMES = ("sheet", "skin", "hub")
 """A leg's underside, all else of it, and what carries it: a robot may touch the floor with some of
 them only, as one of legs that end in their sheets does."""
+
+
+def names_of_friction(known: Collection[str]) -> set[str]:
+    """Surfaces that friction may be given for: those of a robot, and where it names these as others
+    do also the others'.
+
+    Args:
+        known: Names of what it may touch the floor with.
+    """
+    return set(known) | (set(SURFACE_NAMES) if set(known) & set(SURFACE_NAMES) else set())
 
 
 @dataclass(frozen=True)

@@ -126,13 +126,16 @@ class Design:
         )
 
     @classmethod
-    def parse(cls, text: str) -> Design:
-        """Read a design such as ``1.0.0.2.2.0.0.1`` or ``1.0.b2+3``, as `str` writes it.
+    def parse(cls, text: str | Design) -> Design:
+        """Read a design such as ``1.0.0.2.2.0.0.1`` or ``1.0.b2+3``, as `str` writes it; one that
+        is a design already stays as it is.
 
         Raises:
-            TypeError: It is no text.
+            TypeError: It is neither.
             ValueError: The text is not whole numbers joined by dots.
         """
+        if isinstance(text, Design):
+            return text
         if not isinstance(text, str):
             raise TypeError(f"design is {text!r:.60}, expected text such as 1.0.0.2.2.0.0.1")
         fields = text.strip().split(".")

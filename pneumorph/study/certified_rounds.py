@@ -115,8 +115,8 @@ def certify_candidates(
         if ending is not None:
             is_file = spec.name is not None
             notes = (*notes, *_of_rounds(rounds, found.best, candidates.run, is_file), ending)
-        if ending is not None and len(rounds) > 1 and again.trained is None:
-            notes = (*notes, GAITS_STAYED)
+            if len(rounds) > 1 and again.trained is None:
+                notes = (*notes, GAITS_STAYED)
         found = replace(found, rounds=tuple(rounds), notes=notes, wall_s=wall_s)
         write_json(folder / CERTIFICATE_FILE, finite(result_to_dict(found)))
         if ending is not None:
