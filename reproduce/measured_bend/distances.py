@@ -1,8 +1,8 @@
-"""What the mesh of a leg does to how far robots walk: reduced legs of two meshes, twelve gaits.
+"""What the mesh of a leg does to how far robots walk: reduced legs of three meshes, twelve gaits.
 
     python reproduce/measured_bend/distances.py --out runs/mesh_distances
 
-Both legs are reduced alike, from states of rest alone, and walk the periodic gaits of random
+All legs are reduced alike, from states of rest alone, and walk the periodic gaits of random
 designs that `pneumorph compare` has, 20 s in the nominal world of the measured physics. Resumable;
 writes distances.json.
 """
@@ -10,6 +10,7 @@ writes distances.json.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -58,14 +59,14 @@ def reduced_leg(size_mm: float, out: Path, processes: int) -> Path:
 
 def main(
     out: Path = Path("runs/mesh_distances"),
-    sizes_mm: tuple[float, float] = (6.0, 4.0),
+    sizes_mm: tuple[float, ...] = (6.0, 4.0, 3.0),
     processes: int = 1,
 ) -> None:
     """Reduce the legs, walk, and compare.
 
     Args:
         out: Folder of the legs and of distances.json.
-        sizes_mm: Largest edges of the two meshes, the coarser first [mm].
+        sizes_mm: Largest edges of the meshes, coarser ones first [mm].
         processes: How many snapshots are computed at the same time.
     """
     walks = periodic_animations(12, DURATION_S)
@@ -80,17 +81,26 @@ def main(
             time_step_s=spec.physics.time_step_s,
         )
         found[f"{size:g}"] = walked.distance_cm
-    coarse, fine = found.values()
-    apart = np.abs(coarse - fine)
     content = {
         "designs": [str(each.design) for each in walks],
         "distance_cm": {size: far.tolist() for size, far in found.items()},
         "mean_distance_cm": {size: float(np.abs(far).mean()) for size, far in found.items()},
-        "mean_apart_cm": float(apart.mean()),
-        "median_apart_cm": float(np.median(apart)),
-        "most_apart_cm": float(apart.max()),
+        "apart": {
+            f"{coarse}, {fine}": _apart(found[coarse], found[fine])
+            for coarse, fine in pairwise(found)
+        },
     }
     print(write_json(out / "distances.json", content), content)
+
+
+def _apart(coarse: np.ndarray, fine: np.ndarray) -> dict[str, float]:
+    """How far the distances of two meshes are apart [cm]."""
+    apart = np.abs(coarse - fine)
+    return {
+        "mean_cm": float(apart.mean()),
+        "median_cm": float(np.median(apart)),
+        "most_cm": float(apart.max()),
+    }
 
 
 if __name__ == "__main__":
