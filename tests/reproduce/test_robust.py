@@ -93,8 +93,12 @@ def test_all_steps_end_in_one_summary(
     monkeypatch.setattr(robust, "full_order_walks", full_order_walks)
     walked = made("walks")
     assert walked["full_order_cm"] == [10.0, 20.0, 30.0]
-    assert {str(walker.design) for walker, _ in asked} == {walked["best_design"]}
-    assert asked[0][1] is None  # the world as it stands, then the two worst
+    of_best, of_other = asked[:3], asked[3:]
+    assert {str(walker.design) for walker, _ in of_best} == {walked["best_design"]}
+    assert of_best[0][1] is None  # the world as it stands, then the two worst
+    assert [world for _, world in of_other] == [None]  # of two pairs that were kept
+    assert [walk["full_cm"] for walk in walked["walks"]] == [10.0, 20.0, 30.0, 40.0]
+    assert len({walk["pair"] for walk in walked["walks"][2:]}) == 2
     certificate = json.loads((tmp_path / "out" / "certificate.json").read_text())
     place = int(certificate["best"].removeprefix("L"))
     far = sorted(row[place] for row in certificate["distances_cm"])
@@ -105,7 +109,7 @@ def test_all_steps_end_in_one_summary(
     # Where the work is lost, what the summary of this leg has is taken.
     elsewhere = made("walks", work="elsewhere")
     assert elsewhere == walked
-    assert len(asked) == 3
+    assert len(asked) == 4
     # Of another leg nothing is, but for the walks of finite elements, beside its own distances.
     softer = scaled_part(synthetic_reduced_part(mode_count=4, cells=(4, 4, 4)), 0.97, 1.0)
     robust.main(
@@ -118,7 +122,7 @@ def test_all_steps_end_in_one_summary(
     assert other["best_design"] == walked["best_design"]
     assert other["full_order_cm"] == [10.0, 20.0, 30.0]
     assert other["reduced_cm"] != walked["reduced_cm"]
-    assert len(asked) == 3
+    assert len(asked) == 4
 
 
 def test_the_tests_that_a_certificate_names_narrow_its_band(
