@@ -47,5 +47,5 @@ def frames_figure(actors: Sequence[Actor], times_s: Sequence[float], width: int 
             if row == 0:
                 axes.set_title(f"{time_s:g} s", size=8, loc="center")
             if column == 0:
-                axes.set_ylabel(actor.label.replace("\n", " "), size=7)
+                axes.set_ylabel(actor.label, size=7)
     return figure
