@@ -95,7 +95,7 @@ class CooptSettings(Checked):
     the reward that it would earn, and returns count only for the design itself."""
     sided_reward: Annotated[bool, tyro.conf.Fixed, tyro.conf.Suppress] = False
     """Whether a task of one's own rewards a robot and its mirror image differently, so that what a
-    design gets does not count for the image; `pneumorph.train` sees it by the task."""
+    design gets does not count for the image; `pneumorph.train` sees it by the terms of a class."""
     expected_scores: bool = False
     """Once the entropy falls, score a design at no less than the critic expects of it (not in the
     paper). The published score is the newest return, which says nothing about designs that never

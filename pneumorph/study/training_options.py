@@ -238,7 +238,9 @@ def train_once(
             process writes into it.
         ArtefactError: The folder is damaged.
     """
-    options = replace(options, resume=True)
+    sided = any(term.depends_on_side for term in getattr(own_task, "terms", ()))
+    coopt = replace(options.coopt, sided_reward=options.coopt.sided_reward or sided)
+    options = replace(options, resume=True, coopt=coopt)
     robot = replace(options.robot, threads=options.robot.threads or threads)
     # Where robots are computed decides nothing either.
     anywhere = replace(options.robot, executor=ExecutorSettings())

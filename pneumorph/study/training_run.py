@@ -207,7 +207,13 @@ def run_training(
     terms: tuple[RewardTerm, ...] = ()
     if own_task is not None:  # what does not fit is told before the baseline walks
         made = make_environments(settings.space.some(settings.environment_count))
-        settings, terms = _of_own_task(settings, made, task_name(own_task), folder.progress.say)
+        terms = made.terms if isinstance(made, TaskWrapper) else ()
+        if settings.mirrored_scores and not terms:
+            folder.progress.say(
+                f"{name} is taken to reward a robot and its mirror image alike; where it rewards a "
+                "side, set is_symmetric = False in it, and mirror_transitions to false"
+            )
+        state_size(made, settings)
     # Before the baseline of other settings is written over that of the run.
     refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
     highest_kPa = max(settings.task.maximum_pressure_kPa, 2.0 * baseline.gait.amplitude_kPa)
@@ -315,26 +321,6 @@ def _check(
 def task_name(own_task: OwnTask) -> str:
     """What a task of one's own is called."""
     return str(getattr(own_task, "__qualname__", type(own_task).__qualname__))
-
-
-def _of_own_task(
-    settings: CooptSettings, made: TrainingEnvironment, name: str, say: Callable[[str], None]
-) -> tuple[CooptSettings, tuple[RewardTerm, ...]]:
-    """The settings as a task of one's own asks for them, and its terms.
-
-    Raises:
-        ValueError: Its environment is none for these settings.
-    """
-    terms = made.terms if isinstance(made, TaskWrapper) else ()
-    sided = any(term.depends_on_side for term in terms)
-    settings = replace(settings, sided_reward=sided)
-    if settings.mirrored_scores and not terms:
-        say(
-            f"{name} is taken to reward a robot and its mirror image alike; where it rewards a "
-            "side, set is_symmetric = False in it, and mirror_transitions to false"
-        )
-    state_size(made, settings)
-    return settings, terms
 
 
 def _environments(

@@ -17,6 +17,9 @@ import pneumorph as pm
 from pneumorph.cli import run
 from pneumorph.environment.registration import make_env
 from pneumorph.environment.training_environment import TrainingEnvironment
+from pneumorph.learn.settings import CooptSettings
+from pneumorph.report.explorer.scored_designs import scored_by_training
+from pneumorph.study.finished_run import FinishedRun
 
 TASK = {"action_count": 4, "action_step_count": 100}  # as long as a period of the expert
 TINY = {
@@ -165,3 +168,32 @@ def test_that_mirror_images_are_taken_to_be_rewarded_alike_is_told(
     with pytest.raises(ValueError, match="has observations of shape"):
         pm.train(tmp_path / "run", plate, changes=TINY, own_task=Tall)
     assert "Tall is taken to reward a robot and its mirror image alike" in capsys.readouterr().err
+
+
+class ToTheLeft(pm.TaskWrapper):
+    """Forward, and to the left."""
+
+    terms = (
+        pm.RewardTerm("left", "mm", 0.1, lambda motion: motion.moved.left_mm, depends_on_side=True),
+    )
+
+
+def test_scores_of_a_task_that_rewards_a_side_count_for_the_design_alone(
+    plate: Path, trained: Path, tmp_path: Path
+) -> None:
+    """Also where verbs read them."""
+    out = tmp_path / "left"
+    found = pm.train(out, plate, changes=TINY, own_task=ToTheLeft)
+    assert found.ranked_by == "reward of ToTheLeft (distance and 0.1 cm for each of left (mm))"
+    for folder, symmetric in ((trained, True), (out, False)):
+        kept = FinishedRun.read(folder)
+        settings = kept.structured("coopt", CooptSettings)
+        assert settings.mirror_transitions
+        assert settings.mirrored_scores == symmetric
+        scores = scored_by_training(kept).score_cm
+        walked = np.flatnonzero(np.isfinite(scores))
+        images = settings.space.images(walked)[0]
+        assert np.isfinite(scores[images]).all() == symmetric
+    for verb in ("explore", "report --figure-files", "watch --once"):
+        asked = verb.split()
+        assert run([asked[0], str(out), *asked[1:]]) == 0
