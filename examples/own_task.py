@@ -17,14 +17,14 @@ import numpy as np
 
 import pneumorph as pm
 
+TURNING = pm.RewardTerm("turning", "degrees", -0.1, lambda motion: np.abs(motion.moved.turn_deg))
+"""A left and a right turn cost the same, so a robot and its mirror image are rewarded alike."""
+
 
 class Straight(pm.TaskWrapper):
-    """Forward travel, less what turning costs. A left and a right turn cost the same, so a robot
-    and its mirror image are rewarded alike."""
+    """Forward travel, less what turning costs."""
 
-    terms = (
-        pm.RewardTerm("turning", "degrees", -0.1, lambda motion: np.abs(motion.moved.turn_deg)),
-    )
+    terms = (TURNING,)
 
 
 def main(arguments: Sequence[str] | None = None, **changes: Any) -> Any:

@@ -127,8 +127,7 @@ class CrawlingEnvironment(VectorEnv):
 
     @property
     def motion(self) -> ActionMotion:
-        """What the robots did in the last step; to the sides nothing, where the simulator does not
-        know it.
+        """What the robots did in the last step.
 
         Raises:
             ResetNeeded: There was none.
@@ -204,8 +203,9 @@ class CrawlingEnvironment(VectorEnv):
         status = np.array(self._simulator.status, dtype=np.uint8)
         failed = status != RUNNING
         span = self.task.maximum_pressure_kPa - self.task.minimum_pressure_kPa
-        self._motion = ActionMotion(before, self._place(), failed, self._simulator)
-        moved = self._motion.moved
+        after = self._place()
+        self._motion = ActionMotion.of(before, after, failed, self._simulator)
+        moved = before.to(after)
         terms_of = partial(
             reward_terms,
             moved.forward_mm,

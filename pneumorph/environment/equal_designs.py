@@ -34,7 +34,7 @@ def check_equal_starts(space: DesignSpace, start: StartPose) -> None:
         )
 
 
-def check_equal_designs(space: DesignSpace, goal: Goal) -> None:
+def check_equal_designs(space: DesignSpace, goal: Goal, sided_reward: bool = False) -> None:
     """Refuse symmetries of a space that turn the goal into another one.
 
     A mirror image goes as far forward, to the other side, and turns the other way round; what is
@@ -43,16 +43,18 @@ def check_equal_designs(space: DesignSpace, goal: Goal) -> None:
     Args:
         space: Designs, those that its symmetries turn into each other being one.
         goal: What is asked of them.
+        sided_reward: Whether a reward of one's own depends on the side besides.
 
     Raises:
         ValueError: One of two such designs may achieve what the other cannot.
     """
     forward, left, turn = (abs(each) > 1e-9 for each in goal.direction)
     for symmetry in space.symmetries:
-        if (left or turn) if symmetry == "mirror" else (forward or left):
+        if (left or turn or sided_reward) if symmetry == "mirror" else (forward or left):
             image = "its mirror image" if symmetry == "mirror" else "itself turned about z"
+            told = f"the goal {goal.name!r}{' with terms of its own' if sided_reward else ''}"
             raise ValueError(
-                f"a design and {image} count as one, and the goal {goal.name!r} tells them apart, "
+                f"a design and {image} count as one, and {told} tells them apart, "
                 "expected no such symmetry: leave it out of designs.same of the robot's file, or "
                 "of space.symmetries"
             )

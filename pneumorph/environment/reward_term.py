@@ -7,13 +7,17 @@ A `TaskWrapper` with ``terms`` adds them to the reward.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from pneumorph.environment.crawling_simulator import CrawlingSimulator, TurningSimulator
 from pneumorph.environment.place import Move, Place
+
+_OF_IMAGES = ("mirrored_reward_cm", "mirrored_with_cm", "rewarded_cm")
+"""What a step's info tells of the mirror images, see `TrainingEnvironment`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,23 +29,65 @@ class ActionMotion:
         after: Where they are at its end.
         failed: Whether their simulation failed within it, (robot,) bool; where they are means
             nothing then.
-        simulator: What they are simulated by, at the end of the action: a `CrawlingSimulator`, and
-            of the others in ``crawling_simulator`` those whose attributes it has.
     """
 
     before: Place
     after: Place
     failed: np.ndarray
-    simulator: Any
+    _simulator: Any = field(repr=False)
+
+    @classmethod
+    def of(
+        cls, before: Place, after: Place, failed: np.ndarray, simulator: CrawlingSimulator
+    ) -> ActionMotion:
+        """The motion as a simulator knows it; sides and headings are NaN where it does not.
+
+        Args:
+            before: Where robots were.
+            after: Where they are.
+            failed: Whether their simulation failed, (robot,) bool.
+            simulator: What they are simulated by, at the end of the action.
+        """
+        if not isinstance(simulator, TurningSimulator):
+            unknown = np.full(len(failed), np.nan)
+            before, after = (
+                replace(each, left_mm=unknown, heading_deg=unknown) for each in (before, after)
+            )
+        return cls(before, after, failed, simulator)
 
     @property
     def moved(self) -> Move:
         """How they moved, turning by less than half a circle."""
         return self.before.to(self.after)
 
+    @property
+    def tilt_deg(self) -> np.ndarray:
+        """Angle between each hub's upward axis and the floor's normal at the end [degrees],
+        (robot,)."""
+        return self._known("tilt_deg")
+
+    @property
+    def hub_load_share(self) -> np.ndarray:
+        """Share of the floor's normal force that each hub bears at the end, (robot,)."""
+        return self._known("hub_load_share")
+
+    @property
+    def range_ratio(self) -> np.ndarray:
+        """How far a leg has been from rest since the episode began, relative to the furthest state
+        it was reduced from, (robot,)."""
+        return self._known("range_ratio")
+
     def mirrored(self) -> ActionMotion:
         """What their mirror images about the floor's forward axis did."""
         return replace(self, before=self.before.mirrored(), after=self.after.mirrored())
+
+    def _known(self, name: str) -> np.ndarray:
+        if not hasattr(self._simulator, name):
+            raise ValueError(
+                f"a term asks for {name}, which {type(self._simulator).__name__} does not know of "
+                "its robots, expected a simulator that does"
+            )
+        return np.array(getattr(self._simulator, name), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -52,7 +98,8 @@ class RewardTerm:
         name: What it is called; what it was worth stands in a step's info as ``NAME_cm``.
         unit: Of its amount, such as ``degrees``.
         cm_per_unit: What a unit of it is worth [cm]; negative for a penalty.
-        amount: Its amount for each robot [unit], (robot,), of an `ActionMotion`.
+        amount: Its amount for each robot [unit], (robot,), of an `ActionMotion`; called twice for
+            each action, for the robots and for their mirror images.
         depends_on_side: Whether a robot and its mirror image, doing the same, have other amounts:
             a turn to the left does, a turn to either side does not.
     """
@@ -77,8 +124,9 @@ class RewardTerm:
 
     @property
     def said(self) -> str:
-        """What it is worth, for a person."""
-        return f"{self.cm_per_unit:g} cm for each of {self.name} ({self.unit})"
+        """What it adds or takes off, for a person."""
+        sign = "less" if self.cm_per_unit < 0.0 else "plus"
+        return f"{sign} {abs(self.cm_per_unit):g} x {self.name} ({self.unit})"
 
     def worth_cm(self, motion: ActionMotion) -> tuple[np.ndarray, np.ndarray]:
         """What the robots get for it and what their mirror images would [cm], (robot,) each; 0 of
@@ -111,33 +159,68 @@ class RewardTerm:
             robot = int(np.flatnonzero(~np.isfinite(found))[0])
             raise ValueError(
                 f"the term {self.name!r} is {found[robot]} {self.unit} of robot {robot}, whose "
-                "simulation is sound, expected a finite number"
+                "simulation is sound, expected a finite number (sides and headings are NaN where "
+                "the simulator does not know them)"
             )
         return found
 
 
 def with_terms(
-    terms: Sequence[RewardTerm], motion: ActionMotion, reward: np.ndarray, info: dict[str, Any]
+    terms: Sequence[RewardTerm],
+    motion: ActionMotion,
+    reward: np.ndarray,
+    info: dict[str, Any],
+    symmetric: bool,
 ) -> np.ndarray:
     """A step's reward with further terms [cm], (robot,); its info tells each of them, and what the
-    mirror images get.
+    mirror images get where that is something else, unless nobody knows it without these terms.
 
     Args:
         terms: What is added.
         motion: What the robots did in the step.
         reward: Without them [cm], (robot,).
         info: Of the step; changed.
+        symmetric: Whether that rewards a robot and its mirror image alike.
 
     Raises:
-        ValueError: As of `RewardTerm.worth_cm`.
+        ValueError: A term has the name of another entry of the info, or as of
+            `RewardTerm.worth_cm`.
     """
-    image, told = np.asarray(info.get("mirrored_reward_cm", reward)), {}
+    had = "mirrored_reward_cm" in info
+    sided = any(term.depends_on_side for term in terms)
+    tell = (had or (symmetric and sided)) and not image_is_stale(info, reward)
+    image, told = np.asarray(info.get("mirrored_reward_cm", reward)), dict[str, np.ndarray]()
     for term in terms:
+        name = f"{term.name}_cm"
+        if name in (*info, *told, *_OF_IMAGES):
+            raise ValueError(
+                f"a term is called {term.name!r}, and a step's info has {name!r} already, expected "
+                "another name"
+            )
         own_cm, image_cm = term.worth_cm(motion)
         reward, image = reward + own_cm, image + image_cm
-        told[f"{term.name}_cm"] = own_cm
-    told |= {"mirrored_reward_cm": image, "mirrored_with_cm": image, "rewarded_cm": reward}
+        told[name] = own_cm
+    if tell:
+        told |= dict(zip(_OF_IMAGES, (image, image, reward), strict=True))
+    told |= {f"_{name}": np.ones(len(reward), dtype=bool) for name in tuple(told)}
     info |= told
     if "final_info" in info:
-        info["final_info"] |= told
+        ended = info["_final_info"]
+        info["final_info"] |= {
+            name: ended.copy() if name.startswith("_") else value for name, value in told.items()
+        }
     return reward
+
+
+def image_is_stale(info: Mapping[str, Any], reward: np.ndarray) -> bool:
+    """Whether what a step's info tells of the mirror images belongs to another reward: a wrapper
+    changed the robots' and not theirs.
+
+    Args:
+        info: Of the step.
+        reward: What it brought [cm], (robot,).
+    """
+    rewarded_cm = info.get("rewarded_cm")
+    untouched = info.get("mirrored_reward_cm") is info.get("mirrored_with_cm")
+    # Single precision of a wrapper is no other reward.
+    return rewarded_cm is not None and untouched and not np.allclose(reward, rewarded_cm)

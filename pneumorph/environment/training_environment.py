@@ -12,7 +12,12 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 
 from pneumorph.environment.crawling_simulator import RUNNING
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.environment.reward_term import ActionMotion, RewardTerm, with_terms
+from pneumorph.environment.reward_term import (
+    ActionMotion,
+    RewardTerm,
+    image_is_stale,
+    with_terms,
+)
 from pneumorph.robot.design import Design
 
 
@@ -74,7 +79,8 @@ EnvironmentFactory = Callable[[Sequence[Design]], TrainingEnvironment]
 class TaskWrapper(VectorWrapper):
     """A `CrawlingEnvironment` with a reward of one's own, which is the usual one and `terms`.
 
-    Where terms do not say it, or robots are to observe something else, override `step`.
+    Where terms do not say it, or robots are to observe something else, override `step`, and call
+    this class's for the terms.
     """
 
     terms: tuple[RewardTerm, ...] = ()
@@ -85,6 +91,13 @@ class TaskWrapper(VectorWrapper):
         if not isinstance(environment, VectorEnv):
             raise ValueError(
                 f"environment is a {type(environment).__name__}, expected a Gymnasium VectorEnv"
+            )
+        if not isinstance(self.terms, tuple) or not all(
+            isinstance(each, RewardTerm) for each in self.terms
+        ):
+            raise TypeError(
+                f"terms of {type(self).__name__} is {self.terms!r:.80}, expected a tuple of "
+                "RewardTerm: one alone needs a comma behind it"
             )
         super().__init__(environment)
 
@@ -102,6 +115,12 @@ class TaskWrapper(VectorWrapper):
         return bool(self.env.is_symmetric) and not sided  # type: ignore[attr-defined]
 
     @property
+    def all_terms(self) -> tuple[RewardTerm, ...]:
+        """Its terms and those of wrappers within."""
+        within = self.env.all_terms if isinstance(self.env, TaskWrapper) else ()
+        return (*within, *self.terms)
+
+    @property
     def motion(self) -> ActionMotion:
         """What the robots did in the last step."""
         motion: ActionMotion = self.env.motion  # type: ignore[attr-defined]
@@ -113,7 +132,8 @@ class TaskWrapper(VectorWrapper):
         """Hold an action (robot, regulator), and add `terms` to its reward."""
         observation, reward, terminated, truncated, info = self.env.step(actions)
         if self.terms:
-            reward = with_terms(self.terms, self.motion, reward, info)
+            symmetric = bool(self.env.is_symmetric)  # type: ignore[attr-defined]
+            reward = with_terms(self.terms, self.motion, reward, info, symmetric)
         return observation, reward, terminated, truncated, info
 
     @property
@@ -157,15 +177,11 @@ class ToldStep:
         """
         command = info.get("command_kPa")
         distance_cm = info.get("forward_travel_cm", reward)
-        mirrored_cm, rewarded_cm = info.get("mirrored_reward_cm", reward), info.get("rewarded_cm")
-        untouched = mirrored_cm is info.get("mirrored_with_cm")
-        # Single precision of a wrapper is no other reward.
-        stale = rewarded_cm is not None and untouched and not np.allclose(reward, rewarded_cm)
         return cls(
             failed=np.asarray(info.get("status", np.zeros(len(reward)))) != RUNNING,
             distance_cm=distance_cm,
             achieved=info.get("achieved", distance_cm),
-            mirrored_reward_cm=mirrored_cm,
-            mirror_is_stale=stale,
+            mirrored_reward_cm=info.get("mirrored_reward_cm", reward),
+            mirror_is_stale=image_is_stale(info, reward),
             command_kPa=task.pressure_kPa(actions) if command is None else command,
         )

@@ -77,7 +77,8 @@ def state_size(environment: TrainingEnvironment, settings: CooptSettings) -> int
     if settings.mirror_transitions and environment.is_symmetric != settings.is_symmetric:
         raise ValueError(
             f"mirror_transitions is true and is_symmetric of {name} is {environment.is_symmetric}, "
-            f"expected {settings.is_symmetric} as task.reward and sided_reward have it, or "
+            f"expected {settings.is_symmetric} as task.reward and sided_reward have it: "
+            "sided_reward = true where a reward of your own depends on the side, or "
             "mirror_transitions = false"
         )
     if settings.mirror_transitions and size != task.state_size:

@@ -17,6 +17,7 @@ from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_settings import asked_regulators, described_robot
+from pneumorph.environment.reward_term import RewardTerm
 from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.settings import (
@@ -238,8 +239,9 @@ def train_once(
             process writes into it.
         ArtefactError: The folder is damaged.
     """
-    sided = any(term.depends_on_side for term in getattr(own_task, "terms", ()))
-    coopt = replace(options.coopt, sided_reward=options.coopt.sided_reward or sided)
+    terms = _terms_of(own_task)
+    sided = options.coopt.sided_reward or any(term.depends_on_side for term in terms)
+    coopt = replace(options.coopt, sided_reward=sided)
     options = replace(options, resume=True, coopt=coopt)
     robot = replace(options.robot, threads=options.robot.threads or threads)
     # Where robots are computed decides nothing either.
@@ -258,6 +260,12 @@ def train_once(
             f"{folder.path} holds a training with own_task {found.own_task}, expected {wanted}; "
             "choose another folder"
         )
+    unsaid = [term.said for term in terms if term.said not in (found.ranked_by or "")]
+    if unsaid:
+        raise ValueError(
+            f"{folder.path} holds a training ranked by {found.ranked_by}, and {wanted} says "
+            f"{', '.join(unsaid)}; choose another folder"
+        )
     theirs, ours = found.leg, robot.spec().describe()["leg"]
     if theirs is not None and theirs.sizes != ours.sizes:
         raise ValueError(
@@ -266,6 +274,13 @@ def train_once(
             " folder"
         )
     return found
+
+
+def _terms_of(own_task: OwnTask | None) -> tuple[RewardTerm, ...]:
+    """Terms of a class of `TaskWrapper`; those of anything else are known once it is made."""
+    terms = getattr(own_task, "terms", ())
+    known = isinstance(terms, tuple)
+    return tuple(each for each in terms if isinstance(each, RewardTerm)) if known else ()
 
 
 def train_as_asked(

@@ -190,30 +190,31 @@ def run_training(
     """
     start = time.monotonic()
     _check(settings, spec, folder, resume, worlds, baseline, certificate)
-    if own_task is None:
-        check_equal_designs(settings.space, settings.task.goal)
+    if own_task is None or settings.sided_reward:
+        check_equal_designs(settings.space, settings.task.goal, settings.sided_reward)
     drawn = {} if worlds is None else {"randomisation": worlds.as_dict()}
     name = None if own_task is None else task_name(own_task)
     learning = learning_robots(spec, settings)
-    provenance = {
-        "simulation": spec.settings,
-        **leg_digests(spec, learning),
-        **drawn,
-        **({} if name is None else {"environment": name}),
-    }
     make_environments, make_judged = learning_and_judged(
         lambda robots: _environments(settings, robots, worlds, own_task), spec, learning
     )
     terms: tuple[RewardTerm, ...] = ()
     if own_task is not None:  # what does not fit is told before the baseline walks
         made = make_environments(settings.space.some(settings.environment_count))
-        terms = made.terms if isinstance(made, TaskWrapper) else ()
+        terms = made.all_terms if isinstance(made, TaskWrapper) else ()
         if settings.mirrored_scores and not terms:
             folder.progress.say(
                 f"{name} is taken to reward a robot and its mirror image alike; where it rewards a "
                 "side, set is_symmetric = False in it, and mirror_transitions to false"
             )
         state_size(made, settings)
+    provenance = {
+        "simulation": spec.settings,
+        **leg_digests(spec, learning),
+        **drawn,
+        **({} if name is None else {"environment": name}),
+        **({"terms": [term.said for term in terms]} if terms else {}),
+    }
     # Before the baseline of other settings is written over that of the run.
     refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
     highest_kPa = max(settings.task.maximum_pressure_kPa, 2.0 * baseline.gait.amplitude_kPa)
@@ -372,9 +373,9 @@ def _ranked_by(
 ) -> str | None:
     said = [settings.objective.said] if settings.objective.is_robust else []
     if own_task is not None:
-        of_terms = " and ".join(term.said for term in terms)
         usual = settings.task.reward.said or settings.task.goal.label
-        said.append(f"reward of {own_task}" + (f" ({usual} and {of_terms})" if terms else ""))
+        of_terms = " ".join([usual, *(term.said for term in terms)])
+        said.append(f"reward of {own_task}" + (f" ({of_terms})" if terms else ""))
     elif settings.task.reward.said:
         said.append(settings.task.reward.said)
     return ", ".join(said) or None

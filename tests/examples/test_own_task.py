@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -84,11 +85,13 @@ def test_turning_costs_what_it_says() -> None:
     assert abs(sum(turned_deg)) > 0.1  # it turned
 
 
-def test_a_run_from_python_is_a_run_of_coopt(plate: Path, trained: Path) -> None:
+def test_a_run_from_python_is_a_run_of_coopt(
+    plate: Path, trained: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     summary = json.loads((trained / "summary.json").read_text())
     assert summary["verb"] == "coopt"
     assert summary["own_task"] == "Straight"
-    told = "reward of Straight (distance and -0.1 cm for each of turning (degrees))"
+    told = "reward of Straight (distance less 0.1 x turning (degrees))"
     assert summary["ranked_by"] == told
     assert any(pair["score_cm"] < pair["distance_cm"] for pair in summary["pairs"])
     # A finished run is read, and is of one task alone.
@@ -96,6 +99,9 @@ def test_a_run_from_python_is_a_run_of_coopt(plate: Path, trained: Path) -> None
     assert [pair.design for pair in again.pairs] == [pair["design"] for pair in summary["pairs"]]
     with pytest.raises(ValueError, match="own_task Straight, expected None"):
         pm.train(trained, plate, changes=TINY)
+    monkeypatch.setattr(own_task.Straight, "terms", (replace(own_task.TURNING, cm_per_unit=-0.5),))
+    with pytest.raises(ValueError, match=r"Straight says less 0.5 x turning \(degrees\)"):
+        own_task.main(["--robot", str(plate), "--out", str(trained)], **TINY)
 
 
 def test_a_run_of_another_leg_is_not_read_as_one_of_this(
@@ -184,7 +190,7 @@ def test_scores_of_a_task_that_rewards_a_side_count_for_the_design_alone(
     """Also where verbs read them."""
     out = tmp_path / "left"
     found = pm.train(out, plate, changes=TINY, own_task=ToTheLeft)
-    assert found.ranked_by == "reward of ToTheLeft (distance and 0.1 cm for each of left (mm))"
+    assert found.ranked_by == "reward of ToTheLeft (distance plus 0.1 x left (mm))"
     for folder, symmetric in ((trained, True), (out, False)):
         kept = FinishedRun.read(folder)
         settings = kept.structured("coopt", CooptSettings)
