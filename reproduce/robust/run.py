@@ -231,7 +231,7 @@ def _walked(
     worlds = unseen_worlds(worlds_of(run), WORLDS, 0)
     folder, walks = RunFolder(work / "certificate_full", "certify"), []
     there = {
-        (int(walk["pair"].removeprefix("L")), walk["world"]): KeptWalk(
+        (int(walk.get("pair", certificate.best).removeprefix("L")), walk["world"]): KeptWalk(
             walk["full_cm"], walk["status"], walk["wall_s"], walk["states"]
         )
         for walk in earlier
