@@ -114,8 +114,25 @@ class HubDescription(Checked):
                 f"payload_g is {self.payload_g:g} and model is soft, expected rigid: a point would "
                 "hang on one node"
             )
+        if self.payload_mm is not None and self.payload_g == 0.0:
+            raise ValueError("payload_mm is given, expected payload_g with it: how much lies there")
         if self.wall_mm is not None and not self._hollow_fits():
             raise ValueError(f"wall_mm is {self.wall_mm:g}, expected less than half of every size")
+
+    def refuse_mirror(self) -> None:
+        """Refuse to take it for its own mirror image where what it says is to one side.
+
+        Raises:
+            ValueError: Payload, tracked point or centre of mass are beside the forward axis.
+        """
+        for name in ("payload_mm", "tracked_point_mm", "centre_mm"):
+            place = getattr(self, name)
+            if place is not None and abs(place[1]) > 1e-3:
+                raise ValueError(
+                    f"[hub]: {name} is {place[1]:g} mm to the left of the forward axis, and "
+                    "designs.mirror is true, expected 0 there, or mirror = false: the robot's "
+                    "mirror image is another"
+                )
 
     def spec(self, folder: Path) -> HubSpec:
         """The hub.

@@ -125,6 +125,8 @@ class RobotDescription(Checked, ShownInNotebooks):
                         f"{', '.join(self.modules)}"
                     )
         refuse_doubled_sites(self.sites, self.designs.exclusions)
+        if self.designs.mirror:
+            self.hub.refuse_mirror()
         mounted = {name for names in self._allowed() for name in names}
         for name in self.modules:
             if name not in mounted:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Annotated
 
 import numpy as np
 
-from pneumorph.base.checked import Checked
+from pneumorph.base.checked import Bounds, Checked
 from pneumorph.geometry.pose import Pose, rotation_about
 
 Vector = tuple[float, float, float]
 
 _SAME_MM = 1e-3
+Angle = Annotated[float, Bounds(-360.0, 360.0)]
 
 
 @dataclass(frozen=True)
@@ -22,11 +24,11 @@ class SiteDescription(Checked):
 
     position_mm: Vector
     """Middle of the attachment face in the robot's frame [mm]."""
-    yaw_deg: float = 0.0
+    yaw_deg: Angle = 0.0
     """Where the module points, seen from above, counter-clockwise from forward [degrees]."""
-    pitch_deg: float = 0.0
+    pitch_deg: Angle = 0.0
     """How much it points down [degrees]."""
-    roll_deg: float = 0.0
+    roll_deg: Angle = 0.0
     """Turn about the direction it points in [degrees]."""
     modules: tuple[str, ...] | None = None
     """Names of the modules that may be mounted; all by default."""

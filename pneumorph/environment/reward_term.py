@@ -111,6 +111,12 @@ class RewardTerm:
     depends_on_side: bool = False
 
     def __post_init__(self) -> None:
+        named = isinstance(self.name, str) and isinstance(self.unit, str)
+        if not (named and isinstance(self.cm_per_unit, (int, float)) and callable(self.amount)):
+            raise TypeError(
+                f"a term is {self!r:.120}, expected name and unit as text, cm_per_unit as a number "
+                "and amount as a function of an ActionMotion"
+            )
         if not np.isfinite(self.cm_per_unit):
             raise ValueError(
                 f"cm_per_unit of the term {self.name!r} is {self.cm_per_unit}, expected a number "
@@ -148,7 +154,14 @@ class RewardTerm:
 
     def _amount(self, motion: ActionMotion) -> np.ndarray:
         count = len(motion.failed)
-        found = np.asarray(self.amount(motion), dtype=np.float64)
+        try:
+            found = np.asarray(self.amount(motion), dtype=np.float64)
+        except (AttributeError, TypeError) as error:
+            raise ValueError(
+                f"the amount of the term {self.name!r} fails: {error}; a motion has before and "
+                "after (forward_mm, left_mm, heading_deg), moved (forward_mm, left_mm, turn_deg), "
+                "failed, tilt_deg, hub_load_share and range_ratio"
+            ) from error
         if found.shape != (count,):
             raise ValueError(
                 f"the term {self.name!r} has amounts of shape {found.shape}, expected ({count},): "
@@ -192,7 +205,9 @@ def with_terms(
     image, told = np.asarray(info.get("mirrored_reward_cm", reward)), dict[str, np.ndarray]()
     for term in terms:
         name = f"{term.name}_cm"
-        if name in (*info, *told, *_OF_IMAGES):
+        if name in told:
+            raise ValueError(f"two terms are called {term.name!r}, expected names of their own")
+        if name in (*info, *_OF_IMAGES):
             raise ValueError(
                 f"a term is called {term.name!r}, and a step's info has {name!r} already, expected "
                 "another name"

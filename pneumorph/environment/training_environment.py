@@ -97,7 +97,7 @@ class TaskWrapper(VectorWrapper):
         ):
             raise TypeError(
                 f"terms of {type(self).__name__} is {self.terms!r:.80}, expected a tuple of "
-                "RewardTerm: one alone needs a comma behind it"
+                "RewardTerm, such as (turning,) with a comma"
             )
         super().__init__(environment)
 

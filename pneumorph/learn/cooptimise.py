@@ -32,6 +32,7 @@ from pneumorph.learn.policy_file import save_policy
 from pneumorph.learn.restarts import BEST_RESTART, check_kept, go_on_with_best, keep_if_best
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES, Training
+from pneumorph.robot.design import Design
 
 SETTINGS_FILE = "settings.json"
 SUMMARY_FILE = "summary.json"
@@ -163,7 +164,8 @@ def _write_gaits(
             "distance_cm": f"{said.distance_cm:.3f}",
             "source": said.source,
         }
-        write_gait(folder / said.gait, pair.gait(action_s, settings.task), comments)
+        gait = pair.gait(action_s, settings.task).of(Design.parse(said.design))
+        write_gait(folder / said.gait, gait, comments)
 
 
 def refuse_other_settings(

@@ -203,4 +203,6 @@ def own_task_notes(own_task: str | None, goal: Goal) -> list[str]:
     """
     if own_task is None:
         return []
-    return [f"ranked by {goal.label}: the reward of {own_task}, the training's task, is its own"]
+    return [
+        f"ranked by {goal.label}: {own_task}, the task that was learned, is in no file of the run"
+    ]

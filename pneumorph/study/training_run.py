@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.part_physics import physics_of_part
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -208,6 +210,9 @@ def run_training(
                 "side, set is_symmetric = False in it, and mirror_transitions to false"
             )
         state_size(made, settings)
+        if terms:  # each tells what it finds wrong
+            made.reset()
+            made.step(np.zeros((made.num_envs, settings.task.regulator_count), np.float32))
     provenance = {
         "simulation": spec.settings,
         **leg_digests(spec, learning),

@@ -27,6 +27,22 @@ Edited = Callable[[str, str], Path]
         ("density_g_per_ml = 0.6", "density_g_per_ml = 0.6\nwall_mm = 6", "wall_mm is 6"),
         ("density_g_per_ml = 0.6", "density_g_per_ml = 600", "25.*got 600.*in g/ml"),
         ("density_g_per_ml = 0.6", "density_g_per_ml = 0.6\npayload_g = 4e4", "got 40000.*in g;"),
+        (
+            "density_g_per_ml = 0.6",
+            "density_g_per_ml = 0.6\npayload_g = 40\npayload_mm = [0, 15, 50]",
+            "payload_mm is 15 mm to the left .* mirror = false",
+        ),
+        (
+            "density_g_per_ml = 0.6",
+            "density_g_per_ml = 0.6\ntracked_point_mm = [0, -30, 42]",
+            "tracked_point_mm is -30 mm to the left",
+        ),
+        (
+            "density_g_per_ml = 0.6",
+            "density_g_per_ml = 0.6\npayload_mm = [0, 0, 50]",
+            "payload_mm is given, expected payload_g",
+        ),
+        ("yaw_deg = -90", "yaw_deg = -900", "yaw_deg must be .*-360.*got -900"),
         ("regulator_count = 4", "regulator_count = 4\nfrictoin = 1", "frictoin"),
         ("regulator_count = 4", "regulator_count = 1", "design .* to regulator 2"),
         ('modules = ["long"]', 'modules = ["tall"]', r"sites\[1\].modules names 'tall'"),

@@ -219,6 +219,23 @@ def test_terms_are_a_tuple_of_terms(terms: Any) -> None:
         type("Wrapped", (TaskWrapper,), {"terms": terms})(usual(designs))
 
 
+@pytest.mark.parametrize("wrong", [{"amount": 0.1}, {"cm_per_unit": "0.1"}, {"unit": 1.0}])
+def test_a_term_is_made_of_text_a_number_and_a_function(wrong: dict[str, Any]) -> None:
+    with pytest.raises(TypeError, match="expected name and unit as text, cm_per_unit as a number"):
+        replace(LEFT, **wrong)
+
+
+def test_terms_of_one_name_are_refused() -> None:
+    settings = toy_settings(round_count=4)
+    usual = made_of(Straight, settings)
+    wrapped = type("Twice", (TaskWrapper,), {"terms": (replace(EITHER, name="twice"),) * 2})(
+        usual(SPACE.some(16))
+    )
+    wrapped.reset()
+    with pytest.raises(ValueError, match="two terms are called 'twice'"):
+        wrapped.step(np.zeros((16, 2), np.float32))
+
+
 def test_designs_that_a_side_tells_apart_do_not_count_as_one() -> None:
     space = replace(SPACE, symmetries=("mirror",))
     check_equal_designs(space, Goal())
@@ -247,6 +264,10 @@ def test_terms_stand_in_the_last_info_of_an_episode() -> None:
         (
             {"amount": lambda motion: np.array([0.0, np.nan])},
             "'left' is nan degrees of robot 1, whose simulation is sound",
+        ),
+        (
+            {"amount": lambda motion: motion.tilt},
+            "the amount of the term 'left' fails: .* has no attribute 'tilt'; a motion has before",
         ),
         ({"cm_per_unit": np.inf}, "cm_per_unit of the term 'left' is inf"),
         ({"name": "to the left"}, "the name of a term is 'to the left', expected one word"),

@@ -45,6 +45,12 @@ class Tall(pm.TaskWrapper):
     single_observation_space = Box(0.0, 1.0, (1,), np.float32)  # type: ignore[assignment]
 
 
+class Shapeless(pm.TaskWrapper):
+    """Its term has one amount, whatever the robots do."""
+
+    terms = (pm.RewardTerm("nothing", "cm", 1.0, lambda motion: np.float64(0.0)),)
+
+
 @pytest.fixture(scope="module")
 def plate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The plate's file."""
@@ -137,7 +143,7 @@ def test_verbs_take_it(trained: Path, arguments: str, tmp_path: Path) -> None:
 
 
 def test_verbs_say_that_they_do_not_rank_by_it(trained: Path, tmp_path: Path) -> None:
-    told = "ranked by distance: the reward of Straight, the training's task, is its own"
+    told = "ranked by distance: Straight, the task that was learned, is in no file of the run"
     for verb, asked in (("evaluate", "--pair-count 1"), ("certify", "--world-count 6")):
         out = tmp_path / verb
         assert run([verb, str(trained), *asked.split(), "--out", str(out)]) == 0
@@ -157,6 +163,7 @@ def test_verbs_say_that_they_do_not_rank_by_it(trained: Path, tmp_path: Path) ->
         (3, "own_task is 3, expected a function or a class"),
         (lambda environment: None, "returns None, expected a TrainingEnvironment"),
         (Tall, "observations of shape .1,., expected a state and then"),
+        (Shapeless, r"the term 'nothing' has amounts of shape \(\), expected \(4,\)"),
     ],
 )
 def test_what_is_no_task_is_refused_before_anything_walks(
