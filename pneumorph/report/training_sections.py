@@ -64,7 +64,7 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
             rewards,
             f"{found.goal.title} of each round of episodes. Grey shades: scores of all "
             "designs, weighted by the design distribution; the last bin holds all beyond it. Dots: "
-            f"where training saw its best pairs.{_beginnings(found)}",
+            f"where training saw its best pairs.{_beginnings(found)}{_own_reward(found)}",
         ),
         sheet.drawn(
             "entropy",
@@ -74,6 +74,16 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         ),
     )
     return [Section("Training", body)]
+
+
+def _own_reward(found: TrainingResult) -> str:
+    """That not all of the figure is of the goal."""
+    if found.own_task is None:
+        return ""
+    return (
+        f" What is grey is the reward of {found.own_task} in cm; the blue line and the dots are "
+        f"the {found.goal.label}."
+    )
 
 
 def _beginnings(found: TrainingResult) -> str:

@@ -154,6 +154,7 @@ def test_verbs_say_that_they_do_not_rank_by_it(trained: Path, tmp_path: Path) ->
     assert "<th>score (cm)</th>" in written
     assert "A robot learned the task Straight" in written
     assert "The task Straight is no setting" in written
+    assert "What is grey is the reward of Straight in cm" in written
     assert "coopt --settings" not in written
 
 
