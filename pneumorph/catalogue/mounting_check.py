@@ -13,6 +13,7 @@ from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.site import Site
 from pneumorph.geometry.contact_surfaces import distance_to
+from pneumorph.geometry.pose import Pose
 from pneumorph.geometry.surface import boundary_triangles, winding_number
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
@@ -20,6 +21,8 @@ from pneumorph.robot.design_space import DesignSpace
 
 USUAL_TOLERANCE_MM = 3.0
 """Widest gap between hub and attachment face, and deepest overlap, where none is asked for [mm]."""
+_SMALLEST_HUB_MM = 2.0
+"""A hub that is smaller was probably given in metres [mm]."""
 ALLOWED_BY = "allow it by mounting_tolerance_mm"
 
 
@@ -76,6 +79,7 @@ def check_mounted(
         ValueError: A module's attachment face is not known, or it is too far away or too deep.
     """
     nodes, skin = hub.mesh.nodes, boundary_triangles(hub.mesh.tetrahedra)
+    wrong: dict[str, str] = {}
     for number, site in enumerate(sites):
         where = _where(sites, number)
         for module in site.modules:
@@ -84,32 +88,50 @@ def check_mounted(
                     f"module {module.name} at {where} does not say what of it is attached, "
                     "expected the mesh that it was made from: give its mesh, or reduce it again"
                 )
-            pose = site.pose_of(module)
-            face = pose.apply(module.face.translation)
-            gap = distance_to(face, nodes[skin])
-            if gap > tolerance_mm and winding_number(face[None], nodes, skin)[0] < 0.5:
-                raise ValueError(
-                    f"the attachment face of module {module.name} at {where} is {gap:.1f} mm away "
-                    f"from the hub, its middle at {np.round(face, 1).tolist()} mm, expected at "
-                    f"most {tolerance_mm:g}: move the site to the hub's surface, or {allowed_by}"
-                )
-            depth, place = _deepest(pose.apply(module.reduced.rest_nodes), nodes, skin)
-            if depth > tolerance_mm:
-                deepest = np.round(place, 1).tolist()
-                bottom, top = nodes[:, 2].min(), nodes[:, 2].max()
-                outwards = pose.rotation @ module.face.rotation[:, 0]
-                behind = float((face - place) @ outwards)
-                cause = (
-                    "does the site's x axis point away from the hub, whose height is from "
-                    f"{bottom:g} to {top:g} mm? Turn or move the site"
-                    if gap > tolerance_mm or behind < tolerance_mm
-                    else f"that is {behind:.1f} mm behind its attachment face, where base plates "
-                    "reach; move the site outwards, or roll or pitch it less"
-                )
-                raise ValueError(
-                    f"module {module.name} at {where} is up to {depth:.1f} mm inside the hub, at "
-                    f"{deepest} mm, expected at most {tolerance_mm:g}: {cause}, or {allowed_by}"
-                )
+            said = _misplaced(module, site.pose_of(module), nodes, skin, tolerance_mm)
+            if said is not None:
+                wrong.setdefault(where, f"module {module.name} at {where} {said}")
+    if wrong:
+        first, *others = wrong
+        across_mm = float(np.ptp(nodes, axis=0).max())
+        metres = f"; lengths are in mm, and the hub is {across_mm:g} mm across"
+        raise ValueError(
+            f"{wrong[first]}, or {allowed_by}"
+            + (metres if across_mm < _SMALLEST_HUB_MM else "")
+            + (f"; misplaced too: {', '.join(others)}" if others else "")
+        )
+
+
+def _misplaced(
+    module: Module, pose: Pose, nodes: np.ndarray, skin: np.ndarray, tolerance_mm: float
+) -> str | None:
+    """What is wrong with where a module is on a hub of these nodes and skin; None for nothing."""
+    assert module.face is not None
+    face = pose.apply(module.face.translation)
+    gap = distance_to(face, nodes[skin])
+    if gap > tolerance_mm and winding_number(face[None], nodes, skin)[0] < 0.5:
+        return (
+            f"has its attachment face {gap:.1f} mm away from the hub, its middle at "
+            f"{np.round(face, 1).tolist()} mm, expected at most {tolerance_mm:g}: move the site "
+            "to the hub's surface"
+        )
+    depth, place = _deepest(pose.apply(module.reduced.rest_nodes), nodes, skin)
+    if depth <= tolerance_mm:
+        return None
+    bottom, top = nodes[:, 2].min(), nodes[:, 2].max()
+    outwards = pose.rotation @ module.face.rotation[:, 0]
+    behind = float((face - place) @ outwards)
+    cause = (
+        "does the site's x axis point away from the hub, whose height is from "
+        f"{bottom:g} to {top:g} mm? Turn or move the site"
+        if gap > tolerance_mm or behind < tolerance_mm
+        else f"that is {behind:.1f} mm behind its attachment face, where base plates "
+        "reach; move the site outwards, or roll or pitch it less"
+    )
+    return (
+        f"is up to {depth:.1f} mm inside the hub, at {np.round(place, 1).tolist()} mm, expected at "
+        f"most {tolerance_mm:g}: {cause}"
+    )
 
 
 def check_apart(

@@ -151,6 +151,16 @@ def test_a_file_that_is_none_is_refused(
     ("old", "new", "why"),
     [
         ("position_mm = [76, 24, 36]", "position_mm = [89, 24, 36]", "14.0 mm away from the hub"),
+        (
+            "width_mm = 90",
+            "width_mm = 60",
+            r"sites\[[01]\].* mm away from the hub.*; misplaced too: .*sites\[4\]",
+        ),
+        (
+            "length_mm = 150\nwidth_mm = 90\nheight_mm = 10\nbottom_mm = 31",
+            "length_mm = 0.15\nwidth_mm = 0.09\nheight_mm = 0.01\nbottom_mm = 0.031",
+            "lengths are in mm, and the hub is 0.15 mm across",
+        ),
         ("position_mm = [76, 24, 36]", "position_mm = [60, 24, 36]", "height is from 31 to 41 mm"),
         (
             "yaw_deg = 0\npitch_deg = 15",
