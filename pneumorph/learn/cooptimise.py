@@ -15,7 +15,6 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.base.settings import differences, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.older_names import current_setting
 from pneumorph.environment.training_environment import EnvironmentFactory
-from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import (
     KIND,
@@ -32,7 +31,6 @@ from pneumorph.learn.policy_file import save_policy
 from pneumorph.learn.restarts import BEST_RESTART, check_kept, go_on_with_best, keep_if_best
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES, Training
-from pneumorph.robot.design import Design
 
 SETTINGS_FILE = "settings.json"
 SUMMARY_FILE = "summary.json"
@@ -131,7 +129,9 @@ def learn_in_folder(
             finetuning_timesteps=finetuned.timesteps,
             finetuning_wall_s=finetuned.wall_s,
         )
-    _write_gaits(folder, pairs, result.pairs, settings, time_step_s)
+    action_s = settings.task.action_step_count * time_step_s
+    for pair, said in zip(pairs, result.pairs, strict=True):
+        pair.write(folder / said.gait, training.space[pair.design], action_s, settings.task)
     write_json(folder / SUMMARY_FILE, result_to_dict(result))
     return result
 
@@ -148,24 +148,6 @@ def _begin(
     (folder / BEST_RESTART).unlink(missing_ok=True)
     write_json(folder / SETTINGS_FILE, settings_to_dict(training.settings))
     return 0.0, remarks
-
-
-def _write_gaits(
-    folder: Path,
-    pairs: Sequence[DesignGaitPair],
-    kept: Sequence[KeptPair],
-    settings: CooptSettings,
-    time_step_s: float,
-) -> None:
-    action_s = settings.task.action_step_count * time_step_s
-    for pair, said in zip(pairs, kept, strict=True):
-        comments = {
-            "design": said.design,
-            "distance_cm": f"{said.distance_cm:.3f}",
-            "source": said.source,
-        }
-        gait = pair.gait(action_s, settings.task).of(Design.parse(said.design))
-        write_gait(folder / said.gait, gait, comments)
 
 
 def refuse_other_settings(

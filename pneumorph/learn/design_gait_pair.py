@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from pneumorph.environment.crawling_task import CrawlingTask
+from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.held_gait import HeldGait
+from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 
 SOURCES = ("policy", "exploration", "search", "before")
@@ -45,6 +48,22 @@ class DesignGaitPair:
     def gait(self, action_s: float, task: CrawlingTask | None = None) -> HeldGait:
         """The gait, with each action held for ``action_s`` [s], in a task's range of pressures."""
         return HeldGait.evenly(self.held_kPa, action_s, task)
+
+    def write(self, path: Path, design: Design, action_s: float, task: CrawlingTask) -> None:
+        """Write the gait, regulators that the design leaves without a leg at the lowest pressure.
+
+        Args:
+            path: Where to write.
+            design: What walks.
+            action_s: How long an action is held [s].
+            task: Whose range of pressures is accepted.
+        """
+        comments = {
+            "design": str(design),
+            "distance_cm": f"{self.distance_cm:.3f}",
+            "source": self.source,
+        }
+        write_gait(path, self.gait(action_s, task).of(design), comments)
 
 
 class BestPairs:

@@ -12,7 +12,6 @@ import numpy as np
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.training_environment import EnvironmentFactory
-from pneumorph.gait.gait_file import write_gait
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.cooptimise import GAIT_FOLDER
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
@@ -125,12 +124,7 @@ def learned_again(
         kept = []
         for rank, pair in enumerate(best.pairs, start=1):
             design, file = str(space[pair.design]), f"{GAIT_FOLDER}/L{rank}.csv"
-            comments = {
-                "design": design,
-                "distance_cm": f"{pair.distance_cm:.3f}",
-                "source": pair.source,
-            }
-            write_gait(folder / file, pair.gait(action_s, task), comments)
+            pair.write(folder / file, space[pair.design], action_s, task)
             kept.append(
                 FoundPair(
                     design, pair.distance_cm, file, pair.timestep, pair.score_cm, pair.achieved

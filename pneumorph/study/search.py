@@ -23,7 +23,6 @@ from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.equal_designs import check_equal_designs, check_equal_starts
 from pneumorph.environment.goal import Goal
-from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.walk import walk
 from pneumorph.learn.cooptimise import POLICY_FILE
 from pneumorph.learn.design_gait_pair import DesignGaitPair
@@ -332,12 +331,7 @@ class _GaitFiles:
         if pair is None:
             return FoundPair(name, None, None, None)
         file = f"gaits/{name}.csv"
-        comments = {
-            "design": name,
-            "distance_cm": f"{pair.distance_cm:.3f}",
-            "source": pair.source,
-        }
-        write_gait(self.folder / file, pair.gait(self.action_s, self.task), comments)
+        pair.write(self.folder / file, self.space[design], self.action_s, self.task)
         return FoundPair(name, pair.distance_cm, file, pair.timestep, pair.score_cm, pair.achieved)
 
 
