@@ -114,17 +114,25 @@ class HubDescription(Checked):
                 f"payload_g is {self.payload_g:g} and model is soft, expected rigid: a point would "
                 "hang on one node"
             )
-        if self.payload_mm is not None and self.payload_g == 0.0:
-            raise ValueError("payload_mm is given, expected payload_g with it: how much lies there")
         if self.wall_mm is not None and not self._hollow_fits():
             raise ValueError(f"wall_mm is {self.wall_mm:g}, expected less than half of every size")
 
-    def refuse_mirror(self) -> None:
-        """Refuse to take it for its own mirror image where what it says is to one side.
+    def refuse_misplaced(self, mirror: bool) -> None:
+        """Refuse a place of no payload, and points to one side of what is its own mirror image.
+
+        Args:
+            mirror: Whether the robot is taken for its own mirror image.
 
         Raises:
-            ValueError: Payload, tracked point or centre of mass are beside the forward axis.
+            ValueError: There is no payload, or payload, tracked point or centre of mass are beside
+                the forward axis.
         """
+        if self.payload_mm is not None and self.payload_g == 0.0:
+            raise ValueError(
+                "[hub]: payload_mm is given, expected payload_g with it: how much lies there"
+            )
+        if not mirror:
+            return
         for name in ("payload_mm", "tracked_point_mm", "centre_mm"):
             place = getattr(self, name)
             if place is not None and abs(place[1]) > 1e-3:

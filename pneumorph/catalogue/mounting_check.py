@@ -76,9 +76,16 @@ def check_mounted(
         allowed_by: What else an error says to do.
 
     Raises:
-        ValueError: A module's attachment face is not known, or it is too far away or too deep.
+        ValueError: A module's attachment face is not known, or it is too far away or too deep, or
+            the hub is too small for any.
     """
     nodes, skin = hub.mesh.nodes, boundary_triangles(hub.mesh.tetrahedra)
+    across_mm = float(np.ptp(nodes, axis=0).max())
+    if across_mm < _SMALLEST_HUB_MM:
+        raise ValueError(
+            f"the hub is {across_mm:g} mm across, expected {_SMALLEST_HUB_MM:g} at least: lengths "
+            "are in mm, not in metres"
+        )
     wrong: dict[str, str] = {}
     for number, site in enumerate(sites):
         where = _where(sites, number)
@@ -93,11 +100,8 @@ def check_mounted(
                 wrong.setdefault(where, f"module {module.name} at {where} {said}")
     if wrong:
         first, *others = wrong
-        across_mm = float(np.ptp(nodes, axis=0).max())
-        metres = f"; lengths are in mm, and the hub is {across_mm:g} mm across"
         raise ValueError(
             f"{wrong[first]}, or {allowed_by}"
-            + (metres if across_mm < _SMALLEST_HUB_MM else "")
             + (f"; misplaced too: {', '.join(others)}" if others else "")
         )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -112,7 +113,7 @@ class RewardTerm:
 
     def __post_init__(self) -> None:
         named = isinstance(self.name, str) and isinstance(self.unit, str)
-        if not (named and isinstance(self.cm_per_unit, (int, float)) and callable(self.amount)):
+        if not (named and isinstance(self.cm_per_unit, Real) and callable(self.amount)):
             raise TypeError(
                 f"a term is {self!r:.120}, expected name and unit as text, cm_per_unit as a number "
                 "and amount as a function of an ActionMotion"
@@ -220,7 +221,7 @@ def with_terms(
     told |= {f"_{name}": np.ones(len(reward), dtype=bool) for name in tuple(told)}
     info |= told
     if "final_info" in info:
-        ended = info["_final_info"]
+        ended = info.get("_final_info", np.ones(len(reward), dtype=bool))
         info["final_info"] |= {
             name: ended.copy() if name.startswith("_") else value for name, value in told.items()
         }

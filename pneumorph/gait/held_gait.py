@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from pneumorph.base.checked import rises
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.physics.commands import HIGHEST_COMMAND_KPA, check_commands
 from pneumorph.physics.open_loop_gait import SAME_TIME_S
-from pneumorph.robot.design import Design
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +76,6 @@ class HeldGait:
             task.minimum_pressure_kPa,
             task.maximum_pressure_kPa,
         )
-
-    def of(self, design: Design) -> HeldGait:
-        """The gait with the lowest pressure for regulators that no leg of a design has: where no
-        tube ends, pressure would do harm."""
-        used = np.zeros(self.regulator_count, dtype=bool)
-        used[np.array(design.regulator_order(), dtype=int) - 1] = True
-        return replace(self, held_kPa=np.where(used, self.held_kPa, self.minimum_pressure_kPa))
 
     @property
     def regulator_count(self) -> int:

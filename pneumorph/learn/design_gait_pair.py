@@ -50,7 +50,7 @@ class DesignGaitPair:
         return HeldGait.evenly(self.held_kPa, action_s, task)
 
     def write(self, path: Path, design: Design, action_s: float, task: CrawlingTask) -> None:
-        """Write the gait, regulators that the design leaves without a leg at the lowest pressure.
+        """Write the gait with its design.
 
         Args:
             path: Where to write.
@@ -63,7 +63,7 @@ class DesignGaitPair:
             "distance_cm": f"{self.distance_cm:.3f}",
             "source": self.source,
         }
-        write_gait(path, self.gait(action_s, task).of(design), comments)
+        write_gait(path, self.gait(action_s, task), comments)
 
 
 class BestPairs:

@@ -23,6 +23,7 @@ from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.gait.gait_file import write_gait
 from pneumorph.gait.held_gait import HeldGait
+from pneumorph.gait.vented_gait import VentedGait
 from pneumorph.hardware.bend_staircase import BendTestSettings
 from pneumorph.hardware.deployment import DeploymentReport, deploy
 from pneumorph.hardware.deployment_log import DeploymentLog
@@ -216,6 +217,8 @@ def deploy_gait(
             trained = found.pressure_map or robot.physics.pressure_map
             gait, cut = calibrated(found.gait, trained, spec.physics.pressure_map, rig, folder)
             described |= cut
+        if max(design.regulator_order(), default=0) <= gait.regulator_count:
+            gait = VentedGait.of(gait, design)
     try:
         schedule = plan_schedule(gait, rig)  # first: it knows how many channels there must be
         rig = with_air(rig, spec, design)

@@ -35,7 +35,7 @@ from pneumorph.study.certified_candidates import (
 )
 from pneumorph.study.reduce_settings import from_walks
 from pneumorph.study.study_once import study_folder, study_once
-from pneumorph.study.training_run import OwnTask, TrainingResult, run_training, task_name
+from pneumorph.study.training_run import OwnTask, TrainingResult, ranked_by, run_training, task_name
 from pneumorph.study.training_worlds import TrainingWorlds
 from pneumorph.study.usual_aim import other_physics, starts_to_a_side, usual_aim, usual_worlds
 
@@ -260,11 +260,11 @@ def train_once(
             f"{folder.path} holds a training with own_task {found.own_task}, expected {wanted}; "
             "choose another folder"
         )
-    unsaid = [term.said for term in terms if term.said not in (found.ranked_by or "")]
-    if unsaid:
+    said = ranked_by(options.coopt, wanted, terms)
+    if isinstance(own_task, type) and found.ranked_by != said:
         raise ValueError(
-            f"{folder.path} holds a training ranked by {found.ranked_by}, and {wanted} says "
-            f"{', '.join(unsaid)}; choose another folder"
+            f"{folder.path} holds a training ranked by {found.ranked_by}, and {wanted} asks for "
+            f"{said}; choose another folder"
         )
     theirs, ours = found.leg, robot.spec().describe()["leg"]
     if theirs is not None and theirs.sizes != ours.sizes:

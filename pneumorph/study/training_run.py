@@ -266,7 +266,7 @@ def run_training(
         seed=settings.seed,
         wall_s=swept_s + learned_s + time.monotonic() - start,
         randomisation=drawn.get("randomisation"),
-        ranked_by=_ranked_by(settings, name, terms),
+        ranked_by=ranked_by(settings, name, terms),
         own_task=name,
         certificate=certified,
         notes=(
@@ -373,9 +373,16 @@ def _of_learned(learned: CooptResult) -> dict[str, Any]:
     }
 
 
-def _ranked_by(
+def ranked_by(
     settings: CooptSettings, own_task: str | None = None, terms: Sequence[RewardTerm] = ()
 ) -> str | None:
+    """What pairs are ranked by, for a person; None for the distance.
+
+    Args:
+        settings: Of the training.
+        own_task: Name of a task of one's own.
+        terms: Its terms.
+    """
     said = [settings.objective.said] if settings.objective.is_robust else []
     if own_task is not None:
         usual = settings.task.reward.said or settings.task.goal.label

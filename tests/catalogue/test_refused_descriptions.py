@@ -159,7 +159,7 @@ def test_a_file_that_is_none_is_refused(
         (
             "length_mm = 150\nwidth_mm = 90\nheight_mm = 10\nbottom_mm = 31",
             "length_mm = 0.15\nwidth_mm = 0.09\nheight_mm = 0.01\nbottom_mm = 0.031",
-            "lengths are in mm, and the hub is 0.15 mm across",
+            "the hub is 0.15 mm across, .*: lengths are in mm, not in metres",
         ),
         ("position_mm = [76, 24, 36]", "position_mm = [60, 24, 36]", "height is from 31 to 41 mm"),
         (

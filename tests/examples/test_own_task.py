@@ -106,7 +106,10 @@ def test_a_run_from_python_is_a_run_of_coopt(
     with pytest.raises(ValueError, match="own_task Straight, expected None"):
         pm.train(trained, plate, changes=TINY)
     monkeypatch.setattr(own_task.Straight, "terms", (replace(own_task.TURNING, cm_per_unit=-0.5),))
-    with pytest.raises(ValueError, match=r"Straight says less 0.5 x turning \(degrees\)"):
+    with pytest.raises(ValueError, match=r"Straight asks for .* less 0.5 x turning \(degrees\)"):
+        own_task.main(["--robot", str(plate), "--out", str(trained)], **TINY)
+    monkeypatch.setattr(own_task.Straight, "terms", ())
+    with pytest.raises(ValueError, match="Straight asks for reward of Straight;"):
         own_task.main(["--robot", str(plate), "--out", str(trained)], **TINY)
 
 

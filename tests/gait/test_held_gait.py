@@ -5,7 +5,6 @@ import pytest
 
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.physics.open_loop_gait import sample_commands
-from pneumorph.robot.design import Design
 
 
 def test_each_command_is_held_until_the_next() -> None:
@@ -42,8 +41,3 @@ def test_bad_gaits_are_refused() -> None:
         HeldGait(np.array([0.0]), one, 0.0)
     with pytest.raises(ValueError, match=r"held_kPa has shape \(1, 3\), .* 2 commands"):
         HeldGait(np.array([0.0, 1.0]), one, 2.0)
-
-
-def test_regulators_that_no_leg_has_are_held_at_the_lowest_pressure() -> None:
-    gait = HeldGait.evenly(np.full((4, 3), 50.0)).of(Design.parse("0.2.0.2+3"))
-    assert gait.held_kPa.tolist() == [[0.0, 50.0, 50.0]] * 4

@@ -17,7 +17,6 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.checkpoint import NEWEST, load_checkpoint, save_checkpoint
 from pneumorph.learn.coopt_result import CooptResult
 from pneumorph.learn.cooptimise import learn_in_folder
-from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import read_metrics
 from pneumorph.learn.policy_file import load_policy
@@ -189,12 +188,3 @@ def test_other_physics_is_not_resumed(tmp_path: Path) -> None:
         match=r"\(stepper\.contact_sweeps 100, now 50; physics\.friction 1\.2, now 0\.5\)",
     ):
         run(tmp_path, resume=True, provenance={"simulation": now})
-
-
-def test_a_gait_file_leaves_regulators_without_a_leg_at_the_lowest_pressure(tmp_path: Path) -> None:
-    design = next(each for each in SPACE if each.regulator_order() == (1,))
-    held = np.random.default_rng(0).uniform(20.0, 90.0, (16, 2))
-    pair = DesignGaitPair(SPACE.index(design), held, 1.0, 1.0, "policy", 0, 1.0)
-    pair.write(tmp_path / "gait.csv", design, 1.0, SETTINGS.task)
-    written, _ = read_gait(tmp_path / "gait.csv")
-    np.testing.assert_allclose(written.held_kPa, held * [1.0, 0.0])
