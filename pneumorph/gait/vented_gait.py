@@ -23,9 +23,8 @@ class VentedGait(ChangedGait):
     @classmethod
     def of(cls, gait: OpenLoopGait, design: Design) -> VentedGait:
         """The gait for a design's regulators alone."""
-        used = np.zeros(gait.regulator_count, dtype=bool)
-        used[np.array(design.regulator_order(), dtype=int) - 1] = True
-        return cls(gait, used)
+        numbers = np.arange(1, gait.regulator_count + 1)
+        return cls(gait, np.isin(numbers, design.regulator_order()))
 
     def pressure_kPa(self, time_s: float) -> np.ndarray:
         """Real pressure commanded at a time [kPa], (regulator,)."""

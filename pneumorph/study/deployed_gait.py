@@ -217,8 +217,7 @@ def deploy_gait(
             trained = found.pressure_map or robot.physics.pressure_map
             gait, cut = calibrated(found.gait, trained, spec.physics.pressure_map, rig, folder)
             described |= cut
-        if max(design.regulator_order(), default=0) <= gait.regulator_count:
-            gait = VentedGait.of(gait, design)
+        gait = VentedGait.of(gait, design)
     try:
         schedule = plan_schedule(gait, rig)  # first: it knows how many channels there must be
         rig = with_air(rig, spec, design)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.beside_images import steps_beside_images
 from helpers.lopsided import Lopsided
 from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, toy_settings
 from helpers.turner import Turner
 
-from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.environment.goal import Goal
@@ -20,10 +20,8 @@ from pneumorph.environment.reward import RewardWeights
 from pneumorph.environment.training_environment import TaskWrapper
 from pneumorph.environment.viscous_crawler import ViscousCrawler, viscous_crawler_robot
 from pneumorph.learn.environments import crawling
-from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.training import Training
 from pneumorph.robot.design import Design
-from pneumorph.robot.design_space import DesignSpace
 
 
 @pytest.mark.parametrize(
@@ -66,23 +64,9 @@ def test_a_mirror_image_gets_what_is_said_of_it() -> None:
     """Reduced robots of the measured leg beside their images, each in its own episode. Friction is
     solved to 0.01 mm/s, so that 1 s parts them by some hundredths of a millimetre; what they get
     differs by a hundred times that."""
-    space, spec, rng = DesignSpace(), paper_robot(), np.random.default_rng(0)
-    mirror, designs = MirrorImage(space), rng.integers(len(space), size=4)
-    images = mirror.designs(designs)
     weights = RewardWeights(goal="heading", heading_deg=60.0)
     task = CrawlingTask(action_step_count=50, reward=weights)
-    walkers = [
-        CrawlingEnvironment(
-            [space[int(index)] for index in chosen], spec.assembly, spec.simulator, task
-        )
-        for chosen in (designs, images)
-    ]
-    for each in walkers:
-        each.reset()
-    for _ in range(2):
-        action = rng.uniform(-1, 1, (4, 3)).astype(np.float32)
-        _, reward, _, _, info = walkers[0].step(action)
-        _, own, *_ = walkers[1].step(mirror.actions(designs, action))
+    for reward, info, own in steps_beside_images(task, seed=0):
         np.testing.assert_allclose(info["mirrored_reward_cm"], own, atol=2e-3)
         assert np.abs(reward - own).max() > 0.2
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.beside_images import steps_beside_images
 from helpers.lopsided import Lopsided
 from helpers.toy_coopt import SPACE, TASK, TIME_STEP_S, make_simulator, toy_settings
 
 import pneumorph as pm
-from pneumorph.catalogue.paper_robot import paper_robot
 from pneumorph.environment.crawling_environment import CrawlingEnvironment
 from pneumorph.environment.equal_designs import check_equal_designs
 from pneumorph.environment.goal import Goal, GoalName
@@ -22,10 +22,8 @@ from pneumorph.environment.reward_term import ActionMotion
 from pneumorph.environment.training_environment import EnvironmentFactory, TaskWrapper
 from pneumorph.environment.viscous_crawler import viscous_crawler_robot
 from pneumorph.learn.environments import crawling, state_size
-from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import Training
-from pneumorph.robot.design_space import DesignSpace
 
 LEFT = pm.RewardTerm("left", "degrees", 0.1, lambda motion: motion.moved.turn_deg, True)
 EITHER = pm.RewardTerm("turning", "degrees", -0.1, lambda motion: abs(motion.moved.turn_deg))
@@ -76,24 +74,14 @@ def test_a_robot_whose_simulation_failed_gets_nothing() -> None:
 
 def test_the_image_gets_what_it_would_earn() -> None:
     """Reduced robots beside their images, each in its own episode."""
-    space, spec, rng = DesignSpace(), paper_robot(), np.random.default_rng(1)
-    mirror, designs = MirrorImage(space), rng.integers(len(space), size=4)
+
+    def wrapped(environment: CrawlingEnvironment) -> Sideways:
+        made = Sideways(environment)
+        assert not made.is_symmetric
+        return made
+
     task = pm.CrawlingTask(action_step_count=50)
-    walkers = [
-        Sideways(
-            CrawlingEnvironment(
-                [space[int(index)] for index in chosen], spec.assembly, spec.simulator, task
-            )
-        )
-        for chosen in (designs, mirror.designs(designs))
-    ]
-    for each in walkers:
-        assert not each.is_symmetric
-        each.reset()
-    for _ in range(2):
-        action = rng.uniform(-1, 1, (4, 3)).astype(np.float32)
-        _, reward, _, _, info = walkers[0].step(action)
-        _, own, *_ = walkers[1].step(mirror.actions(designs, action))
+    for reward, info, own in steps_beside_images(task, seed=1, wrap=wrapped):
         np.testing.assert_allclose(info["mirrored_reward_cm"], own, atol=2e-3)
         assert np.abs(info["left_cm"]).max() > 0.05  # far more than they may differ by
         np.testing.assert_allclose(reward, info["forward_travel_cm"] + info["left_cm"])
