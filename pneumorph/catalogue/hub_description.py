@@ -26,6 +26,7 @@ Density = Annotated[float, Bounds(above=0.0, most=25.0, why="in g/ml, of which w
 Payload = Annotated[float, Bounds(least=0.0, most=1e4, why="in g; these legs carry some 100")]
 
 _ON_EDGE_MM = 1e-6
+_BESIDE_MM = 1e-3
 _OF_ENVELOPE_G_PER_ML = (0.005, 100.0)
 """Of all that a hub encloses or carries: between a frame and valves on a thin plate."""
 _SIZES = {
@@ -117,29 +118,37 @@ class HubDescription(Checked):
         if self.wall_mm is not None and not self._hollow_fits():
             raise ValueError(f"wall_mm is {self.wall_mm:g}, expected less than half of every size")
 
-    def refuse_misplaced(self, mirror: bool) -> None:
-        """Refuse a place of no payload, and points to one side of what is its own mirror image.
+    def refuse_misplaced(self, mirror: bool, same: tuple[str, ...] = ()) -> None:
+        """Refuse a place of no payload, and points that a symmetry of the robot takes elsewhere.
 
         Args:
             mirror: Whether the robot is taken for its own mirror image.
+            same: What else is said to leave it as it is, of which turns about z are looked at.
 
         Raises:
             ValueError: There is no payload, or payload, tracked point or centre of mass are beside
-                the forward axis.
+                the forward axis of a mirror image, or beside the middle of what is turned.
         """
         if self.payload_mm is not None and self.payload_g == 0.0:
             raise ValueError(
                 "[hub]: payload_mm is given, expected payload_g with it: how much lies there"
             )
-        if not mirror:
-            return
+        turns = [each for each in same if each != "mirror"]
         for name in ("payload_mm", "tracked_point_mm", "centre_mm"):
             place = getattr(self, name)
-            if place is not None and abs(place[1]) > 1e-3:
+            if place is None:
+                continue
+            if mirror and abs(place[1]) > _BESIDE_MM:
                 raise ValueError(
                     f"[hub]: {name} is {place[1]:g} mm to the left of the forward axis, and "
                     "designs.mirror is true, expected 0 there, or mirror = false: the robot's "
                     "mirror image is another"
+                )
+            if turns and np.hypot(*place[:2]) > _BESIDE_MM:
+                raise ValueError(
+                    f"[hub]: {name} is at ({place[0]:g}, {place[1]:g}) mm, and designs.same has "
+                    f'"{turns[0]}", expected (0, 0), or leave that out: turned, the robot is '
+                    "another"
                 )
 
     def spec(self, folder: Path) -> HubSpec:

@@ -162,7 +162,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         found = cls.of_text(read_text(path, "robot"), path, usual_physics)
         try:
             found.designs.refuse_unused(found.space, found.ring is not None)
-            found.hub.refuse_misplaced(found.designs.mirror)
+            found.hub.refuse_misplaced(found.designs.mirror, found.designs.same)
         except ValueError as error:
             raise ArtefactError(f"robot file {path}: {error}") from error
         return found
@@ -395,7 +395,7 @@ class RobotDescription(Checked, ShownInNotebooks):
         built = self._built
         if self.file is None:  # of Python; a file's was refused when it was chosen
             self.designs.refuse_unused(self.space, self.ring is not None)
-            self.hub.refuse_misplaced(self.designs.mirror)
+            self.hub.refuse_misplaced(self.designs.mirror, self.designs.same)
         _ = self.space  # refuses a usual design that its rules do not allow
         modules = {}
         for name, each in self.modules.items():

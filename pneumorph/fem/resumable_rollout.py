@@ -41,6 +41,8 @@ class _Header:
     identity: str
     done: int
     way: dict[str, Any]
+    spent_s: float = 0.0
+    """Wall time of all processes up to it."""
 
 
 def resumable_rollout(
@@ -55,6 +57,7 @@ def resumable_rollout(
     progress: Callable[[int, int, str], None] | None = None,
     watch: Callable[[Trajectory], None] | None = None,
     highest_kPa: float = HIGHEST_COMMAND_KPA,
+    resumed: Callable[[float], None] | None = None,
 ) -> Trajectory:
     """Follow commands from the settled state, saving the way so far.
 
@@ -73,6 +76,8 @@ def resumable_rollout(
         watch: Told every piece of the way, times since its start; a piece begins with the last
             frame of the one before it.
         highest_kPa: Highest command that is allowed [kPa].
+        resumed: Told the wall time that earlier processes spent on the way so far [s], where there
+            is one.
 
     Raises:
         ValueError: A command is not finite, negative, or too high.
@@ -84,9 +89,12 @@ def resumable_rollout(
     check_commands(commands, highest_kPa)
     robot.physics.air.check_supply(commands)
     identity = _identity(robot, commands, settling_steps, record_every)
-    done, state, pieces = _loaded(robot, checkpoint, identity, len(commands))
+    start = time.monotonic()
+    done, state, pieces, spent_s = _loaded(robot, checkpoint, identity, len(commands))
     if state is None:
         state = robot.settled_state(settling_steps)
+    elif resumed is not None:
+        resumed(spent_s)
     if watch is not None and pieces:
         watch(replace(pieces[0], metadata=pieces[0].metadata | (description or {})))
     saved_at, status = time.monotonic(), "completed"
@@ -103,8 +111,8 @@ def resumable_rollout(
             progress(done, len(commands), "simulating")
         if done < len(commands) and time.monotonic() - saved_at >= checkpoint_every_s:
             pieces = [joined(pieces)]
-            _save(checkpoint, identity, done, state, pieces[0])
             saved_at = time.monotonic()
+            _save(checkpoint, identity, done, state, pieces[0], spent_s + saved_at - start)
     checkpoint.unlink(missing_ok=True)
     way = joined(pieces)
     way.metadata.update(description or {})
@@ -113,29 +121,35 @@ def resumable_rollout(
 
 def _loaded(
     robot: FullRobot, checkpoint: Path, identity: str, step_count: int
-) -> tuple[int, FullRobotState | None, list[Trajectory]]:
-    """Steps made, the state after them, and the way so far, if they are of this rollout."""
+) -> tuple[int, FullRobotState | None, list[Trajectory], float]:
+    """Steps made, the state after them, the way so far, and the wall time that it took [s], if they
+    are of this rollout."""
     if not checkpoint.exists():
-        return 0, None, []
+        return 0, None, [], 0.0
     arrays, header = load_artefact(checkpoint, "FullRollout", FORMAT_VERSION)
     with reading(checkpoint, "FullRollout"):
         told = result_from_dict(_Header, header)
         if told.identity != identity:
-            return 0, None, []
+            return 0, None, [], 0.0
         result_from_dict(_Way, told.way)
         if not 0 < told.done < step_count:
             raise ValueError(f"done is {told.done}, expected one of the {step_count} steps")
         kept = {k.removeprefix(STATE): v for k, v in arrays.items() if k.startswith(STATE)}
         recorded: dict[str, Any] = {k: v for k, v in arrays.items() if not k.startswith(STATE)}
         way = Trajectory(**recorded, shape=robot.shape[0], metadata=told.way)
-        return told.done, state_from_arrays(robot, kept), [way]
+        return told.done, state_from_arrays(robot, kept), [way], told.spent_s
 
 
 def _save(
-    checkpoint: Path, identity: str, done: int, state: FullRobotState, way: Trajectory
+    checkpoint: Path,
+    identity: str,
+    done: int,
+    state: FullRobotState,
+    way: Trajectory,
+    spent_s: float,
 ) -> None:
     arrays = {STATE + name: value for name, value in state_to_arrays(state).items()}
-    header = {"identity": identity, "done": done, "way": way.metadata}
+    header = {"identity": identity, "done": done, "way": way.metadata, "spent_s": spent_s}
     save_artefact(checkpoint, "FullRollout", FORMAT_VERSION, arrays | way.arrays(), header)
 
 

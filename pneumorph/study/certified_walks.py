@@ -48,7 +48,7 @@ class KeptWalk:
     """What of the goal [its unit]; None where it did not come to its end."""
     status: str
     wall_s: float
-    """What the process that ended it took."""
+    """What it took, with processes that were stopped on its way."""
     states: str | None = None
     """File of its legs' states, from the folder; None where it was not kept: it did not come to its
     end, or legs differ."""
@@ -73,7 +73,7 @@ class FullOrderWalk:
     """Whether both models say as good as the same."""
     status: str
     wall_s: float = 0.0
-    """What the process that ended it took."""
+    """What it took, with processes that were stopped on its way."""
     states: str | None = None
     """File of its legs' states, from the certificate's folder; None where it was not kept."""
     reason: str | None = None
@@ -234,6 +234,7 @@ def _walk(
 ) -> tuple[dict[str, Any], Snapshots | CompressedSnapshots | None]:
     """How a walk ended, as it is kept, and its legs' states where it came to its end."""
     start, robot = time.monotonic(), task.robot
+    earlier_s: list[float] = []
     step_s, count = robot.physics.time_step_s, robot.physics.regulator_count
     try:
         trajectory = resumable_rollout(
@@ -245,6 +246,7 @@ def _walk(
             description={"design": str(task.walker.design)},
             progress=progress,
             highest_kPa=task.gait.maximum_pressure_kPa,
+            resumed=earlier_s.append,
         )
     except StepError as error:  # while it settles; the other walks are of use all the same
         return _ended("diverged", None, None, task.goal, start, str(error)), None
@@ -259,7 +261,7 @@ def _walk(
         trajectory.distance_cm,
         achieved,
         task.goal,
-        start,
+        start - sum(earlier_s),
         trajectory.metadata.get("reason"),
     )
     return ended, states

@@ -206,6 +206,26 @@ def test_modules_that_reach_into_each_other_are_refused_where_a_design_has_both(
     assert len(RobotDescription.read(path).spec().sites) == 6
 
 
+@pytest.mark.parametrize("point", ["payload_g = 40\npayload_mm", "tracked_point_mm"])
+def test_a_point_beside_the_middle_is_refused_where_the_robot_is_said_to_be_its_half_turn(
+    edited: Edited, point: str
+) -> None:
+    """The plate's sites have one; a payload ahead of the middle lies behind it, turned."""
+    turned = 'minimum_legs = 4\nsame = ["180"]'
+    for x_mm, same, refused in ((0, turned, False), (12, turned, True), (12, "", False)):
+        path = edited(
+            "density_g_per_ml = 0.6", f"density_g_per_ml = 0.6\n{point} = [{x_mm}, 0, 50]"
+        )
+        path.write_text(path.read_text().replace("minimum_legs = 4", same or "minimum_legs = 4"))
+        if not refused:
+            assert RobotDescription.read(path).space.first is not None
+            continue
+        with pytest.raises(
+            ArtefactError, match=r'_mm is at \(12, 0\) mm, .* "180", expected \(0, 0'
+        ):
+            RobotDescription.read(path)
+
+
 def test_a_ground_that_is_none_is_refused_with_file_and_field(
     edited: Edited, tmp_path: Path
 ) -> None:

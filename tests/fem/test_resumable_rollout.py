@@ -22,6 +22,8 @@ class Interrupted(Exception):
 
 @pytest.mark.parametrize("soft", [False, True])
 def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
+    earlier_s = []
+
     def rolled(checkpoint, stop_at=None, commands=COMMANDS):
         made = []
 
@@ -38,6 +40,7 @@ def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
             record_every=2,
             checkpoint_every_s=0.0,
             progress=progress,
+            resumed=earlier_s.append,
         )
         return way, made
 
@@ -46,7 +49,15 @@ def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
     with pytest.raises(Interrupted):
         rolled(checkpoint, stop_at=6)
     assert checkpoint.exists()
+    assert not earlier_s
+    with pytest.raises(Interrupted):
+        rolled(checkpoint, stop_at=8)  # a second process, which saves six steps
     resumed, made = rolled(checkpoint)
+    assert 0.0 < earlier_s[0] < earlier_s[1]  # the time of both
+    assert made[0] == 8
+    with pytest.raises(Interrupted):
+        rolled(tmp_path / "again.npz", stop_at=6)
+    _, made = rolled(tmp_path / "again.npz")
     assert made[0] == 6  # four steps, two frames, were saved; the sixth step was not
     assert not checkpoint.exists()
     for name, value in whole.arrays().items():
