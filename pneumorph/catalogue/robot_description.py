@@ -24,7 +24,6 @@ from pneumorph.base.settings import (
 from pneumorph.catalogue.built_module import CATALOGUE_FOLDER
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
-from pneumorph.catalogue.hub_spec import HUB_SURFACE
 from pneumorph.catalogue.mean_growth import mean_growth
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module_description import ModuleDescription
@@ -45,7 +44,6 @@ from pneumorph.geometry.mounting import RadialMounting
 from pneumorph.geometry.pose import Pose
 from pneumorph.physics.physics import Physics
 from pneumorph.reduction.reduced_part import ReducedPart
-from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.robot.usual_design import usual_design
 from pneumorph.simulation.randomisation import Randomisation
@@ -274,29 +272,10 @@ class RobotDescription(Checked, ShownInNotebooks):
             self.acting.regulator_count,
         )
 
-    def forbidden_note(self, design: str) -> str | None:
-        """What to say of a design that the rules do not allow; None of others."""
-        asked = Design.parse(design)
-        if self.space.holds(asked):
-            return None
-        why = "see its exclusions and counts of regulators"
-        try:
-            self.space.check(asked)
-        except ValueError as error:
-            why = "it " + str(error).removeprefix(f"design {asked} ")
-        return f"design {design} is none that [designs] of {self.file or self.name} allows: {why}"
-
     @cached_property
     def usual_design(self) -> str:
         """The design that walks where none is named."""
         return self.designs.usual or str(usual_design(self.space))
-
-    def design_note(self, design: str) -> str | None:
-        """What to say of a design that walks as its file names no usual one; None where it does,
-        and of another design."""
-        if self.designs.usual is not None or design != self.usual_design:
-            return None
-        return f"[designs] names no usual design; {design} walks"
 
     @cached_property
     def worlds(self) -> Randomisation:
@@ -308,47 +287,6 @@ class RobotDescription(Checked, ShownInNotebooks):
         measured = self.physics.based_on == "measured"
         usual = measured_worlds() if measured else Randomisation()
         return settings_from_dict(Randomisation, self.randomisation, usual)
-
-    @property
-    def worlds_note(self) -> str | None:
-        """What to say where one robot walks in one world; None where the file has no worlds."""
-        if not self.randomisation:
-            return None
-        return (
-            f"in the world as it stands: [randomisation] of {self.file or self.name} is what "
-            "coopt, search and certificates draw worlds from"
-        )
-
-    def damping_note(self, physics: Physics) -> str | None:
-        """What to say of the damping that modules bring with them; None where they bring none, or
-        another was asked for."""
-        if not self.polar_modules or physics.damping != "objective":
-            return None
-        polar = ", ".join(f"modules.{name}" for name in self.polar_modules)
-        return f"objective damping, which goes with the polar rotations of {polar}"
-
-    def _surface_note(self, physics: Physics) -> str | None:
-        """What to say of a hub's surface of which nobody says how it rubs, where others are named;
-        None of others."""
-        surface, named = self.hub.surface, dict(physics.friction_by_surface)
-        if surface in (HUB_SURFACE, *named) or not named or self.hub.contact == "none":
-            return None
-        return (
-            f"physics.friction_by_surface names {', '.join(named)} and not {surface!r}, the "
-            f"surface of [hub], which has the friction of all others, {physics.friction:g}"
-        )
-
-    def notes(self, design: str | None, physics: Physics) -> tuple[str, ...]:
-        """What to say before one robot walks in one world.
-
-        Args:
-            design: The design that is taken, where nothing but this description chose it.
-            physics: What acts on it.
-        """
-        told = [self.damping_note(physics), self._surface_note(physics), self.worlds_note]
-        if design is not None:
-            told = [self.forbidden_note(design), self.design_note(design), *told]
-        return tuple(note for note in told if note is not None)
 
     def expert_settings(self) -> dict[str, Any]:
         """Settings of the expert's gait for its regulators."""

@@ -13,6 +13,7 @@ import tyro
 from pneumorph.base.checked import Bounds, Checked
 from pneumorph.base.executor import ExecutorSettings
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.catalogue.description_notes import description_notes
 from pneumorph.catalogue.full_options import FullOptions, full_of
 from pneumorph.catalogue.masses import Masses
 from pneumorph.catalogue.mounting_check import (
@@ -180,9 +181,9 @@ class RobotOptions(Checked):
         )
 
     def notes(self, design: str | None) -> tuple[str, ...]:
-        """What to say before one robot walks in one world; see `RobotDescription.notes`."""
+        """What to say before one robot walks in one world; see `description_notes`."""
         robot = self.description
-        return () if robot is None else robot.notes(design, self.physics)
+        return () if robot is None else description_notes(robot, design, self.physics)
 
     def _refuse_other_leg(self) -> None:
         """Refuse a leg by its name of another physics than the one that was asked for.

@@ -18,6 +18,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pneumorph.base.run_folder import RunFolder
+from pneumorph.catalogue.description_notes import damping_note
 from pneumorph.command.verb import Verb
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.search import SearchFindings, search
@@ -28,7 +29,7 @@ def run(options: SearchOptions, folder: RunFolder) -> SearchFindings:
     """Search as the options say."""
     learned = None if options.run is None else FinishedRun.read(options.run)
     robot, described = options.robot.spec(), options.robot.description
-    note = None if described is None else described.damping_note(options.robot.physics)
+    note = None if described is None else damping_note(described, options.robot.physics)
     if note is not None:
         folder.progress.say(note)
     found = search(options.search, robot, folder, learned, options.randomisation)

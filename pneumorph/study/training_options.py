@@ -13,6 +13,7 @@ from pneumorph.base.flags import flat
 from pneumorph.base.layers import layered
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.base.settings import laid_over
+from pneumorph.catalogue.description_notes import damping_note, design_note
 from pneumorph.catalogue.idle_numbers import idle_notes
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
@@ -302,8 +303,8 @@ def train_as_asked(
         )
     described = options.robot.description
     told = () if described is None else (
-        described.damping_note(options.robot.physics),
-        described.design_note(options.baseline.design),
+        damping_note(described, options.robot.physics),
+        design_note(described, options.baseline.design),
     )  # fmt: skip
     notes = tuple(note for note in told if note is not None)
     if options.randomize or certificate is not None:

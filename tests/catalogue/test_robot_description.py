@@ -13,6 +13,7 @@ from helpers.box_mesh import box_mesh
 from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.layers import layered
 from pneumorph.base.settings import settings_from_dict, settings_to_dict
+from pneumorph.catalogue.description_notes import damping_note, description_notes
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.paper_robot import PAPER_FACE, paper_robot
@@ -163,14 +164,13 @@ def test_a_part_with_polar_rotations_brings_its_damping(
     path = edited_published('leg = "published"\n\n', 'part = "own.npz"\n\n')
     read = RobotDescription.read(path)
     assert read.spec().physics.damping == read.acting.damping == "objective"
-    assert "objective damping, which goes with the polar rotations of modules.long" in read.notes(
-        None, read.acting
-    )
-    assert read.damping_note(replace(read.acting, damping="published")) is None
+    said = "objective damping, which goes with the polar rotations of modules.long"
+    assert said in description_notes(read, None, read.acting)
+    assert damping_note(read, replace(read.acting, damping="published")) is None
     path.write_text(path.read_text().replace("[physics]\n", '[physics]\ndamping = "published"\n'))
     read = RobotDescription.read(path)
     assert read.acting.damping == "published"
-    assert not any("damping" in note for note in read.notes(None, read.acting))
+    assert not any("damping" in note for note in description_notes(read, None, read.acting))
     part.save(tmp_path / "own.npz")
     assert RobotDescription.read(edited_published("", "")).acting.damping == "published"
 
@@ -277,11 +277,10 @@ def test_a_design_that_rules_do_not_allow_is_told_why(edited: Edited) -> None:
         ("1.b1.2.2.1.0", "allows: it has b1 at location 1, expected one of the options '0 *'"),
         ("b1.0.2.2.0.b1", "allows: see its exclusions"),
     ):
-        note = plate.forbidden_note(design)
-        assert note is not None
+        note = description_notes(plate, design, plate.acting)[0]
         assert note.startswith(f"design {design} {says}")
         assert why in note
-    assert plate.forbidden_note("b1.1.2.2.1.0") is None
+    assert not any(says in each for each in description_notes(plate, "b1.1.2.2.1.0", plate.acting))
 
 
 def test_a_file_that_names_no_physics_is_of_that_asked_for(edited: Edited) -> None:
@@ -320,13 +319,12 @@ def test_another_number_of_regulators_than_the_files_is_refused() -> None:
 
 def test_a_hubs_surface_that_others_are_named_without_is_told(edited: Edited) -> None:
     plate = RobotDescription.read(edited("[modules.long]", 'surface = "wood"\n\n[modules.long]'))
-    (note,) = plate.notes(None, plate.acting)
+    (note,) = description_notes(plate, None, plate.acting)
     assert "names hub and not 'wood', the surface of [hub], which has" in note
     assert note.endswith("of all others, 0.55")
     named = replace(plate.acting, friction_by_surface=(("wood", 0.4),))
-    assert (
-        plate.notes(None, named) == plate.notes(None, replace(named, friction_by_surface=())) == ()
-    )
+    for silent in (named, replace(named, friction_by_surface=())):
+        assert description_notes(plate, None, silent) == ()
 
 
 def test_a_part_of_the_published_physics_is_refused_in_the_measured_one(

@@ -1,0 +1,76 @@
+"""What to say of a described robot before it walks: what its file chose without saying so."""
+
+from __future__ import annotations
+
+from pneumorph.catalogue.hub_spec import HUB_SURFACE
+from pneumorph.catalogue.robot_description import RobotDescription
+from pneumorph.physics.physics import Physics
+from pneumorph.robot.design import Design
+
+
+def description_notes(
+    robot: RobotDescription, design: str | None, physics: Physics
+) -> tuple[str, ...]:
+    """What to say before one robot walks in one world.
+
+    Args:
+        robot: What its file says.
+        design: The design that is taken, where nothing but this description chose it.
+        physics: What acts on it.
+    """
+    told = [damping_note(robot, physics), _surface_note(robot, physics), _worlds_note(robot)]
+    if design is not None:
+        told = [_forbidden_note(robot, design), design_note(robot, design), *told]
+    return tuple(note for note in told if note is not None)
+
+
+def damping_note(robot: RobotDescription, physics: Physics) -> str | None:
+    """What to say of the damping that modules bring with them; None where they bring none, or
+    another was asked for."""
+    if not robot.polar_modules or physics.damping != "objective":
+        return None
+    polar = ", ".join(f"modules.{name}" for name in robot.polar_modules)
+    return f"objective damping, which goes with the polar rotations of {polar}"
+
+
+def design_note(robot: RobotDescription, design: str) -> str | None:
+    """What to say of a design that walks as its file names no usual one; None where it does, and of
+    another design."""
+    if robot.designs.usual is not None or design != robot.usual_design:
+        return None
+    return f"[designs] names no usual design; {design} walks"
+
+
+def _forbidden_note(robot: RobotDescription, design: str) -> str | None:
+    """What to say of a design that the rules do not allow; None of others."""
+    asked = Design.parse(design)
+    if robot.space.holds(asked):
+        return None
+    why = "see its exclusions and counts of regulators"
+    try:
+        robot.space.check(asked)
+    except ValueError as error:
+        why = "it " + str(error).removeprefix(f"design {asked} ")
+    return f"design {design} is none that [designs] of {robot.file or robot.name} allows: {why}"
+
+
+def _surface_note(robot: RobotDescription, physics: Physics) -> str | None:
+    """What to say of a hub's surface of which nobody says how it rubs, where others are named; None
+    of others."""
+    surface, named = robot.hub.surface, dict(physics.friction_by_surface)
+    if surface in (HUB_SURFACE, *named) or not named or robot.hub.contact == "none":
+        return None
+    return (
+        f"physics.friction_by_surface names {', '.join(named)} and not {surface!r}, the "
+        f"surface of [hub], which has the friction of all others, {physics.friction:g}"
+    )
+
+
+def _worlds_note(robot: RobotDescription) -> str | None:
+    """What to say where one robot walks in one world; None where the file has no worlds."""
+    if not robot.randomisation:
+        return None
+    return (
+        f"in the world as it stands: [randomisation] of {robot.file or robot.name} is what "
+        "coopt, search and certificates draw worlds from"
+    )
