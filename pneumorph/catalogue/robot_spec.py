@@ -187,11 +187,13 @@ class RobotSpec(ShownInNotebooks):
         `pneumorph.reduction.fewer_modes`; itself where none would change.
 
         Args:
-            count: Most modes of a module; 0 for all that it has.
+            count: Most modes of a module for each of its cavities; 0 for all that it has.
         """
         if count == 0:
             return self
-        fewer = self._with_modules(lambda module: module.with_fewer_modes(count))
+        fewer = self._with_modules(
+            lambda module: module.with_fewer_modes(count * module.reduced.cavity_count)
+        )
         pairs = zip(self.modules, fewer.modules, strict=True)
         same = all(ours.reduced.mode_count == theirs.reduced.mode_count for ours, theirs in pairs)
         return self if same else fewer

@@ -101,11 +101,11 @@ class CooptSettings(Checked):
     paper). The published score is the newest return, which says nothing about designs that never
     walked, and little about those that walked when the policy was worse."""
     learning_modes: CountOrNone = 0
-    """Most modes of each leg while robots learn; 0 for all that it has (the paper). Fewer make a
-    robot's step cheaper and its walks a little different, so no gait counts for what it did then:
-    evaluations, finalists and everything after the training walk with all modes. No effect where
-    designs walk in one world each, whose gaits count as they are seen, nor on legs that do not know
-    the range of their snapshots."""
+    """Most modes of each leg while robots learn, for each of its cavities; 0 for all that it has
+    (the paper). Fewer make a robot's step cheaper and its walks a little different, so no gait
+    counts for what it did then: evaluations, finalists and everything after the training walk with
+    all modes. No effect where designs walk in one world each, whose gaits count as they are seen,
+    nor on legs that do not know the range of their snapshots."""
     checkpoint_interval_timesteps: Count = 50_000
     """Maximum timesteps between checkpoints, which is what a killed run may lose; at least one
     round."""
@@ -204,19 +204,19 @@ def quick_settings(seed: int = 0) -> CooptSettings:
     return CooptSettings(
         seed=seed,
         environment_count=48,
-        total_timesteps=24_000,
+        total_timesteps=20_160,
         task=CrawlingTask(time_limit_is_terminal=False),
         # The temperature falls by a fixed share per update; few updates must begin near its end.
         sac=SacSettings(batch_size=256, initial_temperature=0.02),
         schedule=EntropySchedule(
-            decay_start_timestep=5_000, decay_end_timestep=22_500, final_entropy=2.0
+            decay_start_timestep=4_200, decay_end_timestep=18_900, final_entropy=2.0
         ),
         finetuning=FinetuningSettings(timesteps=0),
         learning_start_timestep=1_000,
         updates=16,
         mirror_transitions=True,
         checkpoint_interval_timesteps=5_000,
-        kept_pair_count=3,
+        kept_pair_count=2,
     )
 
 

@@ -90,15 +90,21 @@ def _of_one_module(layouts: Sequence[str], letters: str) -> tuple[str, ...]:
     )
 
 
+_FORE_AND_HIND = ("1.0.0.2.2.0.0.1", "0.1.2.0.0.2.1.0", "1.0.2.0.0.2.0.1", "0.1.0.2.2.0.1.0")
 _HEADING = {"reward": {"goal": "heading", "heading_deg": 90.0}}
 EXAMPLES: dict[str, Example] = {
     "plate": Example(
         _of_one_module(("1.0.0.2.2.0.0.1", "0.1.2.0.0.2.1.0", "1.1.0.2.2.0.1.1"), "bcd"),
         {"robot": {"described": str(_EXAMPLES / "large_plate.toml")}},
     ),
-    "rough_ground": Example(
-        ("1.0.0.2.2.0.0.1", "0.1.2.0.0.2.1.0", "1.0.2.0.0.2.0.1", "0.1.0.2.2.0.1.0"),
-        settings=_EXAMPLES / "rough_ground.toml",
+    "rough_ground": Example(_FORE_AND_HIND, settings=_EXAMPLES / "rough_ground.toml"),
+    "climbing": Example(
+        _FORE_AND_HIND,
+        {"robot": {"based_on": "measured", "physics": {"floor_slope_deg": 10.0}}},
+    ),
+    "payload": Example(
+        (*_of_one_module(("1.0.2.2.0.1",), "b"), "1.1.2.2.1.1"),
+        {"robot": {"described": str(_EXAMPLES / "tasks" / "payload.toml")}},
     ),
     "turning": Example(
         (

@@ -16,6 +16,7 @@ from pneumorph.catalogue.hub_spec import HubSpec
 from pneumorph.catalogue.module import Module
 from pneumorph.catalogue.paper_leg import HYPERELASTIC_PRESSURE_MAP, LegName, paper_leg
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.catalogue.site import Site
@@ -369,6 +370,9 @@ def test_a_robot_may_have_fewer_modes_for_all_its_modules() -> None:
     assert fewer.reduction_digest() != whole.reduction_digest()
     stiffer = fewer.scaled(1.1).module.reduced
     assert (stiffer.mode_count, stiffer.metadata["scaled"]["modulus_factor"]) == (24, 1.1)
+    # For each of a leg's chambers.
+    described = RobotDescription.read(Path(__file__).parents[2] / "examples" / "two_chambers.toml")
+    assert described.spec().with_fewer_modes(12).module.reduced.mode_count == 24
     # Nothing changes where nothing is left out.
     assert whole.with_fewer_modes(0) is whole
     assert whole.with_fewer_modes(40) is whole

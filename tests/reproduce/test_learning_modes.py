@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from helpers.experiment_scripts import script
+
+from pneumorph.study.training_options import PRESETS
 
 
 def test_distances_are_compared_with_those_of_all_modes(
@@ -14,17 +17,25 @@ def test_distances_are_compared_with_those_of_all_modes(
 ) -> None:
     """One gait, in the nominal world and another."""
     module = script("learning_modes")
-    monkeypatch.setattr(module, "GAITS", module.GAITS[:1])
-    module.main((8,), 1, tmp_path, tmp_path)
+    crawling = module.KEPT["crawling"]
+    one = replace(crawling, gaits=crawling.gaits[:1])
+    monkeypatch.setitem(module.KEPT, "crawling", one)
+    module.main((8,), 1, work=tmp_path, out=tmp_path)
     whole, fewer = json.loads((tmp_path / "distances.json").read_text())["modes"].values()
-    assert (whole["mean_change_cm"], whole["deviation_cm"], whole["time_share"]) == (0.0, 0.0, 1.0)
-    assert fewer["mean_change_cm"] != 0.0
+    assert (whole["mean_change"], whole["deviation"], whole["time_share"]) == (0.0, 0.0, 1.0)
+    assert fewer["mean_change"] != 0.0
     assert fewer["time_share"] > 0.0
-    (name,) = fewer["medians_cm"]
+    (name,) = fewer["medians"]
     kept = json.loads((module.HERE / "distances.json").read_text())
-    assert name in kept["modes"]["24"]["medians_cm"]
-    # What training relies on.
-    trained = kept["modes"]["24"]
+    assert name in kept["modes"]["24"]["medians"]
+
+
+@pytest.mark.parametrize(("kept", "cavities"), [("crawling", 1), ("two_chambers", 2)])
+def test_what_trainings_rely_on_was_measured(kept: str, cavities: int) -> None:
+    """With the modes that legs of so many chambers have while robots learn."""
+    module, count = script("learning_modes"), PRESETS["quick"]().coopt.learning_modes * cavities
+    content = json.loads((module.HERE / module.KEPT[kept].file).read_text())
+    trained = content["modes"][str(count)]
     assert trained["correlation"] > 0.9
     assert trained["worst_gait_change_percent"] < 6.0
     assert trained["failed_count"] == 0

@@ -86,7 +86,7 @@ def test_robots_learn_on_fewer_modes_where_no_gait_counts_as_it_is_seen() -> Non
 
     learners = learning_robots(spec, settings)
     learning, judged = learning_and_judged(make, spec, learners)
-    assert (made, judged is not None) == ([24, 40], True)
+    assert (made, judged is not None) == ([16, 40], True)
     assert learning is not judged
     assert leg_digests(spec, learners)["leg"] == spec.reduction_digest()
     assert leg_digests(spec, learners)["learning_leg"] != spec.reduction_digest()
