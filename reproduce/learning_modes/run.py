@@ -1,7 +1,7 @@
 """How far learned robots go when their legs have fewer modes, as in a training.
 
     python reproduce/learning_modes/run.py
-    python reproduce/learning_modes/run.py --kept two-chambers
+    python reproduce/learning_modes/run.py --kept two_chambers
 
 The kept gaits of restarts, and those of the demo as it learned on legs with all modes, walk, as
 reduced robots in the measured physics, in worlds that no training saw, with all modes of the leg
