@@ -1,4 +1,4 @@
-"""What the demo finds: its training with several seeds, in four to fourteen minutes each.
+"""What the demo finds: its training with several seeds, in five to twenty minutes each.
 
     python reproduce/demo/run.py
 

@@ -56,10 +56,11 @@ def test_learned_robots_are_those_of_the_pages() -> None:
     another processor rounds otherwise, which moves them by hundredths of a centimetre."""
     module, said = script("reduction_error"), {"robust/seed_1/gaits/L1.csv, world 116": 13.71}
     said |= {"reduction_error/rough_ground.csv": 15.25, "robots/earlier_heading.csv": 6.56}
+    said["robots/earlier_turning.csv"] = 67.5  # degrees
     known = {each.name: each for each in module.learned_walks()}
     assert len(known) == 11
     with TemporaryDirectory() as work:
         folder = RunFolder(Path(work), "reduction_error")
         for name, reduced in said.items():
             found = known[name].achieved(known[name].spec(), folder)
-            assert found == pytest.approx(reduced, abs=0.3)
+            assert found == pytest.approx(reduced, abs=1.5 if reduced > 60.0 else 0.3)
