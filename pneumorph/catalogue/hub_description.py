@@ -118,7 +118,7 @@ class HubDescription(Checked):
         if self.wall_mm is not None and not self._hollow_fits():
             raise ValueError(f"wall_mm is {self.wall_mm:g}, expected less than half of every size")
 
-    def refuse_misplaced(self, mirror: bool, same: tuple[str, ...] = ()) -> None:
+    def refuse_misplaced(self, mirror: bool, same: tuple[str, ...]) -> None:
         """Refuse a place of no payload, and points that a symmetry of the robot takes elsewhere.
 
         Args:

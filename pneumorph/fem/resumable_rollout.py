@@ -42,7 +42,7 @@ class _Header:
     done: int
     way: dict[str, Any]
     spent_s: float = 0.0
-    """Wall time of all processes up to it."""
+    """Wall time of this and earlier processes, each up to its last checkpoint."""
 
 
 def resumable_rollout(
@@ -76,8 +76,8 @@ def resumable_rollout(
         watch: Told every piece of the way, times since its start; a piece begins with the last
             frame of the one before it.
         highest_kPa: Highest command that is allowed [kPa].
-        resumed: Told the wall time that earlier processes spent on the way so far [s], where there
-            is one.
+        resumed: Told the wall time that earlier processes spent on the way so far, each up to its
+            last checkpoint [s], where there is one.
 
     Raises:
         ValueError: A command is not finite, negative, or too high.
@@ -111,8 +111,9 @@ def resumable_rollout(
             progress(done, len(commands), "simulating")
         if done < len(commands) and time.monotonic() - saved_at >= checkpoint_every_s:
             pieces = [joined(pieces)]
+            so_far_s = spent_s + time.monotonic() - start
+            _save(checkpoint, identity, done, state, pieces[0], so_far_s)
             saved_at = time.monotonic()
-            _save(checkpoint, identity, done, state, pieces[0], spent_s + saved_at - start)
     checkpoint.unlink(missing_ok=True)
     way = joined(pieces)
     way.metadata.update(description or {})

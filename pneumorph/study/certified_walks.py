@@ -48,7 +48,7 @@ class KeptWalk:
     """What of the goal [its unit]; None where it did not come to its end."""
     status: str
     wall_s: float
-    """What it took, with processes that were stopped on its way."""
+    """What it took, with processes that were stopped on its way, up to their last checkpoints."""
     states: str | None = None
     """File of its legs' states, from the folder; None where it was not kept: it did not come to its
     end, or legs differ."""
@@ -73,7 +73,7 @@ class FullOrderWalk:
     """Whether both models say as good as the same."""
     status: str
     wall_s: float = 0.0
-    """What it took, with processes that were stopped on its way."""
+    """What it took, with processes that were stopped on its way, up to their last checkpoints."""
     states: str | None = None
     """File of its legs' states, from the certificate's folder; None where it was not kept."""
     reason: str | None = None
@@ -249,7 +249,8 @@ def _walk(
             resumed=earlier_s.append,
         )
     except StepError as error:  # while it settles; the other walks are of use all the same
-        return _ended("diverged", None, None, task.goal, start, str(error)), None
+        wall_s = time.monotonic() - start
+        return _ended("diverged", None, None, task.goal, wall_s, str(error)), None
     states = None
     if task.records and trajectory.status == "completed":
         recorder = LegRecorder(robot, compression=COMPRESSION)
@@ -261,7 +262,7 @@ def _walk(
         trajectory.distance_cm,
         achieved,
         task.goal,
-        start - sum(earlier_s),
+        sum(earlier_s) + time.monotonic() - start,
         trajectory.metadata.get("reason"),
     )
     return ended, states
@@ -272,14 +273,13 @@ def _ended(
     distance_cm: float | None,
     achieved: float | None,
     goal: Goal,
-    start: float,
+    wall_s: float,
     reason: str | None,
 ) -> dict[str, Any]:
     """How a walk ended, as it is kept."""
     told: dict[str, Any] = {} if goal.is_forward else {"achieved": achieved}
     if reason is not None:
         told["reason"] = reason
-    wall_s = time.monotonic() - start
     return {"status": status, "distance_cm": distance_cm, **told, "wall_s": wall_s}
 
 

@@ -1,12 +1,15 @@
 """A rollout that was interrupted ends as if it had not been."""
 
+import itertools
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from helpers.box_mesh import box_mesh
 from helpers.small_robot import small_robot
 
+import pneumorph.fem.resumable_rollout as resumable
 from pneumorph.base.artefact import ArtefactError, load_artefact, save_artefact
 from pneumorph.fem.resumable_rollout import _identity, resumable_rollout
 from pneumorph.fem.rigid_hub import RigidHub, RigidHubState
@@ -22,7 +25,6 @@ class Interrupted(Exception):
 
 @pytest.mark.parametrize("soft", [False, True])
 def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
-    earlier_s = []
 
     def rolled(checkpoint, stop_at=None, commands=COMMANDS):
         made = []
@@ -40,7 +42,6 @@ def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
             record_every=2,
             checkpoint_every_s=0.0,
             progress=progress,
-            resumed=earlier_s.append,
         )
         return way, made
 
@@ -49,15 +50,7 @@ def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
     with pytest.raises(Interrupted):
         rolled(checkpoint, stop_at=6)
     assert checkpoint.exists()
-    assert not earlier_s
-    with pytest.raises(Interrupted):
-        rolled(checkpoint, stop_at=8)  # a second process, which saves six steps
     resumed, made = rolled(checkpoint)
-    assert 0.0 < earlier_s[0] < earlier_s[1]  # the time of both
-    assert made[0] == 8
-    with pytest.raises(Interrupted):
-        rolled(tmp_path / "again.npz", stop_at=6)
-    _, made = rolled(tmp_path / "again.npz")
     assert made[0] == 6  # four steps, two frames, were saved; the sixth step was not
     assert not checkpoint.exists()
     for name, value in whole.arrays().items():
@@ -67,6 +60,40 @@ def test_an_interrupted_rollout_goes_on_to_the_same_bits(tmp_path, soft):
         rolled(checkpoint, stop_at=6)
     _, made = rolled(checkpoint, commands=COMMANDS + 1.0)
     assert made[0] == 2  # other commands start anew
+
+
+def test_the_time_of_all_that_was_stopped_is_told(tmp_path, monkeypatch):
+    """Where each look at the clock takes a second: as many as there were in both."""
+    seconds, earlier_s = itertools.count(), []
+    monkeypatch.setattr(resumable, "time", SimpleNamespace(monotonic=lambda: float(next(seconds))))
+
+    def stop(done, total, _):
+        if done == 4 + 2 * len(earlier_s):
+            raise Interrupted
+
+    def rolled():
+        with pytest.raises(Interrupted):
+            resumable_rollout(
+                small_robot(),
+                COMMANDS,
+                tmp_path / "cut.npz",
+                settling_steps=2,
+                record_every=2,
+                checkpoint_every_s=0.0,
+                progress=stop,
+                resumed=earlier_s.append,
+            )
+        return float(next(seconds))
+
+    first = rolled()
+    assert not earlier_s
+    second = rolled() - first
+    rolled()
+    # What a process looks at after its last checkpoint is lost.
+    assert 0.0 < earlier_s[0] < first
+    assert earlier_s[0] < earlier_s[1] < earlier_s[0] + second
+    with_clock = load_artefact(tmp_path / "cut.npz", "FullRollout", 1)[1]["spent_s"]
+    assert with_clock > earlier_s[1]
 
 
 def without(place, content):

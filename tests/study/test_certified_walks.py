@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,7 @@ from pneumorph.study.analysis import Walker
 from pneumorph.study.certified_candidates import CertificateSettings
 from pneumorph.study.certified_pairs import Band, CertifiedPair
 from pneumorph.study.certified_walks import FullOrderWalk, KeptWalk, LaggingGait, full_order_walks
+from pneumorph.trajectory import Trajectory
 
 WORLD = World(0.7, 1.1, 0.9, 0.05, 1.0, mounting_angle_deg=1.0)
 GAIT = HeldGait.evenly(np.array([[20.0, 0.0], [5.0, 30.0]]), 0.04)
@@ -105,6 +106,22 @@ def test_a_walk_is_made_once_in_its_world(tmp_path: Path, monkeypatch: pytest.Mo
         robot = changed
         with pytest.raises(AssertionError, match="walked again"):
             walked(WORLD)
+
+
+def test_a_walk_that_went_on_tells_the_time_of_what_was_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = certified_walks.resumable_rollout
+
+    def went_on(*asked: Any, resumed: Callable[[float], None], **settings: Any) -> Trajectory:
+        resumed(1e4)
+        return whole(*asked, **settings)
+
+    monkeypatch.setattr(certified_walks, "resumable_rollout", went_on)
+    walker = Walker("L1", Design.parse("1.2"), GAIT, 2)
+    (kept,) = full_order_walks(spec(), [(walker, None)], RunFolder(tmp_path, "certify"))
+    assert kept.status == "completed"
+    assert 1e4 < kept.wall_s < 2e4
 
 
 def test_a_walk_that_an_earlier_version_gave_up_is_walked_again(tmp_path: Path) -> None:
