@@ -321,6 +321,11 @@ def test_robots_of_two_chambers_turn_and_walk_in_the_measured_physics() -> None:
     by_hand = find_gait(robots.EXAMPLES["turning"].by_hand, None, ExpertGait())
     turning.coopt.space.check(by_hand.design)
     assert by_hand.gait.duration_s == turning.coopt.task.action_count * 1.0
+    for name, asked in robots.EXAMPLES.items():
+        space = asked.options(1, {}).coopt.space
+        for design in asked.uniform:
+            assert space.holds(Design.parse(design)), name
+    assert robots.EXAMPLES["climbing"].options(1, {}).robot.physics.floor_slope_deg == 10.0
     described = RobotDescription.read(REPRODUCE.parent / "examples" / "two_chambers.toml")
     # On the printed hub, whose top is 0.02 mm higher.
     hub = described.hub.spec(described.folder).rigid

@@ -18,23 +18,23 @@ def test_distances_are_compared_with_those_of_all_modes(
     """One gait, in the nominal world and another."""
     module = script("learning_modes")
     crawling = module.KEPT["crawling"]
-    one = replace(crawling, gaits=crawling.gaits[:1])
+    one = replace(crawling, paths=crawling.paths[:1])
     monkeypatch.setitem(module.KEPT, "crawling", one)
-    module.main((8,), 1, work=tmp_path, out=tmp_path)
-    whole, fewer = json.loads((tmp_path / "distances.json").read_text())["modes"].values()
+    module.main("crawling", (8,), 1, tmp_path, tmp_path)
+    whole, fewer = json.loads((tmp_path / "crawling.json").read_text())["modes"].values()
     assert (whole["mean_change"], whole["deviation"], whole["time_share"]) == (0.0, 0.0, 1.0)
     assert fewer["mean_change"] != 0.0
     assert fewer["time_share"] > 0.0
     (name,) = fewer["medians"]
-    kept = json.loads((module.HERE / "distances.json").read_text())
+    kept = json.loads((module.HERE / "crawling.json").read_text())
     assert name in kept["modes"]["24"]["medians"]
 
 
-@pytest.mark.parametrize(("kept", "cavities"), [("crawling", 1), ("two_chambers", 2)])
+@pytest.mark.parametrize(("kept", "cavities"), [("crawling", 1), ("turning", 2), ("heading", 2)])
 def test_what_trainings_rely_on_was_measured(kept: str, cavities: int) -> None:
     """With the modes that legs of so many chambers have while robots learn."""
     module, count = script("learning_modes"), PRESETS["quick"]().coopt.learning_modes * cavities
-    content = json.loads((module.HERE / module.KEPT[kept].file).read_text())
+    content = json.loads((module.HERE / f"{kept}.json").read_text())
     trained = content["modes"][str(count)]
     assert trained["correlation"] > 0.9
     assert trained["worst_gait_change_percent"] < 6.0
