@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import jax
@@ -16,10 +16,12 @@ from pneumorph.learn.checkpoint import KIND, Checkpoint
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.environments import check_judged, check_shape, state_size
 from pneumorph.learn.evaluation import evaluate_policy
+from pneumorph.learn.first_actions import FIRST_ACTIONS
 from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.sac import Sac
 from pneumorph.learn.settings import CooptSettings
+from pneumorph.learn.transitions import Transitions, check_mirrored, last_observation
 
 STAGES = ("simulate", "learn", "log", "evaluate")
 """Where a training's time goes: the robots, drawing actions and updating the networks, metrics and
@@ -170,15 +172,20 @@ class Training:
         returns, distances, achieved = np.zeros((3, len(designs)))
         ended, failed = np.zeros((2, len(designs)), dtype=bool)
         commands, losses = [], []
+        first = FIRST_ACTIONS[self.settings.first_actions](
+            self.learned.rng, len(designs), self.settings.task.regulator_count
+        )
         for _ in range(self.settings.task.action_count):
             # Line 4: control the designs, and add the transitions to the replay buffer.
-            action = self._act(observation)
+            action = self._act(observation, first)
             next_observation, reward, terminated, truncated, info = self._step(action)
             check_shape(self.environment, "observation", next_observation, observed)
             check_shape(self.environment, "reward", reward, observed[:1])
             told = ToldStep.of(info, action, reward, self.settings.task)
+            seen = last_observation(self.environment, next_observation, info)
+            state, next_state = (each[:, : self._state_size] for each in (observation, seen))
             self._store(
-                designs, observation, action, reward, next_observation, terminated, info, told
+                Transitions(state, designs, action, reward, next_state, terminated), info, told
             )
             returns += np.where(ended, 0.0, reward)
             distances += np.where(ended, 0.0, told.distance_cm)
@@ -195,63 +202,19 @@ class Training:
         self._note_pairs(designs, distances, achieved, returns, failed, np.array(commands))
         return returns, failed, losses
 
-    def _actions(self, observation: np.ndarray) -> np.ndarray:
-        """Actions from the policy, or uniform ones until learning starts."""
+    def _actions(self, observation: np.ndarray, first: Iterator[np.ndarray]) -> np.ndarray:
+        """Actions from the policy, or the first ones until learning starts."""
         if self.learned_timesteps < self.settings.learning_start_timestep:
-            shape = (len(observation), self.settings.task.regulator_count)
-            return self.learned.rng.uniform(-1.0, 1.0, shape).astype(np.float32)
+            return next(first)
         self.learned.state, action = self.learner.sample_actions(self.learned.state, observation)
         return action
 
-    def _store(
-        self,
-        designs: np.ndarray,
-        observation: np.ndarray,
-        action: np.ndarray,
-        reward: np.ndarray,
-        next_observation: np.ndarray,
-        terminated: np.ndarray,
-        info: Mapping[str, Any],
-        told: ToldStep,
-    ) -> None:
-        state, next_state = observation[:, : self._state_size], next_observation.copy()
-        # Where an episode ended the observation is the next one's first already.
-        for robot in np.flatnonzero(info.get("_final_obs", np.zeros(len(designs), dtype=bool))):
-            last = info["final_obs"][robot]
-            check_shape(
-                self.environment, 'info["final_obs"] of a robot', last, next_state.shape[1:]
-            )
-            next_state[robot] = last
-        next_state = next_state[:, : self._state_size]
-        self.learned.buffer.add(
-            state=state,
-            design=designs,
-            action=action,
-            reward=reward,
-            next_state=next_state,
-            terminal=terminated,
-        )
+    def _store(self, seen: Transitions, info: Mapping[str, Any], told: ToldStep) -> None:
+        self.learned.buffer.add(**vars(seen))
         if self._mirror is not None:
-            if not self.environment.is_symmetric and "mirrored_reward_cm" not in info:
-                raise ValueError(
-                    "mirror_transitions is true, and the environment is not symmetric but does not "
-                    'tell info["mirrored_reward_cm"], what the mirror image gets: expected it, or '
-                    "mirror_transitions = false"
-                )
-            if told.mirror_is_stale:
-                raise ValueError(
-                    "mirror_transitions is true, and the environment changes the reward but "
-                    'not info["mirrored_reward_cm"], what the mirror image gets: expected both '
-                    "changed, or mirror_transitions = false"
-                )
-            self.learned.buffer.add(
-                state=self._mirror.actions(designs, state),
-                design=self._mirror.designs(designs),
-                action=self._mirror.actions(designs, action),
-                reward=told.mirrored_reward_cm,
-                next_state=self._mirror.actions(designs, next_state),
-                terminal=terminated,
-            )
+            check_mirrored(self.environment, info, told)
+            image = seen.image(self._mirror, told.mirrored_reward_cm)
+            self.learned.buffer.add(**vars(image))
 
     def _updates(self, count: int) -> dict[str, jax.Array]:
         if count == 0 or self.learned_timesteps < self.settings.learning_start_timestep:
