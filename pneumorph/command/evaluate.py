@@ -1,9 +1,10 @@
 """Simulate the design-gait pairs of a coopt run once more.
 
 With the reduced model all pairs walk side by side in a second and must repeat the distances that
-the run reported. With --model full each pair walks as finite elements, which takes minutes to half
-an hour and shows how far the reduction can be trusted for these gaits. Leg, physics and worlds are
-the run's unless a flag says otherwise, such as --physics.friction 0.8. With --randomize the pairs
+the run reported. With --model full each pair walks as finite elements, which takes half an hour to
+an hour (published physics: ten minutes) and shows how far the reduction can be trusted for these
+gaits. Leg, physics and worlds are the run's unless a flag says otherwise, such as
+--physics.friction 0.8. With --randomize the pairs
 also walk in worlds drawn from --randomisation (friction, modulus, mass, regulator lag and floor
 slope, written like "U(0.9, 1.5)").
 

@@ -39,12 +39,15 @@ def crawling(
     return make
 
 
-def state_size(environment: TrainingEnvironment, settings: CooptSettings) -> int:
+def state_size(
+    environment: TrainingEnvironment, settings: CooptSettings, robot_count: int | None = None
+) -> int:
     """Numbers of an observation before the design's.
 
     Args:
         environment: What a training was given.
         settings: Of the training.
+        robot_count: Robots that it was asked for; None for as many as learn.
 
     Raises:
         ValueError: The environment has other robots, actions or designs than the settings, or
@@ -54,10 +57,11 @@ def state_size(environment: TrainingEnvironment, settings: CooptSettings) -> int
     acted = environment.single_action_space.shape
     task, features = settings.task, settings.space.feature_count
     name = type(environment).__name__
-    if environment.num_envs != settings.environment_count:
+    robot_count = robot_count or settings.environment_count
+    if environment.num_envs != robot_count:
         raise ValueError(
-            f"{name} has {environment.num_envs} robots, expected environment_count = "
-            f"{settings.environment_count}: one of each design that it is given"
+            f"{name} has {environment.num_envs} robots, expected {robot_count}: one of each design "
+            "that it is given"
         )
     if environment.task != task:
         raise ValueError(
@@ -105,7 +109,7 @@ def check_judged(
             seen in the other.
     """
     ours = state_size(learning, settings), learning.is_symmetric
-    theirs = state_size(judged, settings), judged.is_symmetric
+    theirs = state_size(judged, settings, settings.judged_robot_count), judged.is_symmetric
     if ours != theirs:
         raise ValueError(
             f"the environment of evaluations has states of {theirs[0]} numbers and "

@@ -124,8 +124,8 @@ def _walked(
 ) -> list[DesignGaitPair]:
     """Every design side by side, each driven by its own policy without noise."""
     pairs = []
-    settings = training.settings
-    count, worlds = settings.designs_per_round, settings.objective.worlds_per_design
+    worlds = training.settings.objective.worlds_per_design
+    count = training.judged.num_envs // worlds
     for begin in range(0, len(designs), count):
         batch = np.array(designs[begin : begin + count])
         drivers = np.repeat(filled_batch(np.arange(begin, begin + len(batch)), count), worlds)

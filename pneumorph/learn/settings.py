@@ -118,6 +118,10 @@ class CooptSettings(Checked):
     """Timesteps between deterministic evaluations; 0 for a single one at the end."""
     evaluated_design_count: Count = 96
     """Number of top-scoring designs that an evaluation walks with the deterministic policy."""
+    shortlist_count: CountOrNone = 0
+    """Number of these that walk in all worlds of an evaluation, where designs walk in several:
+    first all walk in a quarter of them as robots learn (--learning-modes), and those that do best
+    go on, at least as many as are reported or fine-tuned. 0: all go on."""
     kept_pair_count: Count = 5
     """Number of best design-gait pairs to report; a design and its mirror image count as one."""
 
@@ -163,6 +167,23 @@ class CooptSettings(Checked):
     def designs_per_round(self) -> int:
         """Designs that are drawn for a round."""
         return self.environment_count // self.objective.worlds_per_design
+
+    @property
+    def ranked_design_count(self) -> int:
+        """Designs that walk in all worlds of an evaluation."""
+        every = self.evaluated_design_count
+        if not (self.shortlist_count and self.objective.is_robust):
+            return every
+        finalists = self.finetuning.finalist_count if self.finetuning.timesteps else 0
+        return min(every, max(self.shortlist_count, self.kept_pair_count, finalists))
+
+    @property
+    def judged_robot_count(self) -> int:
+        """Robots side by side in an evaluation."""
+        if self.ranked_design_count == self.evaluated_design_count:
+            return self.environment_count
+        robots = self.ranked_design_count * self.objective.worlds_per_design
+        return min(self.environment_count, robots)
 
     @property
     def updates_per_vector_step(self) -> int:
@@ -221,6 +242,7 @@ def quick_settings(seed: int = 0) -> CooptSettings:
         updates=16,
         mirror_transitions=True,
         checkpoint_interval_timesteps=5_000,
+        shortlist_count=4,
         kept_pair_count=2,
     )
 
@@ -236,6 +258,7 @@ def restarting_settings(seed: int = 0) -> CooptSettings:
         quick,
         restarts=12,
         finetuning=FinetuningSettings(finalist_count=5, timesteps=7_680),
+        shortlist_count=6,
         kept_pair_count=5,
     )
 

@@ -321,6 +321,35 @@ def test_designs_are_ranked_where_they_are_judged_and_not_where_they_learn(
     assert shares[0] == pytest.approx(2.0)
 
 
+def test_a_shortlist_walks_in_all_worlds_and_is_what_does_best_in_a_quarter_of_them() -> None:
+    """The same policy with and without: who is on the list fares as without one."""
+    objective = replace(ROBUST, evaluation_worlds=16)
+    every = training(objective, rounds=3)
+    while not every.is_finished:
+        every.run_round()
+    settings = replace(every.settings, shortlist_count=3, kept_pair_count=2)
+    short = Training(crawling(viscous_crawler_robot, CrawlersInWorlds, settings), settings)
+    short.restore(every.arrays(), every.metadata())
+    assert (short.environment.num_envs, short.judged.num_envs) == (16, 3 * 4)
+    alone = {pair.design: pair for pair in every.evaluate()}
+    listed = short.evaluate()
+    assert len(alone) == len(SPACE) > len(listed) == 3
+    for pair in listed:
+        assert pair.score_cm == pytest.approx(alone[pair.design].score_cm, rel=1e-9)
+        np.testing.assert_array_equal(pair.held_kPa, alone[pair.design].held_kPa)
+    scores = [pair.score_cm for pair in listed]
+    assert scores == sorted(scores, reverse=True)
+    few = training(replace(objective, evaluation_worlds=4), rounds=3)
+    few.restore(every.arrays(), every.metadata())
+    first = [pair.design for pair in few.evaluate()]
+    assert {pair.design for pair in listed} == set(first[:3])
+    # As many as are asked for come out, however short the list is said to be.
+    assert replace(settings, kept_pair_count=5).ranked_design_count == 5
+    tuned = replace(settings, finetuning=FinetuningSettings(4, 1, 1))
+    assert (tuned.ranked_design_count, tuned.judged_robot_count) == (4, 16)
+    assert replace(settings, objective=Objective()).ranked_design_count == len(SPACE)
+
+
 def test_an_environment_of_evaluations_that_is_none_for_what_is_learned_is_refused() -> None:
     settings = training().settings
     usual = crawling(viscous_crawler_robot, CrawlersInWorlds, settings)
