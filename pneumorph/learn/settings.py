@@ -14,7 +14,6 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.learn.design_distribution import EntropySchedule
 from pneumorph.learn.factored_distribution import FactoredSettings
-from pneumorph.learn.first_actions import FirstActions
 from pneumorph.learn.objective import Objective, check_worlds_fit
 from pneumorph.learn.sac import SacSettings
 from pneumorph.robot.design_space import DesignSpace
@@ -83,11 +82,7 @@ class CooptSettings(Checked):
     buffer_size: Count = 100_000
     """Transitions kept for learning (paper, appendix A)."""
     learning_start_timestep: Count = 10_000
-    """Timestep of the first update (paper, appendix A); until then see --first-actions."""
-    first_actions: FirstActions = "uniform"
-    """Actions until learning starts. `uniform`: each drawn for itself (paper, appendix A). `waves`:
-    each robot has a period of two to five actions and each of its regulators a phase (not in the
-    paper), as the expert's gaits do, which come upon ways to walk far more often."""
+    """Timestep of the first update; actions are uniform until then (paper, appendix A)."""
     updates: CountOrNone = 1
     """Number of learner updates each time, see --update-every (paper, appendix A)."""
     update_every: Literal["vector_step", "timestep"] = "vector_step"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +21,6 @@ from pneumorph.learn.checkpoint import KIND, Checkpoint
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.environments import check_judged, check_shape, state_size
 from pneumorph.learn.evaluation import evaluate_policy
-from pneumorph.learn.first_actions import FIRST_ACTIONS
 from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
 from pneumorph.learn.objective import Objective
@@ -178,12 +177,9 @@ class Training:
         returns, distances, achieved = np.zeros((3, len(designs)))
         ended, failed = np.zeros((2, len(designs)), dtype=bool)
         commands, losses = [], []
-        first = FIRST_ACTIONS[self.settings.first_actions](
-            self.learned.rng, len(designs), self.settings.task.regulator_count
-        )
         for _ in range(self.settings.task.action_count):
             # Line 4: control the designs, and add the transitions to the replay buffer.
-            action = self._act(observation, first)
+            action = self._act(observation)
             next_observation, reward, terminated, truncated, info = self._step(action)
             check_shape(self.environment, "observation", next_observation, observed)
             check_shape(self.environment, "reward", reward, observed[:1])
@@ -208,10 +204,11 @@ class Training:
         self._note_pairs(designs, distances, achieved, returns, failed, np.array(commands))
         return returns, failed, losses
 
-    def _actions(self, observation: np.ndarray, first: Iterator[np.ndarray]) -> np.ndarray:
-        """Actions from the policy, or the first ones until learning starts."""
+    def _actions(self, observation: np.ndarray) -> np.ndarray:
+        """Actions from the policy, or uniform ones until learning starts."""
         if self.learned_timesteps < self.settings.learning_start_timestep:
-            return next(first)
+            shape = (len(observation), self.settings.task.regulator_count)
+            return self.learned.rng.uniform(-1.0, 1.0, shape).astype(np.float32)
         self.learned.state, action = self.learner.sample_actions(self.learned.state, observation)
         return action
 

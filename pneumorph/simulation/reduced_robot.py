@@ -53,10 +53,16 @@ class ReducedRobot:
     def node_positions(self, state: ReducedState) -> np.ndarray:
         """World positions of every mount's nodes [mm], (mount, node, 3); of a part with fewer nodes
         than others the last one is repeated."""
-        world = []
-        for mount, alpha in zip(self.robot.mounts, state.modes, strict=True):
-            local = mount.part.positions(alpha[: mount.part.mode_count])
-            world.append(mount.pose.apply(local) @ state.rotation.T + state.position)
+        mounts = self.robot.mounts
+        local: dict[int, np.ndarray] = {}
+        for part in {id(mount.part): mount.part for mount in mounts}.values():
+            places = [place for place, mount in enumerate(mounts) if mount.part is part]
+            alpha = np.array([state.modes[place][: part.mode_count] for place in places])
+            local |= dict(zip(places, part.positions(alpha), strict=True))
+        world = [
+            mount.pose.apply(local[place]) @ state.rotation.T + state.position
+            for place, mount in enumerate(mounts)
+        ]
         return stacked(world, fill_last=True)
 
     def leg_contacts(self, state: ReducedState) -> LegContacts:
