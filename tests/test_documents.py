@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import re
 from pathlib import Path
 
@@ -33,6 +34,17 @@ def test_the_numbers_of_the_pages_are_those_of_the_experiments() -> None:
     for file, names in numbers.PAGES.items():
         page = (ROOT / file).read_text()
         assert numbers.with_numbers(page, names) == page, file
+
+
+@pytest.mark.parametrize("name", ["demo", "restarts"])
+def test_the_index_of_experiments_says_what_they_found(name: str) -> None:
+    (found,) = (ROOT / "reproduce" / name).glob("*.json")
+    page = (ROOT / "reproduce/README.md").read_text()
+    (row,) = (line for line in page.splitlines() if f"[{name}]({name}/README.md)" in line)
+    said = [float(number) for number in re.findall(r"\d+\.\d", row)]
+    for seed in json.loads(found.read_text())["seeds"]:
+        band = seed.get("band", seed)
+        assert round(band["median_cm"], 1) in said, seed["seed"]
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

@@ -4,9 +4,8 @@ With the reduced model all pairs walk side by side in a second and must repeat t
 the run reported. With --model full each pair walks as finite elements, which takes half an hour to
 an hour (published physics: ten minutes) and shows how far the reduction can be trusted for these
 gaits. Leg, physics and worlds are the run's unless a flag says otherwise, such as
---physics.friction 0.8. With --randomize the pairs
-also walk in worlds drawn from --randomisation (friction, modulus, mass, regulator lag and floor
-slope, written like "U(0.9, 1.5)").
+--physics.friction 0.8. With --randomize the pairs also walk in worlds drawn from --randomisation
+(friction, modulus, mass, regulator lag and floor slope, written like "U(0.9, 1.5)").
 
 With --record or --model full, writes each pair's trajectory and replay.html, which shows them side
 by side.

@@ -66,8 +66,8 @@ def learn_in_folder(
         make_environment: Makes the environment that the designs live in: `crawling`, or one's own.
         settings: All options; a resumed run must have those it began with.
         folder: The run folder.
-        make_judged: Makes the environment that evaluations walk in, see `Training`; None for the
-            same, whatever `settings.learning_modes` says.
+        make_judged: Makes the environment that evaluations walk in, see `Training`; None for one
+            that is made alike, whatever `settings.learning_modes` says.
         time_step_s: The simulator's time step [s].
         provenance: What else a resumed run must have in common with its beginning, such as the
             physics and the leg; JSON values.

@@ -60,8 +60,8 @@ def state_size(
     robot_count = robot_count or settings.environment_count
     if environment.num_envs != robot_count:
         raise ValueError(
-            f"{name} has {environment.num_envs} robots, expected {robot_count}: one of each design "
-            "that it is given"
+            f"{name} has {environment.num_envs} robots, expected {robot_count}, one of each design "
+            f"that it is given (environment_count is {settings.environment_count})"
         )
     if environment.task != task:
         raise ValueError(

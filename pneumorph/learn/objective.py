@@ -65,6 +65,13 @@ class Objective(Checked):
         """Whether designs walk in several worlds each."""
         return self.worlds_per_design > 1
 
+    @property
+    def first_worlds(self) -> int:
+        """Number of an evaluation's worlds in which a shortlist is made: a quarter, in rounds of as
+        many as each design has."""
+        side_by_side = self.worlds_per_design
+        return -(-self.evaluation_worlds // (4 * side_by_side)) * side_by_side
+
     def worlds_at(self, timestep: int) -> int:
         """Number of worlds in which each design of the round from a timestep of training on
         walks."""

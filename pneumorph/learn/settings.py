@@ -103,8 +103,9 @@ class CooptSettings(Checked):
     learning_modes: CountOrNone = 0
     """Most modes of each leg while robots learn, for each of its cavities; 0 for all that it has
     (the paper). Fewer make a robot's step cheaper and its walks a little different, so no gait
-    counts for what it did then: evaluations, finalists and everything after the training walk with
-    all modes. No effect where designs walk in one world each, whose gaits count as they are seen,
+    counts for what it did then: the pairs of an evaluation, finalists and everything after the
+    training walk with all modes, and only a shortlist (--shortlist-count) is made with these. No
+    effect where designs walk in one world each, whose gaits count as they are seen,
     nor on legs that do not know the range of their snapshots."""
     checkpoint_interval_timesteps: Count = 50_000
     """Maximum timesteps between checkpoints, which is what a killed run may lose; at least one
@@ -115,8 +116,9 @@ class CooptSettings(Checked):
     """Number of top-scoring designs that an evaluation walks with the deterministic policy."""
     shortlist_count: CountOrNone = 0
     """Number of these that walk in all worlds of an evaluation, where designs walk in several:
-    first all walk in a quarter of them as robots learn (--learning-modes), and those that do best
-    go on, at least as many as are reported or fine-tuned. 0: all go on."""
+    first all walk in a quarter of them, at least as many as each design has in a round, as robots
+    learn (--learning-modes), and those that do best go on, at least as many as are reported or
+    fine-tuned. 0: all go on."""
     kept_pair_count: Count = 5
     """Number of best design-gait pairs to report; a design and its mirror image count as one."""
 
@@ -167,7 +169,9 @@ class CooptSettings(Checked):
     def ranked_design_count(self) -> int:
         """Designs that walk in all worlds of an evaluation."""
         every = self.evaluated_design_count
-        if not (self.shortlist_count and self.objective.is_robust):
+        objective = self.objective
+        fewer_first = objective.is_robust and objective.first_worlds < objective.evaluation_worlds
+        if not (self.shortlist_count and fewer_first):
             return every
         finalists = self.finetuning.finalist_count if self.finetuning.timesteps else 0
         return min(every, max(self.shortlist_count, self.kept_pair_count, finalists))

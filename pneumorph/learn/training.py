@@ -52,7 +52,7 @@ class Training:
             make_environment: Makes the environment that the designs live in, such as `crawling`.
             settings: Everything else.
             make_judged: Makes the environment that evaluations walk in, if designs are ranked by
-                these alone (`Objective.is_robust`); None for the one that robots learn in.
+                these alone (`Objective.is_robust`); None for one that is made as that of learning.
 
         Raises:
             ValueError: An environment has other robots, actions or designs than the settings, or
@@ -346,15 +346,15 @@ class Training:
         return sorted(pairs, key=lambda pair: pair.score_cm, reverse=True)
 
     def _shortlisted(self, designs: np.ndarray, progress: Progress | None) -> np.ndarray:
-        """Those that do best in a quarter of the worlds as robots learn, in the order of before."""
+        """Those that do best in few of the worlds as robots learn, one of a design and its image
+        where these count as one, in the order of before."""
         objective = self.settings.objective
-        few = max(objective.worlds_per_design, objective.evaluation_worlds // 4)
-        pairs = self._evaluated(
-            self.environment, designs, replace(objective, evaluation_worlds=few), progress
+        few = replace(objective, evaluation_worlds=objective.first_worlds)
+        best = BestPairs(
+            self.space, self.settings.ranked_design_count, self.environment.is_symmetric
         )
-        ranked = sorted(pairs, key=lambda pair: pair.score_cm, reverse=True)
-        best = [pair.design for pair in ranked[: self.settings.ranked_design_count]]
-        return designs[np.isin(designs, best)]
+        best.offer(self._evaluated(self.environment, designs, few, progress))
+        return designs[np.isin(designs, [pair.design for pair in best.pairs])]
 
     def _evaluated(
         self,

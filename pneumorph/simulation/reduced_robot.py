@@ -54,9 +54,12 @@ class ReducedRobot:
         """World positions of every mount's nodes [mm], (mount, node, 3); of a part with fewer nodes
         than others the last one is repeated."""
         mounts = self.robot.mounts
+        alike: dict[int, list[int]] = {}
+        for place, mount in enumerate(mounts):
+            alike.setdefault(id(mount.part), []).append(place)
         local: dict[int, np.ndarray] = {}
-        for part in {id(mount.part): mount.part for mount in mounts}.values():
-            places = [place for place, mount in enumerate(mounts) if mount.part is part]
+        for places in alike.values():
+            part = mounts[places[0]].part
             alpha = np.array([state.modes[place][: part.mode_count] for place in places])
             local |= dict(zip(places, part.positions(alpha), strict=True))
         world = [

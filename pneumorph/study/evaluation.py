@@ -62,8 +62,8 @@ class EvaluationSettings(Checked):
         super().__post_init__()
         if self.randomize and self.model == "full":
             raise ValueError(
-                "randomize walks reduced robots only (a full robot takes minutes for each world), "
-                "got --model full"
+                "randomize walks reduced robots only (a full robot takes half an hour or more for "
+                "each world), got --model full"
             )
 
 

@@ -1,4 +1,4 @@
-"""What the demo finds: its training with several seeds, in five to twenty minutes each.
+"""What the demo finds: its training with several seeds, in five to six minutes each on two idle cores.
 
     python reproduce/demo/run.py
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -321,33 +322,76 @@ def test_designs_are_ranked_where_they_are_judged_and_not_where_they_learn(
     assert shares[0] == pytest.approx(2.0)
 
 
-def test_a_shortlist_walks_in_all_worlds_and_is_what_does_best_in_a_quarter_of_them() -> None:
-    """The same policy with and without: who is on the list fares as without one."""
-    objective = replace(ROBUST, evaluation_worlds=16)
-    every = training(objective, rounds=3)
+class Backwards(CrawlersInWorlds):
+    """Robots that learn go the other way: who is worst judged does best."""
+
+    @property
+    def forward_position_mm(self) -> np.ndarray:
+        return -super().forward_position_mm
+
+
+def test_a_shortlist_is_made_in_few_worlds_where_robots_learn_and_ranked_where_they_are_judged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One policy with and without a list of three designs: who is on it is among the
+    best in four of 16 worlds backwards, and fares in all of them as it does without."""
+    episodes: list[tuple[type, int]] = []
+    redraw = CrawlersInWorlds.redraw
+
+    def noted(self: CrawlersInWorlds, number: int) -> None:
+        episodes.append((type(self), len(self.forward_position_mm)))
+        redraw(self, number)
+
+    settings = training(replace(ROBUST, evaluation_worlds=16), rounds=3).settings
+    shortlist = replace(settings, shortlist_count=3, kept_pair_count=2)
+    few = replace(settings, objective=replace(ROBUST, evaluation_worlds=4))
+    usual = crawling(viscous_crawler_robot, CrawlersInWorlds, settings)
+    backwards = crawling(viscous_crawler_robot, Backwards, settings)
+    every = Training(usual, settings)
     while not every.is_finished:
         every.run_round()
-    settings = replace(every.settings, shortlist_count=3, kept_pair_count=2)
-    short = Training(crawling(viscous_crawler_robot, CrawlersInWorlds, settings), settings)
-    short.restore(every.arrays(), every.metadata())
-    assert (short.environment.num_envs, short.judged.num_envs) == (16, 3 * 4)
-    alone = {pair.design: pair for pair in every.evaluate()}
-    listed = short.evaluate()
+    monkeypatch.setattr(CrawlersInWorlds, "redraw", noted)
+    evaluated = {}
+    for name, trained in {
+        "listed": Training(backwards, shortlist, usual),
+        "all judged": Training(usual, settings),
+        "few backwards": Training(backwards, few),
+    }.items():
+        trained.restore(every.arrays(), every.metadata())
+        episodes.clear()
+        evaluated[name] = trained.evaluate()
+        if name == "listed":
+            # All designs in four worlds, four at once, and three designs in 16.
+            first = [(Backwards, 16)] * math.ceil(len(SPACE) / 4)
+            assert episodes == first + [(CrawlersInWorlds, 12)] * 4
+    listed, alone = evaluated["listed"], {pair.design: pair for pair in evaluated["all judged"]}
     assert len(alone) == len(SPACE) > len(listed) == 3
     for pair in listed:
         assert pair.score_cm == pytest.approx(alone[pair.design].score_cm, rel=1e-9)
         np.testing.assert_array_equal(pair.held_kPa, alone[pair.design].held_kPa)
-    scores = [pair.score_cm for pair in listed]
-    assert scores == sorted(scores, reverse=True)
-    few = training(replace(objective, evaluation_worlds=4), rounds=3)
-    few.restore(every.arrays(), every.metadata())
-    first = [pair.design for pair in few.evaluate()]
-    assert {pair.design for pair in listed} == set(first[:3])
-    # As many as are asked for come out, however short the list is said to be.
+    assert [pair.score_cm for pair in listed] == sorted((p.score_cm for p in listed), reverse=True)
+    best = BestPairs(SPACE, 3)
+    best.offer(evaluated["few backwards"])
+    assert {pair.design for pair in listed} == {pair.design for pair in best.pairs}
+    assert max(pair.score_cm for pair in listed) < evaluated["all judged"][0].score_cm
+
+
+def test_how_many_designs_and_robots_an_evaluation_has() -> None:
+    """As many as are asked for, however short the list; no list where that would save nothing."""
+    settings = replace(
+        training(replace(ROBUST, evaluation_worlds=16)).settings,
+        shortlist_count=3,
+        kept_pair_count=2,
+    )
+    assert (settings.ranked_design_count, settings.judged_robot_count) == (3, 12)
     assert replace(settings, kept_pair_count=5).ranked_design_count == 5
     tuned = replace(settings, finetuning=FinetuningSettings(4, 1, 1))
     assert (tuned.ranked_design_count, tuned.judged_robot_count) == (4, 16)
-    assert replace(settings, objective=Objective()).ranked_design_count == len(SPACE)
+    for objective in (Objective(), replace(ROBUST, evaluation_worlds=4)):
+        every = replace(settings, objective=objective)
+        assert (every.ranked_design_count, every.judged_robot_count) == (len(SPACE), 16)
+    firsts = [replace(ROBUST, evaluation_worlds=count).first_worlds for count in (3, 16, 24, 32)]
+    assert firsts == [4, 4, 8, 8]
 
 
 def test_an_environment_of_evaluations_that_is_none_for_what_is_learned_is_refused() -> None:

@@ -53,6 +53,14 @@ def test_forces_of_many_states_equal_those_of_each():
     assert np.abs(together - alone).max() < 1e-12 * np.abs(alone).max()
 
 
+def test_positions_of_many_states_equal_those_of_each():
+    states = np.array([[large_state(seed) for seed in range(3)] for _ in range(2)])
+    states[1] *= -0.5
+    together = REDUCED.positions(states)
+    alone = [[REDUCED.positions(state) for state in row] for row in states]
+    np.testing.assert_allclose(together, alone, rtol=0.0, atol=1e-12 * np.abs(together).max())
+
+
 def test_modes_are_mass_orthonormal_and_vanish_at_the_attachment():
     product = np.einsum("n,nim,nik->mk", PART.node_mass, REDUCED.modes, REDUCED.modes)
     # Stored in single precision.
