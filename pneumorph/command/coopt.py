@@ -23,6 +23,9 @@ elements, and where the two models differ the leg is reduced again and the pairs
 it. This takes hours, up to --rounds.limit and --rounds.budget-s. --physics published trains as the
 paper did: in one world, ranked by the distance there, without a certificate.
 
+A gait that works already is shown by --demonstrations: the first robots walk it, and at the end it
+competes with what was learned.
+
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
 metrics.jsonl, TensorBoard logs, checkpoints, policy.npz, a policy for each fine-tuned design, and
 gaits/L1.csv, L2.csv ...; and report/page.html, as `pneumorph report` does. With --certify it also

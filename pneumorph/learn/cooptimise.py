@@ -44,6 +44,7 @@ def learn_in_folder(
     folder: Path | str,
     *,
     make_judged: EnvironmentFactory | None = None,
+    demonstrations: Sequence[DesignGaitPair] = (),
     time_step_s: float = 0.01,
     provenance: Mapping[str, Any] | None = None,
     resume: bool = False,
@@ -68,6 +69,7 @@ def learn_in_folder(
         folder: The run folder.
         make_judged: Makes the environment that evaluations walk in, see `Training`; None for one
             that is made alike, whatever `settings.learning_modes` says.
+        demonstrations: Gaits that are known, see `Training`; they compete with what is learned.
         time_step_s: The simulator's time step [s].
         provenance: What else a resumed run must have in common with its beginning, such as the
             physics and the leg; JSON values.
@@ -89,7 +91,7 @@ def learn_in_folder(
             f"{folder} holds a training run already, expected an empty folder; resume it, or "
             "choose another folder"
         )
-    training = Training(make_environment, settings, make_judged)
+    training = Training(make_environment, settings, make_judged, demonstrations)
     earlier_s, remarks = _begin(training, folder, provenance or {})
     if say is not None:
         for remark in remarks:
@@ -103,6 +105,7 @@ def learn_in_folder(
     if progress is not None:
         progress(training.timestep, training.timestep, "evaluating the best designs")
     evaluated = training.evaluate()
+    shown = training.evaluate_shown()
     result = _result(training, evaluated, time.perf_counter() - started, remarks)
     save_policy(
         folder / POLICY_FILE,
@@ -113,7 +116,7 @@ def learn_in_folder(
     )
     pairs = training.best.pairs
     if settings.finetuning.timesteps:
-        designs = finalists(training, evaluated)
+        designs = finalists(training, [*evaluated, *shown])
         finetuned = finetune(
             training, designs, folder, folder / FINETUNED_FOLDER, time_step_s, progress
         )
@@ -129,6 +132,9 @@ def learn_in_folder(
             finetuning_timesteps=finetuned.timesteps,
             finetuning_wall_s=finetuned.wall_s,
         )
+    if pairs and pairs[0].source == "demonstration":
+        remark = f"{training.space[pairs[0].design]}: no gait scores higher than the one shown"
+        result = replace(result, remarks=(*result.remarks, remark))
     action_s = settings.task.action_step_count * time_step_s
     for pair, said in zip(pairs, result.pairs, strict=True):
         pair.write(folder / said.gait, training.space[pair.design], action_s, settings.task)

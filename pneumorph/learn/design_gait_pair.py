@@ -14,7 +14,7 @@ from pneumorph.gait.held_gait import HeldGait
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 
-SOURCES = ("policy", "exploration", "search", "before")
+SOURCES = ("policy", "exploration", "search", "before", "demonstration")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +31,8 @@ class DesignGaitPair:
             evaluation.
         source: ``policy`` for the deterministic policy's gait, ``exploration`` for an episode of
             training, whose actions were drawn from the policy, ``search`` for a search without
-            one, ``before`` for a gait of before a fine-tuning that did not better it. Always a
-            plain open-loop gait.
+            one, ``before`` for a gait of before a fine-tuning that did not better it,
+            ``demonstration`` for one that learning was shown. Always a plain open-loop gait.
         timestep: Timestep of training, or of the search, at which it was seen.
         achieved: As `distance_cm` what of the task's goal it achieved [its unit].
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,8 +18,10 @@ from pneumorph.environment.training_environment import (
 )
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, Checkpoint
+from pneumorph.learn.demonstrations import check_room, shown_first
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.environments import check_judged, check_shape, state_size
+from pneumorph.learn.evaluated_gaits import best_of_each_design
 from pneumorph.learn.evaluation import evaluate_policy
 from pneumorph.learn.learned import Learned, below
 from pneumorph.learn.mirror import MirrorImage
@@ -45,6 +47,7 @@ class Training:
         make_environment: EnvironmentFactory,
         settings: CooptSettings,
         make_judged: EnvironmentFactory | None = None,
+        demonstrations: Sequence[DesignGaitPair] = (),
     ) -> None:
         """Initialise policy, values and a uniform design distribution (algorithm 1, line 1).
 
@@ -53,14 +56,21 @@ class Training:
             settings: Everything else.
             make_judged: Makes the environment that evaluations walk in, if designs are ranked by
                 these alone (`Objective.is_robust`); None for one that is made as that of learning.
+            demonstrations: Gaits that are known, see `known_pair`: half of the designs of each
+                beginning's first round walk them.
 
         Raises:
-            ValueError: An environment has other robots, actions or designs than the settings, or
+            ValueError: An environment has other robots, actions or designs than the settings, more
+                gaits are shown than the first round has room for, or
                 mirror images of its states are not known; that of the evaluations has other states
                 than that of learning, or gaits count as they are seen while it is another.
         """
         self.settings = settings
         self.space = settings.space
+        self.demonstrations = tuple(demonstrations)
+        check_room(
+            self.demonstrations, settings.environment_count // settings.objective.worlds_at(0)
+        )
         some = self.space.some(settings.environment_count)
         self.environment = make_environment(some)
         self._state_size = state_size(self.environment, settings)
@@ -145,10 +155,15 @@ class Training:
         # Algorithm 1, line 3.
         worlds = self.settings.objective.worlds_at(self.learned_timesteps)
         learned, count = self.learned, self.settings.environment_count // worlds
-        designs = learned.distribution.sample(count, learned.rng)
+        designs, shown = learned.distribution.sample(count, learned.rng), None
+        if self.demonstrations and self.learned_timesteps == 0:
+            # A stream of its own: what is not shown does as it does without.
+            rng = np.random.default_rng([self.settings.seed, self.timestep, 1])
+            designs, actions = shown_first(self.demonstrations, designs, self.settings.task, rng)
+            shown = np.repeat(actions, worlds, axis=1)
         # Robot i walks in world i modulo their number, so each design in all of them.
         returns, failed, losses = self.walk_and_learn(
-            np.repeat(designs, worlds), self.settings.updates_per_vector_step
+            np.repeat(designs, worlds), self.settings.updates_per_vector_step, shown
         )
         found = learned.scores.of(designs, returns, failed)
         self._update_distribution(found.designs, found.scores_cm, found.failing)
@@ -156,13 +171,15 @@ class Training:
         return self._metrics(returns, failed, losses) | found.metrics
 
     def walk_and_learn(
-        self, designs: np.ndarray, update_count: int
+        self, designs: np.ndarray, update_count: int, shown: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, list[dict[str, jax.Array]]]:
         """Let each robot walk an episode with a design's index, and learn after each action.
 
         Args:
             designs: Index of each robot's design, shape (robot,).
             update_count: Updates of the learner after each action of all robots together.
+            shown: What the first robots do instead of what the policy says, each in [-1, 1],
+                (action, robot, regulator); None for nothing.
 
         Returns:
             Return of each robot [cm] (robot,), whether its simulation failed (robot,), and the
@@ -177,9 +194,11 @@ class Training:
         returns, distances, achieved = np.zeros((3, len(designs)))
         ended, failed = np.zeros((2, len(designs)), dtype=bool)
         commands, losses = [], []
-        for _ in range(self.settings.task.action_count):
+        for number in range(self.settings.task.action_count):
             # Line 4: control the designs, and add the transitions to the replay buffer.
             action = self._act(observation)
+            if shown is not None:
+                action = np.concatenate([shown[number], action[shown.shape[1] :]], dtype=np.float32)
             next_observation, reward, terminated, truncated, info = self._step(action)
             check_shape(self.environment, "observation", next_observation, observed)
             check_shape(self.environment, "reward", reward, observed[:1])
@@ -201,7 +220,9 @@ class Training:
             loss = self._learn(update_count)
             if loss:
                 losses.append(loss)
-        self._note_pairs(designs, distances, achieved, returns, failed, np.array(commands))
+        # What is shown is not found: it is walked with the others at the end.
+        found = ~failed & (np.arange(len(designs)) >= (0 if shown is None else shown.shape[1]))
+        self._note_pairs(designs, distances, achieved, returns, found, np.array(commands))
         return returns, failed, losses
 
     def _actions(self, observation: np.ndarray) -> np.ndarray:
@@ -234,7 +255,7 @@ class Training:
         distances: np.ndarray,
         achieved: np.ndarray,
         returns: np.ndarray,
-        failed: np.ndarray,
+        found: np.ndarray,
         commands: np.ndarray,
     ) -> None:
         if self.settings.objective.is_robust:
@@ -249,7 +270,7 @@ class Training:
                 self.timestep,
                 float(achieved[robot]),
             )
-            for robot in np.flatnonzero(~failed)
+            for robot in np.flatnonzero(found)
             if self.best.is_worth_keeping(float(returns[robot]))
         )
 
@@ -344,6 +365,22 @@ class Training:
         pairs = self._evaluated(self.judged, designs, self.settings.objective, progress)
         self.best.offer(pairs)
         return sorted(pairs, key=lambda pair: pair.score_cm, reverse=True)
+
+    def evaluate_shown(self) -> list[DesignGaitPair]:
+        """Walk the gaits that were shown where designs are ranked, and keep good pairs.
+
+        Returns:
+            The best of each design, the highest score first.
+        """
+        objective = self.settings.objective
+        if not objective.is_robust:
+            objective = replace(objective, evaluation_worlds=1)
+        walked = self.clock.timed("evaluate", best_of_each_design)(
+            self.demonstrations, self.judged, self.space, objective
+        )
+        pairs = sorted(walked.values(), key=lambda pair: pair.score_cm, reverse=True)
+        self.best.offer(pairs)
+        return pairs
 
     def _shortlisted(self, designs: np.ndarray, progress: Progress | None) -> np.ndarray:
         """Those that do best in few of the worlds as robots learn, one of a design and its image

@@ -7,20 +7,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.environment.training_environment import EnvironmentFactory
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.cooptimise import GAIT_FOLDER
-from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
+from pneumorph.learn.demonstrations import known_pair
+from pneumorph.learn.design_gait_pair import BestPairs
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.evaluated_gaits import best_of_each_design
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finetune
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import Training
-from pneumorph.robot.design_space import DesignSpace
 from pneumorph.study.finished_run import FinishedRun, Pair
 from pneumorph.study.search_findings import FoundPair
 from pneumorph.study.study_once import study_once
@@ -113,7 +111,7 @@ def learned_again(
             folder.progress,
         )
         before = best_of_each_design(
-            [_of_before(pair, space, task.action_count, action_s) for pair in pairs],
+            [known_pair(pair.gait, pair.design, space, task, action_s, "before") for pair in pairs],
             training.judged,
             space,
             settings.objective,
@@ -140,15 +138,3 @@ def learned_again(
         "designs": [str(pair.design) for pair in pairs],
     }
     return study_once(folder, LearnedAgain, asked, make, begun=True)
-
-
-def _of_before(
-    pair: Pair, space: DesignSpace, action_count: int, action_s: float
-) -> DesignGaitPair:
-    """A pair of before, as yet without what it achieves on these robots."""
-    middles = (np.arange(action_count) + 0.5) * action_s
-    held_kPa = np.array([pair.gait.pressure_kPa(time_s) for time_s in middles])
-    unknown = float("nan")
-    return DesignGaitPair(
-        space.index(pair.design), held_kPa, unknown, unknown, "before", 0, unknown
-    )

@@ -35,6 +35,7 @@ from pneumorph.study.certified_candidates import (
     RoundSettings,
 )
 from pneumorph.study.reduce_settings import from_walks
+from pneumorph.study.shown_gaits import shown_gaits
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_run import OwnTask, TrainingResult, ranked_by, run_training, task_name
 from pneumorph.study.training_worlds import TrainingWorlds
@@ -59,6 +60,10 @@ class TrainingOptions(Checked):
     coopt: Annotated[CooptSettings, flat] = field(default_factory=quick_settings)
     robot: Annotated[RobotOptions, flat] = field(default_factory=RobotOptions)
     baseline: PhaseSweepSettings = field(default_factory=PhaseSweepSettings)
+    demonstrations: tuple[Path, ...] = ()
+    """Gaits that are known to work: files that name their design, or folders of finished runs. Half
+    of the robots of a beginning's first round walk them, with some noise, and they compete with
+    what is learned at the end."""
     certified_world_count: CountOrNone = 0
     """Number of unseen worlds in which the best pairs are certified at the end, as by `pneumorph
     certify` without finite elements; 0 for no certificate. The expert's phase is tuned in a sixth
@@ -326,6 +331,7 @@ def train_as_asked(
         resume=options.resume,
         wandb_project=options.wandb_project,
         own_task=own_task,
+        demonstrations=shown_gaits(options.demonstrations, options.coopt, robot),
     )
     new = tuple(note for note in notes if note not in found.notes)
     return replace(found, notes=(*found.notes, *new)) if new else found

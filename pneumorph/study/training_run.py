@@ -27,6 +27,7 @@ from pneumorph.gait.phase_sweep import PhaseSweepSettings
 from pneumorph.learn.checkpoint import has_checkpoint
 from pneumorph.learn.coopt_result import CooptResult, SeenPair
 from pneumorph.learn.cooptimise import learn_in_folder, refuse_other_settings
+from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.environments import crawling, state_size
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES
@@ -46,6 +47,7 @@ from pneumorph.study.certified_rounds import (
 from pneumorph.study.learned_again import Trained
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
+from pneumorph.study.shown_gaits import digest_of_shown
 from pneumorph.study.training_worlds import (
     TrainingWorlds,
     learning_and_judged,
@@ -166,6 +168,7 @@ def run_training(
     resume: bool = False,
     wandb_project: str | None = None,
     own_task: OwnTask | None = None,
+    demonstrations: Sequence[DesignGaitPair] = (),
 ) -> TrainingResult:
     """Sweep the baseline, train, replay the best pair, and return what was found.
 
@@ -182,6 +185,7 @@ def run_training(
         wandb_project: Project of Weights & Biases to log to besides TensorBoard.
         own_task: Turns the environment of the robots into one of another task, such as a
             `TaskWrapper`; None for the task of the settings.
+        demonstrations: Gaits that learning is shown, see `Training`.
 
     Raises:
         ValueError: The folder holds a training already, designs count as one that the goal or the
@@ -219,6 +223,7 @@ def run_training(
         **drawn,
         **({} if name is None else {"environment": name}),
         **({"terms": [term.said for term in terms]} if terms else {}),
+        **({"shown": digest_of_shown(demonstrations, settings)} if demonstrations else {}),
     }
     # Before the baseline of other settings is written over that of the run.
     refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
@@ -232,6 +237,7 @@ def run_training(
         settings,
         folder.path / TRAINING_FOLDER,
         make_judged=make_judged,
+        demonstrations=demonstrations,
         time_step_s=spec.physics.time_step_s,
         provenance=provenance,
         resume=resume,
