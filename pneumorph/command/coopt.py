@@ -2,8 +2,8 @@
 
 First the expert's gait walks at every phase. Then a policy for all designs and a probability
 distribution over designs are trained together, as in the paper. The best pairs are open-loop gaits
-that anyone can replay. A stopped run resumes from its last checkpoint with --resume and the same
---out.
+that anyone can replay. The first robots walk gaits that work already, where --demonstrations gives
+some, which compete with what is learned. A stopped run resumes with --resume and the same --out.
 
 Presets: quick (minutes on two cores: many updates per action, mirror images), fast (an hour: twelve
 beginnings as long as quick, --restarts, and fine-tuning of the best one's five best designs) and
@@ -22,9 +22,6 @@ work; gaits are ranked on legs with all of theirs, once a shortlist of designs h
 elements, and where the two models differ the leg is reduced again and the pairs are fine-tuned on
 it. This takes hours, up to --rounds.limit and --rounds.budget-s. --physics published trains as the
 paper did: in one world, ranked by the distance there, without a certificate.
-
-A gait that works already is shown by --demonstrations: the first robots walk it, and at the end it
-competes with what was learned.
 
 Writes best_trajectory.npz, baseline_trajectory.npz, phase_sweep.npz and, in training/,
 metrics.jsonl, TensorBoard logs, checkpoints, policy.npz, a policy for each fine-tuned design, and

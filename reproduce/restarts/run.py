@@ -5,8 +5,9 @@
 
 Each training is a run in a folder of its own under --work, which goes on where it was stopped; a
 finished one is read. Its best pair then walks in the worlds of reproduce/robust, beside the
-expert's robot there. Writes restarts.json, and the gait of each best pair. With --walk-again
-nothing is trained: the gaits that are kept walk in these worlds on the legs of today.
+expert's robot there. Writes restarts.json, in which other seeds stay as they are, and the gait of
+each best pair. With --walk-again nothing is trained: the gaits that are kept walk in these worlds
+on the legs of today.
 """
 
 from __future__ import annotations
@@ -56,16 +57,16 @@ def main(
     expert = result_from_dict(Certificate, read_json(certificate, "certificate"))
     # The expert's come first.
     expert_cm = np.array(expert.achieved, dtype=float)[:, 0]
+    summary = out / "restarts.json"
+    kept = read_json(summary, "JSON")["seeds"] if summary.exists() else []
     if walk_again:
-        kept = read_json(out / "restarts.json", "JSON")["seeds"]
         rows = [
             _walked_again(row, out, work, expert_cm, threads) if row["seed"] in seeds else row
             for row in kept
         ]
-        write_json(out / "restarts.json", finite({"seeds": rows}))
-        print(f"wrote {out / 'restarts.json'}")
+        write_json(summary, finite({"seeds": rows}))
+        print(f"wrote {summary}")
         return
-    rows = []
     for seed in seeds:
         options = PRESETS["fast"]()
         options = replace(options, coopt=replace(options.coopt, seed=seed))
@@ -80,11 +81,13 @@ def main(
             "restart_scores_cm": found.restart_scores_cm,
             "wall_s": found.wall_s,
         }
-        rows.append(row)
+        kept = sorted(
+            [row, *(each for each in kept if each["seed"] != seed)], key=lambda each: each["seed"]
+        )
         if best.gait_file is not None:
             shutil.copy(best.gait_file, out / f"seed_{seed}.csv")
-        write_json(out / "restarts.json", finite({"seeds": rows}))
-    print(f"wrote {out / 'restarts.json'}")
+        write_json(summary, finite({"seeds": kept}))
+    print(f"wrote {summary}")
 
 
 def _walked_again(
