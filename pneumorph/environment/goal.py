@@ -28,6 +28,17 @@ class Told(Protocol):
     def achieved(self) -> float | None: ...
 
 
+_USUAL_HEADINGS = {0.0: "forward", 90.0: "to the left", -90.0: "to the right", 180.0: "backward"}
+
+
+def _said_heading(heading_deg: float) -> str:
+    """A heading, from forward to the left [degrees], for a person."""
+    turned = heading_deg % 360.0
+    signed = turned if turned <= 180.0 else turned - 360.0
+    side = "right" if signed < 0.0 else "left"
+    return _USUAL_HEADINGS.get(signed, f"{abs(signed):g}° {side} of forward")
+
+
 @dataclass(frozen=True)
 class Goal:
     """What is achieved, and how it is told.
@@ -72,14 +83,10 @@ class Goal:
         """What is achieved, in a word or some."""
         return {
             "forward": "distance",
-            "heading": f"travel {abs(self.heading_deg):g}° {self._side} of forward",
+            "heading": f"travel {_said_heading(self.heading_deg)}",
             "turn_left": "turn to the left",
             "turn_right": "turn to the right",
         }[self.name]
-
-    @property
-    def _side(self) -> str:
-        return "right" if self.heading_deg < 0.0 else "left"
 
     @property
     def title(self) -> str:

@@ -156,9 +156,17 @@ def test_goals_are_said_as_what_they_are() -> None:
     assert RewardWeights(backsliding=0.5).said == "distance less 0.5 x backsliding"
     assert RewardWeights(goal="turn_right").said == "0.1 cm for each degree turned right"
     heading = RewardWeights(goal="heading", heading_deg=90.0, hub_load=2.0)
-    assert heading.said == ("travel 90 degrees left of forward less 2 x share of weight on the hub")
-    right = RewardWeights(goal="heading", heading_deg=-90.0)
-    assert right.counted.label == "travel 90° right of forward"
+    assert heading.said == "travel 90 degrees left of forward less 2 x share of weight on the hub"
+    labels = {
+        -90.0: "travel to the right",
+        180.0: "travel backward",
+        -180.0: "travel backward",
+        0.0: "travel forward",
+        30.0: "travel 30° left of forward",
+        -120.5: "travel 120.5° right of forward",
+    }
+    for heading_deg, label in labels.items():
+        assert RewardWeights(goal="heading", heading_deg=heading_deg).counted.label == label
 
 
 def test_what_a_walk_achieved_is_measured_along_its_goal() -> None:

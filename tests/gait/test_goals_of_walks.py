@@ -73,5 +73,5 @@ def test_a_goal_says_its_unit() -> None:
     assert turns.of_reward(20.0) == pytest.approx(100.0)
     along = RewardWeights(goal="heading", heading_deg=90.0).counted
     assert (along.unit, along.said(1.44)) == ("cm", "1.4 cm")
-    assert along.axis == "travel 90° left of forward (cm)"
+    assert along.axis == "travel to the left (cm)"
     assert (FORWARD.axis, FORWARD.label) == ("forward distance (cm)", "distance")
