@@ -24,6 +24,10 @@ ACTION_NOISE = 0.2
 a tenth of the range of pressures, so that what is near it is seen as well."""
 
 
+_BEFORE_S = 1e-6
+"""An action ends before the next one's pressures begin [s]."""
+
+
 def known_pair(
     gait: OpenLoopGait,
     design: Design,
@@ -35,7 +39,8 @@ def known_pair(
     """A gait as the actions of an episode, as yet without what it achieves.
 
     Args:
-        gait: The gait, as it is in the middle of each action; a shorter one begins again.
+        gait: The gait, of which an action commands what it has come to by the action's end; a
+            shorter one begins again.
         design: Whose regulators it commands; the pair has the design that stands for it.
         space: The design space.
         task: Has the number of actions and the range of pressures.
@@ -47,8 +52,8 @@ def known_pair(
             command, or a pressure is beyond the task's.
     """
     design.check_regulators(gait.regulator_count)
-    middles_s = (np.arange(task.action_count) + 0.5) * action_s % gait.duration_s
-    commanded = np.array([gait.pressure_kPa(time_s) for time_s in middles_s])
+    ends_s = ((np.arange(task.action_count) + 1.0) * action_s - _BEFORE_S) % gait.duration_s
+    commanded = np.array([gait.pressure_kPa(time_s) for time_s in ends_s])
     place = space.index(design)
     held_kPa = np.full((task.action_count, task.regulator_count), task.minimum_pressure_kPa)
     for ours, theirs in enumerate(space.form(design)[1]):

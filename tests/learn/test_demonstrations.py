@@ -36,8 +36,10 @@ NAMED, NAMED_KPA = Design.parse("2.0.1.0"), SQUARE_KPA[:, ::-1]
 ROBUST = Objective("mean", worlds_per_design=4, evaluation_worlds=8)
 
 
-def shown(design: Design = NAMED, held_kPa: np.ndarray = NAMED_KPA) -> DesignGaitPair:
-    gait = HeldGait.evenly(held_kPa, ACTION_S)
+def shown(
+    design: Design = NAMED, held_kPa: np.ndarray = NAMED_KPA, hold_s: float = ACTION_S
+) -> DesignGaitPair:
+    gait = HeldGait.evenly(held_kPa, hold_s)
     return known_pair(gait, design, SPACE, TASK, ACTION_S, "demonstration")
 
 
@@ -56,6 +58,16 @@ def test_a_gait_fills_an_episode_under_the_names_of_its_design() -> None:
     own = shown(Design.parse("1.0.2.0"), SQUARE_KPA)
     assert own.design == pair.design
     np.testing.assert_array_equal(own.held_kPa, pair.held_kPa)
+
+
+def test_an_action_has_what_a_gait_comes_to_by_its_end() -> None:
+    """Of pressures that change thrice in an action the third; eight actions are half an episode."""
+    third_s = ACTION_S / 3.0
+    rising = np.stack([np.arange(24.0), np.arange(24.0)[::-1]], axis=1)
+    pair = shown(Design.parse("1.0.2.0"), rising, third_s)
+    expected = np.arange(2.0, 2.0 + 3.0 * TASK.action_count, 3.0) % 24.0
+    np.testing.assert_array_equal(pair.held_kPa[:, 0], expected)
+    np.testing.assert_array_equal(pair.held_kPa[:, 1], 23.0 - expected)
 
 
 @pytest.mark.parametrize("worlds", [1, 4])
