@@ -2,7 +2,7 @@
 
 First the expert's gait walks at every phase. Then a policy for all designs and a probability
 distribution over designs are trained together, as in the paper. The best pairs are open-loop gaits
-that anyone can replay. The first robots walk gaits that work already, where --demonstrations gives
+that anyone can replay. The first round walks gaits that work already, where --demonstrations gives
 some, which compete with what is learned. A stopped run resumes with --resume and the same --out.
 
 Presets: quick (minutes on two cores: many updates per action, mirror images), fast (an hour: twelve

@@ -31,12 +31,17 @@ class Told(Protocol):
 _USUAL_HEADINGS = {0.0: "forward", 90.0: "to the left", -90.0: "to the right", 180.0: "backward"}
 
 
-def _said_heading(heading_deg: float) -> str:
-    """A heading, from forward to the left [degrees], for a person."""
+def said_heading(heading_deg: float, degrees: str) -> str:
+    """A heading for a person.
+
+    Args:
+        heading_deg: From forward to the left [degrees].
+        degrees: What follows their number.
+    """
     turned = heading_deg % 360.0
     signed = turned if turned <= 180.0 else turned - 360.0
     side = "right" if signed < 0.0 else "left"
-    return _USUAL_HEADINGS.get(signed, f"{abs(signed):g}° {side} of forward")
+    return _USUAL_HEADINGS.get(signed, f"{abs(signed):g}{degrees} {side} of forward")
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,7 @@ class Goal:
         """What is achieved, in a word or some."""
         return {
             "forward": "distance",
-            "heading": f"travel {_said_heading(self.heading_deg)}",
+            "heading": f"travel {said_heading(self.heading_deg, '°')}",
             "turn_left": "turn to the left",
             "turn_right": "turn to the right",
         }[self.name]

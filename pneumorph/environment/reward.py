@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.base.checked import Checked, NotNegative, Positive
-from pneumorph.environment.goal import Goal, GoalName
+from pneumorph.environment.goal import Goal, GoalName, said_heading
 
 MILLIMETRES_PER_CENTIMETRE = 10.0
 
@@ -87,8 +87,7 @@ class RewardWeights(Checked):
         """What is rewarded and what is taken off, for a person; empty for the distance alone."""
         goals = {
             "forward": "distance",
-            "heading": f"travel {abs(self.heading_deg):g} degrees "
-            f"{'right' if self.heading_deg < 0.0 else 'left'} of forward",
+            "heading": f"travel {said_heading(self.heading_deg, ' degrees')}",
             "turn_left": f"{self.turn_cm_per_degree:g} cm for each degree turned left",
             "turn_right": f"{self.turn_cm_per_degree:g} cm for each degree turned right",
         }

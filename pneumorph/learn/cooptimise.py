@@ -69,7 +69,8 @@ def learn_in_folder(
         folder: The run folder.
         make_judged: Makes the environment that evaluations walk in, see `Training`; None for one
             that is made alike, whatever `settings.learning_modes` says.
-        demonstrations: Gaits that are known, see `Training`; they compete with what is learned.
+        demonstrations: Gaits that are known, see `Training`; they compete with what is learned. A
+            resumed run is to have the same, which `provenance` may say.
         time_step_s: The simulator's time step [s].
         provenance: What else a resumed run must have in common with its beginning, such as the
             physics and the leg; JSON values.
@@ -132,9 +133,7 @@ def learn_in_folder(
             finetuning_timesteps=finetuned.timesteps,
             finetuning_wall_s=finetuned.wall_s,
         )
-    if pairs and pairs[0].source == "demonstration":
-        remark = f"{training.space[pairs[0].design]}: no gait scores higher than the one shown"
-        result = replace(result, remarks=(*result.remarks, remark))
+    result = replace(result, remarks=(*result.remarks, *_of_shown(training, shown, pairs)))
     action_s = settings.task.action_step_count * time_step_s
     for pair, said in zip(pairs, result.pairs, strict=True):
         pair.write(folder / said.gait, training.space[pair.design], action_s, settings.task)
@@ -304,6 +303,21 @@ def _result(
         remarks=tuple(remarks),
         restart_scores_cm=tuple(training.restart_scores_cm),
     )
+
+
+def _of_shown(
+    training: Training, shown: Sequence[DesignGaitPair], pairs: Sequence[DesignGaitPair]
+) -> list[str]:
+    """Remarks on the gaits that were shown."""
+    walked = {pair.design for pair in shown}
+    fell = {pair.design for pair in training.demonstrations} - walked
+    remarks = [
+        f"{training.space[design]}: no walk of a gait shown came to its end"
+        for design in sorted(fell)
+    ]
+    if pairs and pairs[0].source == "demonstration":
+        remarks.append(f"{training.space[pairs[0].design]}: no gait scores higher than one shown")
+    return remarks
 
 
 def _kept(training: Training, pairs: Sequence[DesignGaitPair]) -> tuple[KeptPair, ...]:

@@ -1,26 +1,27 @@
-"""Gaits that are known before learning begins, which the first robots of a beginning walk.
+"""Gaits that are known before learning begins, which robots of its first round walk.
 
 What a policy finds is a matter of the gaits that it comes upon first. A gait that works already
 fills the replay buffer with what it is worth, as in learning from demonstrations (Vecerik et al.,
-*Leveraging Demonstrations for Deep Reinforcement Learning*, 2017), and nothing else of the learner
-changes.
+*Leveraging Demonstrations for Deep Reinforcement Learning*, 2017); the learner is the same.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from pneumorph.environment.crawling_task import CrawlingTask
 from pneumorph.gait.held_gait import HeldGait
 from pneumorph.learn.design_gait_pair import DesignGaitPair
+from pneumorph.learn.settings import CooptSettings
 from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 
 ACTION_NOISE = 0.2
-"""Standard deviation of what is added to the actions of all but the first robot that walks a gait:
+"""Standard deviation of what is added to the actions of all but one of the robots that walk a gait:
 a tenth of the range of pressures, so that what is near it is seen as well."""
 
 
@@ -64,16 +65,17 @@ def known_pair(
     return DesignGaitPair(place, held_kPa, unknown, unknown, source, 0, unknown)
 
 
-def check_room(demonstrations: Sequence[DesignGaitPair], design_count: int) -> None:
-    """Refuse more demonstrations than half of a round's designs.
+def check_room(demonstrations: Sequence[DesignGaitPair], settings: CooptSettings) -> None:
+    """Refuse more demonstrations than half of the designs of a beginning's first round.
 
     Args:
         demonstrations: The gaits.
-        design_count: Designs of the first round.
+        settings: Of the training.
 
     Raises:
         ValueError: There are more.
     """
+    design_count = settings.environment_count // settings.objective.worlds_at(0)
     if len(demonstrations) > design_count // 2:
         raise ValueError(
             f"{len(demonstrations)} gaits are shown, expected at most {design_count // 2}: half of "
@@ -81,28 +83,47 @@ def check_room(demonstrations: Sequence[DesignGaitPair], design_count: int) -> N
         )
 
 
-def shown_first(
+@dataclass(frozen=True, eq=False)
+class FirstRound:
+    """The first round of a beginning that is shown gaits.
+
+    Attributes:
+        designs: Indices of the round's designs, (design,).
+        action: What the last robots do, each in [-1, 1], (action, robot, regulator).
+        exact: Whether each of these does just what is shown, (robot,) bool.
+    """
+
+    designs: np.ndarray
+    action: np.ndarray
+    exact: np.ndarray
+
+
+def first_round(
     demonstrations: Sequence[DesignGaitPair],
     designs: np.ndarray,
+    world_count: int,
     task: CrawlingTask,
     rng: np.random.Generator,
-) -> tuple[np.ndarray, np.ndarray]:
-    """The first round of a beginning, half of whose designs walk what is shown, in turn.
+) -> FirstRound:
+    """Let the last half of a round's designs walk what is shown, in turn. The last time that each
+    is shown is without noise: what counts of a design that walks several times is the last.
 
     Args:
         demonstrations: The gaits, one or more.
         designs: Indices of the designs that were drawn for the round, (design,).
+        world_count: Robots of each design.
         task: Turns pressures into actions.
         rng: What noise is drawn by.
-
-    Returns:
-        The round's designs, (design,), the first of which are those shown; and the actions of
-        these, (action, shown design, regulator).
     """
-    count = len(designs) // 2
-    turns = [demonstrations[place % len(demonstrations)] for place in range(count)]
+    count, distinct = len(designs) // 2, len(demonstrations)
+    turns = [demonstrations[place % distinct] for place in range(count)]
+    exact = np.arange(count) >= count - distinct
     action = np.stack([task.action(pair.held_kPa) for pair in turns], axis=1)
     noise = ACTION_NOISE * rng.standard_normal(action.shape)
-    noise[:, : len(demonstrations)] = 0.0
+    near = np.clip(action + np.where(exact[:, None], 0.0, noise), -1.0, 1.0)
     shown = np.array([pair.design for pair in turns])
-    return np.concatenate([shown, designs[count:]]), np.clip(action + noise, -1.0, 1.0)
+    return FirstRound(
+        np.concatenate([designs[: len(designs) - count], shown]),
+        np.repeat(near, world_count, axis=1),
+        np.repeat(exact, world_count),
+    )

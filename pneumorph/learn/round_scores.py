@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,7 +38,13 @@ class RoundScores:
         self._twins = twins
         self.level = RoundLevel(objective.centring_rounds)
 
-    def of(self, designs: np.ndarray, returns_cm: np.ndarray, failed: np.ndarray) -> ScoredRound:
+    def of(
+        self,
+        designs: np.ndarray,
+        returns_cm: np.ndarray,
+        failed: np.ndarray,
+        apart: Collection[int] = (),
+    ) -> ScoredRound:
         """Scores of one round.
 
         Args:
@@ -45,6 +52,7 @@ class RoundScores:
             returns_cm: Return of each robot [cm], the worlds of each design together,
                 (design * world,).
             failed: Whether its simulation failed, (design * world,).
+            apart: Designs that say nothing of how hard the round was: they did what was shown.
         """
         # Travel before a failure is no reason to come back to a design.
         counted = np.where(failed, np.minimum(returns_cm, 0.0), returns_cm)
@@ -62,7 +70,8 @@ class RoundScores:
         # How hard a round is for all, those say that came to the end of their walks; rounds in the
         # nominal world say nothing of it.
         if in_worlds or not self._objective.is_robust:
-            scores = self.level.centred(scores, ~failing)
+            said = np.isin(self._once(designs), self._once(np.array([*apart], dtype=np.int64)))
+            scores = self.level.centred(scores, ~failing & ~said)
         # A hard round's shift is no merit of a design that failed in each of its worlds.
         scores = np.where(lost, np.minimum(scores, 0.0), scores)
         return ScoredRound(designs, scores, failing, self._metrics(by_world))
@@ -70,9 +79,12 @@ class RoundScores:
     def _joined(self, designs: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """Each design of a round once, and where it was drawn: one that was drawn twice, or whose
         mirror image was drawn as well and counts for it, has twice as many walks."""
-        images = designs if self._twins is None else self._twins.designs(designs)
-        once, which = np.unique(np.minimum(designs, images), return_inverse=True)
+        once, which = np.unique(self._once(designs), return_inverse=True)
         return once, [np.flatnonzero(which == number) for number in range(len(once))]
+
+    def _once(self, designs: np.ndarray) -> np.ndarray:
+        """Of each design and its image, where that counts for it, one."""
+        return designs if self._twins is None else np.minimum(designs, self._twins.designs(designs))
 
     def _metrics(self, by_world: np.ndarray) -> dict[str, float]:
         if by_world.shape[1] == 1:

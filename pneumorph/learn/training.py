@@ -18,7 +18,7 @@ from pneumorph.environment.training_environment import (
 )
 from pneumorph.gait.walk import Progress
 from pneumorph.learn.checkpoint import KIND, Checkpoint
-from pneumorph.learn.demonstrations import check_room, shown_first
+from pneumorph.learn.demonstrations import FirstRound, check_room, first_round
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.environments import check_judged, check_shape, state_size
 from pneumorph.learn.evaluated_gaits import best_of_each_design
@@ -68,9 +68,7 @@ class Training:
         self.settings = settings
         self.space = settings.space
         self.demonstrations = tuple(demonstrations)
-        check_room(
-            self.demonstrations, settings.environment_count // settings.objective.worlds_at(0)
-        )
+        check_room(self.demonstrations, settings)
         some = self.space.some(settings.environment_count)
         self.environment = make_environment(some)
         self._state_size = state_size(self.environment, settings)
@@ -155,31 +153,32 @@ class Training:
         # Algorithm 1, line 3.
         worlds = self.settings.objective.worlds_at(self.learned_timesteps)
         learned, count = self.learned, self.settings.environment_count // worlds
-        designs, shown = learned.distribution.sample(count, learned.rng), None
+        designs, first = learned.distribution.sample(count, learned.rng), None
         if self.demonstrations and self.learned_timesteps == 0:
             # A stream of its own: what is not shown does as it does without.
             rng = np.random.default_rng([self.settings.seed, self.timestep, 1])
-            designs, actions = shown_first(self.demonstrations, designs, self.settings.task, rng)
-            shown = np.repeat(actions, worlds, axis=1)
+            first = first_round(self.demonstrations, designs, worlds, self.settings.task, rng)
+            designs = first.designs
         # Robot i walks in world i modulo their number, so each design in all of them.
         returns, failed, losses = self.walk_and_learn(
-            np.repeat(designs, worlds), self.settings.updates_per_vector_step, shown
+            np.repeat(designs, worlds), self.settings.updates_per_vector_step, first
         )
-        found = learned.scores.of(designs, returns, failed)
+        # How hard the round was, designs that were drawn say.
+        apart = {pair.design for pair in self.demonstrations} if first else ()
+        found = learned.scores.of(designs, returns, failed, apart)
         self._update_distribution(found.designs, found.scores_cm, found.failing)
         self.failure_count += int(failed.sum())
         return self._metrics(returns, failed, losses) | found.metrics
 
     def walk_and_learn(
-        self, designs: np.ndarray, update_count: int, shown: np.ndarray | None = None
+        self, designs: np.ndarray, update_count: int, first: FirstRound | None = None
     ) -> tuple[np.ndarray, np.ndarray, list[dict[str, jax.Array]]]:
         """Let each robot walk an episode with a design's index, and learn after each action.
 
         Args:
             designs: Index of each robot's design, shape (robot,).
             update_count: Updates of the learner after each action of all robots together.
-            shown: What the first robots do instead of what the policy says, each in [-1, 1],
-                (action, robot, regulator); None for nothing.
+            first: What the last robots do instead of what the policy says, where gaits are shown.
 
         Returns:
             Return of each robot [cm] (robot,), whether its simulation failed (robot,), and the
@@ -197,8 +196,9 @@ class Training:
         for number in range(self.settings.task.action_count):
             # Line 4: control the designs, and add the transitions to the replay buffer.
             action = self._act(observation)
-            if shown is not None:
-                action = np.concatenate([shown[number], action[shown.shape[1] :]], dtype=np.float32)
+            if first is not None:
+                others = action[: -len(first.exact)]
+                action = np.concatenate([others, first.action[number]], dtype=np.float32)
             next_observation, reward, terminated, truncated, info = self._step(action)
             check_shape(self.environment, "observation", next_observation, observed)
             check_shape(self.environment, "reward", reward, observed[:1])
@@ -220,8 +220,9 @@ class Training:
             loss = self._learn(update_count)
             if loss:
                 losses.append(loss)
-        # What is shown is not found: it is walked with the others at the end.
-        found = ~failed & (np.arange(len(designs)) >= (0 if shown is None else shown.shape[1]))
+        found = ~failed
+        if first is not None:  # what is shown is not found: it is walked with the others at the end
+            found[-len(first.exact) :] &= ~first.exact
         self._note_pairs(designs, distances, achieved, returns, found, np.array(commands))
         return returns, failed, losses
 

@@ -199,6 +199,13 @@ def campaign(settings: CampaignSettings, folder: RunFolder) -> Campaign:
     return found
 
 
+def _of_one(options: TrainingOptions) -> TrainingOptions:
+    """A run as a worker makes it, whose own folder may be another."""
+    shown = tuple(source.resolve() for source in options.demonstrations)
+    alone = replace(options.robot, executor=_ALONE)
+    return replace(options, robot=alone, demonstrations=shown)
+
+
 def _make(
     runs: Mapping[str, TrainingOptions], executor: ExecutorSettings, folder: RunFolder
 ) -> dict[str, str]:
@@ -208,10 +215,7 @@ def _make(
         executor = replace(executor, process_count=executor.at_once(usual=1))
     # On a cluster this folder is seen by all machines, the one we are in perhaps not.
     shared = (str(folder.path.resolve()), folder.provenance.get("made_by"), _threads(executor))
-    tasks = [
-        (name, settings_to_dict(replace(options, robot=replace(options.robot, executor=_ALONE))))
-        for name, options in runs.items()
-    ]
+    tasks = [(name, settings_to_dict(_of_one(options))) for name, options in runs.items()]
     learners = {name: options.coopt for name, options in runs.items()}
     failures = {}
     with campaign_progress(folder.path, learners, folder.progress) as say:

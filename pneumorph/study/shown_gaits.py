@@ -10,7 +10,7 @@ import numpy as np
 
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.expert_gait import ExpertGait
-from pneumorph.learn.demonstrations import known_pair
+from pneumorph.learn.demonstrations import check_room, known_pair
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.study.gait_source import find_gait, names_no_design, recalibrated
@@ -33,6 +33,11 @@ def shown_gaits(
     """
     task, found = settings.task, []
     for source in sources:
+        if source.suffix == ".npz":
+            raise ValueError(
+                f"{source} is a policy, expected a gait's file, or the folder of its finished run: "
+                "its best pair's gait is shown"
+            )
         if names_no_design(source):
             raise ValueError(
                 f"gait file {source} does not say whose it is, expected a line such as "
@@ -51,10 +56,13 @@ def shown_gaits(
         except ValueError as error:
             raise ValueError(f"{source}, which is to be shown: {error}") from error
         found.append(pair)
+    check_room(found, settings)
     return found
 
 
-def digest_of_shown(demonstrations: Sequence[DesignGaitPair], settings: CooptSettings) -> list[str]:
+def digests_of_shown(
+    demonstrations: Sequence[DesignGaitPair], settings: CooptSettings
+) -> list[str]:
     """What a training that goes on must have been shown: designs, and digests of pressures, which
     are the same on another processor."""
     told = []

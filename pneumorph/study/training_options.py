@@ -35,7 +35,7 @@ from pneumorph.study.certified_candidates import (
     RoundSettings,
 )
 from pneumorph.study.reduce_settings import from_walks
-from pneumorph.study.shown_gaits import shown_gaits
+from pneumorph.study.shown_gaits import digests_of_shown, shown_gaits
 from pneumorph.study.study_once import study_folder, study_once
 from pneumorph.study.training_run import OwnTask, TrainingResult, ranked_by, run_training, task_name
 from pneumorph.study.training_worlds import TrainingWorlds
@@ -262,8 +262,16 @@ def train_once(
         replace(options, robot=anywhere),
         lambda: train_as_asked(replace(options, robot=robot), folder, own_task),
         begun=has_checkpoint(folder.path / TRAINING_FOLDER),
-        free=("resume",),  # of a run that was begun alone
+        # Whether a run was begun alone; where gaits lie that are compared below.
+        free=("resume", "demonstrations"),
     )
+    if options.demonstrations or found.shown:
+        shown = shown_gaits(options.demonstrations, options.coopt, robot.spec())
+        if list(found.shown) != (asked := digests_of_shown(shown, options.coopt)):
+            raise ValueError(
+                f"{folder.path} holds a training that was shown {list(found.shown)}, expected "
+                f"{asked}; choose another folder"
+            )
     wanted = None if own_task is None else task_name(own_task)
     if found.own_task != wanted:
         raise ValueError(

@@ -47,7 +47,7 @@ from pneumorph.study.certified_rounds import (
 from pneumorph.study.learned_again import Trained
 from pneumorph.study.recorded_walk import recorded_walk
 from pneumorph.study.reduce_settings import ReduceSettings, from_walks
-from pneumorph.study.shown_gaits import digest_of_shown
+from pneumorph.study.shown_gaits import digests_of_shown
 from pneumorph.study.training_worlds import (
     TrainingWorlds,
     learning_and_judged,
@@ -139,6 +139,8 @@ class TrainingResult(BestPhase):
     """What its environment was called, where the task was none of the package's."""
     certificate: Certificate | None = None
     """What is to be expected of the pairs in unseen worlds, where that was asked for."""
+    shown: tuple[str, ...] = ()
+    """Designs of the gaits that learning was shown, each with a digest of its pressures."""
 
     def __repr__(self) -> str:
         """In a line; the fields are what ``summary.json`` has."""
@@ -223,7 +225,7 @@ def run_training(
         **drawn,
         **({} if name is None else {"environment": name}),
         **({"terms": [term.said for term in terms]} if terms else {}),
-        **({"shown": digest_of_shown(demonstrations, settings)} if demonstrations else {}),
+        **({"shown": digests_of_shown(demonstrations, settings)} if demonstrations else {}),
     }
     # Before the baseline of other settings is written over that of the run.
     refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
@@ -275,6 +277,7 @@ def run_training(
         ranked_by=ranked_by(settings, name, terms),
         own_task=name,
         certificate=certified,
+        shown=tuple(digests_of_shown(demonstrations, settings)),
         notes=(
             *learned.remarks,
             *_range_notes(expert, replayed),

@@ -58,7 +58,7 @@ def main(
     # The expert's come first.
     expert_cm = np.array(expert.achieved, dtype=float)[:, 0]
     summary = out / "restarts.json"
-    kept = read_json(summary, "JSON")["seeds"] if summary.exists() else []
+    kept = read_json(summary, "JSON")["seeds"] if walk_again or summary.exists() else []
     if walk_again:
         rows = [
             _walked_again(row, out, work, expert_cm, threads) if row["seed"] in seeds else row

@@ -156,7 +156,9 @@ def test_goals_are_said_as_what_they_are() -> None:
     assert RewardWeights(backsliding=0.5).said == "distance less 0.5 x backsliding"
     assert RewardWeights(goal="turn_right").said == "0.1 cm for each degree turned right"
     heading = RewardWeights(goal="heading", heading_deg=90.0, hub_load=2.0)
-    assert heading.said == "travel 90 degrees left of forward less 2 x share of weight on the hub"
+    assert heading.said == "travel to the left less 2 x share of weight on the hub"
+    aslant = RewardWeights(goal="heading", heading_deg=-45.0)
+    assert aslant.said == "travel 45 degrees right of forward"
     labels = {
         -90.0: "travel to the right",
         180.0: "travel backward",

@@ -11,7 +11,7 @@ import pytest
 from pneumorph.base.layers import layered
 from pneumorph.gait.gait_file import read_gait, write_gait
 from pneumorph.gait.held_gait import HeldGait
-from pneumorph.study.shown_gaits import digest_of_shown, shown_gaits
+from pneumorph.study.shown_gaits import digests_of_shown, shown_gaits
 from pneumorph.study.training_options import PRESETS
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
@@ -32,11 +32,11 @@ def test_a_gait_of_a_file_is_shown_as_it_is() -> None:
 
 def test_who_goes_on_must_have_been_shown_the_same(tmp_path: Path) -> None:
     (pair,) = shown_gaits([BY_HAND], SETTINGS, SPEC)
-    told = digest_of_shown([pair], SETTINGS)
+    told = digests_of_shown([pair], SETTINGS)
     rounded = replace(pair, held_kPa=pair.held_kPa * (1.0 + 1e-12))
-    assert digest_of_shown([rounded], SETTINGS) == told
+    assert digests_of_shown([rounded], SETTINGS) == told
     other = replace(pair, held_kPa=pair.held_kPa + 0.1)
-    assert digest_of_shown([other], SETTINGS) != told
+    assert digests_of_shown([other], SETTINGS) != told
 
 
 def test_what_is_no_gait_of_these_robots_is_refused_by_its_file(tmp_path: Path) -> None:
@@ -61,5 +61,9 @@ def test_what_is_no_gait_of_these_robots_is_refused_by_its_file(tmp_path: Path) 
     for message, path in cases.items():
         with pytest.raises(ValueError, match=message):
             shown_gaits([path], SETTINGS, SPEC)
+    with pytest.raises(ValueError, match=r"policy\.npz is a policy, expected a gait's file"):
+        shown_gaits([tmp_path / "policy.npz"], SETTINGS, SPEC)
+    with pytest.raises(ValueError, match="25 gaits are shown, expected at most 24"):
+        shown_gaits([BY_HAND] * 25, SETTINGS, SPEC)
     with pytest.raises(FileNotFoundError, match=r"missing\.csv"):
         shown_gaits([tmp_path / "missing.csv"], SETTINGS, SPEC)
