@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -81,6 +82,10 @@ class TaskWrapper(VectorWrapper):
 
     Where terms do not say it, or robots are to observe something else, override `step`, and call
     this class's for the terms.
+
+    Raises:
+        TypeError: A subclass has other terms than a tuple, nothing but what no training asks for,
+            or a `step` that takes no actions.
     """
 
     terms: tuple[RewardTerm, ...] = ()
@@ -99,7 +104,28 @@ class TaskWrapper(VectorWrapper):
                 f"terms of {type(self).__name__} is {self.terms!r:.80}, expected a tuple of "
                 "RewardTerm, such as (turning,) with a comma"
             )
+        self._check_own()
         super().__init__(environment)
+
+    def _check_own(self) -> None:
+        """Refuse a class whose author has mistaken a name or an argument."""
+        name, kinds = type(self).__name__, type(self).__mro__
+        own = {each for kind in kinds[: kinds.index(TaskWrapper)] for each in vars(kind)}
+        public = {each for each in own if not each.startswith("_")} - {"terms"}
+        unknown = sorted(each for each in public if not hasattr(TaskWrapper, each))
+        changes_nothing = "__init__" not in own and len(unknown) == len(public)
+        if unknown and changes_nothing and not self.terms:
+            raise TypeError(
+                f"{name} defines {', '.join(unknown)}, which no training asks for, and has neither "
+                "terms nor a step(self, actions): its reward would be the usual one"
+            )
+        try:
+            inspect.signature(type(self).step).bind(self, None)
+        except TypeError as error:
+            raise TypeError(
+                f"step of {name} {error}, expected step(self, actions), which returns what "
+                "super().step(actions) does"
+            ) from error
 
     @property
     def task(self) -> CrawlingTask:

@@ -144,7 +144,8 @@ class Ground(Checked):
                 f"{rough.seed}"
             )
         if steps.rise_mm != 0.0:
-            words.append(f"{steps.count} steps of {steps.rise_mm:g} mm from {steps.start_mm:g} mm")
+            count = f"{steps.count} step{'' if steps.count == 1 else 's'}"
+            words.append(f"{count} of {steps.rise_mm:g} mm from {steps.start_mm:g} mm")
         return " with ".join(words) or "plane"
 
     def file_identity(self) -> dict[str, str]:

@@ -56,7 +56,8 @@ def physics_words(physics: Physics) -> str:
     if physics.friction_pressure.exponent != 0.0:
         words.append(f"by contact pressure to the power {physics.friction_pressure.exponent:g}")
     if physics.floor_slope_deg != 0.0:
-        words.append(f"floor of {physics.floor_slope_deg:g} degrees")
+        rises = "rising" if physics.floor_slope_deg > 0.0 else "falling"
+        words.append(f"floor {rises} forward by {abs(physics.floor_slope_deg):g} degrees")
     if not physics.ground.is_plane:
         words.append(physics.ground.description)
     if not physics.start.is_usual:

@@ -161,12 +161,14 @@ def step_figure(
         )
         axes.set_ylabel(goal.symbol.strip())
     panels[-1].set_xlabel("time (s)")
-    figure.supylabel(f"bars: reward of {step_s:g} s; line: slide back in {cycle_s:g} s", size=7)
+    figure.supylabel(
+        f"bars: {goal.label} of {step_s:g} s; line: slide back in {cycle_s:g} s", size=7
+    )
     return figure
 
 
 @figure_style()
-def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
+def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0, goal: Goal = FORWARD) -> Figure:
     """Return the last whole cycle of a robot: pressures, tilt, legs' height and load, travel.
 
     The paper explains its best gait by the roll that lifts a front leg (section VI-A). Roll is
@@ -207,8 +209,8 @@ def cycle_figure(trajectory: Trajectory, cycle_s: float = 4.0) -> Figure:
     if forces is not None:
         draw_legs(panels[3], since, forces[inside][..., 2].sum(axis=2) / 1e3, legs)
         panels[3].set(ylabel="load (N)")
-    forward_cm = trajectory.forward_cm[inside]
-    travel.plot(since, forward_cm - forward_cm[0], color=INK_COLOUR)
+    achieved = goal.along(trajectory)[inside]
+    travel.plot(since, achieved - achieved[0], color=INK_COLOUR)
     travel.set(ylabel="travel (cm)", xlabel=f"time since {begin_s:g} s (s)", xlim=(0, cycle_s))
     for axes in panels[:-1]:
         legend_beside(axes)
@@ -223,7 +225,7 @@ def draw_legs(
     for leg, (site, regulator) in enumerate(legs):
         style = LEG_LINES[leg % len(LEG_LINES)]
         axes.plot(since, values[:, leg], color=regulator_colour(regulator), linestyle=style,
-                  label=f"leg {site + 1}")  # fmt: skip
+                  label=f"leg {site}")  # fmt: skip
 
 
 def legs_of(trajectory: Trajectory) -> list[tuple[int, int]]:

@@ -148,10 +148,10 @@ def _gait_sections(
         return [*sections, Section(_titled("Step by step", group), steps)]
     cycle = sheet.drawn(
         _named("cycle", group),
-        cycle_figure(walked),
+        cycle_figure(walked, goal=goal),
         f"The last whole 4 s of the robot called {name}: pressures, tilt of the hub, how far each "
         "leg's lowest point is above the lowest of all, what the floor bears of it where that was "
-        "recorded, and travel.",
+        f"recorded, and {goal.label}.",
     )
     return [
         *sections, Section(_titled("Step by step", group), page.side_by_side(steps, cycle)),

@@ -136,7 +136,7 @@ def certify_once(
         goal=goal,
         **spec.describe(),
         notes=(
-            *own_task_notes(candidates.own_task, goal),
+            *own_task_notes(candidates.own_task, goal, trained=candidates.ranked_there),
             *idle_notes(spec, drawn),
             *_notes(certified, goal),
         ),

@@ -194,15 +194,18 @@ def worlds_of_training(
     return worlds[: objective.evaluation_worlds], True
 
 
-def own_task_notes(own_task: str | None, goal: Goal) -> list[str]:
+def own_task_notes(own_task: str | None, goal: Goal, trained: bool = False) -> list[str]:
     """What to say where pairs were trained for a reward that is not known here.
 
     Args:
         own_task: What the task was called; None for one of the package's.
-        goal: What they are ranked by instead.
+        goal: What they are told by, and ranked where they are.
+        trained: Whether their order is that of the training.
     """
     if own_task is None:
         return []
+    if trained:
+        return [f"ranked as in the training, by the reward of {own_task}; told is {goal.label}"]
     return [
         f"ranked by {goal.label}: {own_task}, the task that was learned, is in no file of the run"
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -352,6 +353,13 @@ def _environments(
     usual = crawling(spec.assembly, simulator_factory(spec, worlds, settings.seed), settings)
     if own_task is None:
         return usual
+    try:
+        inspect.signature(own_task).bind(None)
+    except TypeError as error:
+        raise TypeError(
+            f"own_task {task_name(own_task)}: {error}, expected a function or a class that is "
+            "given an environment and returns one, such as a subclass of TaskWrapper"
+        ) from error
 
     def make(designs: Sequence[Design]) -> TrainingEnvironment:
         made = own_task(usual(designs))

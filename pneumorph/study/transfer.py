@@ -15,6 +15,7 @@ from pneumorph.base.result import result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.catalogue.robot_spec import RobotSpec
 from pneumorph.gait.gait_file import read_gait
+from pneumorph.gait.held_gait import HeldGait
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import Trial, read_trial, trial_folders
 from pneumorph.hardware.trial_comparison import TrialComparison, compare_trials, pressure_tracking
@@ -100,6 +101,8 @@ class Transfer:
     physics: Physics | None = None
     """What the robots were simulated in; None in files of earlier versions."""
     figures: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    """Trials that were left out, or cut the comparison short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +140,7 @@ def transfer(
         raise ValueError("runs is empty, expected at least one folder of `pneumorph deploy`")
     labels: set[str] = set()
     compared: list[tuple[Path, TrialComparison, tuple[Trial, ...]]] = []
+    notes: list[str] = []
     for number, text in enumerate(runs, start=1):
         label, _, path = text.rpartition("=")
         run = Path(path)
@@ -149,6 +153,8 @@ def transfer(
         labels.add(label)
         folder.progress.stage(f"simulating {label} ({number} of {len(runs)})")
         trials = tuple(read_trial(each, settings.video) for each in trial_folders(run))
+        trials, told = whole_trials(label, trials, _schedule(run)[0].duration_s, settings.step_s)
+        notes += told
         compared.append((run, _compared(spec, run, label, trials, settings, folder), trials))
     first = compared[0][1]
     robots = tuple(_robot(run, each, trials, first) for run, each, trials in compared)
@@ -165,6 +171,7 @@ def transfer(
         robots=robots,
         **spec.describe(reduced=settings.model == "reduced"),
         wall_s=time.monotonic() - start,
+        notes=tuple(notes),
     )
     comparisons = tuple(each for _, each, _ in compared)
     return TransferStudy(found, comparisons, tuple(trials for _, _, trials in compared))
@@ -184,6 +191,39 @@ def _robot(
     )
 
 
+def _schedule(run: Path) -> tuple[HeldGait, dict[str, str]]:
+    """What a deployment commanded, with its design among the comments."""
+    gait, comments = read_gait(run / SCHEDULE_FILE, maximum_pressure_kPa=float("inf"))
+    if "design" not in comments:
+        raise ValueError(f"{run} is a bend test, expected the deployment of a design's gait")
+    return gait, comments
+
+
+def whole_trials(
+    label: str, trials: Sequence[Trial], duration_s: float, step_s: float
+) -> tuple[tuple[Trial, ...], list[str]]:
+    """Leave out trials that ended early, where others did not: the shortest decides how much of
+    the others counts.
+
+    Args:
+        label: Name of the robot.
+        trials: Its trials.
+        duration_s: Length of the gait [s].
+        step_s: How much of it a track may miss at most, a step [s].
+
+    Returns:
+        Those to compare, and what to tell.
+    """
+    short = [each for each in trials if each.track.time_s[-1] < duration_s - step_s]
+    if not short:
+        return tuple(trials), []
+    told = ", ".join(f"{each.name} after {each.track.time_s[-1]:.2f} s" for each in short)
+    ended = f"{label}: of a gait of {duration_s:g} s the tracks end early: {told}"
+    if len(short) == len(trials):
+        return tuple(trials), [f"{ended}; what all have in common is compared"]
+    return tuple(each for each in trials if each not in short), [f"{ended}; left out"]
+
+
 def _trajectory_file(label: str) -> str:
     return f"simulated_{label}.npz"
 
@@ -196,9 +236,7 @@ def _compared(
     settings: TransferSettings,
     folder: RunFolder,
 ) -> TrialComparison:
-    gait, comments = read_gait(run / SCHEDULE_FILE, maximum_pressure_kPa=float("inf"))
-    if "design" not in comments:
-        raise ValueError(f"{run} is a bend test, expected the deployment of a design's gait")
+    gait, comments = _schedule(run)
     design = Design.parse(comments["design"])
     trajectory = recorded_walk(
         spec,

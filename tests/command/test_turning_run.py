@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,9 @@ from pneumorph.base.result import result_from_dict, result_to_dict
 from pneumorph.base.run_folder import RunFolder
 from pneumorph.cli import run
 from pneumorph.environment.goal import FORWARD
-from pneumorph.hardware.marker_track import read_track
+from pneumorph.hardware.marker_track import VideoSettings, read_track
+from pneumorph.report.replay.replayed_motions import motion
+from pneumorph.report.scene import Actor
 from pneumorph.study.certified_candidates import CertificateSettings, unseen_worlds
 from pneumorph.study.certified_pairs import Certificate
 from pneumorph.study.finished_run import FinishedRun
@@ -121,6 +124,15 @@ def test_a_mirror_image_turns_to_the_other_side_in_every_world(learned: Path) ->
     )
     np.testing.assert_allclose(achieved[:, 1], -achieved[:, 0], atol=0.01)
     assert np.abs(achieved).max() > 0.1
+
+
+def test_a_replay_of_a_runs_file_tells_what_counts_there(learned: Path, tmp_path: Path) -> None:
+    goal = FinishedRun.read(learned).goal
+    shown = motion(f"L={learned / 'best_trajectory.npz'}", VideoSettings())
+    assert isinstance(shown, Actor)
+    assert shown.goal == goal != FORWARD
+    alone = shutil.copy(learned / "best_trajectory.npz", tmp_path)
+    assert motion(str(alone), VideoSettings()).goal == FORWARD  # type: ignore[union-attr]
 
 
 def test_a_rig_tells_how_far_the_robot_turned(learned: Path, tmp_path: Path) -> None:

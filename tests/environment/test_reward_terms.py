@@ -264,3 +264,31 @@ def test_terms_stand_in_the_last_info_of_an_episode() -> None:
 def test_what_is_no_term_is_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         replace(LEFT, **changes).worth_cm(motion())
+
+
+def test_a_task_whose_author_has_mistaken_a_name_is_refused() -> None:
+    class Misnamed(TaskWrapper):
+        def reward(self, actions: np.ndarray) -> np.ndarray:
+            return actions
+
+    class NoActions(TaskWrapper):
+        def step(self) -> None:  # type: ignore[override]
+            """Ask for nothing."""
+
+    class Helped(TaskWrapper):
+        """A method of its own beside a step is nobody else's business."""
+
+        def bonus(self) -> float:
+            return 1.0
+
+        def step(self, actions: np.ndarray) -> tuple[Any, ...]:  # type: ignore[override]
+            observation, reward, *rest = super().step(actions)
+            return observation, reward + self.bonus(), *rest
+
+    usual = crawling(viscous_crawler_robot, make_simulator, toy_settings(1))(SPACE.some(16))
+    with pytest.raises(TypeError, match="Misnamed defines reward, which no training asks for"):
+        Misnamed(usual)
+    with pytest.raises(TypeError, match=r"step of NoActions .*, expected step\(self, actions\)"):
+        NoActions(usual)
+    assert Helped(usual).bonus() == 1.0
+    assert TaskWrapper(usual).all_terms == ()

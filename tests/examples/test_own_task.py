@@ -16,10 +16,12 @@ from helpers.published_plate import published_plate
 
 import pneumorph as pm
 from pneumorph.cli import run
+from pneumorph.environment.goal import FORWARD
 from pneumorph.environment.registration import make_env
 from pneumorph.environment.training_environment import TrainingEnvironment
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.report.explorer.scored_designs import scored_by_training
+from pneumorph.study.certified_candidates import own_task_notes
 from pneumorph.study.finished_run import FinishedRun
 
 TASK = {"action_count": 4, "action_step_count": 100}  # as long as a period of the expert
@@ -151,6 +153,9 @@ def test_verbs_say_that_they_do_not_rank_by_it(trained: Path, tmp_path: Path) ->
         out = tmp_path / verb
         assert run([verb, str(trained), *asked.split(), "--out", str(out)]) == 0
         assert told in json.loads((out / "summary.json").read_text())["notes"]
+    # A certificate keeps the order of a training that ranked over worlds.
+    (kept,) = own_task_notes("Straight", FORWARD, trained=True)
+    assert kept == "ranked as in the training, by the reward of Straight; told is distance"
     page = tmp_path / "page"
     assert run(["report", str(trained), "--figure-files", "--out", str(page)]) == 0
     written = (page / "page.html").read_text()

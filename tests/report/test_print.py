@@ -13,6 +13,7 @@ import pytest
 from pneumorph.base.settings import settings_to_dict
 from pneumorph.catalogue.paper_leg import paper_leg_mesh
 from pneumorph.catalogue.paper_robot import paper_robot
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.gait.expert_gait import ExpertGait
 from pneumorph.hardware.deployment_log import LoggedPressures
 from pneumorph.physics.ground import Ground, Steps
@@ -236,6 +237,16 @@ def test_the_cycle_shows_what_the_floor_bears(walked: Trajectory) -> None:
     np.testing.assert_allclose(loads, borne, rtol=1e-5)
     with pytest.raises(ValueError, match="expected at least one period of 9 s"):
         cycle_figure(walked, 9.0)
+
+
+def test_the_cycle_shows_what_counts(walked: Trajectory) -> None:
+    """Backward is the other way."""
+    forward, backward = (
+        cycle_figure(walked, goal=goal).axes[-1].lines[0].get_ydata()
+        for goal in (FORWARD, Goal("heading", 180.0))
+    )
+    np.testing.assert_allclose(backward, -np.asarray(forward), atol=1e-9)
+    assert np.abs(forward).max() > 1e-3
 
 
 def test_heights_of_legs_are_over_the_ground(walked: Trajectory) -> None:

@@ -66,7 +66,8 @@ def test_a_page_says_in_which_physics_its_distances_are(make_trajectory, tmp_pat
         (replace(slippery, air=Air("orifice")), f"{surfaces}, air through valves from 200 kPa."),
         (
             replace(slippery, floor_slope_deg=2.0, friction_pressure=FrictionPressure(-0.25)),
-            f"{surfaces}, by contact pressure to the power -0.25, floor of 2 degrees, pressures",
+            f"{surfaces}, by contact pressure to the power -0.25, "
+            "floor rising forward by 2 degrees, pressures",
         ),
         (None, f"Run folder {tmp_path}, published damping."),  # of an earlier version
     ):

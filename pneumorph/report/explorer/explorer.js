@@ -177,7 +177,7 @@ const pneumorphExplorer = (() => {
     const twin = designs[data.mirrors[design.index]].name;
     const lines = [
       ["legs", design.legs], ["regulators", design.regulators],
-      ["mirror image", design.symmetric ? "itself" : twin],
+      ...(data.mirrored ? [["mirror image", design.symmetric ? "itself" : twin]] : []),
       ["score", design.score === null ? "none" : `${design.score.toFixed(2)}${data.unit}`],
     ];
     if (design.probability !== null) lines.push(["probability", chance(design.probability)]);
@@ -240,6 +240,7 @@ const pneumorphExplorer = (() => {
     if (design) choose(design);
   }
 
+  form.elements.symmetric.closest("label").hidden = !data.mirrored;
   for (const [name, values] of [["legs", designs.map((each) => each.legs)],
     ["regulators", designs.map((each) => each.regulators)]]) {
     const boxes = [...new Set(values)].sort((a, b) => a - b).map((value) =>

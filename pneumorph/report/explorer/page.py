@@ -69,6 +69,7 @@ def explorer_data(
         "canonical": space.canonical,
         "designs": [str(design) for design in scored.designs],
         "mirrors": scored.mirrors.tolist(),
+        "mirrored": space.has_mirror or "mirror" in space.symmetries,
         "symmetric": "".join(str(int(same)) for same in scored.is_symmetric),
         "scores": _numbers(scored.score_cm / scored.goal.cm_per_unit, 3),
         "score_name": scored.goal.in_unit("score"),

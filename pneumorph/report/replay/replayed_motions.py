@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pneumorph.base.run_folder import SUMMARY, RunFolder
-from pneumorph.environment.goal import FORWARD
+from pneumorph.environment.goal import FORWARD, Goal
 from pneumorph.hardware.marker_track import VideoSettings
 from pneumorph.hardware.trial import read_trial
 from pneumorph.report.film import FilmSettings, side_by_side, write_film
@@ -103,8 +103,12 @@ def motion(text: str, video: VideoSettings) -> Actor | MarkerActor:
     path = Path(name)
     recorded = next((path / each for each in RECORDED if (path / each).is_file()), None)
     if recorded is not None:
-        goal = FinishedRun.read(path).goal if (path / SUMMARY).is_file() else FORWARD
-        return Actor.of(Trajectory.load(recorded), label or path.name, goal)
+        return Actor.of(Trajectory.load(recorded), label or path.name, _goal(path))
     if path.is_dir():
         return MarkerActor.of(read_trial(path, video), label or f"{path.name} (measured)")
-    return Actor.of(Trajectory.load(path), label or path.stem)
+    return Actor.of(Trajectory.load(path), label or path.stem, _goal(path.parent))
+
+
+def _goal(folder: Path) -> Goal:
+    """What counts in a run; travel forward where the folder is none that has ended."""
+    return FinishedRun.read(folder).goal if (folder / SUMMARY).is_file() else FORWARD

@@ -1,0 +1,26 @@
+"""Trials that ended early, beside whole ones."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from pneumorph.study.transfer import whole_trials
+
+
+def trial(name: str, end_s: float) -> Any:
+    return SimpleNamespace(name=name, track=SimpleNamespace(time_s=np.array([0.0, end_s])))
+
+
+def test_a_trial_that_ended_early_does_not_cut_the_others_short() -> None:
+    """Of a gait of 20 s; up to a step of 1 s may be missing."""
+    whole, late, short = trial("trial_1", 20.0), trial("trial_2", 19.2), trial("trial_3", 1.1)
+    assert whole_trials("L", [whole, late], 20.0, 1.0) == ((whole, late), [])
+    kept, told = whole_trials("L", [whole, short, late], 20.0, 1.0)
+    assert kept == (whole, late)
+    assert told == ["L: of a gait of 20 s the tracks end early: trial_3 after 1.10 s; left out"]
+    kept, told = whole_trials("L", [short], 20.0, 1.0)
+    assert kept == (short,)
+    assert told[0].endswith("trial_3 after 1.10 s; what all have in common is compared")
