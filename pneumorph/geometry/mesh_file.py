@@ -85,7 +85,8 @@ def _mesh_of(read: Any, region_names: dict[int, str], scale: float) -> Mesh:
     tetrahedra = [block.data for block in read.cells if block.type == "tetra"]
     if not tetrahedra:
         kinds = ", ".join(sorted({block.type for block in read.cells})) or "none"
-        raise MeshError(f"it holds no linear tetrahedra; its cells are: {kinds}")
+        fill = "" if "triangle" not in kinds else ": fill the surface with a mesher (netgen, gmsh)"
+        raise MeshError(f"it holds no linear tetrahedra; its cells are: {kinds}{fill}")
     cells = np.concatenate(tetrahedra)
     triangles, sets = _regions(read, region_names)
     used, compact = np.unique(cells, return_inverse=True)
