@@ -36,6 +36,7 @@ def _asked(settings: dict[str, Any], task: str) -> bool:
     return {
         "forward": reward["goal"] == "forward",
         "a heading, here to the left": (reward["goal"], reward["heading_deg"]) == ("heading", 90),
+        "backward": (reward["goal"], reward["heading_deg"]) == ("heading", 180),
         "turning in place": reward["goal"] == "turn_left",
         "climbing": physics["floor_slope_deg"] == 10.0,
         "carrying a payload": settings["robot"]["described"].endswith("payload.toml"),
@@ -46,8 +47,8 @@ def _asked(settings: dict[str, Any], task: str) -> bool:
     }[task]
 
 
-def test_there_are_seven() -> None:
-    assert len(TASKS) == 7
+def test_there_are_eight() -> None:
+    assert len(TASKS) == 8
 
 
 @pytest.mark.parametrize("task", TASKS)
