@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneumorph.environment.crawling_task import CrawlingTask
-from pneumorph.gait.held_gait import HeldGait
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.settings import CooptSettings
+from pneumorph.physics.commands import check_commands
 from pneumorph.physics.open_loop_gait import OpenLoopGait
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
@@ -60,7 +60,7 @@ def known_pair(
     for ours, theirs in enumerate(space.form(design)[1]):
         if theirs <= gait.regulator_count:
             held_kPa[:, ours] = commanded[:, theirs - 1]
-    HeldGait.evenly(held_kPa, action_s, task)
+    check_commands(held_kPa, task.maximum_pressure_kPa, task.minimum_pressure_kPa, "pressure_kPa")
     unknown = float("nan")
     return DesignGaitPair(place, held_kPa, unknown, unknown, source, 0, unknown)
 

@@ -265,8 +265,9 @@ def train_once(
         # Whether a run was begun alone; where gaits lie that are compared below.
         free=("resume", "demonstrations"),
     )
+    spec = robot.spec()
     if options.demonstrations or found.shown:
-        shown = shown_gaits(options.demonstrations, options.coopt, robot.spec())
+        shown = shown_gaits(options.demonstrations, options.coopt, spec)
         if list(found.shown) != (asked := digests_of_shown(shown, options.coopt)):
             raise ValueError(
                 f"{folder.path} holds a training that was shown {list(found.shown)}, expected "
@@ -284,7 +285,7 @@ def train_once(
             f"{folder.path} holds a training ranked by {found.ranked_by}, and {wanted} asks for "
             f"{said}; choose another folder"
         )
-    theirs, ours = found.leg, robot.spec().describe()["leg"]
+    theirs, ours = found.leg, spec.describe()["leg"]
     if theirs is not None and theirs.sizes != ours.sizes:
         raise ValueError(
             f"{folder.path} holds a training on another reduction of its legs ({theirs.sizes}, "

@@ -220,13 +220,14 @@ def run_training(
         if terms:  # each tells what it finds wrong
             made.reset()
             made.step(np.zeros((made.num_envs, settings.task.regulator_count), np.float32))
+    shown = digests_of_shown(demonstrations, settings)
     provenance = {
         "simulation": spec.settings,
         **leg_digests(spec, learning),
         **drawn,
         **({} if name is None else {"environment": name}),
         **({"terms": [term.said for term in terms]} if terms else {}),
-        **({"shown": digests_of_shown(demonstrations, settings)} if demonstrations else {}),
+        **({"shown": shown} if shown else {}),
     }
     # Before the baseline of other settings is written over that of the run.
     refuse_other_settings(settings, folder.path / TRAINING_FOLDER, provenance)
@@ -278,7 +279,7 @@ def run_training(
         ranked_by=ranked_by(settings, name, terms),
         own_task=name,
         certificate=certified,
-        shown=tuple(digests_of_shown(demonstrations, settings)),
+        shown=tuple(shown),
         notes=(
             *learned.remarks,
             *_range_notes(expert, replayed),

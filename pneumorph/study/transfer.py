@@ -153,9 +153,11 @@ def transfer(
         labels.add(label)
         folder.progress.stage(f"simulating {label} ({number} of {len(runs)})")
         trials = tuple(read_trial(each, settings.video) for each in trial_folders(run))
-        trials, told = whole_trials(label, trials, _schedule(run)[0].duration_s, settings.step_s)
+        gait, design = _schedule(run)
+        trials, told = whole_trials(label, trials, gait.duration_s, settings.step_s)
         notes += told
-        compared.append((run, _compared(spec, run, label, trials, settings, folder), trials))
+        found_there = _compared(spec, gait, design, label, trials, settings, folder)
+        compared.append((run, found_there, trials))
     first = compared[0][1]
     robots = tuple(_robot(run, each, trials, first) for run, each, trials in compared)
     write_json(folder / "comparison.json", {"robots": [result_to_dict(robot) for robot in robots]})
@@ -191,12 +193,12 @@ def _robot(
     )
 
 
-def _schedule(run: Path) -> tuple[HeldGait, dict[str, str]]:
-    """What a deployment commanded, with its design among the comments."""
+def _schedule(run: Path) -> tuple[HeldGait, str]:
+    """What a deployment commanded, and the design."""
     gait, comments = read_gait(run / SCHEDULE_FILE, maximum_pressure_kPa=float("inf"))
     if "design" not in comments:
         raise ValueError(f"{run} is a bend test, expected the deployment of a design's gait")
-    return gait, comments
+    return gait, comments["design"]
 
 
 def whole_trials(
@@ -230,17 +232,16 @@ def _trajectory_file(label: str) -> str:
 
 def _compared(
     spec: RobotSpec,
-    run: Path,
+    gait: HeldGait,
+    design: str,
     label: str,
     trials: Sequence[Trial],
     settings: TransferSettings,
     folder: RunFolder,
 ) -> TrialComparison:
-    gait, comments = _schedule(run)
-    design = Design.parse(comments["design"])
     trajectory = recorded_walk(
         spec,
-        design,
+        Design.parse(design),
         gait,
         settings.model,
         folder / f"checkpoint_{label}.npz",
@@ -250,7 +251,7 @@ def _compared(
     trajectory.with_skin_only().save(folder / _trajectory_file(label))
     return compare_trials(
         label,
-        comments["design"],
+        design,
         trajectory.time_s,
         trajectory.forward_cm,
         trials,
