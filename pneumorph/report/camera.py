@@ -44,6 +44,7 @@ def fitted_camera(
     azimuth_deg: float = 12.0,
     elevation_deg: float = 42.0,
     margin: float = 0.04,
+    slope_deg: float = 0.0,
 ) -> Camera:
     """Return the camera that sees all ``points_mm`` (point, 3) in an image ``width`` pixels across.
 
@@ -53,6 +54,7 @@ def fitted_camera(
         azimuth_deg: Turn of the view about the vertical; 0 looks along +y with x to the right.
         elevation_deg: Height of the viewer above the horizon, above 0 to 90 (a plan view).
         margin: Free part of the width at each side.
+        slope_deg: How far the floor rises forward (x) in the image [degrees].
 
     Raises:
         ValueError: No finite point to look at.
@@ -63,7 +65,16 @@ def fitted_camera(
     right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     level = np.cos(elevation)
     away = np.array([-level * right[1], level * right[0], -np.sin(elevation)])
-    axes = np.stack([right, np.cross(away, right), away], axis=1)
+    slope = np.radians(slope_deg)
+    # From the floor's axes to those of which the vertical is one.
+    tilted = np.array(
+        [
+            [np.cos(slope), 0.0, -np.sin(slope)],
+            [0.0, 1.0, 0.0],
+            [np.sin(slope), 0.0, np.cos(slope)],
+        ]
+    )
+    axes = tilted.T @ np.stack([right, np.cross(away, right), away], axis=1)
     image = points_mm @ axes[:, :2]
     low, high = image.min(axis=0), image.max(axis=0)
     free = margin * (high[0] - low[0])

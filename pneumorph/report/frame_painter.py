@@ -16,6 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from pneumorph.base.checked import Bounds, Checked, Count, Positive
 from pneumorph.report.camera import fitted_camera
+from pneumorph.report.floor_slope import shown_slope_deg, slope_deg, slope_words
 from pneumorph.report.ground_surface import SPACING_MM, GroundSurface
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.physics_words import physics_of_walks
@@ -71,12 +72,20 @@ class FramePainter:
             raise ValueError("a film needs at least one robot, got none")
         self._actors = list(actors)
         self._captions = captions
-        simulated = (actor.trajectory for actor in actors if isinstance(actor, Actor))
-        self._physics = physics_of_walks(simulated)
+        simulated = [actor.trajectory for actor in actors if isinstance(actor, Actor)]
+        slopes = [slope_deg(trajectory) for trajectory in simulated]
+        told = (physics_of_walks(simulated), slope_words(slopes))
+        self._physics = ", ".join(words for words in told if words)
         view = settings or FilmSettings()
         self._colour_by = view.colour_by
         extreme, self._floor_mm = _extent(self._actors, captions)
-        self._camera = fitted_camera(extreme, view.width, view.azimuth_deg, view.elevation_deg)
+        self._camera = fitted_camera(
+            extreme,
+            view.width,
+            view.azimuth_deg,
+            view.elevation_deg,
+            slope_deg=shown_slope_deg(slopes),
+        )
         self._floor = self._painted_floor()
         self._shaded_floor = self._floor.point(lambda value: round(_SHADOW * value))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pneumorph.physics.physics import Physics
 from pneumorph.report.camera import fitted_camera
 
 _BOX = np.array([[x, y, z] for x in (-100.0, 200.0) for y in (-80.0, 80.0) for z in (0.0, 50.0)])
@@ -43,3 +44,19 @@ def test_higher_is_further_up_and_nearer() -> None:
 def test_a_diverged_robot_is_refused() -> None:
     with pytest.raises(ValueError, match="did the simulation diverge"):
         fitted_camera(np.array([[np.nan, 0.0, 0.0]]))
+
+
+@pytest.mark.parametrize("azimuth_deg", [0.0, 12.0, 90.0])
+@pytest.mark.parametrize("slope_deg", [10.0, -4.0])
+def test_gravity_points_down_in_the_image_of_a_sloped_floor(
+    slope_deg: float, azimuth_deg: float
+) -> None:
+    """The floor's plane is level in the coordinates of a walk, whose gravity leans instead."""
+    gravity = Physics(floor_slope_deg=slope_deg).gravity_vector
+    camera = fitted_camera(_BOX, azimuth_deg=azimuth_deg, slope_deg=slope_deg)
+    right, down, _ = camera.axes.T
+    assert gravity @ right == pytest.approx(0.0, abs=1e-9 * np.linalg.norm(gravity))
+    # As far down as without a slope.
+    assert gravity @ down == pytest.approx(
+        np.linalg.norm(gravity) * fitted_camera(_BOX).axes[2, 1] * -1.0, rel=1e-12
+    )

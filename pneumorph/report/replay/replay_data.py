@@ -16,6 +16,7 @@ import numpy as np
 
 from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.environment.goal import Goal
+from pneumorph.report.floor_slope import slope_deg
 from pneumorph.report.ground_surface import SPACING_MM
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.leg_modes import LegModes, leg_modes
@@ -181,6 +182,7 @@ def _described(actor: Actor) -> dict[str, Any]:
             )
         ],
         "floor_mm": _floor_mm(trajectory.metadata),
+        "floor_slope_deg": slope_deg(trajectory),
         **_ground(actor),
         "hub_nodes_mm": array(actor.shape.hub_nodes_mm, "<f4"),
         "hub_triangles": array(actor.shape.hub_triangles, "<u4"),

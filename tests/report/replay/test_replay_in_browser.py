@@ -16,6 +16,7 @@ from pneumorph.base.settings import settings_to_dict
 from pneumorph.environment.goal import Goal
 from pneumorph.geometry.pose import rotation_about
 from pneumorph.physics.ground import Ground, RoughGround
+from pneumorph.physics.physics import Physics
 from pneumorph.report.film import side_by_side
 from pneumorph.report.marker_actor import MarkerActor
 from pneumorph.report.replay.page import page_of, player_of, replay_assets, write_replay
@@ -143,6 +144,26 @@ def test_a_ground_is_drawn_and_points_that_touch_it_are_told(
     alone = write_replay(tmp_path / "plane.html", [Actor.of(crawl, "on a plane")], SETTINGS)
     level = picture(open_page(alone))
     assert (uneven != level).any(axis=2).mean() > 0.5  # its slopes are shaded
+
+
+def test_a_slope_is_told_and_gravity_points_down_the_screen(
+    crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    settings = {**crawl.metadata["settings"], "floor_slope_deg": 10.0}
+    climb = replace(crawl, metadata={**crawl.metadata, "settings": settings})
+    page = open_page(write_replay(tmp_path / "climb.html", [Actor.of(climb, "climb")], SETTINGS))
+    assert "floor rising forward by 10.0 degrees" in page.locator(".pr-legend").inner_text()
+    x, _, z = Physics(floor_slope_deg=10.0).gravity_vector
+    stage = f"{PLAYER}.stage"
+    for view in ("orbit", "side"):
+        page.evaluate(f"{PLAYER}.setCamera('{view}')")
+        across, up = page.evaluate(
+            f"(() => {{ const camera = {stage}.camera; camera.updateMatrixWorld();"
+            f" const g = new THREE.Vector3({x}, 0, {z}).normalize()"
+            ".transformDirection(camera.matrixWorldInverse); return [g.x, g.y]; })()"
+        )
+        assert across == pytest.approx(0.0, abs=1e-6)
+        assert up < 0.0
 
 
 def test_dragging_the_time_line_moves_the_robot(

@@ -270,7 +270,20 @@ var pneumorphReplay = globalThis.pneumorphReplay || (() => {
         legend.innerHTML = pneumorphColours.regulators.slice(0, most).map((colour, i) =>
           `<b style="background: ${colour}"></b>regulator ${i + 1}`).join(" ");
       }
-      legend.insertAdjacentText("beforeend", " · lines 5 cm apart");
+      legend.insertAdjacentText("beforeend", ` · lines 5 cm apart${this.slopeWords()}`);
+    }
+
+    // How floors that are not level are sloped.
+    slopeWords() {
+      const slopes = this.motions.filter((m) => m.simulated).map((m) => m.robot.floor_slope_deg || 0);
+      const least = Math.min(...slopes), most = Math.max(...slopes);
+      if (!(Math.max(-least, most) >= 0.05)) return "";
+      const signed = (slope) => `${slope < 0 ? "" : "+"}${slope.toFixed(1)}`;
+      if (most - least >= 0.05) {
+        return ` · floors of ${signed(least)} to ${signed(most)} degrees forward`;
+      }
+      const rising = most > 0 ? "rising" : "falling";
+      return ` · floor ${rising} forward by ${Math.abs(most).toFixed(1)} degrees`;
     }
 
     dispose() {

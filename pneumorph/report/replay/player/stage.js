@@ -16,6 +16,12 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
     return new THREE.Color(PRESSURE[low]).lerp(new THREE.Color(PRESSURE[low + 1]), place - low);
   }
 
+  // As far as the floors of all robots rise forward, or fall [degrees].
+  function shownSlope(motions) {
+    const slopes = motions.filter((m) => m.simulated).map((m) => m.robot.floor_slope_deg || 0);
+    return slopes.length ? Math.max(Math.min(...slopes), Math.min(0, Math.max(...slopes))) : 0;
+  }
+
   // Matt facets, lit as in the films: more than half of the light comes from everywhere.
   function matt(colour) {
     return new THREE.ShaderMaterial({
@@ -57,7 +63,9 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       this.scene = new THREE.Scene();
       this.scene.background = new THREE.Color("#f4f5f6");
       this.camera = new THREE.PerspectiveCamera(32, 1, 10, 20000);
-      this.camera.up.set(0, 0, 1);
+      // The vertical in the floor's axes, in which robots are drawn.
+      this.slope = THREE.MathUtils.degToRad(shownSlope(motions));
+      this.camera.up.copy(this.tilted(0, 0, 1));
       this.controls = new THREE.OrbitControls(this.camera, canvas);
       this.controls.maxPolarAngle = Math.PI / 2 - 0.01;
       this.controls.addEventListener("change", () => { this.dirty = true; });
@@ -66,6 +74,11 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       this.actors = motions.map((m, i) =>
         m.simulated ? this.simulated(m, i, labels) : this.measured(m, i, labels));
       this.view("orbit");
+    }
+
+    // A direction of the level world in the floor's axes.
+    tilted(...direction) {
+      return new THREE.Vector3(...direction).applyAxisAngle(new THREE.Vector3(0, 1, 0), this.slope);
     }
 
     // What must be in view [mm].
@@ -285,7 +298,7 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       const aspect = this.camera.aspect || 1.6;
       const directions = { orbit: [-0.25, -0.8, 0.72], follow: [-0.5, -0.8, 0.6],
         top: [0, -0.001, 1], side: [0, -1, 0.12] };
-      const direction = new THREE.Vector3(...directions[name]).normalize();
+      const direction = this.tilted(...directions[name]).normalize();
       let width = size.x, height = name === "side" ? size.z : size.y;
       this.followed = null;
       if (name === "follow") {
