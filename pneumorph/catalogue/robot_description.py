@@ -27,6 +27,7 @@ from pneumorph.catalogue.hub_description import HubDescription
 from pneumorph.catalogue.mean_growth import mean_growth
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.module_description import ModuleDescription
+from pneumorph.catalogue.module_letters import module_letters
 from pneumorph.catalogue.mounting_check import (
     USUAL_TOLERANCE_MM,
     check_apart,
@@ -271,6 +272,11 @@ class RobotDescription(Checked, ShownInNotebooks):
             self._allowed(),
             self.acting.regulator_count,
         )
+
+    @property
+    def letters(self) -> str:
+        """What the letters of its designs stand for; empty where no site has a choice."""
+        return module_letters(self._allowed())
 
     @cached_property
     def usual_design(self) -> str:

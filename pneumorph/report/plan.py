@@ -34,11 +34,13 @@ class Plan:
         hub_mm: Corners of the hub's outline, (corner, 2).
         legs_mm: Of each leg's, each (corner, 2).
         regulators: Of each leg's cavities, from 1.
+        letters: Of each leg's kind of module in the name of the design, empty for the first kind.
     """
 
     hub_mm: np.ndarray
     legs_mm: tuple[np.ndarray, ...]
     regulators: tuple[tuple[int, ...], ...]
+    letters: tuple[str, ...]
 
     @property
     def half_width_mm(self) -> float:
@@ -60,6 +62,7 @@ def paper_plan(design: Design) -> Plan:
         DISK_RADIUS_MM * np.stack([np.cos(turn), np.sin(turn)], axis=1),
         legs,
         tuple(each.regulators for each in design.fittings),
+        tuple(each.letter for each in design.fittings),
     )
 
 
@@ -74,7 +77,15 @@ def plan_of_walk(trajectory: Trajectory) -> Plan:
         _outline(in_hub[leg, np.unique(trajectory.skin_triangles[shape.skin_of(leg)])])
         for leg in range(len(shape.leg_part))
     )
-    return Plan(_outline(shape.hub_nodes_mm), legs, shape.regulators)
+    design = trajectory.metadata.get("design")
+    fittings = Design.parse(design).fittings if isinstance(design, str) else ()
+    letters = {each.location: each.letter for each in fittings}
+    return Plan(
+        _outline(shape.hub_nodes_mm),
+        legs,
+        shape.regulators,
+        tuple(letters.get(site, "") for site in shape.leg_site.tolist()),
+    )
 
 
 def plans_of(robot: RobotOptions) -> PlanOf:
@@ -95,6 +106,7 @@ def plans_of_spec(spec: RobotSpec) -> PlanOf:
             hub,
             tuple(_posed(mount.pose, mount.part.rest_nodes) for mount in mounts),
             tuple(each.regulators for each in design.fittings),
+            tuple(each.letter for each in design.fittings),
         )
 
     return plan

@@ -1,4 +1,7 @@
-"""A robot seen from above: legs coloured by regulator, forward to the right (paper, figure 3a)."""
+"""A robot seen from above: legs coloured by regulator, forward to the right (paper, figure 3a).
+
+What stands on a leg is its entry in the name of the design: its kind and its regulators.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,7 @@ def draw_plan_view(
         centre_mm: Where its frame's origin is, (x, y).
         heading_rad: Turn of the robot about the vertical.
         size_mm: Size of a drawn millimetre in the axes' units.
-        number_size: Size of the regulators' numbers on the legs, in points; 0 for none.
+        number_size: Size of what stands on the legs, in points; 0 for none.
     """
     cosine, sine = np.cos(heading_rad), np.sin(heading_rad)
     turn = np.array([[cosine, -sine], [sine, cosine]])
@@ -49,7 +52,8 @@ def draw_plan_view(
     def placed(points: np.ndarray) -> np.ndarray:
         return np.asarray(points @ turn.T * size_mm + centre_mm)
 
-    for outline, regulators in zip(plan.legs_mm, plan.regulators, strict=True):
+    legs = zip(plan.legs_mm, plan.regulators, plan.letters, strict=True)
+    for outline, regulators, letter in legs:
         colour = regulator_colour(regulators[0])
         axes.fill(*placed(outline).T, facecolor=colour, edgecolor="white", linewidth=0.6)
         if number_size:
@@ -57,7 +61,7 @@ def draw_plan_view(
             middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
             away = middle / max(float(np.linalg.norm(middle)), 1.0)
             x, y = placed(middle + _OUTWARDS_MM * away)
-            text = "+".join(map(str, regulators))
+            text = letter + "+".join(map(str, regulators))
             size = number_size * min(1.0, _WIDEST / len(text))
             axes.text(x, y, text, color="white", ha="center", va="center", size=size)
     if len(plan.hub_mm):

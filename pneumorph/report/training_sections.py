@@ -205,6 +205,9 @@ def _pair_sections(
             "Best designs from above, and their gaits: commanded (dashed) and smoothed by the "
             f"regulators{how}."
         )
+        robot = run.robot.description
+        if robot is not None and robot.letters:
+            caption += f" Modules: {robot.letters}."
         body = sheet.drawn("pairs", figure, caption) + body
     if missing:
         told = f"Gaits that are not there, and not drawn: {', '.join(missing)}."

@@ -35,8 +35,12 @@ class Fitting(NamedTuple):
     """Numbers, from 1: one for all of its cavities, or one for each."""
 
     def __str__(self) -> str:
-        letter = chr(ord("a") + self.module) if self.module else ""
-        return letter + "+".join(map(str, self.regulators))
+        return self.letter + "+".join(map(str, self.regulators))
+
+    @property
+    def letter(self) -> str:
+        """Of its kind; empty for the first."""
+        return chr(ord("a") + self.module) if self.module else ""
 
 
 @dataclass(frozen=True, order=True)

@@ -46,9 +46,16 @@ def test_plan_view_draws_a_leg_for_each_regulator_entry() -> None:
     *legs, _disk = figure.axes[0].patches
     colours = [to_hex(leg.get_facecolor()).upper() for leg in legs]
     assert colours == [regulator_colour(regulator) for regulator in (1, 2, 3)]
+    assert [text.get_text() for text in figure.axes[0].texts if text.get_text()] == list("123")
     # The first leg points 22.5 degrees left of forward.
     centre = legs[0].get_xy()[:4].mean(axis=0)
     assert np.degrees(np.arctan2(centre[1], centre[0])) == pytest.approx(22.5)
+
+
+def test_plan_view_tells_kinds_of_modules() -> None:
+    figure = plan_view_figure(paper_plan(Design.parse("c1.0.0.2+3.0.0.0.b2")))
+    told = [text.get_text() for text in figure.axes[0].texts if text.get_text()]
+    assert told == ["c1", "2+3", "b2"]
 
 
 def test_path_and_bend(make_trajectory, tmp_path: Path) -> None:

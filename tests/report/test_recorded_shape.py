@@ -142,6 +142,7 @@ def test_it_is_read_back_and_drawn(walk: Trajectory, tmp_path: Path) -> None:
     plan = plan_of_walk(walk)
     np.testing.assert_allclose(np.abs(plan.hub_mm).max(axis=0), [30.0, 30.0], atol=1e-6)
     assert plan.regulators == ((1,), (2,), (1,))
+    assert plan.letters == ("", "", "")
     turns = [np.degrees(np.arctan2(*each.mean(axis=0)[::-1])) for each in plan.legs_mm]
     np.testing.assert_allclose(turns, [0.0, 120.0, -120.0], atol=15.0)
 

@@ -6,12 +6,14 @@ const pneumorphExplorer = (() => {
   const data = explorerData;
   const ROW = 32;
   const NONE = "-";
-  // Of each location null or the number of its kind of module and its regulators: 1, b2, 2+3.
+  // Of each location null, or the number of its kind of module, its regulators and its text:
+  // 1, b2, 2+3.
   function entries(name) {
     return name.split(".").map((entry) => {
       if (entry === "0") return null;
       const kind = /^[a-z]/.test(entry) ? entry.charCodeAt(0) - 97 : 0;
-      return { kind, regulators: entry.replace(/^[a-z]/, "").split("+").map(Number) };
+      const regulators = entry.replace(/^[a-z]/, "").split("+").map(Number);
+      return { kind, regulators, text: entry };
     });
   }
   const designs = data.designs.map((name, index) => {
@@ -104,7 +106,7 @@ const pneumorphExplorer = (() => {
         const values = outline.map((corner) => corner[axis]);
         return (Math.min(...values) + Math.max(...values)) / 2;
       });
-      const text = entry.regulators.join("+"), size = 22 * Math.min(1, 1.9 / text.length);
+      const { text } = entry, size = 22 * Math.min(1, 1.9 / text.length);
       return `${box}<text x="${x}" y="${-y + 0.36 * size}" fill="#fff" font-size="${size}"`
         + ` text-anchor="middle">${text}</text>`;
     });
