@@ -12,6 +12,7 @@ from pneumorph.robot.choice_paths import WeighedPaths
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_choices import DesignChoices
 from pneumorph.robot.design_codes import DesignCodes
+from pneumorph.robot.emptying_rules import emptying_rules
 
 DESIGN_LIMIT = 100_000
 """Most designs that are listed one by one."""
@@ -72,7 +73,7 @@ class DesignSpace(DesignChoices):
         if not self._listed:
             raise ValueError(
                 "the design space is empty: no design keeps to its options, counts of legs and "
-                "regulators, and exclusions together"
+                f"regulators, and exclusions together; {emptying_rules(self)}"
             )
         return self._listed
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import product
 from typing import Any
@@ -175,12 +176,46 @@ def test_a_rule_that_is_none_is_refused(settings: dict[str, object], why: str) -
         )  # fmt: skip
 
 
-def test_an_empty_space_and_one_beyond_the_limit_are_refused() -> None:
-    with pytest.raises(ValueError, match="design space is empty"):
-        _ = DesignSpace(
-            location_count=3, regulator_count=2, minimum_legs=2, maximum_legs=3,
-            exclusions=("0 1 2",),
-        ).designs  # fmt: skip
+@pytest.mark.parametrize(
+    ("settings", "rules"),
+    [
+        # A leg at most is left: none or one of 3, on one canonical regulator; without exclusions
+        # two or three legs on at most two regulators, 3 * 2 + 4.
+        (
+            {"minimum_legs": 2, "exclusions": ("0 1 2",)},
+            "minimum_legs = 2 (4 designs without it) or exclusions[0] = '0 1 2' (10 designs",
+        ),
+        ({"minimum_legs": 2, "exclusions": ("0 1", "1 2", "0 2")}, "exclusions = ["),
+        (
+            {"maximum_legs": 1, "minimum_legs": 1, "minimum_regulators": 2},
+            "maximum_legs = 1 (6 designs without it) or minimum_regulators = 2 (3 designs",
+        ),
+        # Without the first location's leg, or with 0 and any leg everywhere.
+        (
+            {"options": ("*", "*", "0 *"), "minimum_legs": 1, "maximum_legs": 1},
+            "maximum_legs = 1 (6 designs without it) or options[0] = '*' (1 design without it) "
+            "or options[1] = '*' (1 design without it) or options = ",
+        ),
+        (
+            {"minimum_legs": 2, "minimum_regulators": 2, "exclusions": ("0 1 2", "0 2 1")},
+            "exclusions = [",
+        ),
+        (
+            {"options": ("*", "*", "0 *"), "minimum_legs": 1, "maximum_legs": 1,
+             "minimum_regulators": 2, "exclusions": ("0 1 2",)},
+            "it takes more than one of them to leave none",
+        ),
+    ],
+)  # fmt: skip
+def test_an_empty_space_names_the_rules_that_empty_it(settings: dict[str, Any], rules: str) -> None:
+    space = DesignSpace(
+        **{"location_count": 3, "regulator_count": 2, "maximum_legs": 3, **settings}
+    )  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=f"design space is empty.*{re.escape(rules)}"):
+        _ = space.designs
+
+
+def test_a_space_beyond_the_limit_is_not_listed() -> None:
     with pytest.raises(ValueError, match="more than 100000 designs"):
         _ = DesignSpace(location_count=12, regulator_count=4, maximum_legs=12).designs
 
