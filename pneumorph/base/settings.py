@@ -27,6 +27,13 @@ from pneumorph.base.shapes import refuse_other_shapes, table
 Settings = TypeVar("Settings")
 
 
+class SettingsError(ValueError):
+    """Values that settings cannot have."""
+
+    reasons: str = ""
+    """Which, and why, without what they are settings of."""
+
+
 def settings_to_dict(settings: Any) -> dict[str, Any]:
     """Return a settings dataclass as nested dictionaries of JSON values (tuples become lists)."""
     content: dict[str, Any] = json.loads(json.dumps(_converter().unstructure(settings)))
@@ -55,7 +62,8 @@ def settings_from_dict(
         default: Settings to start from; None stands for the defaults of ``kind``.
 
     Raises:
-        ValueError: A key that no field has, or a value of the wrong type or range.
+        ValueError: A key that no field has, or a value of the wrong type or range, which is a
+            `SettingsError`.
     """
     content = upgraded(kind, content)
     merged: Any = content if default is None else laid_over(settings_to_dict(default), content)
@@ -64,7 +72,9 @@ def settings_from_dict(
         return _converter().structure(merged, kind)
     except cattrs.BaseValidationError as error:
         reasons = "; ".join(_reasons(error, ""))
-        raise ValueError(f"{kind.__name__} cannot be read: {reasons}") from error
+        told = SettingsError(f"{kind.__name__} cannot be read: {reasons}")
+        told.reasons = reasons
+        raise told from error
 
 
 def upgraded(kind: Any, content: Mapping[str, Any]) -> dict[str, Any]:
@@ -209,7 +219,9 @@ def _reasons(error: BaseException, place: str) -> list[str]:
         said = "" if missing else f": {error}"
         if isinstance(error, TypeError | AttributeError):
             said = ": it is of another type than expected"  # Python's words help nobody
-        return [f"{place} is missing" if missing else f"{place or 'settings'}{said}"]
+        if not place:
+            return [said.removeprefix(": ")]
+        return [f"{place} is missing" if missing else f"{place}{said}"]
     reasons: list[str] = []
     for inner in error.exceptions:
         name = ""

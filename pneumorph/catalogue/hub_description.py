@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.checked import Bounds, Checked, Positive
 from pneumorph.catalogue.density_check import check_density
 from pneumorph.catalogue.hub_spec import HUB_SURFACE, HubModel, HubSpec
@@ -29,6 +30,8 @@ _ON_EDGE_MM = 1e-6
 _BESIDE_MM = 1e-3
 _OF_ENVELOPE_G_PER_ML = (0.005, 100.0)
 """Of all that a hub encloses or carries: between a frame and valves on a thin plate."""
+_LEAST_ACROSS_MM, _MOST_ACROSS_MM = 5.0, 5000.0
+"""Sizes of a mesh beyond which its unit is not mm."""
 _SIZES = {
     "box": ("length_mm", "width_mm", "height_mm", "bottom_mm"),
     "disk": ("radius_mm", "height_mm", "bottom_mm"),
@@ -177,7 +180,21 @@ class HubDescription(Checked):
         file = folder / self.mesh
         if not file.exists():
             raise FileNotFoundError(f"mesh of [hub]: {file} does not exist")
-        return Mesh.load(file)
+        try:
+            mesh = Mesh.load(file)
+        except ArtefactError as error:
+            # Only a file of another program is told the way to become a mesh.
+            rest = " --surfaces --node-sets (a hub needs none of a leg's regions)"
+            way = rest if "pneumorph mesh" in str(error) else ""
+            raise ArtefactError(f"mesh of [hub]: {error}{way}") from error
+        across_mm = float(np.ptp(mesh.nodes, axis=0).max())
+        if not _LEAST_ACROSS_MM <= across_mm <= _MOST_ACROSS_MM:
+            raise ArtefactError(
+                f"mesh of [hub]: {file} is {across_mm:.3g} mm across, expected "
+                f"{_LEAST_ACROSS_MM:g} to {_MOST_ACROSS_MM:g}: its file may be in another unit; "
+                "make it again with pneumorph mesh --scale, the file's unit in mm (1000 for metres)"
+            )
+        return mesh
 
     def _solid(self, wall_mm: float) -> Mesh:
         """The box or the disk without so much of its outside."""

@@ -16,6 +16,7 @@ from pneumorph.base.artefact import ArtefactError, read_text
 from pneumorph.base.checked import Checked, Positive
 from pneumorph.base.notebook import ShownInNotebooks
 from pneumorph.base.settings import (
+    SettingsError,
     laid_over,
     settings_from_dict,
     settings_to_dict,
@@ -194,6 +195,8 @@ class RobotDescription(Checked, ShownInNotebooks):
                 _ = found.acting.ground.grid()
         except FileNotFoundError as error:
             raise FileNotFoundError(f"robot file {path}: {error}") from error
+        except SettingsError as error:
+            raise ArtefactError(f"robot file {path}: {error.reasons}") from error
         except ValueError as error:
             raise ArtefactError(f"robot file {path}: {error}") from error
         return found

@@ -294,5 +294,5 @@ class Design:
             if max(regulators) > regulator_count:
                 raise ValueError(
                     f"design {self} connects location {location} to regulator {max(regulators)}, "
-                    f"expected 1 to {regulator_count}: this rig has {regulator_count} regulators"
+                    f"expected 1 to {regulator_count}, as many regulators as there are"
                 )

@@ -86,7 +86,7 @@ def test_a_value_out_of_range_is_refused_by_name(field: str, value: Any, message
 def test_values_within_their_bounds_pass() -> None:
     ends = Walk(mutation=1.0, grading=1.0, ratio=0.0, friction=0.0, legs=(), robots=5)
     assert settings_from_dict(Walk, {"mutation": 1.0, "friction": 0.0}).friction == ends.friction
-    with pytest.raises(ValueError, match="Walk cannot be read: settings: population must be at le"):
+    with pytest.raises(ValueError, match="Walk cannot be read: population must be at le"):
         settings_from_dict(Walk, {"population": 1})
 
 

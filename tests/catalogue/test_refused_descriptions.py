@@ -45,7 +45,11 @@ Edited = Callable[[str, str], Path]
         ("yaw_deg = -90", "yaw_deg = -900", "yaw_deg must be .*-360.*got -900"),
         ("regulator_count = 4", "regulator_count = 4\nfrictoin = 1", "frictoin"),
         ("regulator_count = 4", "regulator_count = 1", "design .* to regulator 2"),
-        ('modules = ["long"]', 'modules = ["tall"]', r"sites\[1\].modules names 'tall'"),
+        (
+            'modules = ["long"]',
+            'modules = ["tall"]',
+            r": sites\[1\].modules names 'tall'",
+        ),
         ("[modules.short]", "[modules.spare]\n[modules.short]", None),
         ("minimum_legs = 4", "minimum_legs = 7", "legs from 7 to 6"),
         ("minimum_legs = 4", 'exclusions = ["0 1 2 3 4 5"]', "designs: the design space is empty"),

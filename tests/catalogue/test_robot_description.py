@@ -269,6 +269,21 @@ def test_a_hub_without_rims_is_told_what_else_may_touch(tmp_path: Path) -> None:
     assert len(replace(hub, contact="spread").spec(tmp_path).contact_points) > 3
 
 
+def test_a_hubs_mesh_of_another_unit_or_program_is_told_the_way(tmp_path: Path) -> None:
+    mesh = box_mesh((0.02, 0.02, 0.01), (2, 2, 1))
+    mesh.save(tmp_path / "hub.npz")
+    hub = HubDescription(
+        "mesh", mesh=Path("hub.npz"), density_g_per_ml=1.0, wall_mm=1.0, contact="none"
+    )
+    with pytest.raises(
+        ArtefactError, match=r"hub\.npz is 0\.02 mm across, .*--scale.*1000 for m"
+    ):
+        hub.spec(tmp_path)
+    (tmp_path / "hub.stl").write_text("solid hub\nendsolid hub\n")
+    with pytest.raises(ArtefactError, match=r"mesh --file .*hub\.stl --surfaces --node-sets"):
+        replace(hub, mesh=Path("hub.stl")).spec(tmp_path)
+
+
 def test_a_design_that_rules_do_not_allow_is_told_why(edited: Edited) -> None:
     plate = RobotDescription.read(edited('usual = "b1.0.2.2.0.b1"', 'exclusions = ["0 5"]'))
     says = "is none that [designs] of"
