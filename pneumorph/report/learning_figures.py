@@ -86,6 +86,7 @@ def reward_figure(
     pairs: Sequence[LearnedPair] = (),
     plan_of: PlanOf = paper_plan,
     goal: Goal = FORWARD,
+    baseline_world: str = "",
 ) -> Figure:
     """Return what of a goal is achieved, rewards in its unit, against timesteps (paper, figure 7).
 
@@ -100,6 +101,7 @@ def reward_figure(
         pairs: The best pairs, drawn beside and marked where training saw them; at most five.
         plan_of: What a design looks like from above.
         goal: What is achieved.
+        baseline_world: Where the expert walked, if that is not where these rounds did.
 
     Raises:
         ValueError: No rounds.
@@ -123,7 +125,7 @@ def reward_figure(
     mean = np.array([each["return_mean_cm"] for each in metrics]) / goal.cm_per_unit
     axes.plot(timestep, best, color=LEARNED_COLOUR, label="best so far")
     axes.plot(timestep, mean, color=NEUTRAL_COLOUR, label="mean of the round")
-    _draw_baseline(axes, baseline, goal)
+    _draw_baseline(axes, baseline, goal, baseline_world)
     if learned is not None:
         axes.plot(timestep[-1], learned, "o", color=LEARNED_COLOUR, clip_on=False)
         axes.annotate(goal.said(learned), (timestep[-1], learned), xytext=(0, 5),
@@ -141,7 +143,8 @@ def reward_figure(
     lowest = min(-3.0, float(histogram_edges_cm[0]) / 2) / goal.cm_per_unit
     axes.set_ylim(lowest, 1.12 * highest + 0.5 / goal.cm_per_unit)
     axes.set(xlabel="timesteps (actions of all robots)", ylabel=goal.axis)
-    axes.legend(loc="upper left")
+    # The shades of good designs come up to the top.
+    figure.legend(loc="outside upper left", ncols=2)
     return figure
 
 
@@ -173,9 +176,10 @@ def _timesteps(metrics: Sequence[Mapping[str, Any]]) -> np.ndarray:
     return np.array([each["timestep"] for each in metrics], dtype=float)
 
 
-def _draw_baseline(axes: Axes, baseline: float | None, goal: Goal) -> None:
+def _draw_baseline(axes: Axes, baseline: float | None, goal: Goal, world: str = "") -> None:
     if baseline is not None:
-        label = f"expert's best phase: {goal.said(baseline)}"
+        where = f", {world}" if world else ""
+        label = f"expert's best phase{where}: {goal.said(baseline)}"
         axes.axhline(baseline, color=BASELINE_COLOUR, label=label)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -25,12 +25,14 @@ from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.training_run import TrainingResult
 
 _DRAWN_PAIRS = 5
+_AS_IT_STANDS = "world as it stands"
+"""What the expert's phases walk in, and not what robots in drawn worlds do."""
 
 
 def sweep_sections(found: BestPhase, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return the expert's gait at every phase."""
     goal, achieved = found.goal, found.phases_achieved or found.distances_cm
-    learned = _best(found) if isinstance(found, TrainingResult) else None
+    learned = _nominal(found) if isinstance(found, TrainingResult) else None
     figure = phase_figure(found.phases_deg, achieved, learned, goal)
     caption = f"{found.baseline_design} under two sine waves, the second later by the phase."
     return [
@@ -41,6 +43,12 @@ def sweep_sections(found: BestPhase, run: FinishedRun, sheet: Sheet) -> list[Sec
 def _best(found: TrainingResult) -> float | None:
     """What the best pair achieved [the goal's unit]."""
     return found.best_distance_cm if found.goal.is_forward else found.best_achieved
+
+
+def _nominal(found: TrainingResult) -> float | None:
+    """The same in the expert's world; `_best` of runs of earlier versions, which do not know it."""
+    walked = found.replayed_distance_cm if found.goal.is_forward else found.replayed_achieved
+    return _best(found) if walked is None else walked
 
 
 def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> list[Section]:
@@ -57,6 +65,7 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         (found.seen_pairs or found.pairs)[:_DRAWN_PAIRS],
         plans_of(run.robot),
         found.goal,
+        _AS_IT_STANDS if found.randomisation else "",
     )
     body = page.side_by_side(
         sheet.drawn(
@@ -96,8 +105,25 @@ def _beginnings(found: TrainingResult) -> str:
 def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> list[Section]:
     """Return a training's best pairs with their gaits, beside the baseline."""
     title = "The best pairs" + (f", by {found.ranked_by}" if found.ranked_by else "")
-    scores = [each.score_cm for each in found.pairs] if found.ranked_by else None
-    return _pair_sections(found.pairs, run, sheet, found.goal, found, title, scores=scores)
+    beside: dict[str, Sequence[object]] = {}
+    # A mean over worlds is not compared with the expert's walk in one of them.
+    drawn = bool(found.randomisation)
+    if drawn and found.certificate is not None:
+        nominal = {each.design: each.nominal for each in found.certificate.pairs}
+        walked = [nominal.get(each.design) for each in found.pairs]
+        beside[found.goal.in_unit(_AS_IT_STANDS)] = walked
+    if found.ranked_by:
+        beside["score (cm)"] = [each.score_cm for each in found.pairs]
+    return _pair_sections(
+        found.pairs,
+        run,
+        sheet,
+        found.goal,
+        None if drawn else found,
+        title,
+        label=f"mean {found.goal.label}, worlds of the training" if drawn else "",
+        beside=beside,
+    )
 
 
 def evaluation_sections(found: Evaluation, run: FinishedRun, sheet: Sheet) -> list[Section]:
@@ -166,10 +192,22 @@ def _pair_sections(
     baseline: BestPhase | None = None,
     title: str = "The best pairs",
     gait_folder: Path | None = None,
-    scores: Sequence[float | None] | None = None,
+    label: str = "",
+    beside: Mapping[str, Sequence[object]] | None = None,
 ) -> list[Section]:
-    """Sections of the pairs of a run's summary; their gaits are in `gait_folder`, or its own. With
-    scores the table has what they were ranked by [cm]."""
+    """Sections of the pairs of a run's summary.
+
+    Args:
+        pairs: The pairs.
+        run: The run.
+        sheet: Draws.
+        goal: What they were to do.
+        baseline: The expert, where they are compared with it.
+        title: Of the section.
+        gait_folder: Of their gaits; None for the run's own.
+        label: Of what they achieved; empty for that of the goal.
+        beside: Further columns of their table, by header.
+    """
     if not pairs:
         return []
     drawn, missing = [], []
@@ -184,13 +222,7 @@ def _pair_sections(
         run.design(f"{place}.design")
         missing.append(f"L{rank} (no file is named)" if path is None else f"L{rank} ({path})")
     found = drawn[:_DRAWN_PAIRS]
-    header = ["", "design", *map(goal.in_unit, (goal.label, "over the baseline"))]
-    rows = _rows(pairs, baseline, goal)
-    if scores is not None:
-        header.append("score (cm)")
-        unscored = [None] * (len(rows) - len(pairs))  # the baseline
-        rows = [(*row, each) for row, each in zip(rows, [*unscored, *scores], strict=True)]
-    body = page.table(header, rows)
+    body = _pair_table(pairs, baseline, goal, label or goal.label, beside or {})
     if found:
         physics, plans = run.robot.physics, plans_of(run.robot)
         rate = physics.pressure_rate_kPa_per_s
@@ -220,15 +252,22 @@ def searched_pair_sections(found: SearchFindings, run: FinishedRun, sheet: Sheet
     return _pair_sections(found.pairs or (), run, sheet, found.goal)
 
 
-def _rows(
-    pairs: Sequence[_Pair], baseline: BestPhase | None, goal: Goal
-) -> list[tuple[object, ...]]:
-    rows: list[tuple[object, ...]] = []
+def _pair_table(
+    pairs: Sequence[_Pair],
+    baseline: BestPhase | None,
+    goal: Goal,
+    label: str,
+    beside: Mapping[str, Sequence[object]],
+) -> str:
     base = None if baseline is None else baseline.best_achieved_by_expert
+    header, rows = ["", "design", goal.in_unit(label)], list[list[object]]()
     if baseline is not None:
-        rows.append(("B", baseline.baseline_design, base, 0.0))
+        header.append(goal.in_unit("over the baseline"))
+        rows.append(["B", baseline.baseline_design, base, 0.0, *[None] * len(beside)])
     for rank, pair in enumerate(pairs, start=1):
         far = goal.of_pair(pair)
-        more = "" if far is None or base is None else far - base
-        rows.append((f"L{rank}", pair.design, "failed" if far is None else far, more))
-    return rows
+        row: list[object] = [f"L{rank}", pair.design, "failed" if far is None else far]
+        if baseline is not None:
+            row.append("" if far is None or base is None else far - base)
+        rows.append([*row, *(values[rank - 1] for values in beside.values())])
+    return page.table([*header, *beside], rows)

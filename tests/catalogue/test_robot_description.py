@@ -275,9 +275,7 @@ def test_a_hubs_mesh_of_another_unit_or_program_is_told_the_way(tmp_path: Path) 
     hub = HubDescription(
         "mesh", mesh=Path("hub.npz"), density_g_per_ml=1.0, wall_mm=1.0, contact="none"
     )
-    with pytest.raises(
-        ArtefactError, match=r"hub\.npz is 0\.02 mm across, .*--scale.*1000 for m"
-    ):
+    with pytest.raises(ArtefactError, match=r"hub\.npz is 0\.02 mm across, .*--scale.*1000 for m"):
         hub.spec(tmp_path)
     (tmp_path / "hub.stl").write_text("solid hub\nendsolid hub\n")
     with pytest.raises(ArtefactError, match=r"mesh --file .*hub\.stl --surfaces --node-sets"):

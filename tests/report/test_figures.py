@@ -94,9 +94,10 @@ def test_training_is_drawn_beside_the_baseline() -> None:
         }
         for number in (1, 2, 3)
     ]
-    axes = reward_figure(metrics, [-1.0, 0.0, 4.0], baseline=1.5, learned=4.0).axes[0]
-    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    figure = reward_figure(metrics, [-1.0, 0.0, 4.0], baseline=1.5, learned=4.0)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["best so far", "mean of the round", "expert's best phase: 1.5 cm"]
+    axes = figure.axes[0]
     assert axes.lines[0].get_ydata()[1:].tolist() == [2.0, 3.0]
     assert axes.get_ylim()[1] > 4.0
     target, entropy = entropy_figure(metrics).axes[0].lines

@@ -1,0 +1,82 @@
+"""A mean over drawn worlds never stands beside the expert's walk in one as if they were alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from helpers.result_example import example
+
+from pneumorph.environment.goal import FORWARD
+from pneumorph.report import training_sections as told
+from pneumorph.study.certified_pairs import Certificate
+from pneumorph.study.training_run import TrainingResult
+
+
+@pytest.fixture
+def found() -> TrainingResult:
+    """A training of two pairs whose certificate knows one of them."""
+    found = example(TrainingResult)
+    first, second = (
+        replace(found.pairs[0], design=design, distance_cm=far, score_cm=far - 1.0, gait=None)
+        for design, far in (("1.0.2.0.0.1", 12.25), ("1.2.0.0.2.1", 10.5))
+    )
+    certificate = example(Certificate)
+    pair = replace(certificate.pairs[0], design=first.design, nominal=17.75)
+    return replace(
+        found,
+        goal=FORWARD,
+        pairs=(first, second),
+        ranked_by="mean less 1 standard deviations of 4 worlds",
+        randomisation={"friction": "U(0.25, 1.2)"},
+        replayed_distance_cm=17.75,
+        best_distance_cm=12.25,
+        baseline_best_distance_cm=7.5,
+        baseline_best_achieved=7.5,
+        certificate=replace(certificate, pairs=(pair,)),
+    )
+
+
+class Run:
+    """What the table asks of a run whose gaits are not there."""
+
+    def design(self, place: str, regulator_count: int | None = None) -> None: ...
+
+
+def table(found: TrainingResult) -> str:
+    run: Any = Run()
+    unused: Any = None
+    (section,) = told.learned_pair_sections(found, run, unused)
+    return section.body
+
+
+def test_pairs_of_drawn_worlds_are_beside_what_they_do_in_the_experts(
+    found: TrainingResult,
+) -> None:
+    page = table(found)
+    assert "over the baseline" not in page
+    assert "mean distance, worlds of the training" in page
+    assert "world as it stands" in page
+    for number in ("12.2", "17.8", "11.2"):
+        assert number in page
+    one = table(replace(found, randomisation=None, ranked_by=None))
+    assert "over the baseline" in one
+    assert "world as it stands" not in one
+
+
+def test_the_sweep_shows_the_learned_pair_in_the_same_world(
+    found: TrainingResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Any] = []
+    monkeypatch.setattr(told, "phase_figure", lambda *args: drawn.append(args))
+
+    class Sheet:
+        def drawn(self, *args: Any) -> str:
+            return ""
+
+    sheet: Any = Sheet()
+    unused: Any = None
+    told.sweep_sections(found, unused, sheet)
+    told.sweep_sections(replace(found, replayed_distance_cm=None), unused, sheet)
+    assert [learned for _, _, learned, _ in drawn] == [17.75, 12.25]
