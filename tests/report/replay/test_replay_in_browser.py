@@ -166,6 +166,31 @@ def test_a_slope_is_told_and_gravity_points_down_the_screen(
         assert up < 0.0
 
 
+def test_robots_are_all_in_view(crawl: Trajectory, tmp_path: Path, open_page: OpenPage) -> None:
+    assert crawl.node_positions_mm is not None
+    way = np.linspace(0.0, 350.0, len(crawl.time_s))[:, None] * np.array([1.0, 0.0, 0.0])
+    far = replace(
+        crawl,
+        hub_position_mm=crawl.hub_position_mm + way,
+        tracked_point_mm=crawl.tracked_point_mm + way,
+        node_positions_mm=(crawl.node_positions_mm + way[:, None, None]).astype(np.float32),
+    )
+    actors = side_by_side([Actor.of(far, "far"), Actor.of(crawl, "near")])
+    page = open_page(write_replay(tmp_path / "view.html", actors, SETTINGS))
+    page.set_viewport_size({"width": 1250, "height": 600})
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    for view in ("orbit", "top", "side"):
+        page.evaluate(f"{PLAYER}.setCamera('{view}')")
+        seen = page.evaluate(
+            f"(() => {{ const {{ camera, actors }} = {PLAYER}.stage; camera.updateMatrixWorld();"
+            " return actors.flatMap(({ motion }) => { const p = motion.positions, found = [];"
+            " for (let i = 0; i < p.length; i += 3) { const at = new THREE.Vector3("
+            "p[i], p[i + 1] + motion.robot.lane_mm, p[i + 2]).project(camera);"
+            " found.push([at.x, at.y]); } return found; }); })()"
+        )
+        assert np.abs(seen).max() < 1.0
+
+
 def test_dragging_the_time_line_moves_the_robot(
     crawl: Trajectory, replay_file: Path, open_page: OpenPage
 ) -> None:

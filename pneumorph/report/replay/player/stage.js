@@ -313,8 +313,24 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       this.controls.target.copy(centre);
       this.camera.position.copy(centre).addScaledVector(direction, away);
       this.controls.update();
+      // What is near is seen larger: back until all of it is in view.
+      for (let i = 0; i < 40 && !this.followed && !this.inView(); i++) {
+        this.camera.position.sub(centre).multiplyScalar(1.04).add(centre);
+        this.controls.update();
+      }
       this.viewName = name;
       this.dirty = true;
+    }
+
+    // Whether all that must be in view is, and clear of the legend below.
+    inView() {
+      this.camera.updateMatrixWorld();
+      const { min, max } = this.box;
+      return [0, 1, 2, 3, 4, 5, 6, 7].every((corner) => {
+        const place = new THREE.Vector3(...["x", "y", "z"].map((axis, bit) =>
+          (corner >> bit & 1 ? max : min)[axis])).project(this.camera);
+        return Math.abs(place.x) < 0.98 && place.y < 0.98 && place.y > -0.9;
+      });
     }
 
     place(motion) {
