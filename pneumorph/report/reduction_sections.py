@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Protocol
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 from pneumorph.reduction.part_summary import PartSummary
 from pneumorph.reduction.reduction_settings import ReductionSettings
@@ -15,6 +15,9 @@ from pneumorph.study.comparison import Comparison
 from pneumorph.study.finished_run import FinishedRun
 from pneumorph.study.reduction_grid import GridPoint
 from pneumorph.study.robot_error import RobotError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _DIGEST_DIGITS = 12
 """As many of a digest as tell meshes apart."""
@@ -120,25 +123,31 @@ def leg_sections(found: HasLeg, run: FinishedRun, sheet: Sheet) -> list[Section]
     if found.leg is None:
         return []
     leg = found.leg
-    told = [_told(each) for each in (leg, *getattr(leg, "others", {}).values())]
+    every = (leg, *getattr(leg, "others", {}).values())
+    told = [_told(each) for each in every]
     names = dict.fromkeys(name for each in told for name in each)
     rows = [[name.replace("_", " "), *(each.get(name) for each in told)] for name in names]
     what = "the reduced leg" if len(told) == 1 else "reduced legs"
     body = page.table([what, *[""] * len(told)], rows)
-    if leg.bend:
-        bend = leg.bend
-        figure = bend_figure(bend["pressure_kPa"], bend["full_deg"], bend["reduced_deg"])
-        whose = "the leg" if len(told) == 1 else leg.part
-        caption = f"Bend of {whose} held at its root, by finite elements and reduced."
-        body = page.side_by_side(sheet.drawn("leg_bend", figure, caption), body)
+    drawn = []
+    for number, each in enumerate(every):
+        if each.bend:
+            whose = "the leg" if len(every) == 1 else each.part
+            caption = f"Bend of {whose} held at its root, by finite elements and reduced."
+            name = f"leg_bend_{number}" if number else "leg_bend"
+            drawn.append(sheet.drawn(name, _bend(each.bend), caption))
+    if len(drawn) == 1:
+        body = page.side_by_side(*drawn, body)
+    elif drawn:
+        body = page.side_by_side(*drawn) + body
     alone = [
-        sheet.drawn(
-            f"leg_bend_{name}",
-            bend_figure(bend["pressure_kPa"], bend["full_deg"], bend["reduced_deg"]),
-            f"The same where {name} alone is inflated.",
-        )
+        sheet.drawn(f"leg_bend_{name}", _bend(bend), f"The same where {name} alone is inflated.")
         for name, bend in getattr(found, "bend_of_cavities", {}).items()
     ]
     if alone:
         body += page.side_by_side(*alone)
     return [Section("How well the reduced leg stands for its finite elements", body)]
+
+
+def _bend(told: Mapping[str, Sequence[float]]) -> Figure:
+    return bend_figure(told["pressure_kPa"], told["full_deg"], told["reduced_deg"])

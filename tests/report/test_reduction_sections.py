@@ -1,0 +1,47 @@
+"""The page of a robot with several kinds of modules shows the bend of each."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from helpers.result_example import example
+
+from pneumorph.reduction.part_summary import PartsSummary
+from pneumorph.report.reduction_sections import leg_sections
+from pneumorph.study.baseline import Baseline
+
+BEND = {"pressure_kPa": [0.0, 45.0, 90.0], "full_deg": [0.0, 9.0, 20.0]}
+
+
+class Sheet:
+    """Notes what is drawn."""
+
+    def __init__(self) -> None:
+        self.figures: list[tuple[str, Any, str]] = []
+
+    def drawn(self, *figure: Any) -> str:
+        self.figures.append(figure)
+        return figure[2]
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_each_module_has_its_bend(count: int) -> None:
+    first = example(PartsSummary)
+    parts = [
+        replace(
+            first, part=f"leg {number}", bend={**BEND, "reduced_deg": [0.0, 9.0, 19.0 - number]}
+        )
+        for n in range(count)
+    ]
+    leg = replace(parts[0], others={each.part: each for each in parts[1:]})
+    sheet: Any = Sheet()
+    unused: Any = None
+    (section,) = leg_sections(replace(example(Baseline), leg=leg), unused, sheet)
+    assert len({name for name, *_ in sheet.figures}) == count
+    for number, (_, figure, caption) in enumerate(sheet.figures):
+        reduced = figure.axes[0].lines[1]
+        assert reduced.get_ydata()[-1] == 19.0 - number
+        assert (f"leg {number}" if count > 1 else "the leg") in caption
+        assert caption in section.body
