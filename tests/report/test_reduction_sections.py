@@ -30,9 +30,7 @@ class Sheet:
 def test_each_module_has_its_bend(count: int) -> None:
     first = example(PartsSummary)
     parts = [
-        replace(
-            first, part=f"leg {number}", bend={**BEND, "reduced_deg": [0.0, 9.0, 19.0 - number]}
-        )
+        replace(first, part=f"leg {n}", bend={**BEND, "reduced_deg": [0.0, 9.0, 19.0 - n]})
         for n in range(count)
     ]
     leg = replace(parts[0], others={each.part: each for each in parts[1:]})
