@@ -93,12 +93,27 @@ def upgraded(kind: Any, content: Mapping[str, Any]) -> dict[str, Any]:
             group = hints_of(dataclass_of(hint))
             beside = {key: now.pop(key) for key in set(now) & set(group) - set(hints)}
             if beside:
-                now[name] = {**beside, **table(now.get(name, {}), name)}
+                inside = table(now.get(name, {}), name)
+                _refuse_twice(beside, inside, name)
+                now[name] = laid_over(beside, inside)
     for name, value in now.items():
         inner = dataclass_of(hints[name]) if name in hints else None
         if inner is not None and isinstance(value, Mapping):
             now[name] = upgraded(inner, value)
     return now
+
+
+def _refuse_twice(beside: Mapping[str, Any], inside: Mapping[str, Any], name: str) -> None:
+    """Refuse values of a group that stand in it and beside it, and differ."""
+    for key in sorted(beside.keys() & inside.keys()):
+        one, other, place = beside[key], inside[key], f"{name}.{key}"
+        if isinstance(one, Mapping) and isinstance(other, Mapping):
+            _refuse_twice(one, other, place)
+        elif one != other:
+            raise ValueError(
+                f"{place} is {other!r}, and {place.partition('.')[2]} beside it {one!r}, expected "
+                "one of them"
+            )
 
 
 def save_settings(path: Path | str, settings: Any) -> Path:

@@ -7,10 +7,11 @@ Mirrored about the forward axis a robot goes as far forward, and as far to the o
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from pneumorph.base.checked import Checked, NotNegative, Positive
+from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
 from pneumorph.environment.goal import Goal, GoalName, said_heading
 
 MILLIMETRES_PER_CENTIMETRE = 10.0
@@ -51,11 +52,19 @@ class RewardWeights(Checked):
     """What is rewarded; directions are those of the floor, along whose forward axis a robot faces
     at the start unless `--physics.start` turns it. `forward`: travel along that axis. `heading`:
     travel in the direction `heading_deg`. `turn_left`, `turn_right`: turning."""
-    heading_deg: float = 0.0
+    heading_deg: Annotated[float, Bounds(least=-360.0, most=360.0)] = 0.0
     """Direction of the goal `heading`, counted from forward to the left [degrees]: 90 is to the
     left, 180 back."""
     turn_cm_per_degree: Positive = 0.1
     """Reward for a degree of turning [cm per degree]: by default a full circle is worth 36 cm."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.goal != "heading" and self.heading_deg != 0.0:
+            raise ValueError(
+                f"heading_deg is {self.heading_deg:g} and goal is {self.goal}, expected goal "
+                "heading: no other has a direction"
+            )
 
     @property
     def needs_samples(self) -> bool:

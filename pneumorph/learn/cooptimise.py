@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import reading, write_json
+from pneumorph.base.artefact import read_json, reading, write_json
 from pneumorph.base.result import result_to_dict
 from pneumorph.base.settings import differences, settings_from_dict, settings_to_dict
 from pneumorph.catalogue.older_names import current_setting
@@ -148,11 +148,21 @@ def _begin(
     if has_checkpoint(folder):
         return _restore(training, folder, provenance)
     remarks = _lost(folder, 0)
+    if remarks and not _is_of(folder, training.settings):
+        remarks = [
+            "began anew: a training with other settings had stopped here before a checkpoint"
+        ]
     # Policies of a training whose checkpoints are gone are not this one's.
     shutil.rmtree(folder / FINETUNED_FOLDER, ignore_errors=True)
     (folder / BEST_RESTART).unlink(missing_ok=True)
     write_json(folder / SETTINGS_FILE, settings_to_dict(training.settings))
     return 0.0, remarks
+
+
+def _is_of(folder: Path, settings: CooptSettings) -> bool:
+    """Whether what stopped in a folder before its first checkpoint had these settings."""
+    file = folder / SETTINGS_FILE
+    return file.is_file() and read_json(file, "JSON") == settings_to_dict(settings)
 
 
 def refuse_other_settings(

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -78,7 +79,14 @@ def test_a_run_that_died_before_its_first_checkpoint_says_that_it_begins_again(
         learn_in_folder(
             crawling(viscous_crawler_robot, make_simulator, rare), rare, tmp_path, progress=die
         )
-    summary = finish(tmp_path)
+    copy = tmp_path / "copy"
+    shutil.copytree(tmp_path, copy)
+    summary = learn_in_folder(
+        crawling(viscous_crawler_robot, make_simulator, rare), rare, tmp_path, resume=True
+    )
     one_round = SETTINGS.timesteps_per_round
     lost = f"{one_round} timesteps after the last checkpoint were lost and are made again"
     assert summary.remarks == (f"began again: {lost}",)
+    # What is not gone on with is not called so.
+    (remark,) = finish(copy).remarks
+    assert remark.startswith("began anew: a training with other settings")

@@ -126,3 +126,31 @@ def test_a_choice_of_physics_asks_for_no_number_of_regulators(physics: str) -> N
     below = {"robot": {"physics": two}, "coopt": {"space": two, "task": two}}
     training = layered(PRESETS["quick"](), [below, {"robot": {"based_on": physics}}])
     assert training.robot.physics.regulator_count == training.coopt.space.regulator_count == 2
+
+
+def test_a_group_beside_its_settings_and_in_them_is_one() -> None:
+    """As flags have it, `task` may stand beside `coopt`; neither hides what the other says."""
+    usual = TrainingOptions()
+    asked = {
+        "coopt": {"task": {"action_count": 2}},
+        "task": {"reward": {"goal": "turn_left"}},
+    }
+    task = layered(usual, [asked]).coopt.task
+    assert (task.action_count, task.reward.goal) == (2, "turn_left")
+    for group, wrong in (("task", {"reward": {"gaol": "forward"}}), ("sac", {"batch": 3})):
+        with pytest.raises(ValueError, match="unknown setting"):
+            layered(usual, [{"coopt": {group: {}, "seed": 1}, group: wrong}])
+    twice = {"coopt": {"sac": {"batch_size": 8}}, "sac": {"batch_size": 16}}
+    with pytest.raises(ValueError, match=r"coopt\.sac\.batch_size is 8, and .* beside it 16"):
+        layered(usual, [twice])
+    twice["sac"]["batch_size"] = 8
+    assert layered(usual, [twice]).coopt.sac.batch_size == 8
+
+
+def test_a_direction_without_its_goal_is_refused() -> None:
+    asked = {"coopt": {"task": {"reward": {"heading_deg": -90.0}}}}
+    with pytest.raises(ValueError, match="heading_deg is -90 and goal is forward, expected goal h"):
+        layered(TrainingOptions(), [asked])
+    asked["coopt"]["task"]["reward"] = {"goal": "heading", "heading_deg": 3600.0}
+    with pytest.raises(ValueError, match=r"heading_deg must be .*360"):
+        layered(TrainingOptions(), [asked])

@@ -96,6 +96,19 @@ def test_what_is_told_of_a_robot_is_its_goal(
     assert goal.said(achieved) in page.locator(".pr-view").inner_text()
 
 
+def test_robots_of_several_goals_are_compared_by_their_way_forward(
+    crawl: Trajectory, tmp_path: Path, open_page: OpenPage
+) -> None:
+    goals = (Goal(), Goal("heading", heading_deg=-90.0))
+    for chosen, name in ((goals, "forward distance (cm)"), (goals[1:] * 2, "travel to the right")):
+        actors = side_by_side([Actor.of(crawl, f"to {each.label}", each) for each in chosen])
+        page = open_page(write_replay(tmp_path / f"{len(set(chosen))}.html", actors))
+        assert page.evaluate(f"{PLAYER}.chart.way.name").startswith(name)
+        far = page.evaluate(f"{PLAYER}.chart.way.of({PLAYER}.motions[1], {len(crawl.time_s) - 1})")
+        expected = (Goal() if len(set(chosen)) > 1 else goals[1]).achieved(crawl)
+        assert far == pytest.approx(expected, abs=ROUNDING_MM / 10)
+
+
 def test_positions_between_frames_lie_between_them(
     crawl: Trajectory, replay_file: Path, open_page: OpenPage
 ) -> None:

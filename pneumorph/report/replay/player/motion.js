@@ -169,6 +169,12 @@ var pneumorphMotion = globalThis.pneumorphMotion || (() => {
       return (forward * (now[0] - start[0]) + left * (now[1] - start[1])) / 10;
     }
 
+    // Forward travel since the first frame in a frame [cm].
+    forward(frame) {
+      const { tracked } = this.parts;
+      return (tracked[frame][0] - tracked[0][0]) / 10;
+    }
+
     // Turn to the left since the first frame [degrees], now or in a frame.
     turned(frame) {
       const { hub } = this.parts, heading = (row) => {

@@ -195,7 +195,7 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       contacts.frustumCulled = false;
       group.add(contacts);
       const actor = { motion, group, legs, shadows, hub, hubShadow, flat, contacts, index };
-      actor.label = this.label(labels, robot.label);
+      actor.label = this.label(labels, robot.label, index);
       return actor;
     }
 
@@ -210,13 +210,15 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       group.add(triad);
       this.scene.add(group);
       const actor = { motion, group, triad, index };
-      actor.label = this.label(labels, motion.robot.label);
+      actor.label = this.label(labels, motion.robot.label, index);
       return actor;
     }
 
-    label(labels, text) {
+    // Underlined in the colour of its path and curve.
+    label(labels, text, index) {
       const element = document.createElement("div");
       element.textContent = text;
+      element.style.borderBottom = `3px solid ${pathColour(index, this.motions.length)}`;
       labels.append(element);
       return element;
     }

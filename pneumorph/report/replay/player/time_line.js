@@ -69,22 +69,29 @@ var pneumorphTimeLine = globalThis.pneumorphTimeLine || (() => {
       }
     }
 
-    // Robots of one page have one goal.
-    ways(pen, top, bottom) {
+    // What of their goal robots achieve; where they have several, how far forward all go.
+    get way() {
       const { label, symbol } = this.motions[0].goal;
+      const one = this.motions.every((motion) => motion.goal.label === label);
+      return one ? { name: `${label} (${symbol.trim()})`, of: (motion, i) => motion.achieved(i) }
+        : { name: "forward distance (cm)", of: (motion, i) => motion.forward(i) };
+    }
+
+    ways(pen, top, bottom) {
+      const way = this.way;
       let low = 0, high = 1;
       for (const motion of this.motions) {
         if (motion.sound) motion.time.forEach((_, i) => {
-          const d = motion.achieved(i);
+          const d = way.of(motion, i);
           low = Math.min(low, d);
           high = Math.max(high, d);
         });
       }
-      const y = this.axis(pen, top, bottom, low, high, `${label} (${symbol.trim()})`);
+      const y = this.axis(pen, top, bottom, low, high, way.name);
       this.motions.forEach((motion, index) => {
         if (!motion.sound) return;
         pen.strokeStyle = pneumorphStage.pathColour(index, this.motions.length);
-        this.curve(pen, motion.time, (i) => y(motion.achieved(i)), 1.8, []);
+        this.curve(pen, motion.time, (i) => y(way.of(motion, i)), 1.8, []);
       });
     }
 
