@@ -32,6 +32,8 @@ _OF_ENVELOPE_G_PER_ML = (0.005, 100.0)
 """Of all that a hub encloses or carries: between a frame and valves on a thin plate."""
 _LEAST_ACROSS_MM, _MOST_ACROSS_MM = 5.0, 5000.0
 """Sizes of a mesh beyond which its unit is not mm."""
+_FURTHEST_MM = 500.0
+"""How far from the hub what it carries, or what is looked at, may be [mm]."""
 _SIZES = {
     "box": ("length_mm", "width_mm", "height_mm", "bottom_mm"),
     "disk": ("radius_mm", "height_mm", "bottom_mm"),
@@ -165,6 +167,7 @@ class HubDescription(Checked):
             ValueError: Nothing is left to touch the floor or to weigh.
         """
         mesh = self._shape_mesh(folder)
+        self._refuse_distant(mesh)
         return HubSpec(
             mesh,
             Material(self.young_modulus_kPa, self.poisson_ratio),
@@ -173,6 +176,20 @@ class HubDescription(Checked):
             self._contact_points(mesh),
             self.surface,
         )
+
+    def _refuse_distant(self, mesh: Mesh) -> None:
+        """Refuse points that can be none of the hub's."""
+        low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+        for name in ("payload_mm", "tracked_point_mm", "centre_mm"):
+            place = getattr(self, name)
+            if place is None:
+                continue
+            away = float(np.linalg.norm(np.maximum(np.maximum(low - place, place - high), 0.0)))
+            if away > _FURTHEST_MM:
+                raise ValueError(
+                    f"[hub]: {name} is ({', '.join(f'{each:g}' for each in place)}) mm, {away:.0f} "
+                    f"mm away from the hub, expected at most {_FURTHEST_MM:g}"
+                )
 
     def _shape_mesh(self, folder: Path) -> Mesh:
         if self.mesh is None:

@@ -21,6 +21,8 @@ from pneumorph.robot.design_space import DesignSpace
 
 USUAL_TOLERANCE_MM = 3.0
 """Widest gap between hub and attachment face, and deepest overlap, where none is asked for [mm]."""
+_OBLIQUE = 1.5
+"""A way out of the hub from so deep as is allowed, at 45 degrees and a bit, over that depth."""
 _SMALLEST_HUB_MM = 2.0
 """A hub that is smaller was probably given in metres [mm]."""
 ALLOWED_BY = "allow it by mounting_tolerance_mm"
@@ -95,19 +97,24 @@ def check_mounted(
                     f"module {module.name} at {where} does not say what of it is attached, "
                     "expected the mesh that it was made from: give its mesh, or reduce it again"
                 )
-            said = _misplaced(module, site.pose_of(module), nodes, skin, tolerance_mm)
+            pose = site.pose_of(module)
+            said = _misplaced(module, pose, nodes, skin, tolerance_mm, allowed_by)
             if said is not None:
                 wrong.setdefault(where, f"module {module.name} at {where} {said}")
     if wrong:
         first, *others = wrong
         raise ValueError(
-            f"{wrong[first]}, or {allowed_by}"
-            + (f"; misplaced too: {', '.join(others)}" if others else "")
+            f"{wrong[first]}" + (f"; misplaced too: {', '.join(others)}" if others else "")
         )
 
 
 def _misplaced(
-    module: Module, pose: Pose, nodes: np.ndarray, skin: np.ndarray, tolerance_mm: float
+    module: Module,
+    pose: Pose,
+    nodes: np.ndarray,
+    skin: np.ndarray,
+    tolerance_mm: float,
+    allowed_by: str,
 ) -> str | None:
     """What is wrong with where a module is on a hub of these nodes and skin; None for nothing."""
     assert module.face is not None
@@ -117,13 +124,23 @@ def _misplaced(
         return (
             f"has its attachment face {gap:.1f} mm away from the hub, its middle at "
             f"{np.round(face, 1).tolist()} mm, expected at most {tolerance_mm:g}: move the site "
-            "to the hub's surface"
+            f"to the hub's surface, or {allowed_by}"
         )
+    outwards = pose.rotation @ module.face.rotation[:, 0]
     depth, place = _deepest(pose.apply(module.reduced.rest_nodes), nodes, skin)
     if depth <= tolerance_mm:
-        return None
+        # In a hub that is thin beside what is allowed nothing is deep.
+        ahead_mm = np.arange(0.5, float(np.ptp(nodes, axis=0).max()))
+        through = int(
+            (winding_number(face + ahead_mm[:, None] * outwards, nodes, skin) > 0.5).sum()
+        )
+        if through <= _OBLIQUE * tolerance_mm + 1.0:
+            return None
+        return (
+            f"goes {through} mm through the hub: does the site's x axis point away from it, with "
+            "angles in degrees? Turn or move the site"
+        )
     bottom, top = nodes[:, 2].min(), nodes[:, 2].max()
-    outwards = pose.rotation @ module.face.rotation[:, 0]
     behind = float((face - place) @ outwards)
     cause = (
         "does the site's x axis point away from the hub, whose height is from "
@@ -134,7 +151,7 @@ def _misplaced(
     )
     return (
         f"is up to {depth:.1f} mm inside the hub, at {np.round(place, 1).tolist()} mm, expected at "
-        f"most {tolerance_mm:g}: {cause}"
+        f"most {tolerance_mm:g}: {cause}, or {allowed_by}"
     )
 
 

@@ -20,8 +20,11 @@ _SURFACE = {
     "floor_slope_deg": "slope",
     "ground": "ground",
     "start": "start",
+    "floor_height_mm": "floor height",
+    "pressure_map": "pressure map",
 }
-"""Settings that tell where a robot walks rather than how it is simulated, as they are called."""
+"""Settings that tell where a robot walks, or what its pressures mean, rather than how it is
+simulated, as they are called."""
 
 
 def physics_name(physics: Physics) -> str:

@@ -269,6 +269,23 @@ def test_a_hub_without_rims_is_told_what_else_may_touch(tmp_path: Path) -> None:
     assert len(replace(hub, contact="spread").spec(tmp_path).contact_points) > 3
 
 
+def test_a_module_that_lies_in_the_hub_is_refused_whatever_the_tolerance(edited: Edited) -> None:
+    """The plate is 10 mm high: with half of that as tolerance no point of it is too deep."""
+    path = edited('name = "plate"', 'name = "plate"\nmounting_tolerance_mm = 9')
+    assert RobotDescription.read(path).spec().sites
+    text = path.read_text().replace("yaw_deg = 180", "yaw_deg = 3.14159")
+    path.write_text(text.replace("[designs]", "[designs]\nmirror = false"))
+    with pytest.raises(ArtefactError, match=r"sites\[2\] \(rear left\) goes 18 mm through the hub"):
+        RobotDescription.read(path).spec()
+
+
+def test_what_is_far_from_the_hub_is_refused(edited: Edited) -> None:
+    payload = "height_mm = 10\npayload_g = 50\npayload_mm = [3000, 0, 50]"
+    path = edited("height_mm = 10", payload)
+    with pytest.raises(ArtefactError, match=r"payload_mm is \(3000, 0, 50\) mm, 2925 mm away"):
+        RobotDescription.read(path).spec()
+
+
 def test_a_hubs_mesh_of_another_unit_or_program_is_told_the_way(tmp_path: Path) -> None:
     mesh = box_mesh((0.02, 0.02, 0.01), (2, 2, 1))
     mesh.save(tmp_path / "hub.npz")
