@@ -147,8 +147,16 @@ def table_of_text(text: str, path: Path | str, kind: str) -> dict[str, Any]:
         raise ArtefactError(
             f"{kind} file {path} is YAML by its name, expected JSON (.json) or TOML (.toml)"
         )
-    if path.suffix != ".toml":
+    if path.suffix == ".json":
         return table_of_json(text, path, kind)
+    if path.suffix != ".toml":
+        try:
+            return table_of_json(text, path, kind)
+        except ArtefactError as error:
+            raise ArtefactError(
+                f"{kind} file {path} is no JSON, and by its name no TOML, expected the name to end "
+                "in .json or .toml"
+            ) from error
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also a number of thousands of digits

@@ -121,7 +121,12 @@ class HubDescription(Checked):
                 "hang on one node"
             )
         if self.wall_mm is not None and not self._hollow_fits():
-            raise ValueError(f"wall_mm is {self.wall_mm:g}, expected less than half of every size")
+            sizes = (self.length_mm, self.width_mm, self.height_mm, self.radius_mm)
+            least = min(each for each in sizes if each is not None)
+            raise ValueError(
+                f"wall_mm is {self.wall_mm:g}, expected less than half of every size, of which the "
+                f"least is {least:g}: all are in mm"
+            )
 
     def refuse_misplaced(self, mirror: bool, same: tuple[str, ...]) -> None:
         """Refuse a place of no payload, and points that a symmetry of the robot takes elsewhere.

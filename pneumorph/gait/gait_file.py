@@ -15,6 +15,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -96,6 +97,12 @@ def read_gait(
             "long it is held, expected a last row that repeats its pressures and marks the end; "
             f"append the line {missing} to hold it as long as the one before"
         )
+    for row, (before_s, time_s) in enumerate(pairwise(table[:, 0].tolist()), start=2):
+        if not time_s > before_s:
+            raise ValueError(
+                f"gait file {path}, row {row}: time_s is {time_s:g} after {before_s:g}, expected "
+                "times that rise"
+            )
     try:
         if maximum_pressure_kPa is None:
             maximum_pressure_kPa = _named_limit(comments)

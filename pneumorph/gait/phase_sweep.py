@@ -168,7 +168,8 @@ def sweep_phases(
     if np.isnan(result.distance_cm).all():
         raise ValueError(
             f"the simulation failed at every phase of design {design}, expected at least one to "
-            "walk; the reduced parts or the simulation settings are at fault"
+            "walk; the reduced parts, the floor (slope, ground, friction) or the time step are at "
+            "fault"
         )
     return PhaseSweep(
         phase_deg=np.array(settings.phases_deg),

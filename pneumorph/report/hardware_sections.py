@@ -53,7 +53,11 @@ def _trials_section(found: DeployedGait, run: FinishedRun, sheet: Sheet) -> Sect
     caption += "; below, the marker's travel." if tracks else "."
     names = ["trial", *(each.name for each in fields(DeploymentReport)), "distance_cm"]
     rows = [[getattr(trial, name) for name in names] for trial in found.trials]
-    body = page.table([name.replace("_", " ") for name in names], rows)
+    header = [name.replace("_", " ") for name in names]
+    if found.goal is not None and not found.goal.is_forward:
+        header.append(found.goal.in_unit(found.goal.label))
+        rows = [[*row, trial.achieved] for row, trial in zip(rows, found.trials, strict=True)]
+    body = page.table(header, rows)
     if logs:
         body = sheet.drawn("trials", trials_figure(logs, tracks), caption) + body
     return Section("Trials", body)
@@ -83,7 +87,8 @@ def transfer_sections(found: Transfer, run: FinishedRun, sheet: Sheet) -> list[S
     drawn = sheet.drawn(
         "steps",
         steps,
-        f"Reward of every {step_s:g} s, simulated and measured (mean of trials), and below zero "
+        f"Forward distance of every {step_s:g} s, simulated and measured (mean of trials), and "
+        "below zero "
         "the furthest slide back between steps.",
     )
     return [

@@ -47,6 +47,12 @@ class Plan:
         """Half the width of a square about the origin that holds all of it."""
         return float(max(np.abs(each).max(initial=0.0) for each in (self.hub_mm, *self.legs_mm)))
 
+    @property
+    def reach_mm(self) -> float:
+        """Distance of its furthest point from the origin."""
+        outlines = (self.hub_mm, *self.legs_mm)
+        return float(max(np.linalg.norm(each, axis=1).max(initial=0.0) for each in outlines))
+
 
 PlanOf = Callable[[Design], Plan]
 """What a design of a robot looks like."""

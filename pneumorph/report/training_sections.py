@@ -78,7 +78,7 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         sheet.drawn(
             "entropy",
             entropy_figure(metrics),
-            "The design distribution narrows as its entropy follows the target"
+            "Entropy of the design distribution and its target: the less, the fewer designs remain"
             + (", from each beginning." if found.restart_scores_cm else "."),
         ),
     )

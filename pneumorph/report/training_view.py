@@ -103,7 +103,7 @@ def _figures(snapshot: TrainingSnapshot, baseline: float | None, goal: Goal) -> 
         "the design distribution.",
     ) + page.drawn(
         entropy_figure(snapshot.metrics),
-        "The design distribution narrows as its entropy follows the target.",
+        "Entropy of the design distribution and its target: the less, the fewer designs are left.",
     )
 
 

@@ -72,14 +72,15 @@ def path_figure(trajectories: Mapping[str, Trajectory]) -> Figure:
     panels = figure.subplots(1, len(trajectories), squeeze=False, sharex=True, sharey=True)[0]
     paths = [(each.tracked_point_mm - each.tracked_point_mm[0])[:, :2] / 10
              for each in trajectories.values()]  # fmt: skip
-    least, most = _seen_cm(paths)
+    plans = [plan_of_walk(each) for each in trajectories.values()]
+    least, most = _seen_cm(paths, max(_ROBOT_CM, *(0.1 * plan.reach_mm for plan in plans)))
     for number, (label, trajectory) in enumerate(trajectories.items()):
         axes, colour = panels[number], PATH_COLOURS[number % len(PATH_COLOURS)]
         path_cm = paths[number]
         rotation = trajectory.hub_rotation[-1]
         heading = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
         x, y = path_cm[-1].tolist()
-        draw_plan_view(axes, plan_of_walk(trajectory), (x, y), heading, size_mm=0.1)
+        draw_plan_view(axes, plans[number], (x, y), heading, size_mm=0.1)
         axes.plot(*path_cm.T, color=colour, linewidth=2.0, zorder=3)
         axes.plot(0, 0, "o", color=colour, markersize=4, zorder=3)
         axes.set_title(label)
@@ -88,12 +89,12 @@ def path_figure(trajectories: Mapping[str, Trajectory]) -> Figure:
     return figure
 
 
-def _seen_cm(paths: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Least and most x and y of a picture that has robots of the paper's size about all points of
+def _seen_cm(paths: Sequence[np.ndarray], reach_cm: float) -> tuple[np.ndarray, np.ndarray]:
+    """Least and most x and y of a picture that has robots of such a reach about all points of
     paths, and is not smaller for short ones [cm]."""
     points = np.concatenate(paths)
-    least = np.minimum(points.min(axis=0) - _ROBOT_CM, (-18.0, -18.0))
-    most = np.maximum(points.max(axis=0) + _ROBOT_CM, (32.0, 18.0))
+    least = np.minimum(points.min(axis=0) - reach_cm, (-18.0, -18.0))
+    most = np.maximum(points.max(axis=0) + reach_cm, (32.0, 18.0))
     return least, most
 
 

@@ -101,7 +101,7 @@ def _distance_section(
             sheet.drawn(
                 _named("distance", group),
                 distance_figure(trajectories, goal),
-                "Forward distance of the hub's centre."
+                "Forward distance of the tracked point, by default the middle of the hub's top."
                 if goal.is_forward
                 else f"{goal.title}, since the start.",
             ),

@@ -8,8 +8,10 @@ from typing import Literal
 
 import pytest
 
+from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.settings import (
     load_settings,
+    read_settings_file,
     save_settings,
     settings_from_dict,
     settings_to_dict,
@@ -90,6 +92,13 @@ def test_files_that_are_not_settings_are_refused(tmp_path: Path) -> None:
     broken.write_text("[]")
     with pytest.raises(ValueError, match="holds a list, expected a table"):
         load_settings(Simulation, broken)
+
+
+def test_a_file_that_is_neither_by_its_name_is_told_so(tmp_path: Path) -> None:
+    path = tmp_path / "walk.txt"
+    path.write_text("population = 3\n")
+    with pytest.raises(ArtefactError, match=r"walk\.txt is no JSON, and .* in \.json or \.toml"):
+        read_settings_file(path)
 
 
 def test_dictionary_holds_only_json_values() -> None:

@@ -42,6 +42,11 @@ Edited = Callable[[str, str], Path]
             "density_g_per_ml = 0.6\npayload_mm = [0, 0, 50]",
             "payload_mm is given, expected payload_g",
         ),
+        (
+            "height_mm = 10",
+            "height_mm = 0.01\nwall_mm = 2",
+            "wall_mm is 2, .* of which the least is 0.01: all are in mm",
+        ),
         ("yaw_deg = -90", "yaw_deg = -900", "yaw_deg must be .*-360.*got -900"),
         ("regulator_count = 4", "regulator_count = 4\nfrictoin = 1", "frictoin"),
         ("regulator_count = 4", "regulator_count = 1", "design .* to regulator 2"),

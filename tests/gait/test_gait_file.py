@@ -41,7 +41,10 @@ def test_round_trip_is_exact(tmp_path: Path) -> None:
             HEADER + "0,10,20\n0.5,15,20\n",
             "new command at 0.5 s .* append the line 1,15,20 to hold",
         ),
-        (HEADER + "0,10,20\n2,5,5\n1,5,5\n", "duration_s is 1.0, expected more than 2.0"),
+        (
+            HEADER + "0,10,20\n2,5,5\n1,5,5\n",
+            "row 3: time_s is 1 after 2, expected times that",
+        ),
     ],
 )
 def test_files_that_are_no_gait_are_refused(tmp_path: Path, content: str, message: str) -> None:

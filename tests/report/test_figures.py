@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pneumorph.report.learning_figures import entropy_figure, phase_figure, reward_figure
-from pneumorph.report.plan import paper_plan
+from pneumorph.report.plan import Plan, paper_plan
 from pneumorph.report.plan_view import plan_view_figure
 from pneumorph.report.reduction_figures import bend_figure
 from pneumorph.report.style import regulator_colour, save_figure
@@ -62,6 +62,16 @@ def test_path_and_bend(make_trajectory, tmp_path: Path) -> None:
     figure = path_figure({"a": make_trajectory()})
     assert figure.axes[0].lines[0].get_xdata()[-1] == pytest.approx(1.0)
     assert len(bend_figure([0, 100], [0, 30], [0, 31]).axes[0].lines) == 2
+
+
+def test_a_robot_of_long_reach_is_in_the_picture_of_its_path(
+    make_trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leg = np.array([[0.0, -9.0], [-250.0, -9.0], [-250.0, 9.0], [0.0, 9.0]])
+    plan = Plan(np.zeros((0, 2)), (leg,), ((1,),), ("",))
+    monkeypatch.setattr("pneumorph.report.walk_figures.plan_of_walk", lambda _: plan)
+    (axes,) = path_figure({"far": make_trajectory()}).axes
+    assert axes.get_xlim()[0] <= -25.0
 
 
 def test_a_robot_that_went_far_is_in_the_picture_of_its_path(make_trajectory) -> None:
