@@ -7,6 +7,9 @@ from typing import Any
 
 from pneumorph.learn.training import STAGES
 
+SUMMARY_FILE = "summary.json"
+"""Of a training's folder: its result."""
+
 
 @dataclass(frozen=True)
 class SeenPair:

@@ -23,7 +23,7 @@ from pneumorph.learn.checkpoint import (
     load_checkpoint,
     save_checkpoint,
 )
-from pneumorph.learn.coopt_result import CooptResult, KeptPair, SeenPair
+from pneumorph.learn.coopt_result import SUMMARY_FILE, CooptResult, KeptPair, SeenPair
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.finetuning import FINETUNED_FOLDER, finalists, finetune
 from pneumorph.learn.metrics import MetricsLog, read_metrics
@@ -33,7 +33,6 @@ from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.training import STAGES, Training
 
 SETTINGS_FILE = "settings.json"
-SUMMARY_FILE = "summary.json"
 POLICY_FILE = "policy.npz"
 GAIT_FOLDER = "gaits"
 

@@ -7,11 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pneumorph.base.artefact import ArtefactError, reading
+from pneumorph.base.artefact import ArtefactError, read_json, reading
+from pneumorph.base.result import result_from_dict
+from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.checkpoint import KIND, NEWEST, PREVIOUS, read_checkpoint
+from pneumorph.learn.coopt_result import SUMMARY_FILE, CooptResult
 from pneumorph.learn.design_gait_pair import BestPairs, DesignGaitPair
 from pneumorph.learn.metrics import DRAWN, METRICS_FILE, read_metrics
 from pneumorph.learn.settings import CooptSettings
+from pneumorph.robot.design import Design
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +24,8 @@ class TrainingSnapshot:
 
     Attributes:
         metrics: A dictionary for each round so far.
-        pairs: The best pairs of the newest checkpoint, the furthest first; empty before the first.
+        pairs: The best pairs of the result, or else of the newest checkpoint, the highest score
+            first; empty before there are any, which robots in drawn worlds have at the end alone.
         pairs_timestep: Timestep of that checkpoint; None before the first.
         timesteps: Timesteps when the training is finished.
         last_round_s_ago: Time since the last round was written [s]; None before the first.
@@ -55,6 +60,8 @@ def training_snapshot(folder: Path | str, settings: CooptSettings) -> TrainingSn
     """
     folder = Path(folder)
     pairs, timestep = _pairs(folder, settings)
+    if (folder / SUMMARY_FILE).is_file():
+        pairs = _found(folder, settings)
     file = folder / METRICS_FILE
     return TrainingSnapshot(
         metrics=read_metrics(folder, DRAWN),
@@ -63,6 +70,23 @@ def training_snapshot(folder: Path | str, settings: CooptSettings) -> TrainingSn
         timesteps=settings.training_timesteps,
         last_round_s_ago=time.time() - file.stat().st_mtime if file.exists() else None,
     )
+
+
+def _found(folder: Path, settings: CooptSettings) -> list[DesignGaitPair]:
+    """Return the pairs of a finished training."""
+    found = result_from_dict(CooptResult, read_json(folder / SUMMARY_FILE, "JSON"))
+    return [
+        DesignGaitPair(
+            settings.space.index(Design.parse(pair.design)),
+            read_gait(folder / pair.gait)[0].held_kPa,
+            pair.distance_cm,
+            pair.score_cm,
+            pair.source,
+            pair.timestep,
+            pair.distance_cm if pair.achieved is None else pair.achieved,
+        )
+        for pair in found.pairs
+    ]
 
 
 def _pairs(folder: Path, settings: CooptSettings) -> tuple[list[DesignGaitPair], int | None]:

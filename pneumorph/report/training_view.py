@@ -109,7 +109,9 @@ def _figures(snapshot: TrainingSnapshot, baseline: float | None, goal: Goal) -> 
 
 def _designs(snapshot: TrainingSnapshot, space: DesignSpace, plan_of: PlanOf, goal: Goal) -> str:
     if not snapshot.pairs:
-        return page.paragraph("They come with the first checkpoint.", "note")
+        return page.paragraph(
+            "They come with the first checkpoint, of robots in drawn worlds at the end.", "note"
+        )
     return "".join(
         page.drawn(
             plan_view_figure(plan_of(space[pair.design])),

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from helpers.toy_coopt import make_simulator, toy_settings
 
-from pneumorph.base.artefact import ArtefactError
+from pneumorph.base.artefact import ArtefactError, read_json
+from pneumorph.base.result import result_from_dict
+from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.checkpoint import NEWEST, PREVIOUS
+from pneumorph.learn.coopt_result import SUMMARY_FILE, CooptResult
 from pneumorph.learn.cooptimise import learn_in_folder
 from pneumorph.learn.environments import crawling
 from pneumorph.learn.metrics import METRICS_FILE
@@ -48,6 +53,25 @@ def test_snapshots_follow_a_training(
         assert each.pairs[0].distance_cm == pytest.approx(best)
         assert len(each.pairs) <= SETTINGS.kept_pair_count
     assert [each.is_finished for each in (before, *rounds, last)] == [False] * 4 + [True] * 2
+
+
+def test_a_finished_training_shows_what_it_found(
+    folder_and_moments: tuple[Path, list[TrainingSnapshot]], tmp_path: Path
+) -> None:
+    """Also where its checkpoints hold no pairs, as of robots in drawn worlds."""
+    folder, _ = folder_and_moments
+    shutil.copytree(folder, tmp_path / "run")
+    found = result_from_dict(CooptResult, read_json(folder / SUMMARY_FILE, "JSON"))
+    for name in (NEWEST, PREVIOUS):
+        (tmp_path / "run" / name).unlink()
+    shown = training_snapshot(tmp_path / "run", SETTINGS)
+    assert shown.pairs_timestep is None
+    assert [str(SETTINGS.space[each.design]) for each in shown.pairs] == [
+        each.design for each in found.pairs
+    ]
+    assert [each.score_cm for each in shown.pairs] == [each.score_cm for each in found.pairs]
+    gait, _ = read_gait(folder / found.pairs[0].gait)
+    np.testing.assert_array_equal(shown.pairs[0].held_kPa, gait.held_kPa)
 
 
 def test_a_damaged_checkpoint_is_left_alone_and_the_one_before_is_read(
