@@ -1,6 +1,7 @@
 """A robot seen from above: legs coloured by regulator, forward to the right (paper, figure 3a).
 
-What stands on a leg is its entry in the name of the design: its kind and its regulators.
+What stands on a leg is its entry in the name of the design: its kind and its regulators. A leg of
+several regulators has a band for each, the first nearest to the hub.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 
 _OUTWARDS_MM = 12.0
 """How far beyond a leg's middle its number stands."""
-_WIDEST = 1.9
-"""Characters of full size that are as wide as a leg; of more regulators they are smaller."""
+_WIDEST = 2.6
+"""Characters of full size that find room on a leg; of more regulators they are smaller."""
 
 
 def draw_plan_view(
@@ -46,6 +47,8 @@ def draw_plan_view(
         size_mm: Size of a drawn millimetre in the axes' units.
         number_size: Size of what stands on the legs, in points; 0 for none.
     """
+    from matplotlib.patheffects import withStroke
+
     cosine, sine = np.cos(heading_rad), np.sin(heading_rad)
     turn = np.array([[cosine, -sine], [sine, cosine]])
 
@@ -54,8 +57,9 @@ def draw_plan_view(
 
     legs = zip(plan.legs_mm, plan.regulators, plan.letters, strict=True)
     for outline, regulators, letter in legs:
-        colour = regulator_colour(regulators[0])
-        axes.fill(*placed(outline).T, facecolor=colour, edgecolor="white", linewidth=0.6)
+        colours = [regulator_colour(each) for each in regulators]
+        for band, colour in zip(_bands(outline, len(colours)), colours, strict=True):
+            axes.fill(*placed(band).T, facecolor=colour, edgecolor="white", linewidth=0.6)
         if number_size:
             # The number says what the colour says, for grey print.
             middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
@@ -63,13 +67,41 @@ def draw_plan_view(
             x, y = placed(middle + _OUTWARDS_MM * away)
             text = letter + "+".join(map(str, regulators))
             size = number_size * min(1.0, _WIDEST / len(text))
-            axes.text(x, y, text, color="white", ha="center", va="center", size=size)
+            rim = [withStroke(linewidth=1.6, foreground=colours[-1])]  # where a leg is narrow
+            axes.text(x, y, text, color="white", ha="center", va="center", size=size,
+                      path_effects=rim)  # fmt: skip
     if len(plan.hub_mm):
         axes.fill(*placed(plan.hub_mm).T, facecolor=DISK_COLOUR, edgecolor="white", linewidth=0.8)
     x, y = centre_mm
     ahead, aside = 30.0 * size_mm * np.array([cosine, sine])
     arrow = {"arrowstyle": "->", "color": INK_COLOUR, "linewidth": 0.9}
     axes.annotate("", (x + ahead, y + aside), (x - ahead, y - aside), arrowprops=arrow)
+
+
+def _bands(outline: np.ndarray, count: int) -> list[np.ndarray]:
+    """Parts of a convex outline (corner, 2), one after another away from the origin and as long as
+    each other."""
+    middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
+    away = middle / max(float(np.linalg.norm(middle)), 1.0)
+    along = outline @ away
+    cuts = np.linspace(along.min(), along.max(), count + 1)[1:-1]
+    parts = []
+    for cut in cuts:
+        parts.append(_beyond(outline, -away, -cut))
+        outline = _beyond(outline, away, cut)
+    return [*parts, outline]
+
+
+def _beyond(outline: np.ndarray, direction: np.ndarray, least: float) -> np.ndarray:
+    """What of a convex outline is at least so far in a direction (Sutherland and Hodgman 1974)."""
+    kept = []
+    for start, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        before, after = start @ direction - least, end @ direction - least
+        if before >= 0.0:
+            kept.append(start)
+        if before * after < 0.0:
+            kept.append(start + before / (before - after) * (end - start))
+    return np.array(kept).reshape(-1, 2)
 
 
 def framed_plan_view(axes: Axes, plan: Plan, number_size: float = 0.0) -> None:

@@ -80,7 +80,9 @@ def replay_section(
         for name, each in trajectories.items()
     ]
     replay = sheet.replayed(
-        actors, "Forward is to the right. A leg has its regulator's colour, full at 90 kPa."
+        actors,
+        "Forward is to the right. A leg has its regulator's colour, full at 90 kPa; of several "
+        "regulators the mean of theirs.",
     )
     end_s = max(float(each.time_s[-1]) for each in trajectories.values())
     times_s = [end_s * number / (_STILL_COUNT - 1) for number in range(_STILL_COUNT)]
@@ -129,7 +131,8 @@ def _gait_sections(
         sheet.drawn(
             _named("design", group),
             plan_view_figure(plan, trajectory.metadata.get("design", "")),
-            "The design from above: colour and number are the regulator's, the arrow is forward.",
+            "The design from above: colours and numbers are the regulators', a letter the kind of "
+            "module; the arrow is forward.",
         ),
     )
     sections = [Section(_titled("Gait", group), gait)]

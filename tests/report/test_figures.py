@@ -58,6 +58,25 @@ def test_plan_view_tells_kinds_of_modules() -> None:
     assert told == ["c1", "2+3", "b2"]
 
 
+def test_a_leg_of_several_regulators_has_a_band_of_each() -> None:
+    """Away from the hub, in the order of its name, and together the leg's area."""
+    from matplotlib.colors import to_hex
+
+    figure = plan_view_figure(paper_plan(Design.parse("2+3.0.0.1.0.0.0.0")))
+    inner, outer, other, _disk = figure.axes[0].patches
+    colours = [to_hex(each.get_facecolor()).upper() for each in (inner, outer, other)]
+    assert colours == [regulator_colour(regulator) for regulator in (2, 3, 1)]
+
+    def area(patch) -> float:
+        x, y = patch.get_xy()[:-1].T
+        return 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+    assert area(inner) + area(outer) == pytest.approx(area(other), rel=1e-9)
+    assert area(inner) == pytest.approx(area(outer), rel=1e-9)
+    far = [np.linalg.norm(each.get_xy()[:-1].mean(axis=0)) for each in (inner, outer)]
+    assert far[0] < far[1]
+
+
 def test_path_and_bend(make_trajectory, tmp_path: Path) -> None:
     figure = path_figure({"a": make_trajectory()})
     assert figure.axes[0].lines[0].get_xdata()[-1] == pytest.approx(1.0)

@@ -16,6 +16,7 @@ from pneumorph.physics.open_loop_gait import sample_commands
 from pneumorph.report.explorer.page import write_explorer
 from pneumorph.report.explorer.scored_designs import ScoredDesigns, unscored
 from pneumorph.report.replay.replay_data import ReplaySettings
+from pneumorph.report.style import regulator_colour
 from pneumorph.robot.design import Design
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.rollout import rollout
@@ -170,3 +171,23 @@ def test_a_space_without_scores_needs_no_player(tmp_path: Path, open_page: OpenP
     page.evaluate("pneumorphExplorer.select('1.2.1.2')")
     assert page.locator(".details pre").text_content() == "walk 1.2.1.2"
     assert "symmetric" in page.locator(".filters").text_content()
+
+
+def test_a_leg_of_two_regulators_has_a_band_of_each(tmp_path: Path, open_page: OpenPage) -> None:
+    """As in plan views of pages: away from the hub, in the order of its name."""
+    space = DesignSpace(
+        location_count=4,
+        regulator_count=2,
+        minimum_legs=1,
+        maximum_legs=4,
+        options=("0 *+*",) * 4,
+    )
+    page = open_page(write_explorer(tmp_path / "e.html", unscored(space), "Two", "walk", EXACT))
+    page.evaluate("pneumorphExplorer.select('0.0.0.1+2')")
+    shown = "[...document.querySelectorAll('.details svg polygon')]"
+    fills = page.evaluate(f"{shown}.map((each) => each.getAttribute('fill'))")
+    assert fills == [regulator_colour(number) for number in (1, 2, 0)]
+    assert page.locator(".details svg text").all_text_contents() == ["1+2"]
+    corners = page.evaluate(f"{shown}.map((each) => [...each.points].map((p) => [p.x, p.y]))")
+    first, second, _ = (np.array(each) for each in corners)
+    assert np.linalg.norm(first.mean(axis=0)) < np.linalg.norm(second.mean(axis=0))
