@@ -35,8 +35,8 @@ from pneumorph.geometry.mesh import Mesh
 from pneumorph.geometry.surface import boundary_triangles, surface_area, write_stl
 
 _GRAZED = (
-    "; a leg's base plate may graze the hub's lower face: move the sites up, or the hub by its "
-    "bottom_mm"
+    "; a leg's socket or base plate may graze a face or, in a hollow hub, the inside of a wall: "
+    "move the site, or the hub by its bottom_mm, or leave out wall_mm"
 )
 _OF_A_MOULD = ("mould_upper", "mould_lower", "core")
 
@@ -328,6 +328,13 @@ def _known(value: float | None) -> float:
     return value
 
 
+def _allowed_by(name: str) -> str:
+    """Flag that allows thinner walls of what is made."""
+    if name == "hub":
+        return "--hub.smallest-wall-mm"
+    return f"--mould.smallest-{'wall' if name.endswith(_OF_A_MOULD) else 'silicone'}-mm"
+
+
 def _written(
     name: str, solid: Any, smallest_mm: float, size_mm: float, folder: RunFolder
 ) -> FabricatedSolid:
@@ -341,8 +348,7 @@ def _written(
         raise FabricationError(
             f"{name} has a wall of {thinnest:.2f} mm at ({', '.join(f'{v:.1f}' for v in middle)}) "
             f"mm, expected {smallest_mm:g} mm or more; if you can make it, say so by "
-            "smallest_wall_mm of mould or hub, or smallest_silicone_mm"
-            + (_GRAZED if name == "hub" else "")
+            f"{_allowed_by(name)} {0.9 * thinnest:.2g}" + (_GRAZED if name == "hub" else "")
         )
     step = write_step(folder / f"{name}.step", solid)
     stl = write_stl(folder / f"{name}.stl", surface.nodes, surface.triangles)

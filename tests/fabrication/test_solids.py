@@ -12,7 +12,9 @@ import pytest
 occ = pytest.importorskip("netgen.occ")
 
 
+from pneumorph.base.run_folder import RunFolder  # noqa: E402
 from pneumorph.catalogue.paper_leg import paper_leg_mesh  # noqa: E402
+from pneumorph.fabrication.fabricated_robot import _written  # noqa: E402
 from pneumorph.fabrication.leg_mould import (  # noqa: E402
     LegMould,
     MouldSettings,
@@ -42,6 +44,25 @@ def test_a_leg_of_two_chambers_has_one_core_for_both() -> None:
     found = check_leg_mould(made, shape, shape.solid_volume_mm3())
     assert max(found["undercut_mm3"].values()) < 1e-3
     assert wall_thickness_mm(surface_of(made.body + made.plate)).min() == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "flag"),
+    [
+        ("hub", "--hub.smallest-wall-mm"),
+        ("short_leg", "--mould.smallest-silicone-mm"),
+        ("short_mould_upper", "--mould.smallest-wall-mm"),
+    ],
+)
+def test_a_thin_wall_is_told_with_the_flag_that_allows_it(
+    name: str, flag: str, tmp_path: Path
+) -> None:
+    thin = box(np.zeros(3), np.array([10.0, 10.0, 0.4]))
+    folder = RunFolder(tmp_path, "fabricate")
+    with pytest.raises(FabricationError, match=rf"0\.40 mm .* by {flag} 0\.36") as error:
+        _written(name, thin, 0.6, 4.0, folder)
+    assert ("hollow hub" in str(error.value)) == (name == "hub")
+    assert _written(name, thin, 0.36, 4.0, folder).thinnest_wall_mm == pytest.approx(0.4)
 
 
 def test_holes_beside_a_small_leg_do_not_cut_into_it() -> None:
