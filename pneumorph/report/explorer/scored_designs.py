@@ -129,13 +129,17 @@ def scored_by_training(run: FinishedRun) -> ScoredDesigns:
             return _scored_by_factors(run, space, arrays)
         scores = arrays["distribution/scores"]
         beta = float(arrays["distribution/inverse_temperature"])
+    shown = np.where(scores == 0.0, np.nan, scores)
+    for index, score_cm in _evaluated_scores(space, run).items():
+        if index < len(shown) and np.isnan(shown[index]):
+            shown[index] = score_cm
     return ScoredDesigns(
         space,
-        np.where(scores == 0.0, np.nan, scores),
+        shown,
         gibbs(scores, beta),
         _pairs(space, run),
-        meaning=f"Score: newest {_score_of(run)} in training; none where a design was not tried "
-        "or failed.",
+        meaning=f"Score: newest {_score_of(run)} in training, of best pairs that it did not score "
+        "that of the evaluation at its end; none where a design was not tried or failed.",
         goal=run.goal,
     )
 
@@ -161,7 +165,7 @@ def _scored_by_factors(
         }
     )
     pairs = _pairs(space, run)
-    scores = {design: np.nan for design in pairs}
+    scores = {design: np.nan for design in pairs} | _evaluated_scores(space, run)
     for design, (score, failed) in distribution.seen.items():
         known = np.nan if failed else score
         if settings.mirrored_scores:
@@ -200,11 +204,13 @@ def scored_by_evaluation(run: FinishedRun, space: DesignSpace) -> ScoredDesigns:
 
 @dataclass(frozen=True)
 class ScoredPair:
-    """A design, how far it went [cm], and what of the goal it achieved [its unit]."""
+    """A design, how far it went [cm], what of the goal it achieved [its unit], and what it was
+    ranked by [cm]; None in runs of earlier versions."""
 
     design: str
     distance_cm: float
     achieved: float | None = None
+    score_cm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -222,6 +228,15 @@ def _pairs(space: DesignSpace, run: FinishedRun) -> dict[int, tuple[str, float]]
     return {
         space.index(Design.parse(pair.design)): (f"L{rank}", np.nan if far is None else far)
         for rank, (pair, far) in enumerate(zip(found.pairs, achieved, strict=True), start=1)
+    }
+
+
+def _evaluated_scores(space: DesignSpace, run: FinishedRun) -> dict[int, float]:
+    """What the best pairs of a training were ranked by, by index of their design [cm]."""
+    return {
+        space.index(Design.parse(pair.design)): pair.score_cm
+        for pair in run.result(BestPairs).pairs
+        if pair.score_cm is not None
     }
 
 

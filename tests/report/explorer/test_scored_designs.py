@@ -48,6 +48,11 @@ def test_a_training_gives_scores_probabilities_and_pairs(tmp_path: Path) -> None
     np.testing.assert_allclose(scored.probability, gibbs(scores, 0.5))
     assert scored.pairs[SPACE.index(Design.parse("1.2.1.2"))] == ("L1", 3.5)
     assert np.isnan(scored.pairs[SPACE.index(Design.parse("0.1.1.2"))][1])
+    # A best pair that training itself did not score, as a mirror image, has what ranked it.
+    first = {"design": str(SPACE[0]), "distance_cm": 2.5, "score_cm": 1.25}
+    scored_first = {"design": str(SPACE[1]), "distance_cm": 2.0, "score_cm": 1.5}
+    run = FinishedRun(tmp_path, {"pairs": [first, scored_first]}, {"coopt": asked})
+    assert scored_by_training(run).score_cm[:2].tolist() == [1.25, scores[1]]
 
 
 def test_scores_of_another_space_are_refused(tmp_path: Path) -> None:
