@@ -154,8 +154,8 @@ def table_of_text(text: str, path: Path | str, kind: str) -> dict[str, Any]:
             return table_of_json(text, path, kind)
         except ArtefactError as error:
             raise ArtefactError(
-                f"{kind} file {path} is no JSON, and by its name no TOML, expected the name to end "
-                "in .json or .toml"
+                f"{kind} file {path} is by its name neither JSON (.json) nor TOML (.toml), and was "
+                f"read as JSON: {error}"
             ) from error
     try:
         return tomllib.loads(text)

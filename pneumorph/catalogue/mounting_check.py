@@ -22,7 +22,7 @@ from pneumorph.robot.design_space import DesignSpace
 USUAL_TOLERANCE_MM = 3.0
 """Widest gap between hub and attachment face, and deepest overlap, where none is asked for [mm]."""
 _OBLIQUE = 1.5
-"""A way out of the hub from so deep as is allowed, at 45 degrees and a bit, over that depth."""
+"""Length of an oblique way out of the hub, at most 48 degrees off, over the depth it begins in."""
 _SMALLEST_HUB_MM = 2.0
 """A hub that is smaller was probably given in metres [mm]."""
 ALLOWED_BY = "allow it by mounting_tolerance_mm"
@@ -127,13 +127,12 @@ def _misplaced(
             f"to the hub's surface, or {allowed_by}"
         )
     outwards = pose.rotation @ module.face.rotation[:, 0]
-    depth, place = _deepest(pose.apply(module.reduced.rest_nodes), nodes, skin)
+    own = pose.apply(module.reduced.rest_nodes)
+    depth, place = _deepest(own, nodes, skin)
     if depth <= tolerance_mm:
         # In a hub that is thin beside what is allowed nothing is deep.
-        ahead_mm = np.arange(0.5, float(np.ptp(nodes, axis=0).max()))
-        through = int(
-            (winding_number(face + ahead_mm[:, None] * outwards, nodes, skin) > 0.5).sum()
-        )
+        length_mm = float(((own - face) @ outwards).max())
+        through = _way_through(face, outwards, length_mm, tolerance_mm, (nodes, skin))
         if through <= _OBLIQUE * tolerance_mm + 1.0:
             return None
         return (
@@ -153,6 +152,24 @@ def _misplaced(
         f"is up to {depth:.1f} mm inside the hub, at {np.round(place, 1).tolist()} mm, expected at "
         f"most {tolerance_mm:g}: {cause}, or {allowed_by}"
     )
+
+
+def _way_through(
+    face: np.ndarray,
+    outwards: np.ndarray,
+    length_mm: float,
+    gap_mm: float,
+    hub: tuple[np.ndarray, np.ndarray],
+) -> int:
+    """How far a module of a length goes through what it is attached to [mm], from at most so far
+    ahead of its face: beyond free space is another part of the hub."""
+    ahead_mm = np.arange(0.5, length_mm)
+    inside = winding_number(face + ahead_mm[:, None] * outwards, *hub) > 0.5
+    (within,) = np.nonzero(inside)
+    if len(within) == 0 or ahead_mm[within[0]] > gap_mm:
+        return 0
+    (free,) = np.nonzero(~inside[within[0] :])
+    return int(free[0]) if len(free) else len(inside) - int(within[0])
 
 
 def check_apart(

@@ -6,12 +6,13 @@ Mirrored about the forward axis a robot goes as far forward, and as far to the o
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Any
 
 import numpy as np
 
-from pneumorph.base.checked import Bounds, Checked, NotNegative, Positive
+from pneumorph.base.checked import Checked, NotNegative, Positive
 from pneumorph.environment.goal import Goal, GoalName, said_heading
 
 MILLIMETRES_PER_CENTIMETRE = 10.0
@@ -52,19 +53,28 @@ class RewardWeights(Checked):
     """What is rewarded; directions are those of the floor, along whose forward axis a robot faces
     at the start unless `--physics.start` turns it. `forward`: travel along that axis. `heading`:
     travel in the direction `heading_deg`. `turn_left`, `turn_right`: turning."""
-    heading_deg: Annotated[float, Bounds(least=-360.0, most=360.0)] = 0.0
+    heading_deg: float = 0.0
     """Direction of the goal `heading`, counted from forward to the left [degrees]: 90 is to the
     left, 180 back."""
     turn_cm_per_degree: Positive = 0.1
     """Reward for a degree of turning [cm per degree]: by default a full circle is worth 36 cm."""
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.goal != "heading" and self.heading_deg != 0.0:
+    @classmethod
+    def implied(cls, content: Mapping[str, Any], below: Mapping[str, Any]) -> dict[str, Any]:
+        """No direction with another goal than `heading`; one that is asked for alone is refused.
+
+        Raises:
+            ValueError: There is a direction and the goal has none.
+        """
+        goal = content.get("goal", below.get("goal"))
+        if goal == "heading":
+            return {}
+        if content.get("heading_deg") and "goal" not in content:
             raise ValueError(
-                f"heading_deg is {self.heading_deg:g} and goal is {self.goal}, expected goal "
-                "heading: no other has a direction"
+                f"heading_deg is {content['heading_deg']} and goal is {goal}, expected goal "
+                "heading with it: no other has a direction"
             )
+        return {"heading_deg": 0.0} if "goal" in content else {}
 
     @property
     def needs_samples(self) -> bool:

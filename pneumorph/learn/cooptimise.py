@@ -153,7 +153,8 @@ def _begin(
         ]
     # Policies of a training whose checkpoints are gone are not this one's.
     shutil.rmtree(folder / FINETUNED_FOLDER, ignore_errors=True)
-    (folder / BEST_RESTART).unlink(missing_ok=True)
+    for name in (BEST_RESTART, SUMMARY_FILE):
+        (folder / name).unlink(missing_ok=True)
     write_json(folder / SETTINGS_FILE, settings_to_dict(training.settings))
     return 0.0, remarks
 
@@ -161,7 +162,11 @@ def _begin(
 def _is_of(folder: Path, settings: CooptSettings) -> bool:
     """Whether what stopped in a folder before its first checkpoint had these settings."""
     file = folder / SETTINGS_FILE
-    return file.is_file() and read_json(file, "JSON") == settings_to_dict(settings)
+    try:
+        # Read as settings: one that is newer than the file had its default.
+        return settings_from_dict(CooptSettings, read_json(file, "JSON")) == settings
+    except (FileNotFoundError, ValueError):
+        return False
 
 
 def refuse_other_settings(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ class TrainingSnapshot:
         metrics: A dictionary for each round so far.
         pairs: The best pairs of the result, or else of the newest checkpoint, the highest score
             first; empty before there are any, which robots in drawn worlds have at the end alone.
-        pairs_timestep: Timestep of that checkpoint; None before the first.
+        pairs_timestep: Timestep of the newest checkpoint; None before the first.
         timesteps: Timesteps when the training is finished.
         last_round_s_ago: Time since the last round was written [s]; None before the first.
     """
@@ -60,21 +60,25 @@ def training_snapshot(folder: Path | str, settings: CooptSettings) -> TrainingSn
     """
     folder = Path(folder)
     pairs, timestep = _pairs(folder, settings)
-    if (folder / SUMMARY_FILE).is_file():
-        pairs = _found(folder, settings)
     file = folder / METRICS_FILE
-    return TrainingSnapshot(
+    found = TrainingSnapshot(
         metrics=read_metrics(folder, DRAWN),
         pairs=pairs,
         pairs_timestep=timestep,
         timesteps=settings.training_timesteps,
         last_round_s_ago=time.time() - file.stat().st_mtime if file.exists() else None,
     )
+    result = folder / SUMMARY_FILE
+    if found.is_finished and result.is_file():
+        return replace(found, pairs=_found(folder, settings))
+    return found
 
 
 def _found(folder: Path, settings: CooptSettings) -> list[DesignGaitPair]:
     """Return the pairs of a finished training."""
-    found = result_from_dict(CooptResult, read_json(folder / SUMMARY_FILE, "JSON"))
+    file = folder / SUMMARY_FILE
+    with reading(file, "training"):
+        found = result_from_dict(CooptResult, read_json(file, "JSON"))
     return [
         DesignGaitPair(
             settings.space.index(Design.parse(pair.design)),
@@ -86,6 +90,7 @@ def _found(folder: Path, settings: CooptSettings) -> list[DesignGaitPair]:
             pair.distance_cm if pair.achieved is None else pair.achieved,
         )
         for pair in found.pairs
+        if (folder / pair.gait).is_file()
     ]
 
 

@@ -5,7 +5,7 @@ The floor's plane is level in a trajectory's world, whose gravity is tilted inst
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pneumorph.trajectory import Trajectory
 
@@ -16,8 +16,8 @@ _LEAST_DEG = 0.05
 def slope_deg(trajectory: Trajectory) -> float:
     """Slope of the floor of a walk, positive if it rises forward [degrees]; 0 where it is not
     told."""
-    settings = trajectory.metadata.get("settings", {})
-    return float(settings.get("floor_slope_deg", 0.0))
+    settings = trajectory.metadata.get("settings")
+    return float(settings.get("floor_slope_deg", 0.0)) if isinstance(settings, Mapping) else 0.0
 
 
 def shown_slope_deg(slopes_deg: Sequence[float]) -> float:

@@ -88,8 +88,7 @@ def transfer_sections(found: Transfer, run: FinishedRun, sheet: Sheet) -> list[S
         "steps",
         steps,
         f"Forward distance of every {step_s:g} s, simulated and measured (mean of trials), and "
-        "below zero "
-        "the furthest slide back between steps.",
+        "below zero the furthest slide back between steps.",
     )
     return [
         Section("Simulated and measured", "".join(pictures) + table),

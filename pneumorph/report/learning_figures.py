@@ -35,6 +35,10 @@ _MOST_PAIRS = 5
 _SECONDS_PER_HOUR = 3600.0
 
 
+AS_IT_STANDS = "world as it stands"
+"""What the expert's phases walk in, and not what robots in drawn worlds do."""
+
+
 @figure_style()
 def phase_figure(
     phases_deg: Sequence[float],

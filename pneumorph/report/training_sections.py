@@ -12,7 +12,12 @@ from pneumorph.gait.gait_file import read_gait
 from pneumorph.learn.metrics import DRAWN, HISTOGRAM_EDGES_CM, read_metrics
 from pneumorph.physics.regulators import RateLimited
 from pneumorph.report import page
-from pneumorph.report.learning_figures import entropy_figure, phase_figure, reward_figure
+from pneumorph.report.learning_figures import (
+    AS_IT_STANDS,
+    entropy_figure,
+    phase_figure,
+    reward_figure,
+)
 from pneumorph.report.page import Section
 from pneumorph.report.pairs_figure import Pair, pairs_figure
 from pneumorph.report.plan import plans_of
@@ -25,8 +30,6 @@ from pneumorph.study.search_findings import SearchFindings
 from pneumorph.study.training_run import TrainingResult
 
 _DRAWN_PAIRS = 5
-_AS_IT_STANDS = "world as it stands"
-"""What the expert's phases walk in, and not what robots in drawn worlds do."""
 
 
 def sweep_sections(found: BestPhase, run: FinishedRun, sheet: Sheet) -> list[Section]:
@@ -65,7 +68,7 @@ def training_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet) -> 
         (found.seen_pairs or found.pairs)[:_DRAWN_PAIRS],
         plans_of(run.robot),
         found.goal,
-        _AS_IT_STANDS if found.randomisation else "",
+        AS_IT_STANDS if found.randomisation else "",
     )
     body = page.side_by_side(
         sheet.drawn(
@@ -111,7 +114,7 @@ def learned_pair_sections(found: TrainingResult, run: FinishedRun, sheet: Sheet)
     if drawn and found.certificate is not None:
         nominal = {each.design: each.nominal for each in found.certificate.pairs}
         walked = [nominal.get(each.design) for each in found.pairs]
-        beside[found.goal.in_unit(_AS_IT_STANDS)] = walked
+        beside[found.goal.in_unit(AS_IT_STANDS)] = walked
     if found.ranked_by:
         beside["score (cm)"] = [each.score_cm for each in found.pairs]
     return _pair_sections(

@@ -32,6 +32,7 @@ def training_view_data(
     baseline: float | None = None,
     plan_of: PlanOf = paper_plan,
     goal: Goal = FORWARD,
+    baseline_world: str = "",
 ) -> dict[str, Any]:
     """Return what the page shows, as JSON values.
 
@@ -42,11 +43,12 @@ def training_view_data(
         baseline: What the expert's best phase achieves [the goal's unit], where it is known.
         plan_of: What a design looks like from above.
         goal: What is achieved.
+        baseline_world: Where the expert walked, if that is not where the robots learn.
     """
     return {
         "status": _status(snapshot),
         "numbers": page.numbers(_headline(snapshot, goal)),
-        "figures": _figures(snapshot, baseline, goal),
+        "figures": _figures(snapshot, baseline, goal, baseline_world),
         "designs": _designs(snapshot, space, plan_of, goal),
         "replay": None if best is None else replay_data([best]),
     }
@@ -94,11 +96,19 @@ def _headline(snapshot: TrainingSnapshot, goal: Goal) -> dict[str, str]:
     }
 
 
-def _figures(snapshot: TrainingSnapshot, baseline: float | None, goal: Goal) -> str:
+def _figures(
+    snapshot: TrainingSnapshot, baseline: float | None, goal: Goal, baseline_world: str
+) -> str:
     if not snapshot.metrics:
         return ""
     return page.drawn(
-        reward_figure(snapshot.metrics, HISTOGRAM_EDGES_CM, baseline, goal=goal),
+        reward_figure(
+            snapshot.metrics,
+            HISTOGRAM_EDGES_CM,
+            baseline,
+            goal=goal,
+            baseline_world=baseline_world,
+        ),
         f"{goal.title} of each round of episodes. Grey shades: scores of all designs, weighted by "
         "the design distribution.",
     ) + page.drawn(

@@ -11,10 +11,12 @@ from pneumorph.base.artefact import ArtefactError
 from pneumorph.base.run_folder import TRAINING_FOLDER, RunFolder, read_settings
 from pneumorph.gait.phase_sweep import PhaseSweep
 from pneumorph.learn.checkpoint import NEWEST
+from pneumorph.learn.coopt_result import SUMMARY_FILE
 from pneumorph.learn.design_gait_pair import DesignGaitPair
 from pneumorph.learn.metrics import METRICS_FILE
 from pneumorph.learn.settings import CooptSettings
 from pneumorph.learn.snapshot import TrainingSnapshot, training_snapshot
+from pneumorph.report.learning_figures import AS_IT_STANDS
 from pneumorph.report.page import write_html
 from pneumorph.report.plan import plans_of
 from pneumorph.report.replay.live_server import LivePage
@@ -74,6 +76,7 @@ class WatchedRun:
         self.folder = folder
         self.settings = run.structured("coopt", CooptSettings)
         self._spec, self._plan_of = run.spec(), plans_of(run.robot)
+        self._baseline_world = AS_IT_STANDS if run.settings.get("randomize") else ""
         self._best: tuple[DesignGaitPair, Actor] | None = None
 
     def moment(self) -> WatchedMoment:
@@ -117,7 +120,7 @@ class WatchedRun:
     def _written_at(self) -> tuple[int | None, ...]:
         """When each file that a training renews was written, to see whether something changed."""
         training = self.folder / TRAINING_FOLDER
-        return tuple(_written_at(training / name) for name in (METRICS_FILE, NEWEST))
+        return tuple(_written_at(training / name) for name in (METRICS_FILE, NEWEST, SUMMARY_FILE))
 
     def _moment(self, snapshot: TrainingSnapshot) -> WatchedMoment:
         last = snapshot.metrics[-1] if snapshot.metrics else {}
@@ -153,6 +156,7 @@ class WatchedRun:
             self._baseline(),
             self._plan_of,
             self.settings.task.goal,
+            self._baseline_world,
         )
 
     def _baseline(self) -> float | None:

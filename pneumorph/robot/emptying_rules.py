@@ -8,10 +8,15 @@ from typing import Any
 
 from pneumorph.robot.design_choices import DesignChoices
 
+_MOST_NAMED = 6
+"""Rules that an error names."""
+
 
 def emptying_rules(choices: DesignChoices) -> str:
     """Rules of an empty space without any one of which there would be designs, such as
     ``minimum_legs = 4 (12 designs without it)``, in words.
+
+    Designs are counted before symmetries make one of several.
 
     Args:
         choices: The rules, which no design keeps to.
@@ -23,10 +28,11 @@ def emptying_rules(choices: DesignChoices) -> str:
         count = replace(alone, **changes).paths.count
         if count:
             left = f"{count} design{'s' if count > 1 else ''}"
-            single.append(f"{name} = {value!r} ({left} without it)")
+            single.append(f"{name} = {value!r:.60} ({left} without it)")
     if not single:
         return "it takes more than one of them to leave none"
-    return f"what leaves none is {' or '.join(single)}"
+    others = f" or {len(single) - _MOST_NAMED} more" if len(single) > _MOST_NAMED else ""
+    return f"what leaves none is {' or '.join(single[:_MOST_NAMED])}{others}"
 
 
 def _relaxed(choices: DesignChoices) -> Iterator[tuple[str, Any, dict[str, Any]]]:

@@ -143,6 +143,16 @@ class TrainingResult(BestPhase):
     shown: tuple[str, ...] = ()
     """Designs of the gaits that learning was shown, each with a digest of its pressures."""
 
+    @property
+    def nominal_distance_cm(self) -> float | None:
+        """`replayed_distance_cm`, where robots were trained in drawn worlds and not in that one."""
+        return self.replayed_distance_cm if self.randomisation else None
+
+    @property
+    def nominal_achieved(self) -> float | None:
+        """The same of the goal."""
+        return self.replayed_achieved if self.randomisation else None
+
     def __repr__(self) -> str:
         """In a line; the fields are what ``summary.json`` has."""
         achieved = self.best_distance_cm if self.goal.is_forward else self.best_achieved

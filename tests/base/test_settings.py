@@ -97,7 +97,7 @@ def test_files_that_are_not_settings_are_refused(tmp_path: Path) -> None:
 def test_a_file_that_is_neither_by_its_name_is_told_so(tmp_path: Path) -> None:
     path = tmp_path / "walk.txt"
     path.write_text("population = 3\n")
-    with pytest.raises(ArtefactError, match=r"walk\.txt is no JSON, and .* in \.json or \.toml"):
+    with pytest.raises(ArtefactError, match=r"walk\.txt is by its name neither .* not valid JSON"):
         read_settings_file(path)
 
 

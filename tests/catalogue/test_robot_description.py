@@ -16,11 +16,13 @@ from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.description_notes import damping_note, description_notes
 from pneumorph.catalogue.design_rules import DesignRules
 from pneumorph.catalogue.hub_description import HubDescription
+from pneumorph.catalogue.mounting_check import _way_through
 from pneumorph.catalogue.paper_robot import PAPER_FACE, paper_robot
 from pneumorph.catalogue.robot_description import RobotDescription
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.shipped_data import data_file
 from pneumorph.geometry.attachment import same_frame
+from pneumorph.geometry.surface import boundary_triangles
 from pneumorph.robot.design_space import DesignSpace
 from pneumorph.simulation.rollout import rollout
 
@@ -277,6 +279,22 @@ def test_a_module_that_lies_in_the_hub_is_refused_whatever_the_tolerance(edited:
     path.write_text(text.replace("[designs]", "[designs]\nmirror = false"))
     with pytest.raises(ArtefactError, match=r"sites\[2\] \(rear left\) goes 18 mm through the hub"):
         RobotDescription.read(path).spec()
+
+
+def test_a_way_through_a_hub_is_that_through_what_a_module_is_attached_to() -> None:
+    """Of two blocks a leg that stands on the one and points at the other goes through neither."""
+    block = box_mesh((20.0, 20.0, 10.0), (2, 2, 1))
+    skin = boundary_triangles(block.tetrahedra)
+    nodes = np.concatenate([block.nodes, block.nodes + np.array([60.0, 0.0, 0.0])])
+    hub = nodes, np.concatenate([skin, skin + len(block.nodes)])
+    right = block.nodes.max(axis=0)[0]
+    middle = block.nodes.mean(axis=0)
+    face = np.array([right, middle[1], middle[2]])
+    ahead = np.array([1.0, 0.0, 0.0])
+    assert _way_through(face, ahead, 75.0, 3.0, hub) == 0
+    assert _way_through(face, -ahead, 75.0, 3.0, hub) == 20
+    assert _way_through(face + 2.0 * ahead, -ahead, 15.0, 3.0, hub) == 13
+    assert _way_through(face + 5.0 * ahead, -ahead, 15.0, 3.0, hub) == 0
 
 
 def test_what_is_far_from_the_hub_is_refused(edited: Edited) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from pneumorph.base.layers import layered
-from pneumorph.base.settings import settings_to_dict
+from pneumorph.base.settings import settings_from_dict, settings_to_dict
 from pneumorph.catalogue.measured_worlds import measured_worlds
 from pneumorph.catalogue.robot_options import RobotOptions
 from pneumorph.catalogue.robot_spec import RobotSpec
@@ -147,10 +147,19 @@ def test_a_group_beside_its_settings_and_in_them_is_one() -> None:
     assert layered(usual, [twice]).coopt.sac.batch_size == 8
 
 
-def test_a_direction_without_its_goal_is_refused() -> None:
-    asked = {"coopt": {"task": {"reward": {"heading_deg": -90.0}}}}
-    with pytest.raises(ValueError, match="heading_deg is -90 and goal is forward, expected goal h"):
-        layered(TrainingOptions(), [asked])
-    asked["coopt"]["task"]["reward"] = {"goal": "heading", "heading_deg": 3600.0}
-    with pytest.raises(ValueError, match=r"heading_deg must be .*360"):
-        layered(TrainingOptions(), [asked])
+def test_a_direction_goes_with_its_goal() -> None:
+    """Alone it is refused; another goal over it has none; a run of before keeps what it has."""
+    alone = {"coopt": {"task": {"reward": {"heading_deg": -90.0}}}}
+    with pytest.raises(
+        ValueError, match=r"heading_deg is -90\.0 and goal is forward, expected goal"
+    ):
+        layered(TrainingOptions(), [alone])
+    aside = {"task": {"reward": {"goal": "heading", "heading_deg": -90.0}}}
+    turning = {"coopt": {"task": {"reward": {"goal": "turn_left"}}}}
+    assert layered(TrainingOptions(), [aside]).coopt.task.reward.heading_deg == -90.0
+    assert layered(TrainingOptions(), [aside, alone]).coopt.task.reward.heading_deg == -90.0
+    reward = layered(TrainingOptions(), [aside, turning]).coopt.task.reward
+    assert (reward.goal, reward.heading_deg) == ("turn_left", 0.0)
+    before = settings_to_dict(TrainingOptions().coopt)
+    before["task"]["reward"]["heading_deg"] = 450.0
+    assert settings_from_dict(CooptSettings, before).task.reward.counted.is_forward

@@ -110,6 +110,9 @@ def unscored(space: DesignSpace) -> ScoredDesigns:
     )
 
 
+_OR_EVALUATED = ", or of a best pair that has none what ranked it at the end"
+
+
 def scored_by_training(run: FinishedRun) -> ScoredDesigns:
     """Return the designs of a coopt run with the distribution of its newest checkpoint; of a
     factored one those that walked, and their mirror images where these count as well.
@@ -129,17 +132,15 @@ def scored_by_training(run: FinishedRun) -> ScoredDesigns:
             return _scored_by_factors(run, space, arrays)
         scores = arrays["distribution/scores"]
         beta = float(arrays["distribution/inverse_temperature"])
-    shown = np.where(scores == 0.0, np.nan, scores)
-    for index, score_cm in _evaluated_scores(space, run).items():
-        if index < len(shown) and np.isnan(shown[index]):
-            shown[index] = score_cm
+    known = {index: score for index, score in enumerate(scores.tolist()) if score != 0.0}
+    known = _evaluated_scores(space, run) | known
     return ScoredDesigns(
         space,
-        shown,
+        np.array([known.get(index, np.nan) for index in range(len(scores))]),
         gibbs(scores, beta),
         _pairs(space, run),
-        meaning=f"Score: newest {_score_of(run)} in training, of best pairs that it did not score "
-        "that of the evaluation at its end; none where a design was not tried or failed.",
+        meaning=f"Score: newest {_score_of(run)} in training{_OR_EVALUATED}; none where a design "
+        "was not tried or failed.",
         goal=run.goal,
     )
 
@@ -165,12 +166,15 @@ def _scored_by_factors(
         }
     )
     pairs = _pairs(space, run)
-    scores = {design: np.nan for design in pairs} | _evaluated_scores(space, run)
+    scores = {design: np.nan for design in pairs}
     for design, (score, failed) in distribution.seen.items():
         known = np.nan if failed else score
         if settings.mirrored_scores:
             scores.setdefault(int(space.images(np.array([design]))[0][0]), known)
         scores[design] = known
+    for design, score in _evaluated_scores(space, run).items():
+        if np.isnan(scores[design]):
+            scores[design] = score
     indices = np.array(sorted(scores))
     return ScoredDesigns(
         space,
@@ -178,8 +182,8 @@ def _scored_by_factors(
         distribution.probability_of(indices),
         pairs,
         goal=run.goal,
-        meaning=f"Score: newest {_score_of(run)} in training. These are {len(indices)} designs "
-        f"that walked or whose mirror image did, of {len(space):.3g}.",
+        meaning=f"Score: newest {_score_of(run)} in training{_OR_EVALUATED}. These are "
+        f"{len(indices)} designs that walked or whose mirror image did, of {len(space):.3g}.",
         indices=indices,
     )
 

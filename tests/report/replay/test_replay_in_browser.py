@@ -192,8 +192,10 @@ def test_robots_are_all_in_view(crawl: Trajectory, tmp_path: Path, open_page: Op
     page = open_page(write_replay(tmp_path / "view.html", actors, SETTINGS))
     page.set_viewport_size({"width": 1250, "height": 600})
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    for view in ("orbit", "top", "side"):
-        page.evaluate(f"{PLAYER}.setCamera('{view}')")
+    for view, time_s in ((None, 0.0), (None, 1e3), ("orbit", 0.0), ("top", 1e3), ("side", 1e3)):
+        if view is not None:
+            page.evaluate(f"{PLAYER}.setCamera('{view}')")
+        page.evaluate(f"{PLAYER}.seek({time_s})")
         seen = page.evaluate(
             f"(() => {{ const {{ camera, actors }} = {PLAYER}.stage; camera.updateMatrixWorld();"
             " return actors.flatMap(({ motion }) => { const p = motion.positions, found = [];"

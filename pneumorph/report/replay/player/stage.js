@@ -84,15 +84,17 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
     // What must be in view [mm].
     measure() {
       const box = new THREE.Box3(), floors = [];
+      let top = 0;
       for (const motion of this.motions) {
-        const lane = motion.robot.lane_mm;
+        const lane = motion.robot.lane_mm, { reach, height } = this.sizeOf(motion);
         // A live robot's way is not known: leave it 20 cm.
         const [start] = motion.parts.tracked;
         const way = motion.time.length > 1 ? motion.parts.tracked : [start, [start[0] + 200, start[1]]];
         for (const [x, y] of way) {
-          box.expandByPoint(new THREE.Vector3(x - 165, y + lane - 165, 0));
-          box.expandByPoint(new THREE.Vector3(x + 165, y + lane + 165, 0));
+          box.expandByPoint(new THREE.Vector3(x - reach, y + lane - reach, 0));
+          box.expandByPoint(new THREE.Vector3(x + reach, y + lane + reach, 0));
         }
+        top = Math.max(top, height);
         if (!motion.simulated) continue;
         let floor = motion.robot.floor_mm;
         if (motion.ground) {
@@ -105,8 +107,21 @@ var pneumorphStage = globalThis.pneumorphStage || (() => {
       }
       this.floor = floors.length ? Math.min(...floors) : 0;
       box.min.z = this.floor;
-      box.max.z = this.floor + 70;
+      box.max.z = Math.max(this.floor + 70, top);
       this.box = box;
+    }
+
+    // How far a robot reaches from its tracked point, and the height that it comes to [mm].
+    sizeOf(motion) {
+      let reach = 165, height = 0;
+      if (!motion.simulated || !motion.time.length) return { reach, height };
+      motion.show(0);
+      const p = motion.positions, [x, y] = motion.tracked, rises = motion.parts.hub.map((hub) => hub[2]);
+      for (let i = 0; i < p.length; i += 3) {
+        reach = Math.max(reach, Math.hypot(p[i] - x, p[i + 1] - y));
+        height = Math.max(height, p[i + 2]);
+      }
+      return { reach, height: height + Math.max(...rises) - rises[0] };
     }
 
     ground() {
